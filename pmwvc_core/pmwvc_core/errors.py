@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The exception tree.
+
+Our own mistakes and a user's wrong settings raise; a peer's bad packet never does: it is counted and dropped.
+
+::
+
+    PmwvcError
+    ├── ParameterError        one value is outside what it may be
+    │   └── ScenarioError     a scenario file or override; lists every mistake it holds
+    ├── RecordingError        a file of recorded motion, force or delay, or a session folder, cannot be used
+    └── DeviceError           a device cannot be opened, calibrated or read
+"""
+
+
+class PmwvcError(Exception):
+    """Base of everything this project raises on purpose."""
+
+
+class ParameterError(PmwvcError, ValueError):
+    """A parameter has a value it may not have; the message names it, the value and the allowed range."""
+
+
+class ScenarioError(ParameterError):
+    """A scenario holds mistakes; ``problems`` lists all of them, one line each."""
+
+    def __init__(self, source: str, problems: list[str]) -> None:
+        self.source = source
+        self.problems = problems
+        super().__init__(f"{source}: " + "; ".join(problems))
+
+    def __str__(self) -> str:
+        """Return one line per problem, the way a person wants to read them."""
+        if len(self.problems) == 1:
+            return f"{self.source}: {self.problems[0]}"
+        lines = "\n".join(f"  - {problem}" for problem in self.problems)
+        return f"{self.source}: {len(self.problems)} problems\n{lines}"
+
+
+class RecordingError(PmwvcError):
+    """A recorded file cannot be used; the message says which, why, and what to do."""
+
+
+class DeviceError(PmwvcError):
+    """A device cannot be used; the message gives cause and remedy."""

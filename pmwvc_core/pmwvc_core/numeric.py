@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The few operations that let one control law run on plain floats and on arrays ``(..., dof)``.
+
+A signal is a ``float`` (one axis, one run: what the 1 kHz loop uses) or an array whose last axis is the degrees of
+freedom and whose leading axes are runs. Everything else a law needs is ``+ - * /``.
+A quantity per run (an energy, a flag, a parameter) has a last axis of length 1 so that it broadcasts.
+"""
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+Value: TypeAlias = float | Array
+Flag: TypeAlias = bool | NDArray[np.bool_]
+
+
+def where(condition: Flag, yes: Value, no: Value) -> Value:
+    """Choose elementwise; on plain bools a plain choice."""
+    if isinstance(condition, (bool, np.bool_)):
+        return yes if condition else no
+    return np.where(condition, yes, no)
+
+
+def dot(left: Value, right: Value) -> Value:
+    """Inner product over the degrees of freedom, kept as a last axis of length 1 (a float on floats)."""
+    product = left * right
+    if isinstance(product, np.ndarray) and product.ndim:
+        return product.sum(axis=-1, keepdims=True)
+    return product
+
+
+def squared(value: Value) -> Value:
+    """Squared Euclidean length over the degrees of freedom."""
+    return dot(value, value)
+
+
+def root(value: Value) -> Value:
+    """Square root of a value that is not negative."""
+    return np.sqrt(value) if isinstance(value, np.ndarray) else math.sqrt(value)
+
+
+def exponential(value: Value) -> Value:
+    """Exponential function."""
+    return np.exp(value) if isinstance(value, np.ndarray) else math.exp(value)
+
+
+def clip(value: Value, low: Value, high: Value) -> Value:
+    """Limit elementwise to ``low..high``."""
+    return where(value < low, low, where(value > high, high, value))
+
+
+def minimum(left: Value, right: Value) -> Value:
+    """Return the smaller one, elementwise."""
+    return where(left < right, left, right)
+
+
+def maximum(left: Value, right: Value) -> Value:
+    """Return the larger one, elementwise."""
+    return where(left > right, left, right)
+
+
+def limit_length(value: Value, longest: Value) -> Value:
+    """Shorten a vector to at most ``longest``, keeping its direction."""
+    length = root(squared(value))
+    return where(length > longest, value * (longest / where(length > 0.0, length, 1.0)), value)
+
+
+def finite(value: Value) -> bool:
+    """Tell whether every element is a finite number."""
+    return bool(np.isfinite(value).all()) if isinstance(value, np.ndarray) else math.isfinite(value)
+
+
+def truth(condition: Flag) -> bool:
+    """Tell whether a condition holds for every run."""
+    return bool(condition.all()) if isinstance(condition, np.ndarray) else bool(condition)
+
+
+def signal(values: list[float] | tuple[float, ...] | Array | float, dof: int) -> Value:
+    """Return the form a law works on: a float for one axis, an array ``(dof,)`` for several.
+
+    Raises
+    ------
+    ValueError
+        If the number of values is not ``dof``.
+    """
+    array = np.atleast_1d(np.asarray(values, dtype=float))
+    if array.shape != (dof,):
+        raise ValueError(f"{array.size} values where {dof} are wanted")
+    return float(array[0]) if dof == 1 else array
+
+
+def flatten(value: Value) -> Array:
+    """Return the elements as a one-dimensional array (the form messages and traces hold)."""
+    return np.atleast_1d(np.asarray(value, dtype=float)).ravel()

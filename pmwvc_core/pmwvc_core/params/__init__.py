@@ -1,0 +1,26 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters as frozen dataclasses: one source for defaults, units, ranges and descriptions."""
+
+from pmwvc_core.params.fields import Spec, Validated, groups, specs, whole_ratio
+from pmwvc_core.params.master import FilterParams, MasterParams
+from pmwvc_core.params.network import LinkParams
+from pmwvc_core.params.server import ContactParams, ServerParams
+from pmwvc_core.params.user import DeviceParams, OperatorParams, SafetyParams, TaskParams
+
+__all__ = [
+    "ContactParams",
+    "DeviceParams",
+    "FilterParams",
+    "LinkParams",
+    "MasterParams",
+    "OperatorParams",
+    "SafetyParams",
+    "ServerParams",
+    "Spec",
+    "TaskParams",
+    "Validated",
+    "groups",
+    "specs",
+    "whole_ratio",
+]

@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a parameter is: default, unit, range and description in one place, and the check that uses them.
+
+The YAML reader, the command line, the ROS declarations and the reference page all derive from this metadata.
+A number may be an array with a last axis of length 1: one value per run of a batch.
+"""
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pmwvc_core.errors import ParameterError
+
+
+@dataclass(frozen=True)
+class Spec:
+    """What is known of one parameter.
+
+    ``kind`` is the Python type of a value (``float``, ``int``, ``bool``, ``str``); ``optional`` allows ``None``.
+    ``above``/``below`` are exclusive bounds, ``low``/``high`` inclusive ones. ``choices`` lists allowed names.
+    ``read_only`` parameters are fixed when a node starts.
+    """
+
+    kind: type
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+    above: float | None = None
+    below: float | None = None
+    choices: tuple[str, ...] = ()
+    optional: bool = False
+    read_only: bool = False
+    description: str = ""
+
+    def range_text(self) -> str:
+        """Return the allowed values in words: ``> 0 N s/m``, ``1..64``, ``one of a, b``."""
+        unit = f" {self.unit}" if self.unit and self.unit != "-" else ""
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        if self.kind is bool:
+            return "true or false"
+        bounds = []
+        if self.low is not None and self.high is not None:
+            bounds.append(f"{self.low:g}..{self.high:g}")
+        else:
+            bounds += [f">= {self.low:g}"] if self.low is not None else []
+            bounds += [f"<= {self.high:g}"] if self.high is not None else []
+        bounds += [f"> {self.above:g}"] if self.above is not None else []
+        bounds += [f"< {self.below:g}"] if self.below is not None else []
+        text = " and ".join(bounds) or {float: "a number", int: "a whole number", str: "a text"}[self.kind]
+        return text + unit + (" or null" if self.optional else "")
+
+    def problem(self, value: Any) -> str | None:  # noqa: ANN401 (whatever a file holds)
+        """Return what is wrong with a value, or None."""
+        if value is None:
+            return None if self.optional else f"null: must be {self.range_text()}"
+        if self.kind is str or self.kind is bool:
+            right = isinstance(value, self.kind) and (not self.choices or value in self.choices)
+            return None if right else f"{value!r}: must be {self.range_text()}"
+        numbers = np.asarray(value)
+        if isinstance(value, bool) or numbers.dtype.kind not in "iuf" or numbers.size == 0:
+            return f"{value!r}: must be {self.range_text()}"
+        if self.kind is int and not (numbers == np.floor(numbers)).all():
+            return f"{value!r}: must be a whole number, {self.range_text()}"
+        inside = (
+            np.isfinite(numbers).all()
+            and (self.low is None or (numbers >= self.low).all())
+            and (self.high is None or (numbers <= self.high).all())
+            and (self.above is None or (numbers > self.above).all())
+            and (self.below is None or (numbers < self.below).all())
+        )
+        return None if inside else f"{value!r}: must be {self.range_text()}"
+
+
+def parameter(  # noqa: ANN201 (dataclasses.field has no useful type)
+    default: float | int | bool | str | None,
+    unit: str,
+    description: str,
+    *,
+    kind: type | None = None,
+    low: float | None = None,
+    high: float | None = None,
+    above: float | None = None,
+    below: float | None = None,
+    choices: Sequence[str] = (),
+    read_only: bool = False,
+):
+    """Declare a dataclass field that is a parameter.
+
+    ``kind`` is needed only where the default is ``None`` (an optional parameter).
+    """
+    kind = kind or type(default)
+    spec = Spec(
+        kind, unit, low, high, above, below, tuple(choices), default is None, read_only, description
+    )
+    return dataclasses.field(default=default, metadata={"spec": spec})
+
+
+def specs(owner: Any) -> Mapping[str, Spec]:  # noqa: ANN401 (a dataclass or an instance of one)
+    """Return the parameters of a dataclass by field name, nested groups left out."""
+    return {f.name: f.metadata["spec"] for f in dataclasses.fields(owner) if "spec" in f.metadata}
+
+
+def groups(owner: Any) -> Mapping[str, type]:  # noqa: ANN401 (a dataclass or an instance of one)
+    """Return the nested parameter groups of a dataclass by field name."""
+    return {f.name: f.metadata["group"] for f in dataclasses.fields(owner) if "group" in f.metadata}
+
+
+def group(kind: type):  # noqa: ANN201 (dataclasses.field has no useful type)
+    """Declare a dataclass field that is a nested group of parameters."""
+    return dataclasses.field(default_factory=kind, metadata={"group": kind})
+
+
+class Validated:
+    """Base of every parameter dataclass: checks all fields once, when built.
+
+    Raises
+    ------
+    ParameterError
+        Naming the field, its value and the allowed range.
+    """
+
+    def __post_init__(self) -> None:
+        """Check every declared field, then what holds between fields."""
+        problems = self.problems()
+        if problems:
+            raise ParameterError("; ".join(problems))
+
+    def problems(self) -> list[str]:
+        """Return every mistake as ``name = value: must be ...``."""
+        found = []
+        for name, spec in specs(self).items():
+            problem = spec.problem(getattr(self, name))
+            if problem:
+                found.append(f"{name} = {problem}")
+        return found or self.conflicts()
+
+    def conflicts(self) -> list[str]:
+        """Return what is wrong between fields that are each right (override where there is any)."""
+        return []
+
+
+def whole_ratio(period_s: float, tick_s: float) -> int | None:
+    """Return how many ticks make a period, or None when they do not divide (within 1e-9)."""
+    ratio = period_s / tick_s
+    count = round(ratio)
+    return count if count >= 1 and math.isclose(ratio, count, rel_tol=1e-9) else None

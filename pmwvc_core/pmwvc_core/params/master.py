@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the master port: wave impedance, rate drop, anti-aliasing filter, hold."""
+
+from dataclasses import dataclass
+
+from pmwvc_core.params.fields import Validated, group, parameter
+
+FILTER_KINDS = ("none", "first_order", "butterworth", "integrate_and_dump")
+
+
+@dataclass(frozen=True)
+class FilterParams(Validated):
+    """Anti-aliasing filter of the outgoing wave.
+
+    A first-order filter has exactly one cut-off, in one of three conventions: ``pole_rad_s`` (the pole; what App. B
+    calls f_c), ``cutoff_hz`` (-3 dB) or ``stop_hz`` (-20 dB). Give another one and the default pole gives way.
+    A Butterworth filter is designed from ``pass_hz``/``pass_db`` and ``stop_hz``/``stop_db`` (attenuations, App. A).
+    """
+
+    kind: str = parameter("first_order", "-", "which filter", choices=FILTER_KINDS)
+    pole_rad_s: float | None = parameter(None, "rad/s", "first order: the pole", kind=float, above=0.0)
+    cutoff_hz: float | None = parameter(
+        None, "Hz", "first order: frequency of -3 dB", kind=float, above=0.0
+    )
+    stop_hz: float | None = parameter(
+        None,
+        "Hz",
+        "first order: frequency of -20 dB; Butterworth: edge of the stop band",
+        kind=float,
+        above=0.0,
+    )
+    pass_hz: float = parameter(25.0, "Hz", "Butterworth: edge of the pass band", above=0.0)
+    pass_db: float = parameter(20.0, "dB", "Butterworth: attenuation at pass_hz", above=0.0)
+    stop_db: float = parameter(40.0, "dB", "Butterworth: attenuation at stop_hz", above=0.0)
+    meet: str = parameter(
+        "pass", "-", "Butterworth: which edge is met exactly", choices=("pass", "stop")
+    )
+    discretisation: str = parameter(
+        "bilinear", "-", "Butterworth: from analogue to sampled", choices=("bilinear", "matched")
+    )
+
+    def conflicts(self) -> list[str]:
+        """Check that the cut-off is said once, and the Butterworth edges are in order."""
+        if self.kind == "first_order":
+            names = ("pole_rad_s", "cutoff_hz", "stop_hz")
+            given = [name for name in names if getattr(self, name) is not None]
+            if len(given) > 1:
+                return [f"{' and '.join(given)} are given: a first-order filter takes one of them"]
+        if self.kind == "butterworth":
+            if self.stop_hz is None:
+                return ["stop_hz = null: a Butterworth filter needs the edge of its stop band"]
+            if not self.pass_hz < self.stop_hz:
+                return [f"pass_hz = {self.pass_hz}: must be < stop_hz = {self.stop_hz}"]
+            if not self.pass_db < self.stop_db:
+                return [f"pass_db = {self.pass_db}: must be < stop_db = {self.stop_db}"]
+        return []
+
+
+@dataclass(frozen=True)
+class MasterParams(Validated):
+    """The client end of the wave channel (App. A Fig. 1, App. B Fig. 1)."""
+
+    impedance: float = parameter(25.0, "N s/m", "wave impedance b", above=0.0)
+    rate_drop: int = parameter(
+        8, "-", "force-loop ticks per packet, M", low=1, high=1000, read_only=True
+    )
+    tick_s: float = parameter(
+        0.001, "s", "period of the force loop, T_c", low=1e-4, high=0.02, read_only=True
+    )
+    hold: str = parameter(
+        "foh", "-", "expansion of the returning wave (foh: delayed first order)", choices=("zoh", "foh")
+    )
+    filter: FilterParams = group(FilterParams)
+
+    @property
+    def frame_s(self) -> float:
+        """Packet interval T_n = M T_c [s]."""
+        return self.rate_drop * self.tick_s

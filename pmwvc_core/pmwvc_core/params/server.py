@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the server: the shared object, how its algebraic loop is closed, and each user's contact."""
+
+from dataclasses import dataclass
+
+from pmwvc_core.params.fields import Validated, parameter
+
+COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped")
+INTEGRATORS = ("forward_euler", "backward_euler", "trapezoid")
+
+
+@dataclass(frozen=True)
+class ServerParams(Validated):
+    """The virtual environment and its time step (theory: section 4)."""
+
+    coupling: str = parameter(
+        "implicit", "-", "how the loop between wave port and contact is closed", choices=COUPLINGS
+    )
+    integrator: str = parameter(
+        "backward_euler",
+        "-",
+        "avatar position from its velocity (one_step_delay and unwrapped; the others fix it)",
+        choices=INTEGRATORS,
+    )
+    environment: str = parameter(
+        "cube", "-", "cube: the shared object; wall: a wall that does not move", choices=("cube", "wall")
+    )
+    period_s: float = parameter(
+        0.008, "s", "time step of the environment, T_VE", low=1e-3, high=0.1, read_only=True
+    )
+    object_mass: float = parameter(2.0, "kg", "mass of the shared object", above=0.0)
+    object_damping: float = parameter(0.0, "N s/m", "damping of the object to ground", low=0.0)
+    object_size_m: float = parameter(0.06, "m", "edge length of the cube", above=0.0)
+
+
+@dataclass(frozen=True)
+class ContactParams(Validated):
+    """One user's end at the server: wave impedance of that port and contact with the object."""
+
+    impedance: float | None = parameter(
+        None, "N s/m", "wave impedance of the server port (null: that of the user's master)", kind=float, above=0.0
+    )
+    contact: str = parameter(
+        "grip",
+        "-",
+        "bilateral: spring and damper that pull and push; grip: from the user's own side, only pushing",
+        choices=("bilateral", "grip"),
+    )
+    contact_stiffness: float = parameter(500.0, "N/m", "contact stiffness K", low=0.0)
+    contact_damping: float = parameter(10.0, "N s/m", "contact damping B", low=0.0)
+    gap_m: float = parameter(
+        0.0, "m", "distance of the avatar from the object at the start (grip and wall)", low=0.0
+    )

@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of one user's side of the loop: the device, the hand on it, and the limits that guard the hand."""
+
+from dataclasses import dataclass
+
+from pmwvc_core.params.fields import Validated, parameter
+
+OPERATOR_KINDS = (
+    "none",
+    "constant",
+    "sinusoid",
+    "chirp",
+    "hand",
+    "playback_force",
+    "playback_motion",
+)
+
+
+@dataclass(frozen=True)
+class DeviceParams(Validated):
+    """The force-feedback device, simulated: m x'' + b_hd x' = f_h - F_m, with what a real one adds."""
+
+    plugin: str = parameter("simulated", "-", "device plug-in by entry-point name", read_only=True)
+    mass: float = parameter(0.25, "kg", "apparent mass at the handle", above=0.0)
+    damping: float = parameter(0.0, "N s/m", "viscous damping of the device", low=0.0)
+    friction: float = parameter(0.0, "N", "Coulomb friction", low=0.0)
+    encoder_step_m: float = parameter(0.0, "m", "position resolution (0: exact)", low=0.0)
+    velocity: str = parameter(
+        "exact",
+        "-",
+        "velocity signal: the simulated state, or the Euler difference of the measured position",
+        choices=("exact", "euler"),
+    )
+    workspace_m: float = parameter(
+        0.2, "m", "half extent of the workspace (mechanical stops)", above=0.0
+    )
+
+
+@dataclass(frozen=True)
+class SafetyParams(Validated):
+    """Limits between controller and device; part of every control path, they cannot be switched off."""
+
+    max_force: float = parameter(
+        8.0, "N", "peak force (Touch class 3.3, larger desktop devices 8)", above=0.0, high=20.0
+    )
+    max_slew: float = parameter(2000.0, "N/s", "fastest change of force", above=0.0, high=20000.0)
+    soft_start_s: float = parameter(
+        0.5, "s", "force rises from zero over this time", low=0.01, high=10.0
+    )
+    damper_velocity: float = parameter(
+        1.0, "m/s", "above this speed only damping is rendered", above=0.0, high=10.0
+    )
+    fault_velocity: float = parameter(
+        1.5, "m/s", "above this speed the force is switched off for good", above=0.0, high=20.0
+    )
+    timeout_s: float = parameter(
+        0.03,
+        "s",
+        "silence of the server (beyond three packet intervals) that turns the force into damping",
+        above=0.0,
+        high=10.0,
+    )
+    release_s: float = parameter(
+        1.0, "s", "silence after which the damping, too, is let go", above=0.0, high=60.0
+    )
+
+    def conflicts(self) -> list[str]:
+        """Check the order of the two speed limits."""
+        if self.fault_velocity <= self.damper_velocity:
+            return [
+                f"fault_velocity = {self.fault_velocity}: "
+                f"must be > damper_velocity = {self.damper_velocity} m/s"
+            ]
+        return []
+
+
+@dataclass(frozen=True)
+class OperatorParams(Validated):
+    """The simulated person: what pushes the device. Times count from the moment the user is coupled."""
+
+    kind: str = parameter("hand", "-", "who holds the device", choices=OPERATOR_KINDS)
+    force: float = parameter(1.0, "N", "constant, sinusoid, chirp: amplitude along +x, signed")
+    frequency_hz: float = parameter(
+        1.0, "Hz", "sinusoid: frequency; chirp: first frequency", low=0.0, high=400.0
+    )
+    frequency_end_hz: float = parameter(
+        50.0, "Hz", "chirp: last frequency", low=0.0, high=400.0
+    )
+    sweep_s: float = parameter(20.0, "s", "chirp: duration of one sweep", above=0.0)
+    mass: float = parameter(0.8, "kg", "hand: mass of the arm", above=0.0)
+    damping: float = parameter(5.5, "N s/m", "hand: damping of the arm towards its target", low=0.0)
+    stiffness: float = parameter(30.0, "N/m", "hand: stiffness of the arm to its target", low=0.0)
+    grip_stiffness: float = parameter(375.0, "N/m", "hand: stiffness of the grip", low=0.0)
+    grip_damping: float = parameter(7.9, "N s/m", "hand: damping of the grip", low=0.0)
+    squeeze: float = parameter(
+        1.0, "N", "hand: force with which the object is held once gripped", low=0.0
+    )
+    file: str = parameter("", "-", "playback: CSV, MAT or NPY file", read_only=True)
+    columns: str = parameter(
+        "", "-", "playback: column names or numbers, or variable path; comma separated", read_only=True
+    )
+    time_column: str = parameter(
+        "", "-", "playback: column with the time in s (empty: use rate_hz)", read_only=True
+    )
+    rate_hz: float = parameter(
+        1000.0, "Hz", "playback: sample rate of the file without a time column", above=0.0
+    )
+    scale: float = parameter(1.0, "SI per unit of the file", "playback: factor to N or m")
+    offset: float = parameter(0.0, "N or m", "playback: added after scaling")
+    fade_s: float = parameter(0.2, "s", "playback: fade in and out", low=0.0)
+    repeat: bool = parameter(True, "-", "playback: start again at the end of the file")
+
+
+@dataclass(frozen=True)
+class TaskParams(Validated):
+    """What the hands are asked to do together; the target the server shows (App. B Fig. 6)."""
+
+    kind: str = parameter(
+        "hold",
+        "-",
+        "free: nothing; hold: grip and hold; carry: grip, hold, then follow the target",
+        choices=("free", "hold", "carry"),
+    )
+    grip_s: float = parameter(1.0, "s", "time at which the hands close", low=0.0)
+    grip_rise_s: float = parameter(1.0, "s", "time the closing takes", above=0.0)
+    move_s: float = parameter(4.0, "s", "time at which the target starts to move", low=0.0)
+    distance_m: float = parameter(0.05, "m", "how far the target moves along +x")
+    move_rise_s: float = parameter(3.0, "s", "duration of one minimum-jerk move", above=0.0)
+    rest_s: float = parameter(1.0, "s", "pause between moves", low=0.0)

@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a session leaves behind, as arrays: the same whether it ran live, in virtual time or is read from a file.
+
+Time is the axis before the degrees of freedom; a batch of simulated runs adds leading axes: ``(..., tick, dof)``.
+All times are seconds since the start of the session, on the time line of the recording.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_core.numeric import Array
+
+Integers = NDArray[np.int64]
+
+
+@dataclass
+class UserTraces:
+    """One master: a row per executed tick of the force loop, energies at the end of each block of M ticks.
+
+    ``f_h`` is NaN where the hand's force is not known. ``state``: 0 starting, 1 coupled, 2 damping, 3 fault.
+    """
+
+    name: str
+    tick_s: float
+    time_s: Array  # (tick,)
+    tick: Integers  # (tick,) number of the tick, consecutive when nothing is missing
+    x_m: Array  # (..., tick, dof) [m]
+    xd_m: Array  # [m/s]
+    f_h: Array  # [N] hand on device
+    f_m: Array  # [N] asked for by the controller
+    f_applied: Array  # [N] after the safety limits
+    u_m: Array  # [sqrt(W)]
+    u_m_lp: Array
+    v_m: Array
+    lateness_s: Array  # (tick,) wake-up behind its deadline; zero in virtual time
+    compute_s: Array  # (tick,)
+    block_time_s: Array  # (block,) end of each block
+    state: Integers  # (..., block)
+    reason: list[str]  # (block,) why the state is what it is, "" when coupled
+    energy: dict[str, Array]  # u_m, u_tx, v_rx, v_m, device, hand -> (..., block) [J]
+    missed: int = 0
+    safety_events: Any = 0
+
+
+@dataclass
+class ServerTraces:
+    """The server: a row per step of the environment; lists per user in the order of ``users``."""
+
+    users: list[str]
+    period_s: float
+    time_s: Array  # (step,)
+    step: Integers  # (step,)
+    x_o: Array  # (..., step, dof)
+    xd_o: Array
+    target: Array  # (..., step, dof)
+    x_s: list[Array]
+    xd_s: list[Array]
+    f_s: list[Array]
+    u_s: list[Array]
+    v_s: list[Array]
+    contact: list[NDArray[np.bool_]]  # (..., step)
+    state: list[Integers]  # 0 absent, 1 joining, 2 coupled, 3 damping
+    energy_u_s: list[Array]  # (..., step) running sums [J]
+    energy_v_s: list[Array]
+    kinetic: Array  # (..., step) [J]
+    potential: Array
+    dissipated: Array
+
+
+@dataclass
+class PacketTraces:
+    """The packets seen on one topic, in the order recorded."""
+
+    topic: str
+    time_s: Array  # when recorded
+    epoch: NDArray[np.uint64]
+    seq: Integers
+    sent_ns: Integers  # the sender's monotonic clock
+    wave: Array  # (packet, dof)
+    integral: Array
+    energy: Array
+
+
+@dataclass
+class FateTraces:
+    """What a link did to each packet, by number (1, 2, 3...); times on the emulator's monotonic clock."""
+
+    link: str
+    number: Integers
+    epoch: NDArray[np.uint64]
+    seq: Integers
+    size_bytes: Integers
+    time_in_ns: Integers
+    time_due_ns: Integers
+    time_out_ns: Integers  # 0: never
+    fate: Integers  # 0 delivered, 1 lost, 2 duplicate, 3 dropped by rate, 4 queue full, 5 invalid
+    cause: Integers
+
+
+@dataclass
+class SessionTraces:
+    """Everything recorded of one session.
+
+    ``source`` is ``live``, ``simulated`` or ``replayed``. ``events`` are findings with a time: a node that died, a gap,
+    a file that ends in the middle: ``{"time_s": float | None, "what": str, "who": str}``.
+    ``counts`` holds per topic ``{"messages": int, "missing": int}``.
+    """
+
+    source: str
+    duration_s: float
+    users: list[UserTraces]
+    server: ServerTraces | None
+    packets: dict[str, PacketTraces] = field(default_factory=dict)
+    fates: dict[str, FateTraces] = field(default_factory=dict)
+    link_states: dict[str, dict[str, Array]] = field(default_factory=dict)
+    counts: dict[str, dict[str, int]] = field(default_factory=dict)
+    events: list[dict[str, Any]] = field(default_factory=list)
+    metadata: dict[str, Any] = field(default_factory=dict)
