@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+
+.DEFAULT_GOAL := help
+PY := .venv/bin/python
+export PYTHON
+
+help:   ## this list
+	@sed -n 's/^\([a-z]*\):.*##/  make \1\t/p' Makefile | expand -t 16
+
+setup:  ## environment and build; nothing to do when nothing changed
+	@python=$$(tools/find_python.sh) && "$$python" tools/setup_ros.py
+
+run: setup  ## a session of two users carrying a cube over 16 ms links
+	@./pmwvc run carry_16ms
+
+test: setup  ## all tests, in parallel
+	@$(PY) -m pytest -n auto
+
+lint: setup  ## format, lint and type checks
+	@$(PY) -m ruff check .
+	@$(PY) -m ruff format --check .
+	@$(PY) -m mypy
+
+bench: setup  ## timing of the loop and of the core, with numbers
+	@$(PY) test/bench/run.py
+
+lock: setup  ## new lock file after editing tools/requirements.in
+	@.venv/bin/uv pip compile -q --system-certs --universal --generate-hashes --no-header \
+		--python-version 3.11 tools/requirements.in -o tools/requirements.txt
+
+clean:  ## remove environment, build and caches (sessions stay)
+	rm -rf .venv .ros .hypothesis .pytest_cache .ruff_cache .mypy_cache
+
+.PHONY: help setup run test lint bench lock clean

@@ -1,0 +1,29 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+from glob import glob
+
+from setuptools import find_packages, setup
+
+name = "pmwvc_bringup"
+
+setup(
+    name=name,
+    version="0.1.0",
+    packages=find_packages(include=[name, f"{name}.*"]),
+    package_data={"": ["py.typed", "*.html", "*.json", "*.css"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
+        (f"share/{name}", ["package.xml"]),
+        (f"share/{name}/launch", sorted(glob("launch/*.launch.py"))),
+        (f"share/{name}/config", sorted(glob("config/*.yaml"))),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=False,
+    maintainer="PMWVC contributors",
+    maintainer_email="maintainers@pmwvc.example",
+    description="Launch files, scenarios, session runner and command line.",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": ["pmwvc = pmwvc_bringup.cli:main"],
+    },
+)

@@ -1,0 +1,29 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+from setuptools import find_packages, setup
+
+name = "pmwvc_master"
+
+setup(
+    name=name,
+    version="0.1.0",
+    packages=find_packages(include=[name, f"{name}.*"]),
+    package_data={"": ["py.typed", "*.html", "*.json", "*.css"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
+        (f"share/{name}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=False,
+    maintainer="PMWVC contributors",
+    maintainer_email="maintainers@pmwvc.example",
+    description="Master node: one haptic device at 1 kHz, coupled by wave variables.",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": ["master = pmwvc_master.node:main"],
+        "pmwvc.devices": [
+            "simulated = pmwvc_master.devices.simulated:SimulatedDevice",
+            "ros_topic = pmwvc_master.devices.ros_topic:RosTopicDevice",
+        ],
+    },
+)
