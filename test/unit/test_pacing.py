@@ -1,0 +1,297 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The loop clock, on an invented clock: no real time is judged here."""
+
+import ctypes
+import errno
+import itertools
+import os
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.runtime import pacing
+from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time, sleep_until
+
+MS = 1_000_000
+
+
+class InventedClock:
+    """A clock that only moves when somebody sleeps or works, and oversleeps as it is told."""
+
+    def __init__(self, now_ns: int = 0) -> None:
+        self.now_ns = now_ns
+        self.oversleep_ns = 0
+
+    def __call__(self) -> int:
+        return self.now_ns
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        self.now_ns = max(self.now_ns, deadline_ns) + self.oversleep_ns
+
+    def work(self, duration_ns: int) -> None:
+        self.now_ns += duration_ns
+
+
+def pacer_on(clock: InventedClock, **settings: int) -> Pacer:
+    settings = {"period_ns": MS} | settings
+    return Pacer(**settings, clock=clock, sleep=clock.sleep_until)
+
+
+def test_first_deadline_is_the_next_grid_point() -> None:
+    assert pacer_on(InventedClock(7_300_000)).wait() == Tick(0, 8, 8 * MS, 8 * MS, 0, 0)
+
+
+def test_starting_on_a_grid_point_waits_for_the_next_one() -> None:
+    assert pacer_on(InventedClock(7 * MS)).wait().due_ns == 8 * MS
+
+
+@pytest.mark.parametrize(
+    ("phase_ns", "due_ns"), [(0, 8 * MS), (250_000, 7_250_000), (-100_000, 7_900_000)]
+)
+def test_phase_shifts_the_grid(phase_ns: int, due_ns: int) -> None:
+    assert pacer_on(InventedClock(7 * MS), phase_ns=phase_ns).wait().due_ns == due_ns
+
+
+def test_loops_with_the_same_period_keep_the_same_deadlines_whenever_they_start() -> None:
+    early, late = InventedClock(1_234_567), InventedClock(9_876_543)
+    first, second = pacer_on(early), pacer_on(late)
+    dues = [{pacer.wait().due_ns for _ in range(20)} for pacer in (first, second)]
+    assert len(dues[0] & dues[1]) == 12  # 10 ms to 21 ms
+
+
+def test_lateness_of_a_wake_up_does_not_add_up() -> None:
+    clock = InventedClock()
+    clock.oversleep_ns = 60_000
+    pacer = pacer_on(clock)
+    ticks = [pacer.wait() for _ in range(1000)]
+    assert ticks[-1] == Tick(999, 1000, 1000 * MS, 1000 * MS + 60_000, 60_000, 0)
+
+
+def test_now_plus_period_would_lose_sixty_ticks_of_a_thousand() -> None:
+    """Control: the scheme this class replaces, with the same oversleep."""
+    clock = InventedClock()
+    clock.oversleep_ns = 60_000
+    executed = 0
+    while clock() < 1000 * MS:
+        clock.sleep_until(clock() + MS)
+        executed += 1
+    assert executed == 944  # 1000 ms / 1.06 ms
+
+
+def test_late_loop_runs_every_tick_half_a_period_apart_until_it_is_back() -> None:
+    clock = InventedClock()
+    pacer = pacer_on(clock)
+    pacer.wait()
+    clock.work(3 * MS)
+    ticks = [pacer.wait() for _ in range(6)]
+    assert [t.grid for t in ticks] == [2, 3, 4, 5, 6, 7]
+    assert [t.woke_ns for t in ticks] == [4 * MS, 4_500_000, 5 * MS, 5_500_000, 6 * MS, 7 * MS]
+    assert [t.lateness_ns for t in ticks] == [2 * MS, 1_500_000, MS, 500_000, 0, 0]
+    assert pacer.missed == 0
+
+
+def test_odd_period_is_never_halved_downwards() -> None:
+    clock = InventedClock()
+    pacer = pacer_on(clock, period_ns=3)
+    first = pacer.wait()
+    clock.work(7)
+    second, third = pacer.wait(), pacer.wait()
+    assert (first.woke_ns, second.woke_ns, third.woke_ns) == (3, 10, 12)
+
+
+def test_lateness_at_the_recovery_limit_is_made_up_for() -> None:
+    clock = InventedClock()
+    pacer = pacer_on(clock, recover_ns=5 * MS)
+    pacer.wait()
+    clock.now_ns = 7 * MS  # the tick was due at 2 ms
+    assert pacer.wait() == Tick(1, 2, 2 * MS, 7 * MS, 5 * MS, 0)
+
+
+def test_lateness_beyond_the_recovery_limit_skips_whole_periods_and_counts_them() -> None:
+    clock = InventedClock()
+    pacer = pacer_on(clock, recover_ns=5 * MS)
+    pacer.wait()
+    clock.now_ns = 7 * MS + 1
+    assert pacer.wait() == Tick(1, 7, 7 * MS, 7 * MS + 1, 1, 5)
+    assert pacer.missed == 5
+    assert pacer.wait() == Tick(2, 8, 8 * MS, 8 * MS, 0, 0)
+
+
+def test_being_stopped_while_asleep_skips_too() -> None:
+    clock = InventedClock()
+    pacer = pacer_on(clock, recover_ns=5 * MS)
+    pacer.wait()
+    clock.oversleep_ns = 40 * MS + 300_000
+    assert pacer.wait() == Tick(1, 42, 42 * MS, 42 * MS + 300_000, 300_000, 40)
+
+
+def test_period_longer_than_the_recovery_limit_has_nothing_to_skip() -> None:
+    clock = InventedClock()
+    pacer = pacer_on(clock, period_ns=100 * MS, recover_ns=25 * MS)
+    pacer.wait()
+    clock.now_ns = 240 * MS
+    assert pacer.wait() == Tick(1, 2, 200 * MS, 240 * MS, 40 * MS, 0)
+
+
+@given(
+    period_ns=st.integers(1, 5 * MS),
+    phase_ns=st.integers(-5 * MS, 5 * MS),
+    recover_ns=st.integers(0, 30 * MS),
+    loads=st.lists(
+        st.tuples(st.integers(0, 60 * MS), st.integers(0, 2 * MS)), min_size=1, max_size=60
+    ),
+)
+def test_every_deadline_is_either_run_or_counted(
+    period_ns: int, phase_ns: int, recover_ns: int, loads: list[tuple[int, int]]
+) -> None:
+    clock = InventedClock(3 * MS)
+    pacer = pacer_on(clock, period_ns=period_ns, phase_ns=phase_ns, recover_ns=recover_ns)
+    ticks = []
+    for work_ns, clock.oversleep_ns in loads:
+        ticks.append(pacer.wait())
+        clock.work(work_ns)
+    assert [t.index for t in ticks] == list(range(len(loads)))
+    assert all((t.due_ns - phase_ns) % period_ns == 0 for t in ticks)
+    assert all(t.grid == t.due_ns // period_ns for t in ticks)
+    assert all(t.woke_ns - t.due_ns == t.lateness_ns >= 0 for t in ticks)
+    assert all(t.lateness_ns <= max(recover_ns, period_ns - 1) for t in ticks)
+    for before, after in itertools.pairwise(ticks):
+        assert after.grid - before.grid == 1 + after.skipped
+        assert 2 * (after.woke_ns - before.woke_ns) >= period_ns
+    assert pacer.missed == sum(t.skipped for t in ticks)
+
+
+def test_ticks_end_when_stop_is_set() -> None:
+    stop = threading.Event()
+    pacer = pacer_on(InventedClock())
+    seen = []
+    for tick in pacer.ticks(stop):
+        seen.append(tick.index)
+        if tick.index == 4:
+            stop.set()
+    assert seen == [0, 1, 2, 3, 4]
+
+
+def test_stop_set_during_the_sleep_gives_no_further_tick() -> None:
+    stop = threading.Event()
+    clock = InventedClock()
+
+    def sleep(deadline_ns: int) -> None:
+        clock.sleep_until(deadline_ns)
+        stop.set()
+
+    assert list(Pacer(MS, clock=clock, sleep=sleep).ticks(stop)) == []
+
+
+@pytest.mark.parametrize(
+    ("settings", "text"),
+    [
+        ({"period_ns": 0}, r"period_ns = 0: must be > 0 ns"),
+        ({"recover_ns": -1}, r"recover_ns = -1: must be >= 0 ns"),
+    ],
+)
+def test_impossible_settings_are_refused(settings: dict[str, int], text: str) -> None:
+    with pytest.raises(ParameterError, match=text):
+        pacer_on(InventedClock(), **settings)
+
+
+def test_sleep_goes_on_after_a_signal(monkeypatch: pytest.MonkeyPatch) -> None:
+    results = [errno.EINTR, errno.EINTR, 0]
+    asked = []
+
+    class Interrupted:
+        @staticmethod
+        def clock_nanosleep(clock: int, flags: int, until: object, rest: object) -> int:
+            asked.append((clock, flags, until._obj.tv_sec, until._obj.tv_nsec, rest))
+            return results.pop(0)
+
+    monkeypatch.setattr(pacing, "_libc", Interrupted)
+    sleep_until(5_000_000_007)
+    assert asked == [(time.CLOCK_MONOTONIC, 1, 5, 7, None)] * 3
+
+
+def test_sleep_that_the_system_refuses_raises(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Refusing:
+        clock_nanosleep = staticmethod(lambda *_: errno.EINVAL)
+
+    monkeypatch.setattr(pacing, "_libc", Refusing)
+    with pytest.raises(OSError, match="Invalid argument"):
+        sleep_until(1)
+
+
+def test_sleep_reaches_its_deadline_and_ignores_a_past_one() -> None:
+    deadline = time.monotonic_ns() + MS
+    sleep_until(deadline)
+    assert time.monotonic_ns() >= deadline
+    sleep_until(deadline)
+    sleep_until(-1)
+
+
+def test_refusals_are_reported_with_reason_and_way_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Unprivileged:
+        @staticmethod
+        def mlockall(flags: int) -> int:
+            ctypes.set_errno(errno.ENOMEM)
+            return -1
+
+        @staticmethod
+        def prctl(*_: object) -> int:
+            return 0
+
+    def forbid(*_: object) -> None:
+        raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
+
+    monkeypatch.setattr(pacing, "_libc", Unprivileged)
+    monkeypatch.setattr(os, "sched_setscheduler", forbid)
+    monkeypatch.setattr("gc.freeze", lambda: None)
+    assert str(request_real_time(20)) == (
+        "real time: timer slack 1 ns granted; frozen garbage collector granted; "
+        "SCHED_FIFO 20 refused (Operation not permitted; raise the user's rtprio limit); "
+        "memory lock refused (Cannot allocate memory; raise the user's memlock limit)"
+    )
+
+
+def test_memory_to_come_is_locked_only_where_no_limit_can_make_it_fail(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = []
+
+    class Granting:
+        prctl = staticmethod(lambda *_: 0)
+        mlockall = staticmethod(lambda flags: asked.append(flags))
+
+    monkeypatch.setattr(pacing, "_libc", Granting)
+    monkeypatch.setattr(os, "sched_setscheduler", lambda *_: None)
+    monkeypatch.setattr("gc.freeze", lambda: None)
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    for limit in (64 * 2**20, pacing.resource.RLIM_INFINITY):
+        monkeypatch.setattr(pacing.resource, "getrlimit", lambda _, limit=limit: (limit, limit))
+        assert request_real_time(20).refused == {}
+    assert asked == [1, 1 | 2]
+
+
+def test_real_system_grants_or_refuses_each_request_and_raises_nothing() -> None:
+    code = (
+        "from pmwvc_core.runtime.pacing import request_real_time as ask\n"
+        "for priority in (20, 1000):\n"
+        "    report = ask(priority)\n"
+        "    print(*sorted([*report.granted, *report.refused]), sep=', ')\n"
+        "print(report.refused['SCHED_FIFO 1000'])\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+    )
+    lines = result.stdout.splitlines()
+    assert lines[0] == "SCHED_FIFO 20, frozen garbage collector, memory lock, timer slack 1 ns"
+    assert lines[2]
+
+
+def test_full_grant_says_so() -> None:
+    assert str(RealTimeReport(("memory lock",))) == "real time: memory lock granted"
