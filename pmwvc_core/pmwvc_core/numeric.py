@@ -71,7 +71,9 @@ def limit_length(value: Value, longest: Value) -> Value:
 
 def finite(value: Value) -> bool:
     """Tell whether every element is a finite number."""
-    return bool(np.isfinite(value).all()) if isinstance(value, np.ndarray) else math.isfinite(value)
+    return (
+        bool(np.isfinite(value).all()) if isinstance(value, np.ndarray) else math.isfinite(value)
+    )
 
 
 def truth(condition: Flag) -> bool:

@@ -52,7 +52,10 @@ class Spec:
             bounds += [f"<= {self.high:g}"] if self.high is not None else []
         bounds += [f"> {self.above:g}"] if self.above is not None else []
         bounds += [f"< {self.below:g}"] if self.below is not None else []
-        text = " and ".join(bounds) or {float: "a number", int: "a whole number", str: "a text"}[self.kind]
+        text = (
+            " and ".join(bounds)
+            or {float: "a number", int: "a whole number", str: "a text"}[self.kind]
+        )
         return text + unit + (" or null" if self.optional else "")
 
     def problem(self, value: Any) -> str | None:  # noqa: ANN401 (whatever a file holds)
@@ -96,7 +99,16 @@ def parameter(  # noqa: ANN201 (dataclasses.field has no useful type)
     """
     kind = kind or type(default)
     spec = Spec(
-        kind, unit, low, high, above, below, tuple(choices), default is None, read_only, description
+        kind,
+        unit,
+        low,
+        high,
+        above,
+        below,
+        tuple(choices),
+        default is None,
+        read_only,
+        description,
     )
     return dataclasses.field(default=default, metadata={"spec": spec})
 
@@ -108,7 +120,9 @@ def specs(owner: Any) -> Mapping[str, Spec]:  # noqa: ANN401 (a dataclass or an 
 
 def groups(owner: Any) -> Mapping[str, type]:  # noqa: ANN401 (a dataclass or an instance of one)
     """Return the nested parameter groups of a dataclass by field name."""
-    return {f.name: f.metadata["group"] for f in dataclasses.fields(owner) if "group" in f.metadata}
+    return {
+        f.name: f.metadata["group"] for f in dataclasses.fields(owner) if "group" in f.metadata
+    }
 
 
 def group(kind: type):  # noqa: ANN201 (dataclasses.field has no useful type)

@@ -19,7 +19,9 @@ class FilterParams(Validated):
     """
 
     kind: str = parameter("first_order", "-", "which filter", choices=FILTER_KINDS)
-    pole_rad_s: float | None = parameter(None, "rad/s", "first order: the pole", kind=float, above=0.0)
+    pole_rad_s: float | None = parameter(
+        None, "rad/s", "first order: the pole", kind=float, above=0.0
+    )
     cutoff_hz: float | None = parameter(
         None, "Hz", "first order: frequency of -3 dB", kind=float, above=0.0
     )
@@ -69,7 +71,10 @@ class MasterParams(Validated):
         0.001, "s", "period of the force loop, T_c", low=1e-4, high=0.02, read_only=True
     )
     hold: str = parameter(
-        "foh", "-", "expansion of the returning wave (foh: delayed first order)", choices=("zoh", "foh")
+        "foh",
+        "-",
+        "expansion of the returning wave (foh: delayed first order)",
+        choices=("zoh", "foh"),
     )
     filter: FilterParams = group(FilterParams)
 

@@ -23,7 +23,10 @@ class LinkParams(Validated):
         "", "-", "trace: file with columns time and delay; delays follow it, in a loop"
     )
     trace_scale: float = parameter(
-        1.0, "s per unit of the file", "trace: factor to seconds (half a round trip in ms: 0.0005)", above=0.0
+        1.0,
+        "s per unit of the file",
+        "trace: factor to seconds (half a round trip in ms: 0.0005)",
+        above=0.0,
     )
     loss: float = parameter(0.0, "-", "probability that a packet is lost", low=0.0, high=1.0)
     duplicate: float = parameter(

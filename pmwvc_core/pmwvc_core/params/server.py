@@ -24,7 +24,10 @@ class ServerParams(Validated):
         choices=INTEGRATORS,
     )
     environment: str = parameter(
-        "cube", "-", "cube: the shared object; wall: a wall that does not move", choices=("cube", "wall")
+        "cube",
+        "-",
+        "cube: the shared object; wall: a wall that does not move",
+        choices=("cube", "wall"),
     )
     period_s: float = parameter(
         0.008, "s", "time step of the environment, T_VE", low=1e-3, high=0.1, read_only=True
@@ -39,7 +42,11 @@ class ContactParams(Validated):
     """One user's end at the server: wave impedance of that port and contact with the object."""
 
     impedance: float | None = parameter(
-        None, "N s/m", "wave impedance of the server port (null: that of the user's master)", kind=float, above=0.0
+        None,
+        "N s/m",
+        "wave impedance of the server port (null: that of the user's master)",
+        kind=float,
+        above=0.0,
     )
     contact: str = parameter(
         "grip",

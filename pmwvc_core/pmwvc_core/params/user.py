@@ -84,12 +84,12 @@ class OperatorParams(Validated):
     frequency_hz: float = parameter(
         1.0, "Hz", "sinusoid: frequency; chirp: first frequency", low=0.0, high=400.0
     )
-    frequency_end_hz: float = parameter(
-        50.0, "Hz", "chirp: last frequency", low=0.0, high=400.0
-    )
+    frequency_end_hz: float = parameter(50.0, "Hz", "chirp: last frequency", low=0.0, high=400.0)
     sweep_s: float = parameter(20.0, "s", "chirp: duration of one sweep", above=0.0)
     mass: float = parameter(0.8, "kg", "hand: mass of the arm", above=0.0)
-    damping: float = parameter(5.5, "N s/m", "hand: damping of the arm towards its target", low=0.0)
+    damping: float = parameter(
+        5.5, "N s/m", "hand: damping of the arm towards its target", low=0.0
+    )
     stiffness: float = parameter(30.0, "N/m", "hand: stiffness of the arm to its target", low=0.0)
     grip_stiffness: float = parameter(375.0, "N/m", "hand: stiffness of the grip", low=0.0)
     grip_damping: float = parameter(7.9, "N s/m", "hand: damping of the grip", low=0.0)
@@ -98,7 +98,10 @@ class OperatorParams(Validated):
     )
     file: str = parameter("", "-", "playback: CSV, MAT or NPY file", read_only=True)
     columns: str = parameter(
-        "", "-", "playback: column names or numbers, or variable path; comma separated", read_only=True
+        "",
+        "-",
+        "playback: column names or numbers, or variable path; comma separated",
+        read_only=True,
     )
     time_column: str = parameter(
         "", "-", "playback: column with the time in s (empty: use rate_hz)", read_only=True
