@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One user's end of the channel in one object: receiver, controller, safety limits and sender.
+
+The 1 kHz loop and the simulator call the same four methods in the order of a frame:
+``send`` at the frame start, ``receive`` once a frame, ``step`` every tick, ``deliver`` whenever a
+packet comes in. Time is an argument (integer nanoseconds of any monotonic clock).
+"""
+
+from typing import Protocol
+
+from pmwvc_core.master.port import MasterController
+from pmwvc_core.master.safety import SafetyLimiter
+from pmwvc_core.numeric import Flag, Value, where
+from pmwvc_core.wave.packet import FLAG_LEAVING, FLAG_LIMITED, Packer, WavePacket
+
+
+class Inbox(Protocol):
+    """What an end needs of its receiver; a batch has one that spans several receivers."""
+
+    def take(self, now_ns: int) -> Value:
+        """Return the newest wave."""
+
+    def silent(self, now_ns: int) -> Flag:
+        """Tell whether the other end has been silent for too long."""
+
+    def silence_s(self, now_ns: int) -> Value:
+        """Return the time since the last accepted packet [s]."""
+
+    def heard(self) -> Flag:
+        """Tell whether any packet was ever accepted."""
+
+    def echo(self, now_ns: int) -> tuple[int, int, int]:
+        """Return sequence number, sender's clock and holding time of the newest packet."""
+
+
+class Client:
+    """The master's side of one user, free of ROS and clocks.
+
+    Parameters
+    ----------
+    controller
+        What turns motion into force and waves.
+    safety
+        The limits between controller and device.
+    inbox
+        The receiver of the returning packets.
+    packer
+        Numbers the outgoing packets and keeps their running sums.
+    """
+
+    def __init__(
+        self, controller: MasterController, safety: SafetyLimiter, *, inbox: Inbox, packer: Packer
+    ) -> None:
+        self.controller = controller
+        self.safety = safety
+        self.inbox = inbox
+        self.packer = packer
+        self.f_asked: Value = 0.0
+        self._events_sent = 0
+
+    def coupled(self) -> Flag:
+        """Tell whether the server has ever answered: from then on the hand has something to feel."""
+        return self.inbox.heard()
+
+    def send(self, now_ns: int, *, leaving: bool = False) -> WavePacket:
+        """Return the packet of this frame start: the filter's output after the last tick."""
+        flags = self.controller.flags | (FLAG_LEAVING if leaving else 0)
+        events = self.safety.events
+        if isinstance(events, int) and events != self._events_sent:
+            self._events_sent = events
+            flags |= FLAG_LIMITED
+        return self.packer.pack(
+            self.controller.send(),
+            self.controller.position(),
+            now_ns,
+            flags=flags,
+            echo=self.inbox.echo(now_ns),
+        )
+
+    def receive(self, now_ns: int) -> None:
+        """Hand the newest wave to the controller; a silent server becomes a matched damper."""
+        wave = self.inbox.take(now_ns)
+        self.controller.receive(where(self.inbox.silent(now_ns), wave * 0.0, wave))
+
+    def step(self, x: Value, xd: Value, now_ns: int) -> Value:
+        """Advance one tick and return the force the device may render [N].
+
+        Parameters
+        ----------
+        x, xd
+            Measured position [m] and velocity [m/s] at the start of the tick.
+        now_ns
+            Time of the tick.
+        """
+        self.f_asked = self.controller.step(x, xd)
+        f_applied = self.safety.step(
+            self.f_asked,
+            x,
+            xd,
+            silence_s=self.inbox.silence_s(now_ns),
+            coupled=self.inbox.heard(),
+        )
+        self.controller.applied(f_applied)
+        return f_applied

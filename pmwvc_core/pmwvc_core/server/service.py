@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server's end for all users in one object: receivers, membership, the environment's step, senders.
+
+A user joins with its first packet (or with a new epoch: it was restarted), is rendered a matched
+damper while it is silent, and leaves when it says so or stays silent for ``release_s``.
+Time is an argument (integer nanoseconds of any monotonic clock).
+"""
+
+import enum
+from collections.abc import Sequence
+
+from pmwvc_core.master.client import Inbox
+from pmwvc_core.numeric import Value, truth, where
+from pmwvc_core.server.port import ServerController
+from pmwvc_core.wave.packet import FLAG_LEAVING, Packer, WavePacket
+from pmwvc_core.wave.receiver import Receiver, Verdict
+
+
+class Presence(enum.IntEnum):
+    """What a user is to the server; the numbers are those of the ServerTrace message."""
+
+    ABSENT = 0
+    JOINING = 1
+    COUPLED = 2
+    DAMPING = 3
+
+
+class Service:
+    """All users' server ports around one environment.
+
+    Parameters
+    ----------
+    server
+        The environment with its wave ports.
+    inboxes, packers
+        One receiver and one sender per user.
+    release_s
+        Silence after which a user is taken out [s].
+    """
+
+    def __init__(
+        self,
+        server: ServerController,
+        *,
+        inboxes: Sequence[Inbox],
+        packers: Sequence[Packer],
+        release_s: float = 1.0,
+    ) -> None:
+        self.server = server
+        self.inboxes = list(inboxes)
+        self.packers = list(packers)
+        self.release_s = release_s
+        self.presence = [Presence.ABSENT for _ in self.inboxes]
+
+    def deliver(self, user: int, packet: WavePacket, now_ns: int) -> Verdict:
+        """Take one packet of a user in; a first one, or one of a new life of that user, joins it."""
+        inbox = self.inboxes[user]
+        if not isinstance(inbox, Receiver):
+            raise TypeError("only a single run takes packets one by one")
+        verdict = inbox.push(packet, now_ns)
+        if verdict not in (Verdict.ACCEPTED, Verdict.NEW_EPOCH):
+            return verdict
+        if packet.flags & FLAG_LEAVING:
+            self.leave(user)
+        elif verdict is Verdict.NEW_EPOCH or self.presence[user] is Presence.ABSENT:
+            self.join(user, packet.position)
+        return verdict
+
+    def join(self, user: int, position: Value) -> None:
+        """Put a user's avatar where its device is, without a force."""
+        if self.presence[user] is not Presence.ABSENT:
+            self.server.leave(user)
+        self.server.join(user, position)
+        self.presence[user] = Presence.JOINING
+
+    def leave(self, user: int) -> None:
+        """Take a user's avatar out; what its spring held is gone."""
+        if self.presence[user] is not Presence.ABSENT:
+            self.server.leave(user)
+        self.presence[user] = Presence.ABSENT
+
+    def step(self, now_ns: int) -> list[WavePacket | None]:
+        """Advance the environment by its period; return each user's answer (None for an absent one)."""
+        waves: list[Value] = []
+        for user, inbox in enumerate(self.inboxes):
+            wave = inbox.take(now_ns)
+            silent = inbox.silent(now_ns)
+            if self.presence[user] is not Presence.ABSENT:
+                if truth(silent) and truth(inbox.silence_s(now_ns) > self.release_s):
+                    self.leave(user)
+                else:
+                    quiet = truth(silent)
+                    self.presence[user] = Presence.DAMPING if quiet else Presence.COUPLED
+            waves.append(where(silent, wave * 0.0, wave))
+        answers = self.server.step(waves)
+        return [
+            None
+            if self.presence[user] is Presence.ABSENT
+            else self.packers[user].pack(
+                answers[user],
+                self.server.x_s[user],
+                now_ns,
+                flags=self.server.flags,
+                echo=self.inboxes[user].echo(now_ns),
+            )
+            for user in range(len(self.inboxes))
+        ]
