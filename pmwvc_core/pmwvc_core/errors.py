@@ -2,15 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The exception tree.
 
-Our own mistakes and a user's wrong settings raise; a peer's bad packet never does: it is counted and dropped.
+Our own mistakes and a user's wrong settings raise; a peer's bad packet never does: it is counted
+and dropped.
 
 ::
 
     PmwvcError
     ├── ParameterError        one value is outside what it may be
     │   └── ScenarioError     a scenario file or override; lists every mistake it holds
-    ├── RecordingError        a file of recorded motion, force or delay, or a session folder, cannot be used
-    └── DeviceError           a device cannot be opened, calibrated or read
+    ├── RecordingError        a file of recorded motion, force or delay, or a session folder,
+    cannot be used └── DeviceError           a device cannot be opened, calibrated or read
 """
 
 
@@ -19,7 +20,9 @@ class PmwvcError(Exception):
 
 
 class ParameterError(PmwvcError, ValueError):
-    """A parameter has a value it may not have; the message names it, the value and the allowed range."""
+    """A parameter has a value it may not have; the message names it, the value and the allowed
+    range.
+    """
 
 
 class ScenarioError(ParameterError):

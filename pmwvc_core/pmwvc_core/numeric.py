@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The few operations that let one control law run on plain floats and on arrays ``(..., dof)``.
 
-A signal is a ``float`` (one axis, one run: what the 1 kHz loop uses) or an array whose last axis is the degrees of
-freedom and whose leading axes are runs. Everything else a law needs is ``+ - * /``.
-A quantity per run (an energy, a flag, a parameter) has a last axis of length 1 so that it broadcasts.
+A signal is a ``float`` (one axis, one run: what the 1 kHz loop uses) or an array whose last axis
+is the degrees of freedom and whose leading axes are runs. Everything else a law needs is ``+ - *
+/``. A quantity per run (an energy, a flag, a parameter) has a last axis of length 1 so that it
+broadcasts.
 """
 
 import math
@@ -26,7 +27,9 @@ def where(condition: Flag, yes: Value, no: Value) -> Value:
 
 
 def dot(left: Value, right: Value) -> Value:
-    """Inner product over the degrees of freedom, kept as a last axis of length 1 (a float on floats)."""
+    """Inner product over the degrees of freedom, kept as a last axis of length 1 (a float on
+    floats).
+    """
     product = left * right
     if isinstance(product, np.ndarray) and product.ndim:
         return product.sum(axis=-1, keepdims=True)

@@ -7,31 +7,11 @@ The 1 kHz loop and the simulator call the same four methods in the order of a fr
 packet comes in. Time is an argument (integer nanoseconds of any monotonic clock).
 """
 
-from typing import Protocol
-
 from pmwvc_core.master.port import MasterController
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.numeric import Flag, Value, where
+from pmwvc_core.wave.inbox import Inbox
 from pmwvc_core.wave.packet import FLAG_LEAVING, FLAG_LIMITED, Packer, WavePacket
-
-
-class Inbox(Protocol):
-    """What an end needs of its receiver; a batch has one that spans several receivers."""
-
-    def take(self, now_ns: int) -> Value:
-        """Return the newest wave."""
-
-    def silent(self, now_ns: int) -> Flag:
-        """Tell whether the other end has been silent for too long."""
-
-    def silence_s(self, now_ns: int) -> Value:
-        """Return the time since the last accepted packet [s]."""
-
-    def heard(self) -> Flag:
-        """Tell whether any packet was ever accepted."""
-
-    def echo(self, now_ns: int) -> tuple[int, int, int]:
-        """Return sequence number, sender's clock and holding time of the newest packet."""
 
 
 class Client:

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a parameter is: default, unit, range and description in one place, and the check that uses them.
+"""What a parameter is: default, unit, range and description in one place, and the check that uses
+them.
 
-The YAML reader, the command line, the ROS declarations and the reference page all derive from this metadata.
-A number may be an array with a last axis of length 1: one value per run of a batch.
+The YAML reader, the command line, the ROS declarations and the reference page all derive from this
+metadata. A number may be an array with a last axis of length 1: one value per run of a batch.
 """
 
 import dataclasses
@@ -21,9 +22,9 @@ from pmwvc_core.errors import ParameterError
 class Spec:
     """What is known of one parameter.
 
-    ``kind`` is the Python type of a value (``float``, ``int``, ``bool``, ``str``); ``optional`` allows ``None``.
-    ``above``/``below`` are exclusive bounds, ``low``/``high`` inclusive ones. ``choices`` lists allowed names.
-    ``read_only`` parameters are fixed when a node starts.
+    ``kind`` is the Python type of a value (``float``, ``int``, ``bool``, ``str``); ``optional``
+    allows ``None``. ``above``/``below`` are exclusive bounds, ``low``/``high`` inclusive ones.
+    ``choices`` lists allowed names. ``read_only`` parameters are fixed when a node starts.
     """
 
     kind: type
@@ -58,7 +59,7 @@ class Spec:
         )
         return text + unit + (" or null" if self.optional else "")
 
-    def problem(self, value: Any) -> str | None:  # noqa: ANN401 (whatever a file holds)
+    def problem(self, value: Any) -> str | None:
         """Return what is wrong with a value, or None."""
         if value is None:
             return None if self.optional else f"null: must be {self.range_text()}"
@@ -113,12 +114,12 @@ def parameter(  # noqa: ANN201 (dataclasses.field has no useful type)
     return dataclasses.field(default=default, metadata={"spec": spec})
 
 
-def specs(owner: Any) -> Mapping[str, Spec]:  # noqa: ANN401 (a dataclass or an instance of one)
+def specs(owner: Any) -> Mapping[str, Spec]:
     """Return the parameters of a dataclass by field name, nested groups left out."""
     return {f.name: f.metadata["spec"] for f in dataclasses.fields(owner) if "spec" in f.metadata}
 
 
-def groups(owner: Any) -> Mapping[str, type]:  # noqa: ANN401 (a dataclass or an instance of one)
+def groups(owner: Any) -> Mapping[str, type]:
     """Return the nested parameter groups of a dataclass by field name."""
     return {
         f.name: f.metadata["group"] for f in dataclasses.fields(owner) if "group" in f.metadata
@@ -155,7 +156,8 @@ class Validated:
         return found or self.conflicts()
 
     def conflicts(self) -> list[str]:
-        """Return what is wrong between fields that are each right (override where there is any)."""
+        """Return what is wrong between fields that are each right (override where there is any).
+        """
         return []
 
 

@@ -13,9 +13,10 @@ FILTER_KINDS = ("none", "first_order", "butterworth", "integrate_and_dump")
 class FilterParams(Validated):
     """Anti-aliasing filter of the outgoing wave.
 
-    A first-order filter has exactly one cut-off, in one of three conventions: ``pole_rad_s`` (the pole; what App. B
-    calls f_c), ``cutoff_hz`` (-3 dB) or ``stop_hz`` (-20 dB). Give another one and the default pole gives way.
-    A Butterworth filter is designed from ``pass_hz``/``pass_db`` and ``stop_hz``/``stop_db`` (attenuations, App. A).
+    A first-order filter has exactly one cut-off, in one of three conventions: ``pole_rad_s`` (the
+    pole; what App. B calls f_c), ``cutoff_hz`` (-3 dB) or ``stop_hz`` (-20 dB). Give another one
+    and the default pole gives way. A Butterworth filter is designed from ``pass_hz``/``pass_db``
+    and ``stop_hz``/``stop_db`` (attenuations, App. A).
     """
 
     kind: str = parameter("first_order", "-", "which filter", choices=FILTER_KINDS)

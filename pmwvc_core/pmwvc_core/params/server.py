@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the server: the shared object, how its algebraic loop is closed, and each user's contact."""
+"""Parameters of the server: the shared object, how its algebraic loop is closed, and each user's
+contact.
+"""
 
 from dataclasses import dataclass
 

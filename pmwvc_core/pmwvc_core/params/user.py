@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of one user's side of the loop: the device, the hand on it, and the limits that guard the hand."""
+"""Parameters of one user's side of the loop: the device, the hand on it, and the limits that guard
+the hand.
+"""
 
 from dataclasses import dataclass
 
@@ -19,7 +21,9 @@ OPERATOR_KINDS = (
 
 @dataclass(frozen=True)
 class DeviceParams(Validated):
-    """The force-feedback device, simulated: m x'' + b_hd x' = f_h - F_m, with what a real one adds."""
+    """The force-feedback device, simulated: m x'' + b_hd x' = f_h - F_m, with what a real one
+    adds.
+    """
 
     plugin: str = parameter("simulated", "-", "device plug-in by entry-point name", read_only=True)
     mass: float = parameter(0.25, "kg", "apparent mass at the handle", above=0.0)
@@ -39,7 +43,9 @@ class DeviceParams(Validated):
 
 @dataclass(frozen=True)
 class SafetyParams(Validated):
-    """Limits between controller and device; part of every control path, they cannot be switched off."""
+    """Limits between controller and device; part of every control path, they cannot be switched
+    off.
+    """
 
     max_force: float = parameter(
         8.0, "N", "peak force (Touch class 3.3, larger desktop devices 8)", above=0.0, high=20.0
@@ -77,7 +83,9 @@ class SafetyParams(Validated):
 
 @dataclass(frozen=True)
 class OperatorParams(Validated):
-    """The simulated person: what pushes the device. Times count from the moment the user is coupled."""
+    """The simulated person: what pushes the device. Times count from the moment the user is
+    coupled.
+    """
 
     kind: str = parameter("hand", "-", "who holds the device", choices=OPERATOR_KINDS)
     force: float = parameter(1.0, "N", "constant, sinusoid, chirp: amplitude along +x, signed")

@@ -10,9 +10,9 @@ Time is an argument (integer nanoseconds of any monotonic clock).
 import enum
 from collections.abc import Sequence
 
-from pmwvc_core.master.client import Inbox
 from pmwvc_core.numeric import Value, truth, where
 from pmwvc_core.server.port import ServerController
+from pmwvc_core.wave.inbox import Inbox
 from pmwvc_core.wave.packet import FLAG_LEAVING, Packer, WavePacket
 from pmwvc_core.wave.receiver import Receiver, Verdict
 

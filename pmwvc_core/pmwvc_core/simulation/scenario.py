@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A scenario: everything that defines a session, as nested frozen dataclasses.
 
-Reading one from a mapping (a YAML file, ``--set`` options) is in :mod:`pmwvc_core.simulation.scenario_reader`.
+Reading one from a mapping (a YAML file, ``--set`` options) is in
+:mod:`pmwvc_core.simulation.scenario_reader`.
 """
 
 from collections.abc import Mapping
@@ -99,7 +100,8 @@ class Scenario:
     def flat(self) -> dict[str, Any]:
         """Return every parameter by its dotted name.
 
-        A per-user parameter that is the same for all stands once, without the user's name; otherwise one entry a user.
+        A per-user parameter that is the same for all stands once, without the user's name;
+        otherwise one entry a user.
         """
         values: dict[str, Any] = {
             "name": self.name,
@@ -135,7 +137,7 @@ class Scenario:
         return nested
 
 
-def flatten_group(prefix: str, owner: Any) -> dict[str, Any]:  # noqa: ANN401 (any parameter dataclass)
+def flatten_group(prefix: str, owner: Any) -> dict[str, Any]:
     """Return the values of a parameter dataclass, nested groups included, by dotted name."""
     values = {f"{prefix}.{name}": getattr(owner, name) for name in specs(owner)}
     for name in groups(owner):
@@ -160,7 +162,9 @@ def group_specs(prefix: str, kind: type) -> dict[str, Spec]:
 
 
 def user_specs() -> dict[str, Spec]:
-    """Return the declarations of everything a user has for itself, by dotted name without the user's name."""
+    """Return the declarations of everything a user has for itself, by dotted name without the
+    user's name.
+    """
     found: dict[str, Spec] = {"side": SIDE}
     for prefix, (_, kind) in USER_GROUPS.items():
         found |= group_specs(prefix, kind)

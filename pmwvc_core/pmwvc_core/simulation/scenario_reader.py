@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From a mapping to a :class:`Scenario`: every mistake found at once, each with path, value, range and nearest name.
+"""From a mapping to a :class:`Scenario`: every mistake found at once, each with path, value, range
+and nearest name.
 
-``link.delay_s`` (directly below ``link``) means both directions; ``user2.`` in front of a name means that user only.
-Later sources win: the file, then its ``userN`` blocks, then the overrides.
+``link.delay_s`` (directly below ``link``) means both directions; ``user2.`` in front of a name
+means that user only. Later sources win: the file, then its ``userN`` blocks, then the overrides.
 """
 
 import difflib
@@ -85,7 +86,9 @@ def _flatten(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def _converted(spec: Spec, value: object) -> object:
-    """Return the value in the declared type where that loses nothing; else as it is, to be refused with its text."""
+    """Return the value in the declared type where that loses nothing; else as it is, to be refused
+    with its text.
+    """
     if spec.kind is float and isinstance(value, str):  # YAML 1.1 reads 1e-3 (no dot) as a text
         try:
             return float(value)
@@ -111,7 +114,9 @@ class _Reader:
         self.unknown: set[str] = set()
 
     def take(self, values: Mapping[str, Any], *, strict_user: bool = False) -> None:
-        """Sort values into shared, common and single; a common override replaces what single users had."""
+        """Sort values into shared, common and single; a common override replaces what single users
+        had.
+        """
         for name, value in values.items():
             match = USER_NAME.fullmatch(name)
             number, rest = (int(match[1]), match[2]) if match else (0, name)
@@ -142,7 +147,9 @@ class _Reader:
     def _store(
         self, place: dict[str, Any], path: str, spec: Spec, value: object, *, who: str = ""
     ) -> None:
-        """Keep a right value; note a wrong one, and go on with the default to find what else is wrong."""
+        """Keep a right value; note a wrong one, and go on with the default to find what else is
+        wrong.
+        """
         value = _converted(spec, value)
         problem = spec.problem(value)
         if problem:
@@ -151,7 +158,7 @@ class _Reader:
         if not problem or value is not None:
             place[path] = value
 
-    def _refuse(self, name: str, value: Any, number: int, rest: str) -> None:  # noqa: ANN401
+    def _refuse(self, name: str, value: Any, number: int, rest: str) -> None:
         if number and rest in self.shared_specs:
             self.problems.append(
                 f"{name} = {value!r}: {rest} is shared by all users; set it without user{number}"
@@ -206,7 +213,7 @@ class _Reader:
             self.problems.append(f"{name}.side = 0: must be -1 or 1")
         return User(name=name, side=side, **parts)
 
-    def _built(self, prefix: str, kind: type, values: Mapping[str, Any], who: str) -> Any:  # noqa: ANN401
+    def _built(self, prefix: str, kind: type, values: Mapping[str, Any], who: str) -> Any:
         fields = {
             name: values[f"{prefix}.{name}"]
             for name in specs(kind)

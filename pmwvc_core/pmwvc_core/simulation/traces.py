@@ -1,9 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a session leaves behind, as arrays: the same whether it ran live, in virtual time or is read from a file.
+"""What a session leaves behind, as arrays: the same whether it ran live, in virtual time or is
+read from a file.
 
-Time is the axis before the degrees of freedom; a batch of simulated runs adds leading axes: ``(..., tick, dof)``.
-All times are seconds since the start of the session, on the time line of the recording.
+Time is the axis before the degrees of freedom; a batch of simulated runs adds leading axes:
+``(..., tick, dof)``. All times are seconds since the start of the session, on the time line of the
+recording.
 """
 
 from dataclasses import dataclass, field
@@ -19,9 +21,11 @@ Integers = NDArray[np.int64]
 
 @dataclass
 class UserTraces:
-    """One master: a row per executed tick of the force loop, energies at the end of each block of M ticks.
+    """One master: a row per executed tick of the force loop, energies at the end of each block of
+    M ticks.
 
-    ``f_h`` is NaN where the hand's force is not known. ``state``: 0 starting, 1 coupled, 2 damping, 3 fault.
+    ``f_h`` is NaN where the hand's force is not known. ``state``: 0 starting, 1 coupled, 2
+    damping, 3 fault.
     """
 
     name: str
@@ -87,7 +91,9 @@ class PacketTraces:
 
 @dataclass
 class FateTraces:
-    """What a link did to each packet, by number (1, 2, 3...); times on the emulator's monotonic clock."""
+    """What a link did to each packet, by number (1, 2, 3...); times on the emulator's monotonic
+    clock.
+    """
 
     link: str
     number: Integers
@@ -105,9 +111,9 @@ class FateTraces:
 class SessionTraces:
     """Everything recorded of one session.
 
-    ``source`` is ``live``, ``simulated`` or ``replayed``. ``events`` are findings with a time: a node that died, a gap,
-    a file that ends in the middle: ``{"time_s": float | None, "what": str, "who": str}``.
-    ``counts`` holds per topic ``{"messages": int, "missing": int}``.
+    ``source`` is ``live``, ``simulated`` or ``replayed``. ``events`` are findings with a time: a
+    node that died, a gap, a file that ends in the middle: ``{"time_s": float | None, "what": str,
+    "who": str}``. ``counts`` holds per topic ``{"messages": int, "missing": int}``.
     """
 
     source: str
