@@ -15,7 +15,8 @@ class LinkParams(Validated):
     jitter: str = parameter(
         "none",
         "-",
-        "spread of the delay: uniform (delay +- jitter_s), normal (standard deviation jitter_s), trace (from a file)",
+        "spread of the delay: uniform (delay +- jitter_s), normal (standard deviation jitter_s), "
+        "trace (from a file)",
         choices=("none", "uniform", "normal", "trace"),
     )
     jitter_s: float = parameter(0.0, "s", "size of the spread", low=0.0, high=10.0)

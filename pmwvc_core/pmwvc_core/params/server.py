@@ -53,7 +53,8 @@ class ContactParams(Validated):
     contact: str = parameter(
         "grip",
         "-",
-        "bilateral: spring and damper that pull and push; grip: from the user's own side, only pushing",
+        "bilateral: spring and damper that pull and push; "
+        "grip: from the user's own side, only pushing",
         choices=("bilateral", "grip"),
     )
     contact_stiffness: float = parameter(500.0, "N/m", "contact stiffness K", low=0.0)

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The server's end for all users in one object: receivers, membership, the environment's step, senders.
+"""The server's end for all users in one object: receivers, membership, the environment's step,
+senders.
 
 A user joins with its first packet (or with a new epoch: it was restarted), is rendered a matched
 damper while it is silent, and leaves when it says so or stays silent for ``release_s``.
@@ -81,7 +82,9 @@ class Service:
         self.presence[user] = Presence.ABSENT
 
     def step(self, now_ns: int) -> list[WavePacket | None]:
-        """Advance the environment by its period; return each user's answer (None for an absent one)."""
+        """Advance the environment by its period; return each user's answer (None for an absent
+        one).
+        """
         waves: list[Value] = []
         for user, inbox in enumerate(self.inboxes):
             wave = inbox.take(now_ns)

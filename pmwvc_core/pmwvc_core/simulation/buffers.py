@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where a simulated session writes its traces while it runs, and how one run is taken out of a
+batch.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_core.numeric import Array, Value
+from pmwvc_core.simulation.paths import Path
+from pmwvc_core.simulation.traces import FateTraces, PacketTraces, ServerTraces, UserTraces
+
+SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
+ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
+PER_USER = ("x_s", "xd_s", "f_s", "u_s", "v_s")
+
+
+class UserBuffer:
+    """Traces of one user: ``(tick, runs, dof)`` while running, so that a tick writes one block of
+    memory.
+    """
+
+    def __init__(self, name: str, *, ticks: int, blocks: int, runs: int, dof: int) -> None:
+        self.name = name
+        self.signals = {signal: np.zeros((ticks, runs, dof)) for signal in SIGNALS}
+        self.energy = {energy: np.zeros((blocks, runs, 1)) for energy in ENERGIES}
+        self.state = np.zeros((blocks, runs, 1), dtype=np.int64)
+        self.reason: list[list[str]] = []
+
+    def write_tick(self, tick: int, **signals: Value) -> None:
+        """Write one tick."""
+        for name, value in signals.items():
+            self.signals[name][tick] = value
+
+    def write_block(
+        self, block: int, state: Value, reason: str | Sequence[str], **energies: Value
+    ) -> None:
+        """Write what is noted once a frame."""
+        self.state[block] = state
+        self.reason.append([reason] if isinstance(reason, str) else list(reason))
+        for name, value in energies.items():
+            self.energy[name][block] = value
+
+    def run(self, run: int, *, tick_s: float, block_ticks: int, safety_events: int) -> UserTraces:
+        """Return the traces of one run."""
+        ticks = len(self.signals["x_m"])
+        blocks = len(self.state)
+        numbers = np.arange(ticks, dtype=np.int64)
+        signals: dict[str, Any] = {name: a[:, run].copy() for name, a in self.signals.items()}
+        return UserTraces(
+            name=self.name,
+            tick_s=tick_s,
+            time_s=numbers * tick_s,
+            tick=numbers,
+            lateness_s=np.zeros(ticks),
+            compute_s=np.zeros(ticks),
+            block_time_s=np.minimum((np.arange(blocks) + 1) * block_ticks, ticks) * tick_s,
+            state=self.state[:, run, 0].copy(),
+            reason=[names[run if len(names) > 1 else 0] for names in self.reason],
+            energy={name: a[:, run, 0].copy() for name, a in self.energy.items()},
+            safety_events=safety_events,
+            **signals,
+        )
+
+
+class ServerBuffer:
+    """Traces of the server: ``(step, runs, dof)``, per user where there are several."""
+
+    def __init__(self, users: Sequence[str], *, steps: int, runs: int, dof: int) -> None:
+        self.users = list(users)
+        self.object = {name: np.zeros((steps, runs, dof)) for name in ("x_o", "xd_o", "target")}
+        self.each = {name: [np.zeros((steps, runs, dof)) for _ in users] for name in PER_USER}
+        self.energy = {
+            name: [np.zeros((steps, runs, 1)) for _ in users]
+            for name in ("energy_u_s", "energy_v_s")
+        }
+        self.contact = [np.zeros((steps, runs, 1), dtype=np.bool_) for _ in users]
+        self.state = [np.zeros(steps, dtype=np.int64) for _ in users]
+        self.stored = {
+            name: np.zeros((steps, runs, 1)) for name in ("kinetic", "potential", "dissipated")
+        }
+
+    def write(self, step: int, server: Any, presence: Sequence[int], target: float) -> None:
+        """Write one step of the environment."""
+        self.object["x_o"][step] = server.x_o
+        self.object["xd_o"][step] = server.xd_o
+        self.object["target"][step, :, 0] = target
+        for name, arrays in (*self.each.items(), *self.energy.items(), ("contact", self.contact)):
+            for array, value in zip(arrays, getattr(server, name), strict=True):
+                array[step] = value
+        for array, value in zip(self.state, presence, strict=True):
+            array[step] = value
+        for name, array in self.stored.items():
+            array[step] = getattr(server, name)
+
+    def run(self, run: int, *, period_s: float) -> ServerTraces:
+        """Return the traces of one run."""
+        numbers = np.arange(len(self.object["x_o"]), dtype=np.int64)
+
+        def of(arrays: list[Array], axis: int | slice = slice(None)) -> list[Array]:
+            return [array[:, run, axis].copy() for array in arrays]
+
+        parts: dict[str, Any] = {name: a[:, run].copy() for name, a in self.object.items()}
+        parts |= {name: of(arrays) for name, arrays in self.each.items()}
+        parts |= {name: of(arrays, 0) for name, arrays in self.energy.items()}
+        parts |= {name: a[:, run, 0].copy() for name, a in self.stored.items()}
+        contact: list[NDArray[np.bool_]] = [array[:, run, 0].copy() for array in self.contact]
+        return ServerTraces(
+            users=self.users,
+            period_s=period_s,
+            time_s=numbers * period_s,
+            step=numbers + 1,
+            contact=contact,
+            state=[array.copy() for array in self.state],
+            **parts,
+        )
+
+
+def sent_packets(path: Path, run: int, topic: str) -> PacketTraces:
+    """Return the packets a sender gave to its link, as one run sent them."""
+    return _packets(path, run, topic, [(packet.seq, packet.sent_ns) for packet in path.sent])
+
+
+def arrived_packets(path: Path, run: int, topic: str) -> PacketTraces:
+    """Return the packets that came out of the link, in their order of arrival."""
+    return _packets(path, run, topic, path.lane_of(run).arrived)
+
+
+def _packets(path: Path, run: int, topic: str, seen: Sequence[tuple[int, int]]) -> PacketTraces:
+    packets = [path.sent[seq - 1] for seq, _ in seen]
+
+    def of(name: str) -> Array:
+        rows = np.zeros((len(packets), path.runs, path.dof))
+        for row, packet in zip(rows, packets, strict=True):
+            row[:] = getattr(packet, name)
+        return rows[:, run].copy()
+
+    return PacketTraces(
+        topic=topic,
+        time_s=np.array([time_ns for _, time_ns in seen], dtype=float) * 1e-9,
+        epoch=np.array([packet.epoch for packet in packets], dtype=np.uint64),
+        seq=np.array([packet.seq for packet in packets], dtype=np.int64),
+        sent_ns=np.array([packet.sent_ns for packet in packets], dtype=np.int64),
+        wave=of("wave"),
+        integral=of("integral"),
+        energy=of("energy")[:, 0],
+    )
+
+
+def fates(path: Path, run: int, link: str) -> FateTraces:
+    """Return what the link did to each packet of one run.
+
+    In virtual time a packet leaves at the first instant its receiver looks, at or after it is due;
+    the emulator's own time out is the time due.
+    """
+    records = path.lane_of(run).fates
+
+    def of(values: list[int]) -> NDArray[np.int64]:
+        return np.array(values, dtype=np.int64)
+
+    return FateTraces(
+        link=link,
+        number=of([fate.number for fate in records]),
+        epoch=np.full(len(records), path.sent[0].epoch if path.sent else 0, dtype=np.uint64),
+        seq=of([fate.number for fate in records]),
+        size_bytes=of([fate.size for fate in records]),
+        time_in_ns=of([fate.time_in_ns for fate in records]),
+        time_due_ns=of([fate.time_due_ns for fate in records]),
+        time_out_ns=of([fate.time_due_ns for fate in records]),
+        fate=of([int(fate.kind) for fate in records]),
+        cause=of([int(fate.cause) for fate in records]),
+    )

@@ -1,0 +1,302 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The session in virtual time: the live system's own objects, stepped in the order of a frame.
+
+1. Frame start: every master sends the filter's output of its last tick. 2. The server uses what
+has arrived and answers. 3. Every master takes the newest answer. 4. M ticks. With zero delay a
+packet arrives at the instant it was sent, so 1 to 3 are one instant.
+
+Deterministic: the same scenario gives the same bits. Batched: scenarios of equal structure are
+stepped together on arrays ``(runs, dof)``; a single run with one axis is stepped on floats, as the
+live loop is.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from pmwvc_core.master.client import Client
+from pmwvc_core.master.port import make_master
+from pmwvc_core.master.safety import SafetyLimiter
+from pmwvc_core.numeric import Value, dot, truth, where
+from pmwvc_core.params import whole_ratio
+from pmwvc_core.plant.devices import SimulatedDevice
+from pmwvc_core.plant.operators import make_operator
+from pmwvc_core.plant.task import Task
+from pmwvc_core.server.port import make_server
+from pmwvc_core.server.service import Service
+from pmwvc_core.simulation.buffers import (
+    ServerBuffer,
+    UserBuffer,
+    arrived_packets,
+    fates,
+    sent_packets,
+)
+from pmwvc_core.simulation.paths import Path
+from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.simulation.stacking import batches, stack
+from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_core.wave.packet import Packer
+
+R = TypeVar("R")
+LARGEST_BATCH = 256  # bounds the memory of the traces: about 90 MB per user and ten seconds
+SERVER_EPOCH = 1000  # epochs are random in live sessions, where a process can start again
+
+
+def simulate_one(scenario: Scenario) -> SessionTraces:
+    """Simulate one scenario."""
+    return simulate([scenario])[0]
+
+
+def simulate(
+    scenarios: Sequence[Scenario],
+    *,
+    keep: Callable[[SessionTraces], R] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[R] | list[SessionTraces]:
+    """Simulate scenarios, those of equal structure side by side.
+
+    Parameters
+    ----------
+    scenarios
+        What to run; results come in the same order.
+    keep
+        What to keep of each run (its verdict, say); all traces by default.
+    progress
+        Called with the share done, 0..1.
+    """
+    results: list = [None] * len(scenarios)
+    done = 0
+    for members in batches(scenarios, largest=LARGEST_BATCH):
+        batch = SessionBatch([scenarios[i] for i in members])
+
+        def report(share: float, *, before: int = done, size: int = len(members)) -> None:
+            if progress is not None:
+                progress((before + share * size) / len(scenarios))
+
+        batch.run(report)
+        for run, position in enumerate(members):
+            traces = batch.traces(run)
+            results[position] = traces if keep is None else keep(traces)
+        done += len(members)
+    return results
+
+
+class _Seat:
+    """One user in the simulator: device, hand, client, and the paths both ways."""
+
+    def __init__(self, users: Sequence[User], scenarios: Sequence[Scenario], index: int) -> None:
+        first, scenario = users[0], scenarios[0]
+        dof, tick_s = scenario.dof, scenario.tick_s
+        seeds = [each.seed for each in scenarios]
+        master, safety = stack([u.master for u in users]), stack([u.safety for u in users])
+        contact, server = stack([u.contact for u in users]), stack([s.server for s in scenarios])
+        self.user = first
+        self.rate_drop = first.master.rate_drop
+        frame_s = first.master.frame_s
+        half = server.object_size_m / 2
+        start = first.side * (half + contact.gap_m)
+        self.up = Path(
+            [u.link_up for u in users],
+            seeds,
+            user=index,
+            direction=0,
+            period_s=frame_s,
+            timeout_s=first.safety.timeout_s,
+            dof=dof,
+        )
+        self.down = Path(
+            [u.link_down for u in users],
+            seeds,
+            user=index,
+            direction=1,
+            period_s=server.period_s,
+            timeout_s=first.safety.timeout_s,
+            dof=dof,
+        )
+        self.client = Client(
+            make_master(
+                scenario.controller,
+                master,
+                contact=contact,
+                server_period_s=server.period_s,
+                dof=dof,
+            ),
+            SafetyLimiter(safety, tick_s=tick_s, packet_s=server.period_s),
+            inbox=self.down,
+            packer=Packer(index + 1, period=frame_s),
+        )
+        self.device = SimulatedDevice(stack([u.device for u in users]), tick_s=tick_s, dof=dof)
+        self.device.place(start)
+        self.operator = make_operator(
+            stack([u.operator for u in users]),
+            scenario.task,
+            side=first.side,
+            half_width=half,
+            tick_s=tick_s,
+            dof=dof,
+            start=start,
+        )
+        self.energy_device: Value = 0.0
+        self.energy_hand: Value = 0.0
+
+    def tick(self, now_ns: int, tick_s: float) -> dict[str, Value]:
+        """Advance hand, controller and device by one tick; return the signals to trace."""
+        x, xd = self.device.read()
+        heard = self.client.coupled()
+        f_h = (
+            where(heard, self.operator.step(x, xd), 0.0) if truth(heard) else self.operator.hold()
+        )
+        f_applied = self.client.step(x, xd, now_ns)
+        self.energy_device = self.energy_device + dot(f_applied, xd) * tick_s
+        self.energy_hand = self.energy_hand + dot(f_h, xd) * tick_s
+        self.device.step(f_h, f_applied)
+        port = self.client.controller
+        return {
+            "x_m": x,
+            "xd_m": xd,
+            "f_h": f_h,
+            "f_m": self.client.f_asked,
+            "f_applied": f_applied,
+            "u_m": port.u_m,
+            "u_m_lp": port.u_m_lp,
+            "v_m": port.v_m,
+        }
+
+
+class SessionBatch:
+    """Scenarios of equal structure, stepped together."""
+
+    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+        first = scenarios[0]
+        self.scenarios = list(scenarios)
+        self.tick_s = first.tick_s
+        self.tick_ns = round(first.tick_s * 1e9)
+        self.ticks = round(first.duration_s / first.tick_s)
+        self.server_ticks = whole_ratio(first.server.period_s, first.tick_s) or 1
+        self.seats = [
+            _Seat([s.users[i] for s in scenarios], scenarios, i) for i in range(len(first.users))
+        ]
+        self.task = Task(first.task)
+        server = make_server(
+            first.controller,
+            stack([s.server for s in scenarios]),
+            [stack([s.users[i].contact for s in scenarios]) for i in range(len(self.seats))],
+            [_impedance([s.users[i] for s in scenarios]) for i in range(len(self.seats))],
+            dof=first.dof,
+            sides=[seat.user.side for seat in self.seats],
+        )
+        self.service = Service(
+            server,
+            inboxes=[seat.up for seat in self.seats],
+            packers=[
+                Packer(SERVER_EPOCH + i, period=first.server.period_s)
+                for i in range(len(self.seats))
+            ],
+        )
+        runs, dof, names = len(scenarios), first.dof, [seat.user.name for seat in self.seats]
+        steps = -(-self.ticks // self.server_ticks)
+        self.server_buffer = ServerBuffer(names, steps=steps, runs=runs, dof=dof)
+        self.user_buffers = [
+            UserBuffer(
+                seat.user.name,
+                ticks=self.ticks,
+                blocks=-(-self.ticks // seat.rate_drop),
+                runs=runs,
+                dof=dof,
+            )
+            for seat in self.seats
+        ]
+
+    def run(self, progress: Callable[[float], None]) -> None:
+        """Step from the first tick to the last."""
+        for user, seat in enumerate(self.seats):
+            self.service.join(user, seat.device.x)
+        for tick in range(self.ticks):
+            self._frame_events(tick, tick * self.tick_ns)
+            for seat, buffer in zip(self.seats, self.user_buffers, strict=True):
+                buffer.write_tick(tick, **seat.tick(tick * self.tick_ns, self.tick_s))
+                if (tick + 1) % seat.rate_drop == 0 or tick + 1 == self.ticks:
+                    self._note(seat, buffer, tick // seat.rate_drop)
+            if tick % 1000 == 0:
+                progress(tick / self.ticks)
+        progress(1.0)
+
+    def _frame_events(self, tick: int, now_ns: int) -> None:
+        """Send, serve and receive, where this tick starts a frame."""
+        for seat in self.seats:
+            if tick % seat.rate_drop == 0:
+                seat.up.send(seat.client.send(now_ns), now_ns)
+        if tick % self.server_ticks == 0:
+            for seat in self.seats:
+                seat.up.collect(now_ns)
+            for seat, packet in zip(self.seats, self.service.step(now_ns), strict=True):
+                if packet is not None:
+                    seat.down.send(packet, now_ns)
+            target, _ = self.task.target(now_ns * 1e-9)
+            step = tick // self.server_ticks
+            self.server_buffer.write(step, self.service.server, self.service.presence, target)
+        for seat in self.seats:
+            if tick % seat.rate_drop == 0:
+                seat.down.collect(now_ns)
+                seat.client.receive(now_ns)
+
+    def _note(self, seat: _Seat, buffer: UserBuffer, block: int) -> None:
+        port, safety = seat.client.controller, seat.client.safety
+        buffer.write_block(
+            block,
+            safety.state,
+            safety.reason,
+            u_m=port.energy_u_m,
+            u_tx=port.energy_u_tx,
+            v_rx=port.energy_v_rx,
+            v_m=port.energy_v_m,
+            device=seat.energy_device,
+            hand=seat.energy_hand,
+        )
+
+    def traces(self, run: int) -> SessionTraces:
+        """Return what one run of the batch leaves behind."""
+        scenario = self.scenarios[run]
+        traces = SessionTraces(
+            source="simulated",
+            duration_s=self.ticks * self.tick_s,
+            users=[
+                buffer.run(
+                    run,
+                    tick_s=self.tick_s,
+                    block_ticks=seat.rate_drop,
+                    safety_events=_of_run(seat.client.safety.events, run),
+                )
+                for seat, buffer in zip(self.seats, self.user_buffers, strict=True)
+            ],
+            server=self.server_buffer.run(run, period_s=scenario.server.period_s),
+        )
+        for seat in self.seats:
+            name = seat.user.name
+            for packets in (
+                sent_packets(seat.up, run, f"/{name}/wave_up"),
+                arrived_packets(seat.up, run, f"/server/{name}/wave_up"),
+                sent_packets(seat.down, run, f"/server/{name}/wave_down"),
+                arrived_packets(seat.down, run, f"/{name}/wave_down"),
+            ):
+                traces.packets[packets.topic] = packets
+                traces.counts[packets.topic] = {"messages": len(packets.seq), "missing": 0}
+            for direction, path in (("up", seat.up), ("down", seat.down)):
+                link = f"{name}/{direction}"
+                traces.fates[link] = fates(path, run, link)
+        return traces
+
+
+def _impedance(users: Sequence[User]) -> Value:
+    """Return the wave impedance of a user's server port, an array where the runs differ."""
+    values = [user.server_impedance for user in users]
+    if all(value == values[0] for value in values):
+        return values[0]
+    return np.array(values)[:, np.newaxis]
+
+
+def _of_run(value: object, run: int) -> int:
+    """Return one run's entry of a count that a batch may hold as an array."""
+    return int(value[run, 0]) if isinstance(value, np.ndarray) else int(value)  # type: ignore[call-overload]

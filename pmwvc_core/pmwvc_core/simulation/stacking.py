@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Many scenarios as one batch: equal structure, different numbers.
+
+Numbers that differ between scenarios become arrays ``(runs, 1)``; everything that decides which
+code runs and when (names, counts, periods, the task's times) is the structure and must agree
+within a batch.
+"""
+
+import dataclasses
+from collections.abc import Hashable, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from pmwvc_core.params import groups, specs
+from pmwvc_core.simulation.scenario import USER_GROUPS, Scenario
+
+P = TypeVar("P")
+# Numbers that decide when things happen, or that are read once per run rather than per tick.
+STRUCTURAL = {
+    "tick_s",
+    "period_s",
+    "fade_s",
+    "rate_hz",
+    "scale",
+    "offset",
+    "sweep_s",
+    "timeout_s",
+    "release_s",
+}
+# Links are not stacked: each distinct one is run for the runs that share it.
+UNSTACKED = {"link_up", "link_down"}
+
+
+def structure_of(scenario: Scenario) -> Hashable:
+    """Return what must agree for two scenarios to be stepped together."""
+    users = tuple(
+        (user.name, user.side)
+        + tuple(
+            _structure(getattr(user, attribute))
+            for attribute, _ in USER_GROUPS.values()
+            if attribute not in UNSTACKED
+        )
+        for user in scenario.users
+    )
+    task = dataclasses.astuple(scenario.task)
+    return (
+        scenario.duration_s,
+        scenario.controller,
+        scenario.dof,
+        _structure(scenario.server),
+        task,
+        users,
+    )
+
+
+def _structure(owner: Any) -> Hashable:
+    """Return the values of one parameter group that belong to the structure."""
+    found: list[Hashable] = []
+    for name, spec in specs(owner).items():
+        value = getattr(owner, name)
+        stays = spec.kind is not float or name in STRUCTURAL
+        found.append((name, value if stays else value is None))
+    found += [(name, _structure(getattr(owner, name))) for name in groups(owner)]
+    return tuple(found)
+
+
+def stack(items: Sequence[P]) -> P:
+    """Join parameter groups of equal structure: a number that differs becomes an array ``(runs,
+    1)``.
+
+    Raises
+    ------
+    ValueError
+        If something else than a number differs.
+    """
+    first = items[0]
+    changes: dict[str, Any] = {}
+    for name, spec in specs(first).items():
+        values = [getattr(item, name) for item in items]
+        if all(value == values[0] for value in values):
+            continue
+        if spec.kind is not float or None in values:
+            raise ValueError(f"{name} differs within a batch: {sorted(map(str, set(values)))}")
+        changes[name] = np.asarray(values, dtype=float)[:, np.newaxis]
+    for name in groups(first):
+        nested = [getattr(item, name) for item in items]
+        if any(part != nested[0] for part in nested):
+            changes[name] = stack(nested)
+    return dataclasses.replace(first, **changes) if changes else first  # type: ignore[type-var]
+
+
+def batches(scenarios: Sequence[Scenario], *, largest: int) -> list[list[int]]:
+    """Return the positions of scenarios that are stepped together, at most ``largest`` at once."""
+    by_structure: dict[Hashable, list[int]] = {}
+    for position, scenario in enumerate(scenarios):
+        by_structure.setdefault(structure_of(scenario), []).append(position)
+    return [
+        members[start : start + largest]
+        for members in by_structure.values()
+        for start in range(0, len(members), largest)
+    ]
