@@ -18,6 +18,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -138,17 +139,17 @@ def forget(name: str, site: Path) -> None:
     (STAMPS / name).unlink(missing_ok=True)
     folders = [VENV / "share" / name, VENV / "lib" / name]
     if not (ROOT / name / "setup.py").exists():
-        folders += [WORK / "build" / name, VENV / "include" / name, site / name]
+        folders += [VENV / "include" / name, site / name, WORK / "build" / name]
         for library in (VENV / "lib").glob(f"lib{name}__*.so"):
             library.unlink()
     for folder in folders:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def outdated(packages: list[Path]) -> dict[Path, str]:
-    """Return the packages to build, each with the stamp it gets when it is built."""
+def outdated(packages: list[Path]) -> dict[str, str]:
+    """Return the names of the packages to build, each with the stamp it gets when it is built."""
     wanted = {
-        package: digest(
+        package.name: digest(
             [*(package / name for name in CONTENT_MATTERS), STRIP],
             names_only=(package / name for name in NAMES_MATTER),
             extra=str(VENV),
@@ -156,43 +157,69 @@ def outdated(packages: list[Path]) -> dict[Path, str]:
         for package in packages
     }
 
-    def is_built(package: Path) -> bool:
-        stamp = STAMPS / package.name
+    def is_built(name: str) -> bool:
+        stamp = STAMPS / name
         return (
             stamp.exists()
-            and stamp.read_text("utf-8") == wanted[package]
-            and (WORK / "build" / package.name).is_dir()
+            and stamp.read_text("utf-8") == wanted[name]
+            and ((VENV / "include" / name).is_dir() or (WORK / "build" / name).is_dir())
         )
 
-    return {package: stamp for package, stamp in wanted.items() if not is_built(package)}
+    return {name: stamp for name, stamp in wanted.items() if not is_built(name)}
+
+
+def colcon(
+    env: dict[str, str], packages: list[Path], *options: str, venv: Path, base: Path
+) -> None:
+    """Build packages into ``venv``, with build and log folders in ``base``."""
+    prefix = {"AMENT_PREFIX_PATH": str(venv), "CMAKE_PREFIX_PATH": str(venv)}
+    prefix["PATH"] = f"{venv / 'bin'}{os.pathsep}{env['PATH']}"
+    command = [venv / "bin" / "python", "-m", "colcon", "--log-base", base / "log", "build"]
+    command += ["--base-paths", *packages, "--build-base", base / "build", "--install-base", venv]
+    command += ["--merge-install", "--executor", "sequential", *options]
+    subprocess.run(command, check=True, env=env | prefix, cwd=base)
+
+
+def build_messages(env: dict[str, str], names: list[str]) -> None:
+    """Build message packages in a temporary folder.
+
+    CMake's scripts fail on a path with a quote or a letter beyond ASCII in it, which the project's
+    may have; there they see none of it.
+    """
+    with tempfile.TemporaryDirectory(prefix="pmwvc-") as folder:
+        base = Path(folder)
+        (base / "venv").symlink_to(VENV)
+        sources = [shutil.copytree(ROOT / name, base / "source" / name) for name in names]
+        strip = shutil.copy(STRIP, base)
+        options = ["--cmake-args", f"-DCMAKE_PROJECT_INCLUDE={strip}", "-DBUILD_TESTING=OFF"]
+        colcon(env, sources, *options, venv=base / "venv", base=base)
 
 
 def build(env: dict[str, str]) -> list[str]:
-    """Build the packages whose build inputs changed into the virtual environment with colcon."""
+    """Build the packages whose build inputs changed into the virtual environment."""
     site = next((VENV / "lib").glob("python3.*/site-packages"))
     STAMPS.mkdir(exist_ok=True)
     (WORK / "COLCON_IGNORE").touch()
     packages = sorted(path.parent for path in ROOT.glob("*/package.xml"))
+    python = {package.name for package in packages if (package / "setup.py").exists()}
     changed = outdated(packages)
     removed = {path.name for path in STAMPS.iterdir()} - {path.name for path in packages}
-    for name in sorted(removed | {package.name for package in changed}):
+    for name in sorted(removed | changed.keys()):
         forget(name, site)
     # colcon's develop install leaves only .egg-link files, which need a sourced shell; one .pth
-    # file serves every process.
-    lines = [str(WORK / "build" / path.name) for path in packages if (path / "setup.py").exists()]
-    (site / "workspace.pth").write_text("\n".join(lines) + "\n", "utf-8")
-    if not changed:
-        return []
-    colcon = [VENV / "bin" / "colcon", "--log-base", WORK / "log", "build", "--base-paths"]
-    colcon += [*packages, "--packages-select", *(package.name for package in changed)]
-    colcon += ["--build-base", WORK / "build", "--install-base", VENV, "--merge-install"]
-    colcon += ["--symlink-install", "--executor", "sequential", "--cmake-args"]
-    colcon += [f"-DCMAKE_PROJECT_INCLUDE={STRIP}", "-DBUILD_TESTING=OFF"]
-    prefix = {"AMENT_PREFIX_PATH": str(VENV), "CMAKE_PREFIX_PATH": str(VENV)}
-    subprocess.run(colcon, check=True, env=env | prefix, cwd=ROOT)
-    for package, stamp in changed.items():
-        (STAMPS / package.name).write_text(stamp, "utf-8")
-    return [package.name for package in changed]
+    # file serves every process. Relative, because Python reads it in the encoding of the locale.
+    lines = [os.path.relpath(WORK / "build" / name, site) + "\n" for name in sorted(python)]
+    path_file = site / "workspace.pth"
+    if not path_file.exists() or path_file.read_text("utf-8") != "".join(lines):
+        path_file.write_text("".join(lines), "utf-8")
+    if messages := sorted(changed.keys() - python):
+        build_messages(env, messages)
+    if scripts := sorted(changed.keys() & python):
+        paths = [ROOT / name for name in scripts]
+        colcon(env, paths, "--symlink-install", venv=VENV, base=WORK)
+    for name, stamp in changed.items():
+        (STAMPS / name).write_text(stamp, "utf-8")
+    return [*messages, *scripts]
 
 
 def main() -> None:
