@@ -40,7 +40,7 @@ class Client:
         self._events_sent = 0
 
     def coupled(self) -> Flag:
-        """Tell whether the server has ever answered: from then on the hand has something to feel."""
+        """Tell whether the server has ever answered: from then on there is something to feel."""
         return self.inbox.heard()
 
     def send(self, now_ns: int, *, leaving: bool = False) -> WavePacket:

@@ -67,7 +67,11 @@ class Spec:
             right = isinstance(value, self.kind) and (not self.choices or value in self.choices)
             return None if right else f"{value!r}: must be {self.range_text()}"
         numbers = np.asarray(value)
-        if isinstance(value, bool) or numbers.dtype.kind not in "iuf" or numbers.size == 0:
+        if (
+            isinstance(value, (bool, list, tuple))
+            or numbers.dtype.kind not in "iuf"
+            or numbers.size == 0
+        ):
             return f"{value!r}: must be {self.range_text()}"
         if self.kind is int and not (numbers == np.floor(numbers)).all():
             return f"{value!r}: must be a whole number, {self.range_text()}"

@@ -36,11 +36,14 @@ UNSTACKED = {"link_up", "link_down"}
 def structure_of(scenario: Scenario) -> Hashable:
     """Return what must agree for two scenarios to be stepped together."""
     users = tuple(
-        (user.name, user.side)
-        + tuple(
-            _structure(getattr(user, attribute))
-            for attribute, _ in USER_GROUPS.values()
-            if attribute not in UNSTACKED
+        (
+            user.name,
+            user.side,
+            *(
+                _structure(getattr(user, attribute))
+                for attribute, _ in USER_GROUPS.values()
+                if attribute not in UNSTACKED
+            ),
         )
         for user in scenario.users
     )

@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A scenario is read completely or refused with every mistake named."""
+
+import dataclasses
+
+import pytest
+import yaml
+
+from pmwvc_core.errors import ScenarioError
+from pmwvc_core.simulation.scenario_reader import parse_scenario
+
+BASE = {"name": "pair", "duration_s": 5, "controller": "pmwvc", "users": 2}
+
+
+def problems(mapping, **options):
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario(mapping, **options)
+    return caught.value.problems
+
+
+def test_a_scenario_survives_its_own_file_form():
+    scenario = parse_scenario(
+        BASE
+        | {
+            "link": {"delay_s": 0.008, "up": {"loss": 0.1}},
+            "user2": {"master": {"filter": {"cutoff_hz": 20}}, "side": -1},
+        }
+    )
+    text = yaml.safe_dump(scenario.to_dict())
+    assert parse_scenario(yaml.safe_load(text)) == scenario
+
+
+def test_a_value_below_link_means_both_directions():
+    scenario = parse_scenario(BASE | {"link": {"delay_s": 0.008, "up": {"delay_s": 0.016}}})
+    user = scenario.users[0]
+    assert (user.link_up.delay_s, user.link_down.delay_s) == (0.016, 0.008)
+    starred = parse_scenario(BASE, overrides={"link.*.loss": 0.25}).users[1]
+    assert starred.link_up.loss == starred.link_down.loss == 0.25
+
+
+def test_a_users_own_value_wins_over_the_common_one_and_leaves_the_others_alone():
+    scenario = parse_scenario(
+        BASE | {"server": {"contact_stiffness": 700}},
+        overrides={"user2.server.contact_stiffness": 900},
+    )
+    assert [user.contact.contact_stiffness for user in scenario.users] == [700, 900]
+
+
+def test_a_common_override_wins_over_a_users_value_in_the_file():
+    scenario = parse_scenario(
+        BASE | {"user2": {"master": {"impedance": 30}}}, overrides={"master.impedance": 40}
+    )
+    assert [user.master.impedance for user in scenario.users] == [40, 40]
+
+
+def test_users_stand_on_alternating_sides():
+    scenario = parse_scenario(BASE, users=4)
+    assert [user.side for user in scenario.users] == [-1, 1, -1, 1]
+
+
+def test_numbers_written_without_a_dot_are_numbers():
+    read = yaml.safe_load("link: {delay_s: 8e-3}\nserver: {contact_stiffness: 700}")
+    scenario = parse_scenario(BASE | read)
+    assert scenario.users[0].link_up.delay_s == 0.008
+    assert isinstance(scenario.users[0].contact.contact_stiffness, float)
+
+
+def test_every_mistake_is_named_at_once_with_value_range_and_nearest_name():
+    found = "\n".join(
+        problems(
+            {
+                "name": "pair",
+                "users": 2,
+                "cutof": 3,
+                "master": {"impedance": -3, "rate_drop": 0},
+                "device": {"mass": -1.0},
+                "user3": {"device": {"mass": 1}},
+                "server": {"couplin": "implicit", "contact": "sticky"},
+            },
+            overrides={"link.dely_s": 3},
+        )
+    )
+    for text in (
+        "duration_s is missing",
+        "controller is missing: must be one of pmwvc, direct",
+        "cutof = 3: there is no such parameter",
+        "master.impedance = -3.0: must be > 0 N s/m",
+        "master.rate_drop = 0: must be 1..1000",
+        "device.mass = -1.0: must be > 0 kg",
+        "user3: there are only 2 users",
+        "did you mean server.coupling?",
+        "server.contact = 'sticky': must be one of bilateral, grip",
+        "did you mean link.delay_s?",
+    ):
+        assert text in found
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), "fast", None, True, [1.0]])
+def test_what_is_no_finite_number_is_refused(value):
+    found = problems(BASE | {"server": {"object_mass": value}})
+    assert "server.object_mass = " in found[0]
+
+
+def test_conflicts_between_right_values_are_named():
+    assert "take" in problems(BASE | {"master": {"filter": {"pole_rad_s": 50, "stop_hz": 9}}})[0]
+    assert "whole multiple" in problems(BASE | {"server": {"period_s": 0.0085}})[0]
+    assert "needs a recording" in problems(BASE | {"operator": {"kind": "playback_force"}})[0]
+    assert "share one tick" in problems(BASE | {"user2": {"master": {"tick_s": 0.002}}})[0]
+
+
+def test_something_else_than_a_mapping_is_refused():
+    assert problems(["carry"]) == ["list found where a mapping of names is wanted"]
+
+
+def test_a_shared_parameter_cannot_belong_to_one_user():
+    assert "shared by all users" in problems(BASE, overrides={"user1.server.object_mass": 3})[0]
+
+
+def test_a_scenario_is_immutable():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        parse_scenario(BASE).duration_s = 3
