@@ -1,0 +1,39 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Building and reading messages: one conversion for live nodes and for recordings written without
+ROS.
+
+Every builder takes the message classes as its first argument: :func:`live_types` for rclpy,
+:func:`types_from` for a typestore of rosbags. Nothing here judges what a message holds; a receiver
+does.
+"""
+
+from pmwvc_core.runtime.messages.health import diagnostic
+from pmwvc_core.runtime.messages.links import link_state, packet_fates
+from pmwvc_core.runtime.messages.traces import TraceBlock, master_trace, server_trace
+from pmwvc_core.runtime.messages.types import (
+    NS_PER_S,
+    MessageTypes,
+    live_types,
+    nanoseconds,
+    time_message,
+    types_from,
+)
+from pmwvc_core.runtime.messages.waves import read_wave, wave
+
+__all__ = [
+    "NS_PER_S",
+    "MessageTypes",
+    "TraceBlock",
+    "diagnostic",
+    "link_state",
+    "live_types",
+    "master_trace",
+    "nanoseconds",
+    "packet_fates",
+    "read_wave",
+    "server_trace",
+    "time_message",
+    "types_from",
+    "wave",
+]

@@ -1,0 +1,224 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""ROS parameters from parameter dataclasses: type, unit, range and description from each field's
+``Spec``.
+
+Whole numbers given for doubles are accepted, from files and while running. How dataclasses become
+flat values by dotted name is in :mod:`pmwvc_core.runtime.parameter_values`. No default, range or
+unit belongs here: the dataclasses are the only source.
+"""
+
+import difflib
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeVar
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import Spec
+from pmwvc_core.runtime.parameter_values import built, from_ros, leaves, to_ros, values_of
+
+P = TypeVar("P")
+_TYPES = {
+    float: Parameter.Type.DOUBLE,
+    int: Parameter.Type.INTEGER,
+    bool: Parameter.Type.BOOL,
+    str: Parameter.Type.STRING,
+}
+_OWN_OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
+
+
+def declare(node: Node, prefix: str, kind: type[P], *, defaults: P | None = None) -> P:
+    """Declare a parameter dataclass whose values are fixed at the start of the node.
+
+    Raises
+    ------
+    ParameterError
+        If a value given to the node is wrong; names every wrong one.
+    """
+    return _declared(node, prefix, kind, defaults, fixed=True)
+
+
+def declare_value(node: Node, name: str, spec: Spec, default: Any) -> Any:
+    """Declare one parameter that belongs to no dataclass, fixed at the start of the node."""
+    value = from_ros(spec, _given(node, name, to_ros(spec, default)))
+    problem = spec.problem(value)
+    if problem:
+        raise ParameterError(f"{name} = {problem}")
+    _describe(node, name, spec, value, fixed=True)
+    return value
+
+
+def declare_names(node: Node, name: str, default: Sequence[str], description: str) -> list[str]:
+    """Declare a list of texts, fixed at the start of the node."""
+    value = _given(node, name, list(default))
+    if not isinstance(value, list) or not all(isinstance(entry, str) for entry in value):
+        raise ParameterError(f"{name} = {value!r}: must be a list of texts")
+    descriptor = ParameterDescriptor(
+        type=Parameter.Type.STRING_ARRAY.value, description=description, read_only=True
+    )
+    node.set_descriptor(name, descriptor)
+    return value
+
+
+def refuse_unknown(node: Node) -> None:
+    """Refuse parameters that were given to the node and declared by nobody.
+
+    For a node made with ``automatically_declare_parameters_from_overrides``, once all is declared.
+
+    Raises
+    ------
+    ParameterError
+        Naming each with the nearest right name.
+    """
+    known, unknown = [], []
+    for name in node.get_parameters_by_prefix(""):
+        if not name.startswith(_OWN_OF_ROS):
+            (known if node.describe_parameter(name).description else unknown).append(name)
+    problems = []
+    for name in unknown:
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        problems.append(f"{name}: there is no such parameter{hint}")
+    if problems:
+        raise ParameterError("; ".join(problems))
+
+
+class ParameterBinding:
+    """Parameters of one node that may change while it runs.
+
+    A change is checked by building the complete new dataclass from the old values and the new
+    ones, and refused as a whole with the dataclass's own message. An accepted one reaches the
+    group's listener as a complete new object, in the thread that serves parameters: the listener
+    only hands it over, the owner applies it at a frame boundary.
+
+    Make one per node; ROS asks it about all sets of parameters of that node.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._groups: dict[str, tuple[type, Callable[[Any], None], Callable[[Any], None]]] = {}
+        self._specs: dict[str, Spec] = {}
+        self._owner: dict[str, str] = {}
+        node.add_pre_set_parameters_callback(self._convert)
+        node.add_on_set_parameters_callback(self._validate)
+        node.add_post_set_parameters_callback(self._hand_over)
+
+    def declare(
+        self,
+        prefix: str,
+        kind: type[P],
+        listener: Callable[[P], None],
+        *,
+        defaults: P | None = None,
+        check: Callable[[P], None] = lambda _: None,
+    ) -> P:
+        """Declare a parameter dataclass and return its values at the start.
+
+        Parameters
+        ----------
+        prefix
+            What its dotted names start with.
+        kind
+            The dataclass.
+        listener
+            Gets the complete new object after each accepted change.
+        defaults
+            Values where nothing is given to the node; those of the dataclass by default.
+        check
+            Raises ``ParameterError`` for what the dataclass cannot know, at the start and at each
+            change.
+
+        Raises
+        ------
+        ParameterError
+            If a value given to the node is wrong.
+        """
+        value = _declared(self._node, prefix, kind, defaults, fixed=False)
+        check(value)
+        self._groups[prefix] = (kind, listener, check)
+        for name, spec in leaves(prefix, kind):
+            self._specs[name] = spec
+            self._owner[name] = prefix
+        return value
+
+    def _convert(self, parameters: list[Parameter]) -> list[Parameter]:
+        """Turn whole numbers given for doubles into doubles."""
+        return [
+            Parameter(p.name, Parameter.Type.DOUBLE, float(p.value))
+            if p.type_ == Parameter.Type.INTEGER
+            and p.name in self._specs
+            and self._specs[p.name].kind is float
+            else p
+            for p in parameters
+        ]
+
+    def _validate(self, parameters: list[Parameter]) -> SetParametersResult:
+        try:
+            for prefix, value in self._rebuilt(parameters):
+                self._groups[prefix][2](value)
+        except ParameterError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _hand_over(self, parameters: list[Parameter]) -> None:
+        for prefix, value in self._rebuilt(parameters):
+            self._groups[prefix][1](value)
+
+    def _rebuilt(self, parameters: list[Parameter]) -> Iterator[tuple[str, Any]]:
+        """Yield every group a change touches, built from present and new values."""
+        new = {p.name: p.value for p in parameters if p.name in self._owner}
+        for prefix in dict.fromkeys(self._owner[name] for name in new):
+            kind = self._groups[prefix][0]
+            names = [name for name, _ in leaves(prefix, kind)]
+            present = {name: self._node.get_parameter(name).value for name in names}
+            yield prefix, built(prefix, kind, present | {n: new[n] for n in names if n in new})
+
+
+def _declared(node: Node, prefix: str, kind: type[P], defaults: P | None, *, fixed: bool) -> P:
+    present = values_of(prefix, kind() if defaults is None else defaults)
+    given = {name: _given(node, name, value) for name, value in present.items()}
+    value = built(prefix, kind, given)
+    accepted = values_of(prefix, value)
+    for name, spec in leaves(prefix, kind):
+        _describe(node, name, spec, accepted[name], fixed=fixed)
+    return value
+
+
+def _given(node: Node, name: str, default: Any) -> Any:
+    """Return what the node was given for a parameter, of whatever type, else the default."""
+    if not node.has_parameter(name):
+        node.declare_parameter(name, default, ParameterDescriptor(dynamic_typing=True))
+    return node.get_parameter(name).value
+
+
+def _describe(node: Node, name: str, spec: Spec, value: Any, *, fixed: bool) -> None:
+    """Give a parameter its type, range and description; a whole number becomes a double."""
+    parameter = Parameter(name, _TYPES[spec.kind], to_ros(spec, value))
+    node.set_descriptor(name, _descriptor(spec, fixed=fixed), parameter.get_parameter_value())
+
+
+def _descriptor(spec: Spec, *, fixed: bool) -> ParameterDescriptor:
+    unit = f" [{spec.unit}]" if spec.unit and spec.unit != "-" else ""
+    absent = " (0: not given)" if spec.optional else ""
+    descriptor = ParameterDescriptor(
+        type=_TYPES[spec.kind].value,
+        description=f"{spec.description}{unit}{absent}",
+        additional_constraints=spec.range_text().replace(" or null", " or 0"),
+        read_only=fixed or spec.read_only,
+    )
+    low, high = spec.low, spec.high
+    if low is not None and high is not None and not spec.optional:
+        if spec.kind is int:
+            descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
+        else:
+            bounds = FloatingPointRange(from_value=float(low), to_value=float(high))
+            descriptor.floating_point_range = [bounds]
+    return descriptor
