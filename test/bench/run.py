@@ -1,0 +1,156 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Timings as ratios measured in one run: each number stands beside a reference taken at the same
+time.
+
+``make bench`` prints a table and writes ``bench.json`` into the current folder's ``sessions/``.
+Nothing here passes or fails: a machine that is shared or slow shows in the reference as well.
+"""
+
+import argparse
+import json
+import multiprocessing
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from pmwvc_analysis.recording.reader import read_session
+from pmwvc_analysis.session_files import finish
+from pmwvc_bringup.scenarios import load_scenario
+from pmwvc_core.runtime.pacing import Pacer, request_real_time
+from pmwvc_core.simulation.session import simulate
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def bare_loop(duration_s, queue):
+    """Run a loop that only keeps deadlines; report how late it woke [us]."""
+    request_real_time(20)
+    pacer = Pacer(1_000_000)
+    late = [pacer.wait().lateness_ns * 1e-3 for _ in range(int(duration_s * 1000))]
+    queue.put((float(np.median(late)), float(np.percentile(late, 99))))
+
+
+def live(duration_s, delay_s, folder):
+    """Run a recorded two-user session with a bare loop beside it."""
+    queue = multiprocessing.Queue()
+    beside = multiprocessing.Process(target=bare_loop, args=(duration_s * 0.7, queue))
+    command = [
+        str(ROOT / "pmwvc"), "run", "carry_16ms", "--json", "--out", str(folder),
+        "--duration", str(duration_s), "--set", f"link.delay_s={delay_s}",
+    ]  # fmt: skip
+    session = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    beside.start()
+    output, _ = session.communicate(timeout=duration_s + 120)
+    bare = queue.get(timeout=60)
+    beside.join()
+    return json.loads(output), bare
+
+
+def relay_error_ms(folder):
+    """Return the emulator's median and 99th percentile |delay - delay asked for| [ms]."""
+    traces = read_session(folder)
+    errors = np.concatenate(
+        [
+            (f.time_out_ns - f.time_due_ns)[f.time_out_ns > 0] * 1e-6
+            for f in traces.fates.values()
+        ]
+    )
+    return float(np.median(np.abs(errors))), float(np.percentile(np.abs(errors), 99))
+
+
+def timed(work):
+    """Return how long a call takes [s]."""
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def bench_loops(duration_s, rows, numbers):
+    """Loop lateness and compute time beside a bare loop; relay error at several delays."""
+    for delay_s in (0.0, 0.008, 0.016, 0.024):
+        with tempfile.TemporaryDirectory() as place:
+            folder = Path(place) / "session"
+            summary, (bare_p50, bare_p99) = live(duration_s, delay_s, folder)
+            p50, p99 = relay_error_ms(folder)
+        late = statistics.median(u["lateness_us"]["p50"] for u in summary["users"])
+        late99 = statistics.median(u["lateness_us"]["p99"] for u in summary["users"])
+        compute = statistics.median(u["compute_us"]["p50"] for u in summary["users"])
+        name = f"{delay_s * 1e3:.0f} ms"
+        rows += [
+            (f"1 kHz lateness p50, {name}", f"{late:.0f} us", f"{bare_p50:.0f} us", late / bare_p50),
+            (f"1 kHz lateness p99, {name}", f"{late99:.0f} us", f"{bare_p99:.0f} us", late99 / bare_p99),
+            (f"1 kHz compute p50, {name}", f"{compute:.0f} us", "1000 us", compute / 1000),
+            (f"relay error p50 / p99, {name}", f"{p50:.3f} / {p99:.3f} ms", "", None),
+        ]
+        numbers[f"live_{delay_s * 1e3:.0f}ms"] = {
+            "lateness_us": late, "bare_lateness_us": bare_p50, "compute_us": compute,
+            "relay_error_ms": p50, "relay_error_p99_ms": p99,
+        }  # fmt: skip
+
+
+def bench_simulation(rows, numbers, runs):
+    """Simulation speed: one session, and many side by side."""
+    scenario = load_scenario("carry_16ms", duration_s=10.0)
+    single = timed(lambda: simulate([scenario]))
+    varied = [
+        replace(
+            scenario,
+            users=tuple(
+                replace(u, contact=replace(u.contact, contact_stiffness=100.0 + i))
+                for u in scenario.users
+            ),
+        )
+        for i in range(runs)
+    ]
+    batched = timed(lambda: simulate(varied, keep=lambda traces: traces.duration_s))
+    rows += [
+        ("simulate one session, 10 s", f"{single:.2f} s", "10 s", 10 / single),
+        (f"simulate {runs} batched", f"{batched:.1f} s", f"{runs * single:.0f} s", runs * single / batched),
+    ]
+    numbers["simulation"] = {
+        "times_real_time": 10 / single, "batched_speed_up": runs * single / batched, "runs": runs,
+    }  # fmt: skip
+
+
+def bench_report(duration_s, rows, numbers):
+    """Report time against session length."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "session"
+        live(duration_s, 0.016, folder)
+        seconds = timed(lambda: finish(folder))
+    rows.append(("report", f"{seconds:.1f} s", f"{duration_s:.0f} s", duration_s / seconds))
+    numbers["report"] = {"seconds": seconds, "session_s": duration_s}
+
+
+def main():
+    """Measure, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--duration", type=float, default=10.0, help="length of each session [s]")
+    parser.add_argument("--runs", type=int, default=1000, help="batched simulations")
+    options = parser.parse_args()
+    rows, numbers = [], {"cpus": os.cpu_count(), "python": sys.version.split()[0]}
+    bench_simulation(rows, numbers, options.runs)
+    bench_loops(options.duration, rows, numbers)
+    bench_report(options.duration, rows, numbers)
+    table = Table("what", "measured", "reference in this run", "ratio")
+    for name, value, reference, ratio in rows:
+        table.add_row(name, value, reference, "" if ratio is None else f"{ratio:.2f}")
+    Console().print(table)
+    place = Path("sessions")
+    place.mkdir(exist_ok=True)
+    (place / "bench.json").write_text(json.dumps(numbers, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
