@@ -236,6 +236,8 @@ def main() -> None:
             f"setup_ros: '{command} ...' failed with {error.returncode}; the reason stands above. "
             "Run make setup again once it is mended: it goes on where it stopped."
         )
+    except KeyboardInterrupt:
+        sys.exit("\nsetup_ros: interrupted; make setup goes on where it stopped")
     state = "installed" if fresh else "up to date"
     print(f"setup_ros: {state}; built: {' '.join(built) or 'nothing to do'}")
 
