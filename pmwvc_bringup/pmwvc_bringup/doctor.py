@@ -1,0 +1,230 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Is this machine fit for a session? One finding per check, each with its remedy.
+
+Looks only; changes nothing. What is wrong with a recorded session is another question
+(:mod:`pmwvc_analysis`).
+"""
+
+import importlib
+import importlib.metadata
+import os
+import platform
+import resource
+import shutil
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, request_real_time
+
+OK, WARNING, PROBLEM = "ok", "warning", "problem"
+MIB = 2**20
+TICK_NS = 1_000_000  # the force loop of every scenario
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one check found: ``status`` is ok, warning (a session runs, less well) or problem."""
+
+    check: str
+    status: str
+    text: str
+    remedy: str = ""
+
+    def line(self) -> str:
+        """Return the finding as a person reads it."""
+        remedy = f"\n{'':21}-> {self.remedy}" if self.remedy else ""
+        return f"{self.status:8} {self.check:11} {self.text}{remedy}"
+
+
+def examine() -> list[Finding]:
+    """Run every check; one that fails itself is a problem of its own."""
+    findings = []
+    for name, check in CHECKS.items():
+        try:
+            findings.append(check())
+        except Exception as error:  # a doctor that dies of the illness helps nobody
+            text = f"the check failed: {type(error).__name__}: {error}"
+            findings.append(Finding(name, PROBLEM, text, "report this as a bug"))
+    return findings
+
+
+def as_dict(findings: list[Finding]) -> dict[str, Any]:
+    """Return the findings as plain data, worst status first."""
+    statuses = {finding.status for finding in findings}
+    worst = next(s for s in (PROBLEM, WARNING, OK) if s in statuses or s == OK)
+    return {"status": worst, "findings": [asdict(finding) for finding in findings]}
+
+
+def _python() -> Finding:
+    text = f"{platform.python_version()} in {sys.prefix}"
+    if not (3, 11) <= sys.version_info[:2] <= (3, 13):
+        return Finding("python", PROBLEM, text, "use Python 3.11 to 3.13: make setup")
+    return Finding("python", OK, text)
+
+
+def _ros() -> Finding:
+    try:
+        importlib.import_module("rclpy")
+        version = importlib.metadata.version("ros-rclpy")
+    except importlib.metadata.PackageNotFoundError:
+        return Finding("ros", OK, "rclpy of a ROS installation")
+    except ImportError as error:
+        return Finding("ros", PROBLEM, f"rclpy cannot be imported: {error}", "run make setup")
+    return Finding("ros", OK, f"rclpy {version} from wheels")
+
+
+def _messages() -> Finding:
+    try:
+        messages = importlib.import_module("pmwvc_msgs.msg")
+        support = importlib.import_module("rclpy.type_support")
+        names = ("Wave", "MasterTrace", "ServerTrace", "LinkState", "PacketFate")
+        for name in names:
+            support.check_for_type_support(getattr(messages, name))
+    except Exception as error:
+        return Finding("messages", PROBLEM, f"{type(error).__name__}: {error}", "run make setup")
+    return Finding("messages", OK, f"{len(names)} types with their support libraries")
+
+
+def _compiler() -> Finding:
+    found = [tool for tool in ("gcc", "g++", "make") if shutil.which(tool)]
+    if len(found) < 3:
+        missing = ", ".join({"gcc", "g++", "make"} - set(found))
+        return Finding(
+            "compiler", WARNING, f"{missing} missing: messages cannot be rebuilt",
+            "apt install build-essential",
+        )  # fmt: skip
+    return Finding("compiler", OK, " ".join(found))
+
+
+def _cores() -> Finding:
+    count = len(os.sched_getaffinity(0))
+    load = os.getloadavg()[0]
+    text = f"{count} cores, load {load:.1f}"
+    if count < 2:
+        return Finding("cores", WARNING, text, "two cores or more: loops wait for each other")
+    if load > count:
+        return Finding("cores", WARNING, text, "end other programs: loops will be late")
+    return Finding("cores", OK, text)
+
+
+def _clock() -> Finding:
+    resolution_ns = time.get_clock_info("monotonic").resolution * 1e9
+    late_ns: list[int] = []
+
+    def loop() -> None:
+        pacer = Pacer(TICK_NS)
+        late_ns.extend(pacer.wait().lateness_ns for _ in range(300))
+
+    _in_thread(loop)
+    half, most = np.percentile(late_ns, (50, 99)) / 1e3
+    text = f"resolution {resolution_ns:.0f} ns; 1 kHz wake-ups {half:.0f} us late, 99 %: {most:.0f} us"
+    if resolution_ns > 1000:
+        return Finding("clock", PROBLEM, text, "a kernel with high-resolution timers is needed")
+    if most > 1000:
+        return Finding("clock", WARNING, text, "busy or virtual machine: ticks will be late")
+    return Finding("clock", OK, text)
+
+
+def _real_time() -> Finding:
+    reports: list[RealTimeReport] = []
+    _in_thread(lambda: reports.append(request_real_time(20)))
+    report = reports[0]
+    text = str(report).removeprefix("real time: ")
+    if report.refused:
+        remedy = "in /etc/security/limits.conf: rtprio 20 and memlock unlimited; log in again"
+        return Finding("real time", WARNING, text, remedy)
+    return Finding("real time", OK, text)
+
+
+def _shared_memory() -> Finding:
+    folder = Path("/dev/shm")
+    if not folder.is_dir():
+        return Finding("/dev/shm", OK, "not there; sessions do not use it")
+    left = sorted(folder.glob("fastrtps_*")) + sorted(folder.glob("fastdds_*"))
+    size = sum(path.stat().st_size for path in left if path.exists()) / MIB
+    free = shutil.disk_usage(folder).free / MIB
+    text = f"{free:.0f} MiB free"
+    if left:
+        return Finding(
+            "/dev/shm", WARNING, f"{text}; {len(left)} files of ROS programs, {size:.1f} MiB",
+            "left by killed programs, if none runs: fastdds shm clean",
+        )  # fmt: skip
+    return Finding("/dev/shm", OK, text)
+
+
+def _limits() -> Finding:
+    files = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    processes = resource.getrlimit(resource.RLIMIT_NPROC)[0]
+    text = f"open files {_limit(files)}, processes {_limit(processes)}"
+    if 0 <= files < 1024:
+        return Finding("limits", WARNING, text, "ulimit -n 1024")
+    if 0 <= processes < 512:
+        return Finding("limits", WARNING, text, "ulimit -u 512")
+    return Finding("limits", OK, text)
+
+
+def _disk() -> Finding:
+    free = shutil.disk_usage(Path.cwd()).free / MIB
+    text = f"{free / 1024:.1f} GiB free here"
+    if not os.access(Path.cwd(), os.W_OK):
+        return Finding(
+            "disk", PROBLEM, "this folder is not writable", "use --out, or go elsewhere"
+        )
+    if free < 200:
+        return Finding("disk", PROBLEM, text, "make room: a session takes 1 to 5 MiB a minute")
+    if free < 2048:
+        return Finding("disk", WARNING, text, "make room: a session takes 1 to 5 MiB a minute")
+    return Finding("disk", OK, text)
+
+
+def _environment() -> Finding:
+    names = ("ROS_", "RMW_", "FASTDDS_", "FASTRTPS_", "CYCLONEDDS_")
+    found = {k: v for k, v in sorted(os.environ.items()) if k.startswith(names)}
+    text = " ".join(f"{name}={value}" for name, value in found.items()) or "nothing set"
+    domain = found.get("ROS_DOMAIN_ID", "")
+    if domain and not (domain.isdigit() and int(domain) <= 232):
+        return Finding("environment", PROBLEM, text, "ROS_DOMAIN_ID must be 0 to 101; unset it")
+    if domain and int(domain) > 101:
+        return Finding("environment", WARNING, text, "ROS_DOMAIN_ID above 101: ports may be taken")
+    if found.get("ROS_DISTRO", "jazzy") != "jazzy":
+        return Finding("environment", PROBLEM, text, "another ROS is sourced: use a fresh shell")
+    if found.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp") != "rmw_fastrtps_cpp":
+        return Finding("environment", WARNING, text, "only rmw_fastrtps_cpp is tested; unset it")
+    if found.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper() == "OFF":
+        remedy = "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF: nodes will not meet; unset it"
+        return Finding("environment", PROBLEM, text, remedy)
+    return Finding("environment", OK, text)
+
+
+def _in_thread(work: Callable[[], None]) -> None:
+    """Run in a thread that ends at once: what it asks of the scheduler ends with it."""
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+
+
+def _limit(value: int) -> str:
+    return "unlimited" if value == resource.RLIM_INFINITY else str(value)
+
+
+CHECKS: dict[str, Callable[[], Finding]] = {
+    "python": _python,
+    "ros": _ros,
+    "messages": _messages,
+    "compiler": _compiler,
+    "cores": _cores,
+    "clock": _clock,
+    "real time": _real_time,
+    "/dev/shm": _shared_memory,
+    "limits": _limits,
+    "disk": _disk,
+    "environment": _environment,
+}

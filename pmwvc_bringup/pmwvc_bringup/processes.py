@@ -1,0 +1,173 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Child processes of a session: started, watched, ended. Knows nothing of ROS.
+
+Every child gets a session of its own, so that Ctrl-C in a terminal reaches only the runner, which
+ends its children in order. When the runner itself dies, the kernel ends them.
+"""
+
+import contextlib
+import ctypes
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+# Time a child has to obey each signal [s]: a recorder finishes its file on SIGINT.
+STOP_SIGNALS = ((signal.SIGINT, 10.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0))
+_PR_SET_PDEATHSIG = 1
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+@dataclass
+class Child:
+    """One running or ended process and its log."""
+
+    name: str
+    process: subprocess.Popen[bytes]
+    log: Path
+    reported: bool = field(default=False, init=False)
+
+    @property
+    def running(self) -> bool:
+        """Tell whether the process is still there."""
+        return self.process.poll() is None
+
+    def log_tail(self, lines: int = 12) -> str:
+        """Return the last lines of its log."""
+        try:
+            text = self.log.read_text("utf-8", errors="replace")
+        except OSError:
+            return ""
+        return "\n".join(text.rstrip().splitlines()[-lines:])
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a process ended: ``signal`` is its name when a signal did it, else ``code`` counts."""
+
+    name: str
+    code: int
+
+    @property
+    def signal(self) -> str | None:
+        """Return the name of the signal that ended it, or None."""
+        if self.code >= 0:
+            return None
+        try:
+            return signal.Signals(-self.code).name
+        except ValueError:
+            return f"signal {-self.code}"
+
+    def __str__(self) -> str:
+        """Return one clause for people."""
+        how = f"was ended by {self.signal}" if self.code < 0 else f"exited with {self.code}"
+        return f"{self.name} {how}"
+
+
+class Children:
+    """The processes of one session, in the order they were started."""
+
+    def __init__(self) -> None:
+        self.children: dict[str, Child] = {}
+
+    def start(
+        self, name: str, command: Sequence[str], *, env: Mapping[str, str], log: Path
+    ) -> Child:
+        """Start a process; its output goes to ``log``.
+
+        Must be called from a thread that lives as long as the session: the kernel ties the child
+        to the thread that forked it.
+        """
+        parent = os.getpid()
+        log.parent.mkdir(parents=True, exist_ok=True)
+        with log.open("wb") as output:
+            process = subprocess.Popen(
+                list(command),
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env=dict(env),
+                start_new_session=True,
+                preexec_fn=lambda: _die_with(parent),
+            )
+        child = Child(name, process, log)
+        self.children[name] = child
+        return child
+
+    def endings(self) -> list[Ending]:
+        """Return the processes that ended since the last call."""
+        found = []
+        for child in self.children.values():
+            if not child.running and not child.reported:
+                child.reported = True
+                found.append(Ending(child.name, child.process.returncode))
+        return found
+
+    def running(self) -> list[str]:
+        """Return the names of the processes still there."""
+        return [child.name for child in self.children.values() if child.running]
+
+    def stop(
+        self, names: Iterable[str], *, hurried: Callable[[], bool] = lambda: False
+    ) -> list[Ending]:
+        """End processes together: SIGINT, then SIGTERM, then SIGKILL, each with its time to obey.
+
+        ``hurried`` cuts the patience short (a second Ctrl-C). Returns how they ended, where that
+        was not a clean exit.
+        """
+        chosen = [self.children[name] for name in names if name in self.children]
+        for child in chosen:
+            _wake(child)
+        for number, patience_s in STOP_SIGNALS:
+            for child in chosen:
+                _send(child, number)
+            if _await(chosen, patience_s, hurried if number != signal.SIGKILL else lambda: False):
+                break
+        endings = []
+        for child in chosen:
+            code = child.process.poll()
+            if code and not child.reported:
+                endings.append(Ending(child.name, code))
+            child.reported = True
+        return endings
+
+    def kill(self) -> None:
+        """End everything that is left, at once."""
+        for child in self.children.values():
+            _send(child, signal.SIGKILL)
+        _await(list(self.children.values()), 5.0, lambda: False)
+
+
+def _die_with(parent: int) -> None:
+    """Run in the child between fork and exec: end with the parent, even when that is killed.
+
+    SIGTERM and not SIGKILL: a master lets go of its device, a recorder finishes its file.
+    """
+    _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:  # it died before the line above
+        os._exit(1)
+
+
+def _send(child: Child, number: signal.Signals) -> None:
+    if child.running:
+        with contextlib.suppress(ProcessLookupError):
+            child.process.send_signal(number)
+
+
+def _wake(child: Child) -> None:
+    """Let a process that somebody stopped (SIGSTOP) run on, so that it can obey."""
+    _send(child, signal.SIGCONT)
+
+
+def _await(children: Sequence[Child], patience_s: float, hurried: Callable[[], bool]) -> bool:
+    """Wait until all have ended; tell whether they have."""
+    until = time.monotonic() + patience_s
+    while any(child.running for child in children):
+        if time.monotonic() > until or hurried():
+            return False
+        time.sleep(0.01)
+    return True
