@@ -67,7 +67,7 @@ class TraceBlock:
         self._compute[k] = compute
         self.count = k + 1
 
-    def series(self) -> Mapping[str, array[float]]:
+    def series(self) -> Mapping[str, "array[float]"]:
         """Return what was written by field name; valid until the next ``put``."""
         if self.full:
             return self._series

@@ -1,0 +1,215 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A node's process, from its first line to its exit code.
+
+The main thread owns the loop; a second one serves parameters, services and diagnostics; a third
+waits for signals. SIGINT and SIGTERM set an event and nothing else: ROS stays usable until the
+loop has said goodbye. Exit code 0: asked to stop; 2: a setting, file or device cannot be used, in
+one line; 1: a mistake of ours, with its traceback.
+"""
+
+import os
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+import rclpy
+from rclpy.exceptions import InvalidNamespaceException, InvalidNodeNameException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import Trigger
+
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.params import Spec
+from pmwvc_core.runtime.messages import diagnostic, live_types
+from pmwvc_core.runtime.parameters import declare_value, refuse_unknown
+
+OK, WARN, ERROR = 0, 1, 2
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_REFUSALS = (
+    PmwvcError,
+    InvalidNamespaceException,
+    InvalidNodeNameException,
+    rclpy_implementation.RCLError,
+    rclpy_implementation.UnknownROSArgsError,
+)
+
+
+class Work(Protocol):
+    """What a node does, once its parameters are read."""
+
+    def run(self, stop: threading.Event) -> None:
+        """Work in the calling thread until ``stop`` is set."""
+
+    def close(self) -> None:
+        """Let go of everything; called once, also when ``run`` never was."""
+
+
+def run_node(
+    name: str, build: Callable[[Node], Work], *, args: Sequence[str] | None = None
+) -> int:
+    """Run a node until it is asked to stop; return the exit code.
+
+    Parameters
+    ----------
+    name
+        Name of the node, where ROS arguments give no other.
+    build
+        Declares the parameters and makes the work. A parameter that was given but is declared by
+        nobody is refused. With ``start.paused`` the work waits for a call of ``~/start``.
+    args
+        Command line; that of the process by default.
+    """
+    stop = threading.Event()
+    with _signals_set(stop):
+        try:
+            node = _created(name, args)
+        except _REFUSALS as error:
+            rclpy.try_shutdown()
+            return _refused(name, error)
+        try:
+            return _worked(node, build, stop)
+        except PmwvcError as error:
+            return _refused(name, error)
+        except Exception:
+            traceback.print_exc()
+            return 1
+        finally:
+            node.destroy_node()
+            rclpy.try_shutdown()
+
+
+class StartGate:
+    """Holds a node's work back until a person or the session runner says go."""
+
+    def __init__(self, node: Node) -> None:
+        spec = Spec(bool, description="wait for a call of ~/start before the first tick")
+        self._open = threading.Event()
+        if not declare_value(node, "start.paused", spec, False):
+            self._open.set()
+        node.create_service(Trigger, "~/start", self._start)
+
+    def wait(self, stop: threading.Event) -> bool:
+        """Wait until started or stopped; tell whether started."""
+        while not stop.is_set():
+            if self._open.wait(0.02):
+                return True
+        return False
+
+    def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.message = "already running" if self._open.is_set() else "started"
+        response.success = True
+        self._open.set()
+        return response
+
+
+def publish_health(
+    node: Node, collect: Callable[[], tuple[int, str, Mapping[str, object]]]
+) -> None:
+    """Publish a node's health on ``/diagnostics`` once a second.
+
+    Parameters
+    ----------
+    node
+        The node; its executor's thread calls ``collect``.
+    collect
+        Returns level (``OK``, ``WARN``, ``ERROR``), one line for people, and values by name.
+    """
+    types = live_types()
+    publisher = node.create_publisher(types.DiagnosticArray, "/diagnostics", 10)
+    name = node.get_fully_qualified_name()
+
+    def publish() -> None:
+        level, message, values = collect()
+        stamp_ns = node.get_clock().now().nanoseconds
+        health = {"name": name, "level": level, "message": message, "values": values}
+        publisher.publish(diagnostic(types, stamp_ns=stamp_ns, **health))
+
+    node.create_timer(1.0, publish)
+
+
+def _created(name: str, args: Sequence[str] | None) -> Node:
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    return Node(name, automatically_declare_parameters_from_overrides=True)
+
+
+def _worked(node: Node, build: Callable[[Node], Work], stop: threading.Event) -> int:
+    gate = StartGate(node)
+    work = build(node)
+    try:
+        refuse_unknown(node)
+        with _served(node, stop) as failures:
+            if gate.wait(stop):
+                work.run(stop)
+        return 1 if failures else 0
+    finally:
+        work.close()
+
+
+@contextmanager
+def _served(node: Node, stop: threading.Event) -> Iterator[list[Exception]]:
+    """Serve the node's parameters, services and timers in a thread of its own.
+
+    An exception there ends the node: a loop nobody can talk to must not go on.
+    """
+    failures: list[Exception] = []
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+
+    def serve() -> None:
+        try:
+            executor.spin()
+        except ExternalShutdownException:
+            stop.set()
+        except Exception as error:
+            traceback.print_exc()
+            failures.append(error)
+            stop.set()
+
+    thread = threading.Thread(target=serve, name="services")
+    thread.start()
+    try:
+        yield failures
+    finally:
+        executor.shutdown()
+        thread.join()
+
+
+@contextmanager
+def _signals_set(stop: threading.Event) -> Iterator[None]:
+    """Have SIGINT and SIGTERM set an event.
+
+    A signal only writes to a pipe, and a thread reads that: a handler that set the event itself
+    would run inside the main thread, where setting what it is just about to wait for can block.
+    """
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    handlers = {number: signal.signal(number, lambda *_: None) for number in _SIGNALS}
+    wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+
+    def watch() -> None:
+        if os.read(reader, 1):
+            stop.set()
+
+    thread = threading.Thread(target=watch, name="signals", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(wakeup)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        os.close(writer)
+        thread.join()
+        os.close(reader)
+
+
+def _refused(name: str, error: Any) -> int:
+    print(f"{name}: " + " ".join(str(error).split()), file=sys.stderr)
+    return 2
