@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Subscriptions that a loop empties itself: taking a message so costs a few microseconds, an
+executor's turn 150.
+
+An executor that serves the same node passes over them, so it never takes a message away from the
+loop.
+"""
+
+from typing import Any
+
+from rclpy.callback_groups import CallbackGroup
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+WAVE_QOS = QoSProfile(
+    depth=10, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
+)
+TRACE_QOS = QoSProfile(
+    depth=256, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE
+)
+
+
+class _Unserved(CallbackGroup):
+    """Entities that no executor ever runs."""
+
+    def can_execute(self, entity: Any) -> bool:
+        return False
+
+    def beginning_execution(self, entity: Any) -> bool:
+        return False
+
+    def ending_execution(self, entity: Any) -> None:
+        pass
+
+
+class Polled:
+    """One subscription, emptied by calls of :meth:`take`.
+
+    Parameters
+    ----------
+    node
+        The owner; it has to outlive the loop that takes.
+    kind
+        Message class.
+    topic
+        Name of the topic, relative to the node's namespace.
+    qos
+        As the publisher's.
+    """
+
+    def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile = WAVE_QOS) -> None:
+        self.kind = kind
+        self.subscription = node.create_subscription(
+            kind, topic, lambda _: None, qos, callback_group=_Unserved()
+        )
+        self._take = self.subscription.handle.take_message
+
+    def take(self) -> Any:
+        """Return the oldest message not yet taken, or None; never waits."""
+        taken = self._take(self.kind, False)
+        return None if taken is None else taken[0]

@@ -1,0 +1,13 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Haptic devices behind one interface; each is an entry point of the group ``pmwvc.devices``."""
+
+from pmwvc_master.devices.interface import (
+    DeviceFactory,
+    DeviceInfo,
+    DeviceSample,
+    DeviceSetup,
+    HapticDevice,
+)
+
+__all__ = ["DeviceFactory", "DeviceInfo", "DeviceSample", "DeviceSetup", "HapticDevice"]

@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the fast loop asks of a haptic device, and what a device is told when it is made.
+
+A device speaks SI units in the axes of the world (axis 0 is +x, along which the users meet) and
+converts its own inside. Limits of force, slope and speed are not its business: the safety layer
+stands between controller and device, the same for all devices. Vendor libraries are imported in
+``open``, not at the top of a module, so that a list of what is installed never fails.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal, Protocol, TypeAlias
+
+from pmwvc_core.numeric import Value
+from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceInfo:
+    """What a device can do.
+
+    ``pacing`` says who owns the clock: ``host`` (the loop reads and writes), ``exchange`` (one
+    round trip is one tick), ``device`` (a vendor's thread fills a mailbox) or ``event`` (samples
+    come irregularly, as over a topic).
+    """
+
+    model: str
+    dof: int  # axes sensed and actuated
+    serial: str = ""
+    max_force: float | None = None  # [N], None: not known
+    apparent_mass: float | None = None  # [kg]
+    apparent_damping: float | None = None  # [N s/m]
+    workspace_m: float | None = None  # half extent [m]
+    pacing: Literal["host", "exchange", "device", "event"] = "host"
+    velocity: Literal["measured", "estimated"] = "measured"
+    hand_force_known: bool = False
+
+
+@dataclass(slots=True)
+class DeviceSample:
+    """What a device senses at one tick.
+
+    ``valid`` is False where position or velocity cannot be trusted (nothing came, or too long
+    ago): the loop then asks for no force. ``f_h`` is the hand's force on the device, NaN where
+    it is not known.
+    """
+
+    x: Value = 0.0  # [m]
+    xd: Value = 0.0  # [m/s]
+    f_h: Value = field(default=float("nan"))  # [N]
+    valid: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceSetup:
+    """What a device is made for.
+
+    ``start_m`` is where a device that can choose starts: in front of the user's face of the
+    object. ``node`` is the ROS node, for devices that talk over topics; it is ``None`` without
+    ROS.
+    """
+
+    dof: int
+    tick_s: float
+    side: int  # of the object the user is on: -1 pushes towards +x
+    half_width_m: float  # of the object [m]
+    start_m: float  # on axis 0 [m]
+    seed: int
+    device: DeviceParams
+    operator: OperatorParams
+    task: TaskParams
+    node: Any = None
+
+
+class HapticDevice(Protocol):
+    """One device. All calls but ``open`` and ``close`` come from the loop's thread."""
+
+    info: DeviceInfo
+
+    def open(self) -> None:
+        """Make the device ready, force zero.
+
+        Raises
+        ------
+        DeviceError
+            With cause and remedy.
+        """
+
+    def read(self, due_ns: int) -> DeviceSample:
+        """Return what is sensed at the tick due at ``due_ns`` (monotonic clock); never wait
+        longer than a tick.
+
+        The sample may be the same object at every call: use it before the next one.
+        """
+
+    def write(self, f_m: Value) -> None:
+        """Apply the force until the next call [N]: the device pushes the hand with ``-f_m``."""
+
+    def couple(self) -> None:
+        """Note that the user now feels the object: a simulated hand starts here."""
+
+    def stop(self) -> None:
+        """Set the force to zero; may be called more than once; called on every way out."""
+
+    def close(self) -> None:
+        """Give the device back."""
+
+
+DeviceFactory: TypeAlias = Callable[[DeviceSetup], HapticDevice]

@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated device with a simulated hand on it.
+
+Time passes on the loop's grid: a read advances the device from the last read to now, tick by
+tick, with the force written last held. A tick that the loop missed passes too, as it would on a
+real device, but never more than ``CATCH_UP_S`` at once: beyond that the device stands still, as
+one with a watchdog.
+"""
+
+from pmwvc_core.numeric import Value
+from pmwvc_core.plant.devices import SimulatedDevice as Plant
+from pmwvc_core.plant.operators import make_operator
+from pmwvc_master.devices.interface import DeviceInfo, DeviceSample, DeviceSetup
+
+CATCH_UP_S = 0.1
+
+
+class SimulatedDevice:
+    """A mass with a hand; see :mod:`pmwvc_core.plant` for the equations of both."""
+
+    def __init__(self, setup: DeviceSetup) -> None:
+        self.info = DeviceInfo(
+            model="simulated",
+            dof=setup.dof,
+            apparent_mass=setup.device.mass,
+            apparent_damping=setup.device.damping,
+            workspace_m=setup.device.workspace_m,
+            velocity="measured" if setup.device.velocity == "exact" else "estimated",
+            hand_force_known=True,
+        )
+        self._tick_ns = round(setup.tick_s * 1e9)
+        self._catch_up = max(1, round(CATCH_UP_S / setup.tick_s))
+        self._plant = Plant(setup.device, tick_s=setup.tick_s, dof=setup.dof)
+        self._plant.place(setup.start_m)
+        self._operator = make_operator(
+            setup.operator,
+            setup.task,
+            side=setup.side,
+            half_width=setup.half_width_m,
+            tick_s=setup.tick_s,
+            dof=setup.dof,
+            start=setup.start_m,
+        )
+        self._coupled = False
+        self._f_m: Value = 0.0
+        self._last_ns: int | None = None
+        self._sample = DeviceSample()
+
+    def open(self) -> None:
+        """Nothing to open."""
+
+    def read(self, due_ns: int) -> DeviceSample:
+        """Let the time up to ``due_ns`` pass, then return state and hand force."""
+        sample = self._sample
+        if self._last_ns is not None:
+            ticks = (due_ns - self._last_ns + self._tick_ns // 2) // self._tick_ns
+            for missed in range(min(ticks, self._catch_up)):
+                if missed:
+                    self._sense(sample)
+                self._plant.step(sample.f_h, self._f_m)
+        self._last_ns = due_ns
+        self._sense(sample)
+        return sample
+
+    def _sense(self, sample: DeviceSample) -> None:
+        """Note the state at the start of a tick, and what the hand does during it."""
+        sample.x, sample.xd = x, xd = self._plant.read()
+        operator = self._operator
+        sample.f_h = operator.step(x, xd) if self._coupled else operator.hold()
+
+    def write(self, f_m: Value) -> None:
+        """Hold the force until the next tick."""
+        self._f_m = f_m
+
+    def couple(self) -> None:
+        """Let the hand begin."""
+        self._coupled = True
+
+    def stop(self) -> None:
+        """Set the force to zero."""
+        self._f_m = 0.0
+
+    def close(self) -> None:
+        """Nothing to close."""

@@ -1,0 +1,217 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The force loop: one thread, one tick per millisecond, one packet per frame of M ticks.
+
+What a tick computes is in :class:`pmwvc_core.master.client.Client`; this file decides *when*, on
+the grid of the monotonic clock that all processes of a machine share::
+
+    tick 0 of a frame   send the filter's output, take new settings over
+    every tick          take what has arrived; device -> controller -> limits -> device
+    tick 4              hand the newest answer to the controller (the server steps at 2 ms)
+    tick 1 (next frame) publish the trace of the frame before
+
+With frames shorter than 5 ticks the answer is taken at the last tick. Compared with an answer in
+the same instant this adds the 4 ms to the round trip. No ROS here: the wires to the outside are
+an argument.
+"""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Protocol
+
+from pmwvc_core.master.client import Client
+from pmwvc_core.numeric import Value, dot
+from pmwvc_core.runtime.health import Health
+from pmwvc_core.runtime.messages import TraceBlock
+from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time
+from pmwvc_core.wave.packet import WavePacket
+from pmwvc_core.wave.receiver import Receiver
+from pmwvc_master.devices import DeviceSample, HapticDevice
+
+ANSWER_S = (
+    0.004  # after the frame start: the server's step at 2 ms and two ways through a relay fit
+)
+PRIORITY = 20
+
+
+class Wires(Protocol):
+    """What joins the loop to the network and to those who watch."""
+
+    def take(self) -> WavePacket | None:
+        """Return the next packet that has arrived, or None; never wait."""
+
+    def send(self, packet: WavePacket) -> None:
+        """Send a packet to the server."""
+
+    def publish_trace(self, block: "Block", loop: "MasterLoop") -> None:
+        """Publish the ticks of a frame."""
+
+    def publish_motion(self, sample: DeviceSample, f: Value, due_ns: int) -> None:
+        """Publish velocity and force of the device for those who watch."""
+
+
+class Block(TraceBlock):
+    """The ticks of one frame, with number and due time of the first."""
+
+    first_tick = 0
+    start_ns = 0
+
+
+class MasterLoop:
+    """One user's force loop.
+
+    Parameters
+    ----------
+    client
+        Receiver, controller, limits and sender.
+    device
+        The haptic device, opened.
+    wires
+        The outside.
+    tick_s, rate_drop, dof
+        Period of the loop [s], ticks per frame, axes.
+    clock
+        The monotonic clock [ns].
+    """
+
+    def __init__(
+        self,
+        client: Client,
+        device: HapticDevice,
+        *,
+        wires: Wires,
+        tick_s: float,
+        rate_drop: int,
+        dof: int,
+        clock: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        if not isinstance(client.inbox, Receiver):
+            raise TypeError("a live loop needs a receiver that takes packets one by one")
+        self.client = client
+        self.inbox: Receiver = client.inbox
+        self.device = device
+        self.wires = wires
+        self.tick_s = tick_s
+        self.ticks = rate_drop
+        self.answer_tick = min(round(ANSWER_S / tick_s), rate_drop - 1)
+        self.trace_tick = min(1, rate_drop - 1)
+        self.motion_tick = min(2, rate_drop - 1)
+        self.health = Health()
+        self.missed = 0
+        self.energy_device: Value = 0.0  # [J] that the device force took from the hand
+        self.energy_hand: Value = 0.0  # [J] that the hand gave
+        self.report: RealTimeReport | None = None
+        self._changes: deque[Callable[[], None]] = deque()
+        self._clock = clock
+        self._block = Block(rate_drop, dof)
+        self._done = Block(rate_drop, dof)
+        self._first: int | None = None
+        self._frame = -1
+        self._answered = False
+        self._coupled = False
+
+    def run(self, stop: threading.Event) -> None:
+        """Tick in this thread until ``stop`` is set; leave in order whatever happens."""
+        try:
+            self.report = request_real_time(PRIORITY)
+            for tick in Pacer(round(self.tick_s * 1e9)).ticks(stop):
+                self.tick(tick)
+        finally:
+            self.leave()
+
+    def hand_over(self, change: Callable[[], None]) -> None:
+        """Have the loop make a change at its next frame start; called by another thread."""
+        self._changes.append(change)
+
+    def leave(self) -> None:
+        """Set the device to zero and say goodbye to the server."""
+        try:
+            self.device.stop()
+        finally:
+            self.wires.send(self.client.send(self._clock(), leaving=True))
+            self._publish_block(self._block)
+
+    def tick(self, tick: Tick) -> None:
+        """Run one tick of the grid."""
+        frame, place = divmod(tick.grid, self.ticks)
+        if self._first is None:
+            if place:
+                return  # begin with a whole frame
+            self._first = tick.grid
+        self.missed += tick.skipped
+        if frame != self._frame:
+            self._begin_frame(frame)
+        elif tick.skipped:
+            self._close_block()
+        self._listen(place)
+        sample = self.device.read(tick.due_ns)
+        f = self._control(sample, tick)
+        if place == self.trace_tick:
+            self._publish_block(self._done)
+        if place == self.motion_tick:
+            self.wires.publish_motion(sample, f, tick.due_ns)
+        self._note(tick, sample, f)
+
+    def _begin_frame(self, frame: int) -> None:
+        """Send, and take over what another thread has prepared."""
+        self._frame = frame
+        self._answered = False
+        self.wires.send(self.client.send(self._clock()))
+        self._close_block()
+        while self._changes:
+            self._changes.popleft()()
+
+    def _listen(self, place: int) -> None:
+        """Take in what has arrived; once a frame let the controller have the newest of it."""
+        while (packet := self.wires.take()) is not None:
+            self.inbox.push(packet, self._clock())
+        if place >= self.answer_tick and not self._answered:
+            self._answered = True
+            self.client.receive(self._clock())
+            if not self._coupled and self.inbox.heard():
+                self._coupled = True
+                self.device.couple()
+
+    def _control(self, sample: DeviceSample, tick: Tick) -> Value:
+        """From motion to the force that the device renders until the next tick."""
+        x, xd = sample.x, sample.xd
+        f = self.client.step(x, xd, tick.woke_ns)
+        self.device.write(f)
+        self.energy_device = self.energy_device + dot(f, xd) * self.tick_s
+        if self.device.info.hand_force_known:
+            self.energy_hand = self.energy_hand + dot(sample.f_h, xd) * self.tick_s
+        return f
+
+    def _note(self, tick: Tick, sample: DeviceSample, f: Value) -> None:
+        """Write the tick into the trace."""
+        block, controller = self._block, self.client.controller
+        if not block.count:
+            block.first_tick = tick.grid - self._first
+            block.start_ns = tick.due_ns
+        compute_ns = self._clock() - tick.woke_ns
+        self.health.add(tick.lateness_ns, compute_ns)
+        block.put(
+            sample.x,
+            sample.xd,
+            sample.f_h,
+            self.client.f_asked,
+            f,
+            controller.u_m,
+            controller.u_m_lp,
+            controller.v_m,
+            tick.lateness_ns * 1e-9,
+            compute_ns * 1e-9,
+        )
+
+    def _close_block(self) -> None:
+        """Set the current block aside for publishing and go on with the other one."""
+        if self._block.count:
+            self._publish_block(self._done)  # still there only after a skip
+            self._block, self._done = self._done, self._block
+
+    def _publish_block(self, block: Block) -> None:
+        if block.count:
+            self.wires.publish_trace(block, self)
+            block.clear()

@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The master node: one haptic device of one user.
+
+The main thread runs the force loop (:mod:`pmwvc_master.loop`); a second one serves parameters,
+services and diagnostics, and hands complete new objects over, which the loop takes at a frame
+boundary. Services: ``~/rearm`` (Trigger) after a fault; ``~/start`` (Trigger) where
+``start.paused`` is set.
+"""
+
+import secrets
+import sys
+import threading
+import time
+from collections.abc import Mapping, Sequence
+
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from pmwvc_core.params import MasterParams, SafetyParams
+from pmwvc_core.runtime.health import Health
+from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
+from pmwvc_core.wave.receiver import Verdict
+from pmwvc_master.loop import MasterLoop
+from pmwvc_master.plugins import make_device
+from pmwvc_master.settings import declare_settings
+from pmwvc_master.wires import RosWires
+
+STATES = ("starting", "coupled", "damping", "fault")
+
+
+class Master:
+    """What the node does: settings, device and loop put together.
+
+    Raises
+    ------
+    ParameterError, DeviceError
+        If a setting or the device cannot be used.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self.node = node
+        self.settings = declare_settings(node, self._change_master, self._change_safety)
+        settings = self.settings
+        epoch = secrets.randbits(64) or 1
+        self.device = make_device(settings.device.plugin, settings.device_setup(node))
+        self.loop = MasterLoop(
+            settings.make_client(epoch),
+            self.device,
+            wires=RosWires(
+                node,
+                dof=settings.dof,
+                epoch=epoch,
+                hand_force_known=self.device.info.hand_force_known,
+            ),
+            tick_s=settings.master.tick_s,
+            rate_drop=settings.master.rate_drop,
+            dof=settings.dof,
+        )
+        self.device.open()
+        self._looked_s = time.monotonic()
+        self._missed = 0
+        node.create_service(Trigger, "~/rearm", self._rearm)
+        publish_health(node, self._health)
+
+    def run(self, stop: threading.Event) -> None:
+        """Run the force loop."""
+        self.loop.run(stop)
+
+    def close(self) -> None:
+        """Give the device back."""
+        self.device.stop()
+        self.device.close()
+
+    def _change_master(self, params: MasterParams) -> None:
+        controller = self.loop.client.controller
+        self.loop.hand_over(lambda: controller.configure(params))
+
+    def _change_safety(self, params: SafetyParams) -> None:
+        safety = self.loop.client.safety
+        self.loop.hand_over(lambda: safety.configure(params))
+
+    def _rearm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Let the force come back after a fault."""
+        self.loop.hand_over(self.loop.client.safety.rearm)
+        response.success = True
+        response.message = "force rises from zero once the device is slow enough"
+        return response
+
+    def _health(self) -> tuple[int, str, Mapping[str, object]]:
+        """Return what people should know, once a second."""
+        loop = self.loop
+        now = time.monotonic()
+        health, loop.health = loop.health, Health()
+        values: dict[str, object] = {
+            name: f"{number:.1f}" for name, number in health.values(now - self._looked_s).items()
+        }
+        missed, self._missed = loop.missed - self._missed, loop.missed
+        self._looked_s = now
+        client = loop.client
+        inbox, state = loop.inbox, STATES[int(client.safety.state)]
+        trip = inbox.round_trip_s
+        values |= {
+            "missed deadlines": loop.missed,
+            "state": state,
+            "reason": client.safety.reason,
+            "safety events": client.safety.events,
+            "packets lost": inbox.lost,
+            "round trip [ms]": "unknown" if trip is None else f"{trip * 1e3:.1f}",
+            "real time": str(loop.report or "not asked for yet"),
+        }
+        values |= {f"packets {v.name.lower()}": inbox.counts.get(v, 0) for v in Verdict}
+        text = f"{state}: {client.safety.reason}" if client.safety.reason else state
+        if state == "fault":
+            return ERROR, text, values
+        if missed:
+            return WARN, f"{text}; {missed} deadlines missed", values
+        return (WARN if state == "damping" else OK), text, values
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node and return its exit code."""
+    return run_node("master", Master, args=args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The master node's parameters, and what is made from them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.node import Node
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.master.client import Client
+from pmwvc_core.master.port import MasterController, make_master
+from pmwvc_core.master.safety import SafetyLimiter
+from pmwvc_core.params import (
+    ContactParams,
+    DeviceParams,
+    MasterParams,
+    OperatorParams,
+    SafetyParams,
+    ServerParams,
+    Spec,
+    TaskParams,
+    specs,
+)
+from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
+from pmwvc_core.simulation.scenario import DEFAULTS, SIDE, TOP
+from pmwvc_core.wave.packet import Packer
+from pmwvc_core.wave.receiver import Receiver
+from pmwvc_master.devices import DeviceSetup
+
+
+@dataclass(frozen=True)
+class MasterSettings:
+    """Everything the node was given. ``master`` and ``safety`` may change while it runs."""
+
+    controller: str
+    dof: int
+    seed: int
+    side: int
+    period_s: float  # of the server [s]
+    object_size_m: float
+    master: MasterParams
+    safety: SafetyParams
+    device: DeviceParams
+    operator: OperatorParams
+    task: TaskParams
+    contact: ContactParams
+
+    def make_controller(self, master: MasterParams) -> MasterController:
+        """Return a controller at rest."""
+        return make_master(
+            self.controller,
+            master,
+            contact=self.contact,
+            server_period_s=self.period_s,
+            dof=self.dof,
+        )
+
+    def make_safety(self, safety: SafetyParams) -> SafetyLimiter:
+        """Return the limits, force at zero."""
+        return SafetyLimiter(safety, tick_s=self.master.tick_s, packet_s=self.period_s)
+
+    def make_client(self, epoch: int) -> Client:
+        """Return this user's end of the channel."""
+        return Client(
+            self.make_controller(self.master),
+            self.make_safety(self.safety),
+            inbox=Receiver(self.dof, period_s=self.period_s, timeout_s=self.safety.timeout_s),
+            packer=Packer(epoch, period=self.master.frame_s),
+        )
+
+    def device_setup(self, node: Node) -> DeviceSetup:
+        """Return what the device is made for; it starts in front of the user's face."""
+        half = self.object_size_m / 2
+        return DeviceSetup(
+            dof=self.dof,
+            tick_s=self.master.tick_s,
+            side=self.side,
+            half_width_m=half,
+            start_m=self.side * (half + self.contact.gap_m),
+            seed=self.seed,
+            device=self.device,
+            operator=self.operator,
+            task=self.task,
+            node=node,
+        )
+
+
+def declare_settings(
+    node: Node,
+    on_master: Callable[[MasterParams], None],
+    on_safety: Callable[[SafetyParams], None],
+) -> MasterSettings:
+    """Declare all parameters of the node and return their values.
+
+    Raises
+    ------
+    ParameterError
+        Naming what is wrong.
+    """
+
+    def value(name: str, spec: Spec, default: Any) -> Any:
+        return declare_value(node, name, spec, default)
+
+    def shared(name: str) -> Any:
+        return value(f"server.{name}", specs(ServerParams)[name], getattr(ServerParams(), name))
+
+    binding = ParameterBinding(node)
+    settings = MasterSettings(
+        controller=value("controller", TOP["controller"], "pmwvc"),
+        dof=value("dof", TOP["dof"], DEFAULTS["dof"]),
+        seed=value("seed", TOP["seed"], DEFAULTS["seed"]),
+        side=value("side", SIDE, -1),
+        period_s=shared("period_s"),
+        object_size_m=shared("object_size_m"),
+        master=binding.declare("master", MasterParams, on_master),
+        safety=binding.declare("safety", SafetyParams, on_safety),
+        device=declare(node, "device", DeviceParams),
+        operator=declare(node, "operator", OperatorParams),
+        task=declare(node, "task", TaskParams),
+        contact=declare(node, "server", ContactParams),
+    )
+    if settings.side == 0:
+        raise ParameterError("side = 0: must be -1 or 1")
+    return settings

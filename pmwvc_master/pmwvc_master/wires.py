@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The loop's wires in ROS: publishers, and the subscription that the loop empties itself.
+
+Relative topics: ``wave_up`` out, ``wave_down`` in, ``trace``; and for those who watch, at the
+packet rate and with the names of CRTK, ``measured_cv`` (TwistStamped, velocity of the device)
+and ``measured_cf`` (WrenchStamped, force of the device on the hand, ``-f_m``).
+"""
+
+import time
+from typing import Any
+
+from geometry_msgs.msg import TwistStamped, Vector3, WrenchStamped
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+
+from pmwvc_core.numeric import Value, flatten
+from pmwvc_core.runtime import messages
+from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled
+from pmwvc_core.wave.packet import WavePacket
+from pmwvc_master.devices import DeviceSample
+from pmwvc_master.loop import Block, MasterLoop
+
+
+class RosWires:
+    """See :class:`pmwvc_master.loop.Wires`.
+
+    Parameters
+    ----------
+    node
+        The node that owns publishers and subscription.
+    dof, epoch
+        Axes of the packets, and the epoch of this master.
+    hand_force_known
+        Whether the device knows the hand's force.
+    """
+
+    def __init__(self, node: Node, *, dof: int, epoch: int, hand_force_known: bool) -> None:
+        self._dof = dof
+        self._epoch = epoch
+        self._hand_force_known = hand_force_known
+        self._types = messages.live_types()
+        self._down = Polled(node, self._types.Wave, "wave_down")
+        self._up = node.create_publisher(self._types.Wave, "wave_up", WAVE_QOS)
+        self._trace = node.create_publisher(self._types.MasterTrace, "trace", TRACE_QOS)
+        sensor = qos_profile_sensor_data
+        self._twist = node.create_publisher(TwistStamped, "measured_cv", sensor)
+        self._wrench = node.create_publisher(WrenchStamped, "measured_cf", sensor)
+        self._frame_id = f"{node.get_namespace().strip('/') or node.get_name()}/device"
+        self._seq = 0
+
+    def take(self) -> WavePacket | None:
+        """Return the next packet that has arrived, or None."""
+        msg = self._down.take()
+        return None if msg is None else messages.read_wave(msg, self._dof)
+
+    def send(self, packet: WavePacket) -> None:
+        """Publish a packet."""
+        self._up.publish(messages.wave(self._types, packet, time.time_ns()))
+
+    def publish_trace(self, block: Block, loop: MasterLoop) -> None:
+        """Publish the ticks of a frame."""
+        self._seq += 1
+        client = loop.client
+        controller, safety = client.controller, client.safety
+        energy = {
+            "u_m": controller.energy_u_m,
+            "u_tx": controller.energy_u_tx,
+            "v_rx": controller.energy_v_rx,
+            "v_m": controller.energy_v_m,
+            "device": loop.energy_device,
+            "hand": loop.energy_hand,
+        }
+        self._trace.publish(
+            messages.master_trace(
+                self._types,
+                block.series(),
+                stamp_ns=_ros_time(block.start_ns),
+                start_ns=block.start_ns,
+                epoch=self._epoch,
+                seq=self._seq,
+                first_tick=block.first_tick,
+                period=loop.tick_s,
+                dof=self._dof,
+                state=safety.state,
+                reason=safety.reason,
+                missed=loop.missed,
+                safety_events=safety.events,
+                hand_force_known=self._hand_force_known,
+                energy=energy,
+            )
+        )
+
+    def publish_motion(self, sample: DeviceSample, f: Value, due_ns: int) -> None:
+        """Publish velocity and force of the device."""
+        stamp = messages.time_message(self._types, _ros_time(due_ns))
+        twist, wrench = TwistStamped(), WrenchStamped()
+        for message in (twist, wrench):
+            message.header.stamp = stamp
+            message.header.frame_id = self._frame_id
+        _fill(twist.twist.linear, flatten(sample.xd))
+        _fill(wrench.wrench.force, flatten(-f))
+        self._twist.publish(twist)
+        self._wrench.publish(wrench)
+
+
+def _fill(vector: Vector3, values: Any) -> None:
+    for axis, value in zip("xyz", values, strict=False):
+        setattr(vector, axis, float(value))
+
+
+def _ros_time(monotonic_ns: int) -> int:
+    """Return a time of the monotonic clock on the time line of ROS [ns]."""
+    return time.time_ns() - time.monotonic_ns() + monotonic_ns
