@@ -1,0 +1,7 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server end: wave ports, couplings (the algebraic loop), contact laws, the object."""
+
+from pmwvc_core.server.port import CONTROLLERS, ServerController, WaveServer, make_server
+
+__all__ = ["CONTROLLERS", "ServerController", "WaveServer", "make_server"]

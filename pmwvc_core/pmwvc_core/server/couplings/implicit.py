@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Implicit: avatars and object solved together by the midpoint rule; energy balances exactly.
+
+With the mean velocity v of the object over the step and w_i = xd_si - v::
+
+    f_i    = contact law (w_i),         w_i = sqrt(2/b_i) u_i - f_i/b_i - v
+    sum f_i = m_o (v1 - v0)/h + b_o v,   v = (v0 + v1)/2
+    x_o += h v,  x_si += h xd_si
+
+so that, whatever the waves, stiffnesses and step::
+
+    d(kinetic) + d(potential) + heat = h sum (|u_i|^2 - |v_i|^2)/2
+
+Each f_i falls with v, at most by b_i per m/s, so the object's equation has one root and its slope
+is at least 2 m_o/h + b_o. Two-sided contacts are linear: one Newton step is the closed form.
+One-sided contacts are solved exactly for a given v (``grip``) and the root is found by Newton's
+method kept inside a bracket that halves when it must.
+"""
+
+import sys
+from collections.abc import Sequence
+
+from pmwvc_core.numeric import Flag, Value, maximum, minimum, truth, where
+from pmwvc_core.params import ServerParams
+from pmwvc_core.server.contacts import Answer
+from pmwvc_core.server.cube import Body
+from pmwvc_core.server.seats import Seat
+
+_ROUNDING = 4.0 * sys.float_info.epsilon
+_NEWTON = 20  # steps before halving alone is trusted
+_LIMIT = 90  # then the bracket is as narrow as numbers are
+
+
+class Implicit:
+    """Solve everything together."""
+
+    def __init__(self, params: ServerParams) -> None:
+        self._period = params.period_s
+
+    def step(self, seats: Sequence[Seat], body: Body) -> Value:
+        """Use every seat's ``u_s``; return the energy dissipated [J]."""
+        velocity, answers = self._solve(seats, body)
+        lost = body.drift(velocity)
+        for seat, answer in zip(seats, answers, strict=True):
+            seat.f_s = answer.force
+            seat.xd_s = seat.ratio * seat.u_s - answer.force / seat.b
+            lost = lost + seat.contact.advance(answer, self._period)
+        return lost
+
+    def _answers(self, seats: Sequence[Seat], velocity: Value) -> list[Answer]:
+        return [
+            seat.contact.answer(seat.ratio * seat.u_s - velocity, seat.b, self._period)
+            for seat in seats
+        ]
+
+    def _solve(self, seats: Sequence[Seat], body: Body) -> tuple[Value, list[Answer]]:
+        """Return the object's mean velocity [m/s] and the answers of all contacts to it."""
+        velocity = body.xd
+        springs: Value = 0.0
+        for seat in seats:
+            springs = springs + _size(seat.contact.stiffness * seat.contact.deflection)
+        low = high = velocity
+        for turn in range(_LIMIT):
+            answers = self._answers(seats, velocity)
+            force: Value = 0.0
+            slope: Value = 0.0
+            size = springs
+            for answer in answers:
+                force = force + answer.force
+                slope = slope + answer.slope
+                size = size + _size(answer.force)
+            missing = body.imbalance(velocity, force)
+            mobility = body.mobility(slope)
+            change = missing * mobility
+            settled = _size(change) <= _ROUNDING * (_size(velocity) + mobility * size)
+            if truth(settled):
+                break
+            if turn == 0:
+                other = velocity - missing * body.mobility(0.0 * slope)
+                low, high = minimum(velocity, other), maximum(velocity, other)
+            else:
+                low = where(missing < 0.0, velocity, low)
+                high = where(missing < 0.0, high, velocity)
+            velocity = where(settled, velocity, _next(velocity - change, low, high, turn))
+        return velocity, answers
+
+
+def _size(value: Value) -> Value:
+    return maximum(value, -value)
+
+
+def _next(newton: Value, low: Value, high: Value, turn: int) -> Value:
+    """Return Newton's guess where it is of use, else the middle of the bracket."""
+    outside: Flag = (newton < low) | (newton > high) if turn < _NEWTON else newton == newton
+    return where(outside, 0.5 * (low + high), newton)

@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One frame late: a wave moves the avatar in the next step (App. B, Eq. 14).
+
+The sign of f_s/b is corrected; as printed the port would feed the force back into itself.
+
+::
+
+    f_s(n)    = K [x_s(n) - x_o(n)] + B [xd_s(n) - xd_o(n)]
+    x_s(n+1)  = x_s(n) + h xd_s(n)                       forward Euler
+    xd_s(n+1) = sqrt(2/b) u_s(n) - f_s(n)/b
+
+then the object moves on from n to n+1, exactly under f_s(n) held. The answer is v_s(n) = u_s(n) -
+sqrt(2/b) f_s(n). This is the scheme behind App. B, Fig. 2. After a step ``x_s`` and ``xd_s`` are
+those of n+1, ``f_s`` is that of n.
+"""
+
+from collections.abc import Sequence
+
+from pmwvc_core.numeric import Value
+from pmwvc_core.params import ServerParams
+from pmwvc_core.server.couplings.sampled import push_object
+from pmwvc_core.server.cube import Body
+from pmwvc_core.server.seats import Seat
+
+
+class OneFrameLate:
+    """Decode now, move in the next step."""
+
+    def __init__(self, params: ServerParams) -> None:
+        self._period = params.period_s
+
+    def step(self, seats: Sequence[Seat], body: Body) -> Value:
+        """Use every seat's ``u_s``; return the energy dissipated [J]."""
+        lost: Value = 0.0
+        for seat in seats:
+            rate = seat.xd_s - body.xd
+            seat.f_s = seat.contact.force(rate)
+            lost = lost + self._period * seat.contact.heat(rate)
+            lost = lost + seat.contact.slide(self._period * seat.xd_s)
+            seat.xd_s = seat.ratio * seat.u_s - seat.f_s / seat.b
+        return lost + push_object(seats, body)

@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One-step delay: the wave is decoded with the force of the step before (App. B, Eq. 4).
+
+::
+
+    xd_s(n) = sqrt(2/b) u_s(n) - f_s(n-1)/b
+    x_s(n)  = x_s(n-1) + h xd_s(n-1)                     forward Euler
+            = x_s(n-1) + h xd_s(n)                       backward Euler
+            = x_s(n-1) + h [xd_s(n-1) + xd_s(n)]/2       trapezoid
+    f_s(n)  = K [x_s(n) - x_o(n)] + B [xd_s(n) - xd_o(n)]
+
+then the object moves on from n to n+1, exactly under f_s(n) held. f_s and xd_s start at zero.
+
+Passive at the wave port of a wall if and only if K h + 2 B <= b (backward Euler): with F = (K h
+z/(z-1) + B) xd_s the reflection is (1 + F/(b z) - 2 F/b)/(1 + F/(b z)), whose length at z = -1 is
+1 just at that bound. With the trapezoid it is active for every K > 0.
+"""
+
+from collections.abc import Sequence
+
+from pmwvc_core.numeric import Value
+from pmwvc_core.params import ServerParams
+from pmwvc_core.server.couplings.sampled import push_object, weights
+from pmwvc_core.server.cube import Body
+from pmwvc_core.server.seats import Seat
+
+
+class OneStepDelay:
+    """Decode with the last force."""
+
+    def __init__(self, params: ServerParams) -> None:
+        self._period = params.period_s
+        self._old, self._new = weights(params.integrator, params.period_s)
+
+    def step(self, seats: Sequence[Seat], body: Body) -> Value:
+        """Use every seat's ``u_s``; return the energy dissipated [J]."""
+        lost: Value = 0.0
+        for seat in seats:
+            before = seat.xd_s
+            seat.xd_s = seat.ratio * seat.u_s - seat.f_s / seat.b
+            lost = lost + seat.contact.slide(self._old * before + self._new * seat.xd_s)
+            rate = seat.xd_s - body.xd
+            seat.f_s = seat.contact.force(rate)
+            lost = lost + self._period * seat.contact.heat(rate)
+        return lost + push_object(seats, body)

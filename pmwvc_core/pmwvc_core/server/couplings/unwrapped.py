@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Unwrapped: the loop is solved per user, against the object as sampled (App. C, Eq. 4).
+
+::
+
+    xd_s = [sqrt(2 b) u_s - K (x' - x_o) + B xd_o] / (b + B + g K),     x_s = x' + g xd_s
+
+with x' the position without the new velocity and g what that weighs in the position: h (backward
+Euler, x' = x_s), h/2 (trapezoid, x' = x_s + h xd_s/2), 0 (forward Euler, x' = x_s + h xd_s, as
+printed). Then the object moves on, exactly under f_s held. The object itself is a step behind, so
+this balances energy for a wall (with backward Euler: never less than zero) but not for a light
+object.
+"""
+
+from collections.abc import Sequence
+
+from pmwvc_core.numeric import Value
+from pmwvc_core.params import ServerParams
+from pmwvc_core.server.couplings.sampled import push_object, weights
+from pmwvc_core.server.cube import Body
+from pmwvc_core.server.seats import Seat
+
+
+class Unwrapped:
+    """Solve each avatar with its contact."""
+
+    def __init__(self, params: ServerParams) -> None:
+        self._period = params.period_s
+        self._old, self._new = weights(params.integrator, params.period_s)
+
+    def step(self, seats: Sequence[Seat], body: Body) -> Value:
+        """Use every seat's ``u_s``; return the energy dissipated [J]."""
+        lost: Value = 0.0
+        for seat in seats:
+            lost = lost + seat.contact.slide(self._old * seat.xd_s)
+            free = seat.ratio * seat.u_s
+            seat.f_s = seat.contact.unwrapped(free, body.xd, seat.b, self._new)
+            seat.xd_s = free - seat.f_s / seat.b
+            lost = lost + seat.contact.slide(self._new * seat.xd_s)
+            lost = lost + self._period * seat.contact.heat(seat.xd_s - body.xd)
+        return lost + push_object(seats, body)

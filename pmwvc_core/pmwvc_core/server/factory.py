@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From parameters to seats: which contact law a user gets."""
+
+from collections.abc import Sequence
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.numeric import Value
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.server.contacts import Bilateral, Contact
+from pmwvc_core.server.friction import AnchoredGrip
+from pmwvc_core.server.grip import Grip
+from pmwvc_core.server.seats import Seat
+
+
+def make_contact(params: ContactParams, *, side: int, size: Value, dof: int) -> Contact:
+    """Return the contact law ``params.contact`` names.
+
+    Parameters
+    ----------
+    params : ContactParams
+    side : int
+        -1: the user stands left of the object and pushes towards +x; +1: right.
+    size : Value
+        Edge length of the object along axis 0 [m].
+    dof : int
+        Number of axes.
+    """
+    if side not in (-1, 1):
+        raise ParameterError(f"side = {side}: must be -1 (left of the object) or +1 (right)")
+    stiffness, damping = params.contact_stiffness, params.contact_damping
+    if params.contact == "bilateral":
+        return Bilateral(stiffness, damping)
+    grip = Grip(stiffness, damping, side=side, size=size, gap=params.gap_m)
+    return grip if dof == 1 else AnchoredGrip(grip, dof=dof)
+
+
+def make_seats(
+    server: ServerParams,
+    contacts: Sequence[ContactParams],
+    impedances: Sequence[Value],
+    *,
+    dof: int,
+    sides: Sequence[int],
+) -> list[Seat]:
+    """Return an empty seat per user; a contact's own ``impedance`` goes before ``impedances``."""
+    if not len(contacts) == len(impedances) == len(sides):
+        raise ParameterError(
+            f"{len(contacts)} contacts, {len(impedances)} impedances, {len(sides)} sides: "
+            "there must be one of each per user"
+        )
+    return [
+        Seat(
+            given if contact.impedance is None else contact.impedance,
+            make_contact(contact, side=side, size=server.object_size_m, dof=dof),
+        )
+        for contact, given, side in zip(contacts, impedances, sides, strict=True)
+    ]

@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The one-sided contact along one axis: an avatar pushes the face of its own side and never pulls.
+
+With the depth ``p`` of the avatar in the face (negative outside) and the inward direction n =
+-side::
+
+    N = max(0, K p + B p')  while p > 0, else 0        force on the object: f = n N
+
+Over a whole step from p0 to p1 = p0 + h w the mean force that neither makes nor loses energy is
+the difference quotient of the potential phi(p) = K max(p, 0)^2 / 2, and the damper acts on the
+part of the way inside::
+
+    N = max(0, [phi(p1) - phi(p0)] / (p1 - p0) + B [max(p1, 0) - max(p0, 0)] / h)
+
+N never falls with w, so together with w = free - N/b it has exactly one solution, piece by piece a
+quadratic. Where N is held at zero the spring only relaxes: its energy is lost, none is made.
+
+Not here: the tangential directions (``friction``).
+"""
+
+from pmwvc_core.numeric import Flag, Value, maximum, minimum, root, where
+from pmwvc_core.server.contacts import Answer
+
+
+def _nonzero(value: Value) -> Value:
+    """Return a divisor for a branch that will not be chosen where the value is zero."""
+    return where(value > 0.0, value, 1.0)
+
+
+class Grip:
+    """One-sided spring and damper at the face ``side`` * ``size``/2 from the object's centre."""
+
+    def __init__(
+        self, stiffness: Value, damping: Value, *, side: int, size: Value, gap: Value = 0.0
+    ) -> None:
+        self.stiffness = stiffness  # [N/m]
+        self.damping = damping  # [N s/m]
+        self.inward = -float(side)
+        self.gap = gap  # [m] least distance from the face at the start
+        self.rest: Value = 0.5 * side * size  # [m] the face, from the centre
+        self.deflection: Value = self.inward * 0.0  # [m], from the face
+
+    @property
+    def depth(self) -> Value:
+        """How far the avatar is inside the face; negative outside [m]."""
+        return self.inward * self.deflection
+
+    @property
+    def touching(self) -> Flag:
+        """Whether the avatar is inside the face."""
+        return self.depth > 0.0
+
+    @property
+    def energy(self) -> Value:
+        """Energy of the spring, K max(p, 0)^2 / 2 [J]."""
+        return self._stored(self.depth)
+
+    def _stored(self, depth: Value) -> Value:
+        inside = maximum(depth, 0.0)
+        return 0.5 * self.stiffness * inside * inside
+
+    def attach(self, offset: Value) -> None:
+        """Begin at ``offset``, but at least the gap outside the face."""
+        wanted = self.inward * (offset - self.rest)
+        self.deflection = self.inward * minimum(wanted, -self.gap)
+
+    def detach(self) -> Value:
+        """Let go; return the energy dropped."""
+        dropped = self.energy
+        self.deflection = self.inward * minimum(self.depth, 0.0)
+        return dropped
+
+    def force(self, rate: Value) -> Value:
+        """Return n max(0, K p + B p') inside the face, else 0."""
+        depth = self.depth
+        normal = maximum(self.stiffness * depth + self.damping * (self.inward * rate), 0.0)
+        return self.inward * where(depth > 0.0, normal, 0.0)
+
+    def heat(self, rate: Value) -> Value:
+        """Return B p'^2 while the contact pushes, else 0."""
+        return where(self.inward * self.force(rate) > 0.0, self.damping * rate * rate, 0.0)
+
+    def unwrapped(self, free: Value, xd_o: Value, impedance: Value, weight: Value) -> Value:
+        """Return the force that keeps the avatar inside and pushes, else 0.
+
+        The sampled law jumps where the damper begins to act, so contact begins only once the
+        avatar ends inside although it is pushed back.
+        """
+        gain = self.damping + weight * self.stiffness
+        inward = self.inward
+        loose = self.stiffness * self.depth + inward * (gain * free - self.damping * xd_o)
+        normal = loose / (1.0 + gain / impedance)
+        depth = self.depth + weight * (inward * free - normal / impedance)
+        return inward * where((normal > 0.0) & (depth > 0.0), normal, 0.0)
+
+    def slide(self, displacement: Value) -> Value:
+        """Move relative to the face; nothing is dropped, the spring follows the avatar out."""
+        self.deflection = self.deflection + displacement
+        return 0.0
+
+    def answer(self, free: Value, impedance: Value, period: Value) -> Answer:
+        """Solve the mean law above together with w = free - f/impedance."""
+        p0, c = self.depth, self.inward * free
+        inside = p0 > 0.0
+        n_in, w_in, l_in = self._staying(p0, c, impedance, period)
+        n_out, w_out, l_out = self._leaving(p0, c, impedance, period)
+        n_new, w_new, l_new = self._entering(p0, c, impedance, period)
+        stays = p0 + period * w_in >= 0.0
+        enters = p0 + period * c > 0.0
+        normal = where(inside, where(stays, n_in, n_out), where(enters, n_new, 0.0))
+        pushes = normal > 0.0
+        rate = where(inside, where(stays, w_in, w_out), w_new)
+        slope = where(inside, where(stays, l_in, l_out), l_new)
+        return Answer(
+            self.inward * where(pushes, normal, 0.0),
+            self.inward * where(pushes, rate, c),
+            where(pushes, slope / (1.0 + slope / impedance), 0.0),
+        )
+
+    def _staying(self, p0: Value, c: Value, b: Value, h: Value) -> tuple[Value, Value, Value]:
+        """Inside at both ends: N = K p0 + (K h/2 + B) w. Returns N, w, dN/dw."""
+        gain = 0.5 * self.stiffness * h + self.damping
+        rate = (c - self.stiffness * p0 / b) / (1.0 + gain / b)
+        return self.stiffness * p0 + gain * rate, rate, gain
+
+    def _leaving(self, p0: Value, c: Value, b: Value, h: Value) -> tuple[Value, Value, Value]:
+        """Inside at the start only: N = K p0^2/(2 h s) - B p0/h, s = -w, s^2 + beta s = gamma."""
+        beta = c + self.damping * p0 / (h * b)
+        gamma = 0.5 * self.stiffness * p0 * p0 / (h * b)
+        length = root(beta * beta + 4.0 * gamma)
+        speed = where(beta > 0.0, 2.0 * gamma / _nonzero(beta + length), 0.5 * (length - beta))
+        push = 0.5 * self.stiffness * p0 * p0 / (h * _nonzero(speed))
+        return push - self.damping * p0 / h, -speed, push / _nonzero(speed)
+
+    def _entering(self, p0: Value, c: Value, b: Value, h: Value) -> tuple[Value, Value, Value]:
+        """Inside at the end only: the way q = h w is the larger root of a q^2 - 2 k q + g = 0."""
+        a = b + 0.5 * h * self.stiffness + self.damping
+        k = 0.5 * (c * h * b - (h * self.stiffness + self.damping) * p0)
+        g = 0.5 * h * self.stiffness * p0 * p0
+        way = (k + root(maximum(k * k - a * g, 0.0))) / a
+        p1 = maximum(p0 + way, 0.0)
+        q = _nonzero(way)
+        normal = 0.5 * self.stiffness * p1 * p1 / q + self.damping * p1 / h
+        slope = 0.5 * h * self.stiffness * p1 * (p1 - 2.0 * p0) / (q * q) + self.damping
+        return normal, way / h, slope
+
+    def advance(self, answer: Answer, period: Value) -> Value:
+        """Move by the mean rate; return the damper's heat or, where N is held at 0, spring loss."""
+        before = self.depth
+        self.deflection = self.deflection + period * answer.rate
+        after = self.depth
+        pushes = self.inward * answer.force > 0.0
+        way_inside = maximum(after, 0.0) - maximum(before, 0.0)
+        heat = self.damping * way_inside * (self.inward * answer.rate)
+        return where(pushes, heat, self._stored(before) - self._stored(after))

@@ -1,0 +1,195 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The users at the server: one seat each, joining, leaving, and what traces read.
+
+Common to every controller. Positions of avatar and device share one frame up to ``offset``,
+constant from joining on: zero for a two-sided contact; for a grip what it takes to start at the
+gap before the face.
+
+Joining stores no energy: the contact begins without force. Leaving drops what its spring holds. A
+user who comes back joins anew. Not here: what is done with the signals of a step (``port``,
+``rivals.direct``).
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+from pmwvc_core.numeric import Flag, Value, root
+from pmwvc_core.server.contacts import Contact
+from pmwvc_core.server.cube import Body
+
+
+class Seat:
+    """One user's end: wave impedance ``b`` [N s/m], contact, and the signals of the last step."""
+
+    __slots__ = (
+        "b",
+        "contact",
+        "energy_u_s",
+        "energy_v_s",
+        "f_s",
+        "offset",
+        "present",
+        "ratio",
+        "u_s",
+        "v_s",
+        "x_s",
+        "xd_s",
+    )
+
+    def __init__(self, impedance: Value, contact: Contact) -> None:
+        self.b = impedance
+        self.ratio = root(2.0 / impedance)  # [1/sqrt(N s/m)]
+        self.contact = contact
+        self.present = False
+        self.offset: Value = 0.0  # [m] avatar minus device
+        self.x_s: Value = 0.0  # [m]
+        self.xd_s: Value = 0.0  # [m/s]
+        self.f_s: Value = 0.0  # [N] on the object
+        self.u_s: Value = 0.0  # [sqrt(W)]
+        self.v_s: Value = 0.0  # [sqrt(W)]
+        self.energy_u_s: Value = 0.0  # [J] since the start
+        self.energy_v_s: Value = 0.0  # [J]
+
+    def silence(self) -> None:
+        """Forget the signals of the last step; the energies stay."""
+        self.xd_s = 0.0 * self.xd_s
+        self.f_s = 0.0 * self.f_s
+        self.u_s = 0.0 * self.u_s
+        self.v_s = 0.0 * self.v_s
+
+
+class ServerController(ABC):
+    """The users around one object behind any controller; a controller adds ``step``.
+
+    All attributes and properties give the state after the last step; lists are in the order of the
+    users.
+    """
+
+    flags = 0  # of outgoing packets
+
+    def __init__(self, body: Body, seats: Sequence[Seat]) -> None:
+        self.body = body
+        self.seats = list(seats)
+        self.dissipated: Value = 0.0  # [J] heat of contacts and ground, springs let go
+
+    @abstractmethod
+    def step(self, received: Sequence[Any]) -> list[Value]:
+        """Go one step of the environment on.
+
+        Parameters
+        ----------
+        received : sequence
+            Per user what the controller's master sent: a wave ``(..., dof)`` [sqrt(W)] or, for
+            direct coupling, a pair of position [m] and velocity [m/s]. Ignored for users who are
+            not seated.
+
+        Returns
+        -------
+        list
+            Per user what goes back: a wave [sqrt(W)] or a force [N]; 0.0 for users who are not
+            seated.
+        """
+
+    def join(self, i: int, position: Value) -> None:
+        """Seat user ``i`` with an avatar at the device's position [m]; no force, no energy.
+
+        A user already present leaves first.
+        """
+        seat = self.seats[i]
+        if seat.present:
+            self.leave(i)
+        seat.silence()
+        seat.contact.attach(position - self.body.x)
+        seat.x_s = self._place(seat)
+        seat.offset = seat.x_s - position
+        seat.present = True
+
+    def leave(self, i: int) -> None:
+        """Take user ``i`` out; the energy of the spring is dropped."""
+        seat = self.seats[i]
+        if seat.present:
+            self.dissipated = self.dissipated + seat.contact.detach()
+            seat.silence()
+            seat.present = False
+
+    def _place(self, seat: Seat) -> Value:
+        return self.body.x + (seat.contact.rest + seat.contact.deflection)
+
+    def _seated(self) -> list[Seat]:
+        return [seat for seat in self.seats if seat.present]
+
+    @property
+    def present(self) -> list[bool]:
+        """Who is seated."""
+        return [seat.present for seat in self.seats]
+
+    @property
+    def contact(self) -> list[Flag]:
+        """Whose avatar touches the object."""
+        return [seat.contact.touching if seat.present else False for seat in self.seats]
+
+    @property
+    def offset(self) -> list[Value]:
+        """Avatar minus device at the moment of joining [m]."""
+        return [seat.offset for seat in self.seats]
+
+    @property
+    def x_o(self) -> Value:
+        """Position of the object [m]."""
+        return self.body.x
+
+    @property
+    def xd_o(self) -> Value:
+        """Velocity of the object [m/s]."""
+        return self.body.xd
+
+    @property
+    def x_s(self) -> list[Value]:
+        """Positions of the avatars [m]."""
+        return [seat.x_s for seat in self.seats]
+
+    @property
+    def xd_s(self) -> list[Value]:
+        """Velocities of the avatars [m/s]."""
+        return [seat.xd_s for seat in self.seats]
+
+    @property
+    def f_s(self) -> list[Value]:
+        """Contact forces on the object [N]."""
+        return [seat.f_s for seat in self.seats]
+
+    @property
+    def u_s(self) -> list[Value]:
+        """Waves used [sqrt(W)]."""
+        return [seat.u_s for seat in self.seats]
+
+    @property
+    def v_s(self) -> list[Value]:
+        """Waves returned [sqrt(W)]."""
+        return [seat.v_s for seat in self.seats]
+
+    @property
+    def energy_u_s(self) -> list[Value]:
+        """Energies received since the start [J]."""
+        return [seat.energy_u_s for seat in self.seats]
+
+    @property
+    def energy_v_s(self) -> list[Value]:
+        """Energies returned since the start [J]."""
+        return [seat.energy_v_s for seat in self.seats]
+
+    @property
+    def kinetic(self) -> Value:
+        """Kinetic energy of the object [J]."""
+        return self.body.kinetic
+
+    @property
+    def potential(self) -> Value:
+        """Energy of all contact springs [J]."""
+        energy: Value = 0.0
+        for seat in self.seats:
+            if seat.present:
+                energy = energy + seat.contact.energy
+        return energy
