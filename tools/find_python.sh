@@ -4,7 +4,8 @@
 #
 # Print the path of a Python 3.11, 3.12 or 3.13 that really runs; exit 1 with a message when there
 # is none. Every match on PATH is executed, because version managers leave commands that only fail.
-# One that can also build (headers and ensurepip present) is preferred; PYTHON=... overrides all.
+# PYTHON=... overrides all; else the one that carries the present environment is kept, so that a
+# changed PATH does not rebuild it; else one that can also build (headers, ensurepip) is preferred.
 set -u
 
 runs='import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))'
@@ -18,6 +19,12 @@ if [ -n "${PYTHON:-}" ]; then
     fi
     echo "find_python: PYTHON=$PYTHON is not a running Python 3.11, 3.12 or 3.13" >&2
     exit 1
+fi
+
+kept=$(sed -n 's/^executable = //p' "$(dirname -- "$0")/../.venv/pyvenv.cfg" 2>/dev/null)
+if [ -n "$kept" ] && "$kept" -c "$runs" >/dev/null 2>&1; then
+    printf '%s\n' "$kept"
+    exit 0
 fi
 
 second_best=

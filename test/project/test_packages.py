@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The packages are what an installed ROS 2 expects of them."""
+
+import ast
+import configparser
+import importlib
+import re
+import sys
+from importlib.metadata import distribution
+from pathlib import Path
+
+import pytest
+from catkin_pkg.package import Package, parse_package
+
+ROOT = Path(__file__).resolve().parents[2]
+PYTHON_PACKAGES = (
+    "pmwvc_core",
+    "pmwvc_master",
+    "pmwvc_server",
+    "pmwvc_netem",
+    "pmwvc_analysis",
+    "pmwvc_bringup",
+)
+PACKAGES = (*PYTHON_PACKAGES, "pmwvc_msgs")
+EXECUTABLES = {
+    "pmwvc_core": {},
+    "pmwvc_master": {"master": "pmwvc_master.node:main"},
+    "pmwvc_server": {"server": "pmwvc_server.node:main"},
+    "pmwvc_netem": {"netem": "pmwvc_netem.node:main"},
+    "pmwvc_analysis": {"recorder": "pmwvc_analysis.recorder_node:main"},
+    "pmwvc_bringup": {"pmwvc": "pmwvc_bringup.cli:main"},
+}
+DEVICES = {
+    "simulated": "pmwvc_master.devices.simulated:SimulatedDevice",
+    "ros_topic": "pmwvc_master.devices.ros_topic:RosTopicDevice",
+}
+ENTRY_POINTS = sorted({target for group in EXECUTABLES.values() for target in group.values()})
+ROSDEP_KEYS = {
+    "jinja2": "python3-jinja2",
+    "matplotlib": "python3-matplotlib",
+    "mcap": "mcap-ros2-support",
+    "numpy": "python3-numpy",
+    "rich": "python3-rich",
+    "rosbags": "python3-rosbags-pip",
+    "scipy": "python3-scipy",
+    "yaml": "python3-yaml",
+    "zstandard": "mcap-ros2-support",  # mcap needs it; it has no key of its own
+}
+
+
+def manifest(name: str) -> Package:
+    return parse_package(ROOT / name)
+
+
+def imports(folder: Path) -> set[str]:
+    """Return the top-level names that the Python files below a folder import."""
+    names = set()
+    for file in folder.rglob("*.py"):
+        if file.name == "setup.py":
+            continue
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(node, ast.Import):
+                names |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                names.add(node.module.split(".")[0])
+    return names - set(sys.stdlib_module_names)
+
+
+def test_every_package_is_known_here() -> None:
+    assert {path.parent.name for path in ROOT.glob("*/package.xml")} == set(PACKAGES)
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_manifest_is_valid(name: str) -> None:
+    warnings: list[str] = []
+    package = manifest(name)
+    package.validate(warnings=warnings)
+    assert warnings == []
+    assert package.package_format == 3
+    assert package.name == name
+    assert package.licenses == ["Apache-2.0"]
+    assert [maintainer.email for maintainer in package.maintainers] == [
+        "maintainers@pmwvc.example"
+    ]
+    kind = "ament_python" if name in PYTHON_PACKAGES else "ament_cmake"
+    assert package.get_build_type() == kind
+
+
+@pytest.mark.parametrize("name", PYTHON_PACKAGES)
+def test_installed_distribution_agrees_with_manifest(name: str) -> None:
+    package, installed = manifest(name), distribution(name)
+    assert installed.version == package.version
+    assert installed.metadata["Summary"] == package.description
+    assert installed.metadata["License"] == package.licenses[0]
+
+
+def test_all_packages_have_one_version() -> None:
+    assert len({manifest(name).version for name in PACKAGES}) == 1
+
+
+@pytest.mark.parametrize("name", PYTHON_PACKAGES)
+def test_package_is_registered_and_installs_where_ros2_run_looks(name: str) -> None:
+    assert (ROOT / name / "resource" / name).read_bytes() == b""
+    settings = configparser.ConfigParser()
+    settings.read(ROOT / name / "setup.cfg")
+    assert settings["develop"]["script_dir"] == f"$base/lib/{name}"
+    assert settings["install"]["install_scripts"] == f"$base/lib/{name}"
+    share = Path(sys.prefix, "share")
+    assert (share / "ament_index" / "resource_index" / "packages" / name).exists()
+    assert (share / name / "package.xml").exists()
+
+
+@pytest.mark.parametrize("name", PYTHON_PACKAGES)
+def test_executables_are_the_ones_people_type(name: str) -> None:
+    scripts = distribution(name).entry_points.select(group="console_scripts")
+    assert {script.name: script.value for script in scripts} == EXECUTABLES[name]
+    for script in EXECUTABLES[name]:
+        assert Path(sys.prefix, "lib", name, script).exists()
+
+
+def test_devices_come_with_the_master() -> None:
+    devices = distribution("pmwvc_master").entry_points.select(group="pmwvc.devices")
+    assert {device.name: device.value for device in devices} == DEVICES
+
+
+@pytest.mark.parametrize("target", [*ENTRY_POINTS, *sorted(DEVICES.values())])
+def test_entry_point_names_something_callable(target: str) -> None:
+    module, _, name = target.partition(":")
+    assert callable(getattr(importlib.import_module(module), name))
+
+
+@pytest.mark.parametrize("name", PYTHON_PACKAGES)
+def test_every_import_is_declared(name: str) -> None:
+    declared = {dependency.name for dependency in manifest(name).exec_depends}
+    needed = {ROSDEP_KEYS.get(module, module) for module in imports(ROOT / name) - {name}}
+    assert needed <= declared
+
+
+@pytest.mark.parametrize("name", PYTHON_PACKAGES)
+def test_every_folder_of_modules_is_a_package(name: str) -> None:
+    folders = {file.parent for file in (ROOT / name / name).rglob("*.py")}
+    assert [str(folder) for folder in folders if not (folder / "__init__.py").exists()] == []
+
+
+@pytest.mark.parametrize("kind", ["launch", "config"])
+def test_installed_launch_files_and_scenarios_are_the_ones_in_the_source(kind: str) -> None:
+    source = {file.name for file in (ROOT / "pmwvc_bringup" / kind).glob("*.*")}
+    installed = Path(sys.prefix, "share", "pmwvc_bringup", kind)
+    assert {file.name for file in installed.glob("*.*")} == source
+    assert all(re.search(r"\.launch\.py$|\.yaml$", name) for name in source)
