@@ -109,7 +109,7 @@ class Master:
             "round trip [ms]": "unknown" if trip is None else f"{trip * 1e3:.1f}",
             "real time": str(loop.report or "not asked for yet"),
         }
-        values |= {f"packets {v.name.lower()}": inbox.counts.get(v, 0) for v in Verdict}
+        values |= {f"packets {verdict.value}": inbox.counts[verdict] for verdict in Verdict}
         text = f"{state}: {client.safety.reason}" if client.safety.reason else state
         if state == "fault":
             return ERROR, text, values

@@ -56,7 +56,7 @@ class RosWires:
 
     def send(self, packet: WavePacket) -> None:
         """Publish a packet."""
-        self._up.publish(messages.wave(self._types, packet, time.time_ns()))
+        self._up.publish(messages.wave(self._types, packet, time.time_ns(), dof=self._dof))
 
     def publish_trace(self, block: Block, loop: MasterLoop) -> None:
         """Publish the ticks of a frame."""

@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server node: the shared object and every user's avatar.
+
+The main thread runs the loop (:mod:`pmwvc_server.loop`); a second one serves parameters,
+``~/start`` (Trigger, where ``start.paused`` is set), markers, diagnostics and the log.
+"""
+
+import secrets
+import sys
+import threading
+import time
+from collections.abc import Mapping, Sequence
+
+from rclpy.node import Node
+from visualization_msgs.msg import MarkerArray
+
+from pmwvc_core.runtime.health import Health
+from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
+from pmwvc_core.server.service import Presence
+from pmwvc_core.wave.receiver import Receiver, Verdict
+from pmwvc_server.loop import ServerLoop
+from pmwvc_server.markers import Scene
+from pmwvc_server.settings import declare_settings
+from pmwvc_server.wires import RosWires
+
+MARKER_HZ = 30.0
+NEWS = {
+    Presence.ABSENT: "left",
+    Presence.JOINING: "joins",
+    Presence.COUPLED: "is coupled",
+    Presence.DAMPING: "is silent: its avatar is damped",
+}
+
+
+class Server:
+    """What the node does: settings, environment and loop put together.
+
+    Raises
+    ------
+    ParameterError
+        If a setting cannot be used.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self.node = node
+        self.settings = settings = declare_settings(node)
+        self.names = [user.name for user in settings.users]
+        epoch = secrets.randbits(64) or 1
+        self.loop = ServerLoop(
+            settings.make_service(epoch),
+            settings.make_task(),
+            wires=RosWires(node, self.names, dof=settings.dof, epoch=epoch),
+            period_s=settings.server.period_s,
+        )
+        self._scene = Scene(self.names, size_m=settings.server.object_size_m, dof=settings.dof)
+        self._markers = node.create_publisher(MarkerArray, "/markers", 1)
+        self._looked_s = time.monotonic()
+        self._missed = 0
+        node.create_timer(1.0 / MARKER_HZ, self._show)
+        publish_health(node, self._health)
+
+    def run(self, stop: threading.Event) -> None:
+        """Run the loop."""
+        self.loop.run(stop)
+
+    def close(self) -> None:
+        """Log what the last step brought."""
+        self._tell()
+
+    def _show(self) -> None:
+        """Publish the scene and log who came and went."""
+        self._tell()
+        if self._markers.get_subscription_count():
+            stamp = self.node.get_clock().now().to_msg()
+            self._markers.publish(self._scene.markers(self.loop, stamp))
+
+    def _tell(self) -> None:
+        changes = self.loop.changes
+        while changes:
+            user, presence = changes.popleft()
+            self.node.get_logger().info(f"{self.names[user]} {NEWS[presence]}")
+
+    def _health(self) -> tuple[int, str, Mapping[str, object]]:
+        """Return what people should know, once a second."""
+        loop = self.loop
+        now = time.monotonic()
+        health, loop.health = loop.health, Health()
+        values: dict[str, object] = {
+            name: f"{number:.1f}" for name, number in health.values(now - self._looked_s).items()
+        }
+        missed, self._missed = loop.missed - self._missed, loop.missed
+        self._looked_s = now
+        values |= {"missed deadlines": loop.missed, "steps": loop.steps}
+        values["real time"] = str(loop.report or "not asked for yet")
+        silent = []
+        for user, name in enumerate(self.names):
+            presence = loop.service.presence[user]
+            silent += [name] if presence is Presence.DAMPING else []
+            values |= _user_values(name, presence, loop.service.inboxes[user])
+        there = sum(presence is not Presence.ABSENT for presence in loop.service.presence)
+        text = f"{there} of {len(self.names)} users"
+        text += f"; {', '.join(silent)} silent" if silent else ""
+        text += f"; {missed} deadlines missed" if missed else ""
+        return (WARN if missed or silent else OK), text, values
+
+
+def _user_values(name: str, presence: Presence, inbox: object) -> dict[str, object]:
+    values: dict[str, object] = {f"{name}: state": presence.name.lower()}
+    if isinstance(inbox, Receiver):
+        trip = inbox.round_trip_s
+        values[f"{name}: packets lost"] = inbox.lost
+        values[f"{name}: round trip [ms]"] = "unknown" if trip is None else f"{trip * 1e3:.1f}"
+        for verdict in Verdict:
+            values[f"{name}: packets {verdict.value}"] = inbox.counts[verdict]
+    return values
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node and return its exit code."""
+    return run_node("server", Server, args=args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server node's parameters, and what is made from them.
+
+What holds for all users stands once (``server.contact_stiffness``, ``master.impedance``); with a
+user's name in front (``user2.server.contact_stiffness``) it holds for that user.
+"""
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.node import Node
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import (
+    ContactParams,
+    MasterParams,
+    SafetyParams,
+    ServerParams,
+    TaskParams,
+    Validated,
+)
+from pmwvc_core.plant.task import Task
+from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
+from pmwvc_core.server.port import make_server
+from pmwvc_core.server.service import Service
+from pmwvc_core.simulation.scenario import DEFAULTS, SIDE, TOP
+from pmwvc_core.wave.packet import Packer
+from pmwvc_core.wave.receiver import Receiver
+
+LARGEST = 8
+
+
+def _same_as(owner: type, name: str) -> Any:
+    """Declare a field that is the same parameter as one of another dataclass."""
+    field = next(field for field in dataclasses.fields(owner) if field.name == name)
+    return dataclasses.field(default=field.default, metadata=field.metadata)
+
+
+@dataclass(frozen=True)
+class PortParams(Validated):
+    """What the server has to know of a user's master."""
+
+    impedance: float = _same_as(MasterParams, "impedance")
+    rate_drop: int = _same_as(MasterParams, "rate_drop")
+    tick_s: float = _same_as(MasterParams, "tick_s")
+
+    @property
+    def frame_s(self) -> float:
+        """Packet interval of the user [s]."""
+        return self.rate_drop * self.tick_s
+
+
+@dataclass(frozen=True)
+class WatchdogParams(Validated):
+    """When a user counts as silent, and as gone: the same times as at the masters."""
+
+    timeout_s: float = _same_as(SafetyParams, "timeout_s")
+    release_s: float = _same_as(SafetyParams, "release_s")
+
+
+@dataclass(frozen=True)
+class UserSettings:
+    """One user as the server sees it."""
+
+    name: str
+    side: int
+    port: PortParams
+    contact: ContactParams
+
+    @property
+    def impedance(self) -> float:
+        """Wave impedance of this user's port at the server [N s/m]."""
+        own = self.contact.impedance
+        return self.port.impedance if own is None else own
+
+
+@dataclass(frozen=True)
+class ServerSettings:
+    """Everything the node was given."""
+
+    controller: str
+    dof: int
+    users: tuple[UserSettings, ...]
+    server: ServerParams
+    watchdog: WatchdogParams
+    task: TaskParams
+
+    def make_service(self, epoch: int) -> Service:
+        """Return the environment at rest, with nobody there."""
+        controller = make_server(
+            self.controller,
+            self.server,
+            [user.contact for user in self.users],
+            [user.impedance for user in self.users],
+            dof=self.dof,
+            sides=[user.side for user in self.users],
+        )
+        return Service(
+            controller,
+            inboxes=[
+                Receiver(self.dof, period_s=user.port.frame_s, timeout_s=self.watchdog.timeout_s)
+                for user in self.users
+            ],
+            packers=[Packer(epoch, period=self.server.period_s) for _ in self.users],
+            release_s=self.watchdog.release_s,
+        )
+
+    def make_task(self) -> Task:
+        """Return the task whose target is shown."""
+        return Task(self.task)
+
+
+def declare_settings(node: Node) -> ServerSettings:
+    """Declare all parameters of the node and return their values.
+
+    Raises
+    ------
+    ParameterError
+        Naming what is wrong.
+    """
+    names = declare_names(
+        node, "users", ["user1", "user2"], f"names (namespaces) of the users, 1 to {LARGEST}"
+    )
+    if not 1 <= len(names) <= LARGEST or len(set(names)) < len(names):
+        raise ParameterError(f"users = {names}: must be 1 to {LARGEST} different names")
+    port = declare(node, "master", PortParams)
+    contact = declare(node, "server", ContactParams)
+    return ServerSettings(
+        controller=declare_value(node, "controller", TOP["controller"], "pmwvc"),
+        dof=declare_value(node, "dof", TOP["dof"], DEFAULTS["dof"]),
+        users=tuple(
+            UserSettings(
+                name=name,
+                side=_side(node, name, -1 if number % 2 == 0 else 1),
+                port=declare(node, f"{name}.master", PortParams, defaults=port),
+                contact=declare(node, f"{name}.server", ContactParams, defaults=contact),
+            )
+            for number, name in enumerate(names)
+        ),
+        server=declare(node, "server", ServerParams),
+        watchdog=declare(node, "safety", WatchdogParams),
+        task=declare(node, "task", TaskParams),
+    )
+
+
+def _side(node: Node, name: str, default: int) -> int:
+    side: int = declare_value(node, f"{name}.side", SIDE, default)
+    if side == 0:
+        raise ParameterError(f"{name}.side = 0: must be -1 or 1")
+    return side

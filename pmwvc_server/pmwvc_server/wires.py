@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The loop's wires in ROS.
+
+Private topics: for each user ``~/<user>/wave_up`` in and ``~/<user>/wave_down`` out, and
+``~/trace``; with the node's own name these are ``/server/user1/wave_up`` and so on.
+"""
+
+import time
+from collections.abc import Sequence
+
+from rclpy.node import Node
+
+from pmwvc_core.numeric import signal
+from pmwvc_core.runtime import messages
+from pmwvc_core.runtime.pacing import Tick
+from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled
+from pmwvc_core.wave.packet import WavePacket
+from pmwvc_server.loop import ServerLoop
+
+
+class RosWires:
+    """See :class:`pmwvc_server.loop.Wires`.
+
+    Parameters
+    ----------
+    node
+        The node that owns publishers and subscriptions.
+    users
+        Names of the users.
+    dof, epoch
+        Axes of the packets, and the epoch of this server.
+    """
+
+    def __init__(self, node: Node, users: Sequence[str], *, dof: int, epoch: int) -> None:
+        self._users = list(users)
+        self._dof = dof
+        self._epoch = epoch
+        self._types = types = messages.live_types()
+        self._up = [Polled(node, types.Wave, f"~/{user}/wave_up") for user in users]
+        self._down = [
+            node.create_publisher(types.Wave, f"~/{user}/wave_down", WAVE_QOS) for user in users
+        ]
+        self._trace = node.create_publisher(types.ServerTrace, "~/trace", TRACE_QOS)
+
+    def take(self, user: int) -> WavePacket | None:
+        """Return a user's next packet that has arrived, or None."""
+        msg = self._up[user].take()
+        return None if msg is None else messages.read_wave(msg, self._dof)
+
+    def send(self, user: int, packet: WavePacket) -> None:
+        """Publish a packet to a user."""
+        msg = messages.wave(self._types, packet, time.time_ns(), dof=self._dof)
+        self._down[user].publish(msg)
+
+    def publish_trace(self, loop: ServerLoop, tick: Tick, compute_s: float) -> None:
+        """Publish the step just made."""
+        server = loop.service.server
+        target = [loop.target_m, *[0.0] * (self._dof - 1)]
+        self._trace.publish(
+            messages.server_trace(
+                self._types,
+                stamp_ns=time.time_ns() - time.monotonic_ns() + tick.due_ns,
+                start_ns=tick.due_ns,
+                epoch=self._epoch,
+                step=loop.steps,
+                period=loop.period_s,
+                dof=self._dof,
+                users=self._users,
+                x_o=server.x_o,
+                xd_o=server.xd_o,
+                target=signal(target, self._dof),
+                x_s=server.x_s,
+                xd_s=server.xd_s,
+                f_s=server.f_s,
+                u_s=server.u_s,
+                v_s=server.v_s,
+                state=loop.service.presence,
+                contact=[bool(contact) for contact in server.contact],
+                energy_u_s=server.energy_u_s,
+                energy_v_s=server.energy_v_s,
+                kinetic=server.kinetic,
+                potential=server.potential,
+                dissipated=server.dissipated,
+                lateness=tick.lateness_ns * 1e-9,
+                compute=compute_s,
+            )
+        )
