@@ -125,7 +125,8 @@ def _clock() -> Finding:
 
     _in_thread(loop)
     half, most = np.percentile(late_ns, (50, 99)) / 1e3
-    text = f"resolution {resolution_ns:.0f} ns; 1 kHz wake-ups {half:.0f} us late, 99 %: {most:.0f} us"
+    text = f"resolution {resolution_ns:.0f} ns; 1 kHz wake-ups {half:.0f} us late"
+    text += f" (99 %: {most:.0f} us)"
     if resolution_ns > 1000:
         return Finding("clock", PROBLEM, text, "a kernel with high-resolution timers is needed")
     if most > 1000:

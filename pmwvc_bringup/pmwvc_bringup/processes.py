@@ -36,6 +36,11 @@ class Child:
         """Tell whether the process is still there."""
         return self.process.poll() is None
 
+    def says(self, word: str) -> bool:
+        """Tell whether a line of its log is this word, or begins or ends with it."""
+        lines = self.log_tail(lines=1000).splitlines()
+        return any(line.split()[:1] == [word] or line.split()[-1:] == [word] for line in lines)
+
     def log_tail(self, lines: int = 12) -> str:
         """Return the last lines of its log."""
         try:

@@ -1,0 +1,177 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command line ``pmwvc``: options and help. What the commands do is in
+:mod:`pmwvc_bringup.commands`.
+
+Exit code 0: done; 1: a session could not start, or ``doctor`` found a problem; 2: a mistake of the
+user, said in one message on stderr; 130: interrupted.
+"""
+
+import argparse
+import difflib
+import importlib.metadata
+import re
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from pmwvc_bringup import commands
+from pmwvc_core.errors import PmwvcError
+
+MAIN_EXAMPLES = """\
+examples:
+  pmwvc doctor                 is this machine fit for it?
+  pmwvc scenarios              what is there to run
+  pmwvc run carry_16ms         a live session: ROS 2 nodes, 1 kHz force loops, a report
+  pmwvc simulate carry_16ms    the same in virtual time, without ROS
+"""
+SESSION_EXAMPLES = """\
+examples:
+  pmwvc {0} carry_16ms
+  pmwvc {0} carry_16ms --duration 5 --set link.delay_s=0.05 --set user2.link.up.loss=0.1
+  pmwvc {0} my_scenario.yaml --users 3 --out /tmp/three --json
+
+--set takes any name that 'pmwvc scenarios NAME' prints; 'user2.' in front means that user only.
+"""
+REPORT_EXAMPLES = """\
+examples:
+  pmwvc report sessions/20260101T120000Z-carry_16ms
+  pmwvc report sessions/20260101T120000Z-carry_16ms --json
+"""
+NODE_EXAMPLES = """\
+examples:
+  pmwvc node server --ros-args -p users:="[user1, user2]"
+  pmwvc node master --ros-args -r __ns:=/user1 --params-file user1.yaml
+"""
+SCENARIOS_EXAMPLES = """\
+examples:
+  pmwvc scenarios                              names and descriptions
+  pmwvc scenarios carry_16ms                   every parameter of one, as YAML
+  pmwvc scenarios carry_16ms > my.yaml         the start of one of your own
+"""
+DOCTOR_EXAMPLES = """\
+examples:
+  pmwvc doctor                                 this machine
+  pmwvc doctor sessions/20260101T120000Z-carry_16ms    a recorded session
+"""
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose refusals name the nearest right word."""
+
+    def __init__(self, *args: object, **kwargs: object) -> None:
+        kwargs.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
+        super().__init__(*args, allow_abbrev=False, **kwargs)  # type: ignore[arg-type]
+
+    def error(self, message: str) -> NoReturn:
+        """Print one message and exit with 2."""
+        choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
+        options = re.match(r"unrecognized arguments: (\S+)", message)
+        word, known = "", []
+        if choice:
+            word, known = choice[1], re.findall(r"[\w-]+", choice[2])
+        elif options:
+            word, known = options[1].partition("=")[0], sorted(_options_of(self))
+        near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        self.exit(2, f"{self.prog}: {message}{hint} ('{self.prog} --help' tells more)\n")
+
+
+def _options_of(parser: argparse.ArgumentParser) -> set[str]:
+    """Return the long options of a parser and its sub-commands."""
+    found: set[str] = set()
+    for action in parser._actions:
+        found.update(option for option in action.option_strings if option.startswith("--"))
+        if isinstance(action, argparse._SubParsersAction):
+            for nested in action.choices.values():
+                found |= _options_of(nested)
+    return found
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line."""
+    parser = Parser(
+        prog="pmwvc",
+        description="Networked cooperative haptics by passive multirate wave-variable control.",
+        epilog=MAIN_EXAMPLES,
+    )
+    parser.add_argument("--version", action="version", version=f"pmwvc {_version()}")
+    several = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+
+    def command(name: str, text: str, examples: str) -> argparse.ArgumentParser:
+        nested = several.add_parser(name, help=text, description=f"{text}.", epilog=examples)
+        nested.set_defaults(command=getattr(commands, name))
+        return nested
+
+    for name, text in (
+        ("run", "run a live session of ROS 2 nodes and write its report"),
+        ("simulate", "run a session in virtual time, without ROS, with the same report"),
+    ):
+        _add_session_options(command(name, text, SESSION_EXAMPLES.format(name)))
+
+    report = command("report", "write the report of a recorded session anew", REPORT_EXAMPLES)
+    report.add_argument("folder", metavar="FOLDER", help="a session folder")
+    _add_json(report, "print summary.json on stdout and nothing else")
+
+    node = command("node", "run one node by itself", NODE_EXAMPLES)
+    node.add_argument("kind", choices=sorted(commands.NODES), help="which node")
+    node.add_argument("arguments", nargs=argparse.REMAINDER, help="passed on to the node")
+
+    scenarios = command("scenarios", "list the scenarios, or print one", SCENARIOS_EXAMPLES)
+    scenarios.add_argument("name", nargs="?", metavar="NAME", help="name, or a YAML file")
+
+    doctor = command("doctor", "examine this machine or a recorded session", DOCTOR_EXAMPLES)
+    doctor.add_argument("folder", nargs="?", metavar="FOLDER", help="a session folder")
+    _add_json(doctor, "print the findings as JSON on stdout")
+    return parser
+
+
+def _add_session_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scenario", metavar="SCENARIO", help="name, or a YAML file")
+    parser.add_argument("--duration", type=float, metavar="S", help="length of the session in s")
+    parser.add_argument("--users", type=int, metavar="N", help="number of users, 1 to 8")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        dest="settings",
+        help="change a parameter; may be given again",
+    )
+    parser.add_argument(
+        "--out",
+        metavar="FOLDER",
+        help="session folder, new or empty (default: sessions/<UTC time>-<scenario>)",
+    )
+    _add_json(parser, "print summary.json on stdout and nothing else")
+
+
+def _add_json(parser: argparse.ArgumentParser, text: str) -> None:
+    parser.add_argument("--json", action="store_true", help=text)
+
+
+def _version() -> str:
+    try:
+        return importlib.metadata.version("pmwvc_bringup")
+    except importlib.metadata.PackageNotFoundError:
+        return "of an environment that was not built"
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code."""
+    arguments = build_parser().parse_args(words)
+    try:
+        return arguments.command(arguments)
+    except PmwvcError as error:
+        print(f"pmwvc: {error}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:  # the reader of our output went away: nothing is left to say
+        sys.stderr.close()
+        return 1
+    except KeyboardInterrupt:
+        print("pmwvc: interrupted", file=sys.stderr)
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,154 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The runner's own ROS node: sees whether the session's nodes have met, starts them, and takes a
+glance at them a few times per second.
+
+It subscribes with a queue of one message, which it empties itself, so that watching costs next to
+nothing.
+"""
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import Trigger
+
+from pmwvc_bringup.status import UserStatus
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.runtime.polling import Polled
+from pmwvc_msgs.msg import LinkState, MasterTrace, ServerTrace
+
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+STALE_S = 1.0
+
+
+class Monitor:
+    """Looks at a session from outside.
+
+    Parameters
+    ----------
+    node
+        The node to look with.
+    users
+        Names of the users.
+    """
+
+    def __init__(self, node: Node, users: Sequence[str]) -> None:
+        self._node = node
+        self._users = list(users)
+        self._masters = {u: Polled(node, MasterTrace, f"/{u}/trace", NEWEST) for u in users}
+        self._server = Polled(node, ServerTrace, "/server/trace", NEWEST)
+        links = QoSProfile(depth=4 * len(users), reliability=ReliabilityPolicy.BEST_EFFORT)
+        self._links = Polled(node, LinkState, "/netem/links", links)
+        self._seen: dict[str, tuple[float, Any]] = {}
+        self._rates: dict[str, tuple[int, int, float]] = {}
+
+    def missing(self, ends: Mapping[str, tuple[int, int]]) -> list[str]:
+        """Return what is not there yet, in words.
+
+        Parameters
+        ----------
+        ends
+            Topic -> wanted numbers of publishers and subscribers, this node not counted.
+        """
+        found = []
+        for topic, (publishers, subscribers) in ends.items():
+            own = sum(topic == each.subscription.topic_name for each in self._polled())
+            sending = self._node.count_publishers(topic)
+            listening = self._node.count_subscribers(topic) - own
+            if sending < publishers:
+                found.append(f"{topic}: nobody publishes it")
+            elif listening < subscribers:
+                found.append(f"{topic}: {listening} of {subscribers} subscribers")
+        return found
+
+    def start(self, nodes: Sequence[str], *, patience_s: float = 5.0) -> None:
+        """Call ``start`` of nodes that wait for it, all at once.
+
+        Raises
+        ------
+        PmwvcError
+            Naming the nodes that did not answer.
+        """
+        clients = {name: self._node.create_client(Trigger, f"{name}/start") for name in nodes}
+        until = time.monotonic() + patience_s
+        calls = {}
+        for name, client in clients.items():
+            if client.wait_for_service(max(until - time.monotonic(), 0.0)):
+                calls[name] = client.call_async(Trigger.Request())
+        while not all(call.done() for call in calls.values()) and time.monotonic() < until:
+            rclpy.spin_once(self._node, timeout_sec=0.05)
+        late = [name for name in nodes if name not in calls or not calls[name].done()]
+        for client in clients.values():
+            self._node.destroy_client(client)
+        if late:
+            raise PmwvcError(f"no answer from {', '.join(late)} when told to start")
+
+    def glance(self) -> list[UserStatus]:
+        """Return the newest known of every user."""
+        for user, polled in self._masters.items():
+            self._take(user, polled)
+        self._take("server", self._server)
+        while (state := self._links.take()) is not None:
+            self._seen[state.link] = (time.monotonic(), state)
+        server = self._fresh("server")
+        return [self._user(name, server) for name in self._users]
+
+    def _user(self, name: str, server: ServerTrace | None) -> UserStatus:
+        status = UserStatus(name)
+        link = self._fresh(f"{name}/up")
+        if link is not None:
+            status.packet_hz, status.delay_s = link.rate_hz, link.delay_mean
+        trace = self._fresh(name)
+        if trace is not None:
+            status.tick_hz = self._tick_rate(name, trace)
+            status.force_n = trace.f_applied[-trace.dof] if trace.f_applied else None
+            status.state = trace.state
+        if server is not None and name in server.users:
+            place = list(server.users).index(name)
+            status.contact = server.contact[place]
+            if trace is not None:
+                sent = trace.energy_u_m - server.energy_u_s[place]
+                returned = server.energy_v_s[place] - trace.energy_v_m
+                status.balance_j = sent + returned
+        return status
+
+    def _tick_rate(self, name: str, trace: MasterTrace) -> float | None:
+        """Return ticks per second between this block and the one seen before."""
+        tick, at_ns = trace.first_tick, trace.start_ns
+        before_tick, before_ns, rate = self._rates.get(name, (tick, at_ns, 0.0))
+        if at_ns > before_ns:
+            rate = (tick - before_tick) / (at_ns - before_ns) * 1e9
+        self._rates[name] = (tick, at_ns, rate)
+        return rate or None
+
+    def _take(self, name: str, polled: Polled) -> None:
+        message = polled.take()
+        if message is not None:
+            self._seen[name] = (time.monotonic(), message)
+
+    def _fresh(self, name: str) -> Any:
+        at_s, message = self._seen.get(name, (0.0, None))
+        return message if time.monotonic() - at_s < STALE_S else None
+
+    def _polled(self) -> list[Polled]:
+        return [*self._masters.values(), self._server, self._links]
+
+
+@contextmanager
+def watching(users: Sequence[str]) -> Iterator[Monitor]:
+    """Yield a monitor in a ROS context of its own; the environment must be that of the nodes."""
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = Node("runner", start_parameter_services=False, enable_rosout=False)
+        try:
+            yield Monitor(node, users)
+        finally:
+            node.destroy_node()
+    finally:
+        rclpy.try_shutdown()

@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which nodes a session has: module, namespace and parameters of each, from the scenario.
+
+Needs no ROS; the session runner and the launch file start what is listed here.
+"""
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from pmwvc_core.runtime.parameter_values import to_ros_yaml
+from pmwvc_core.simulation.scenario import Scenario, User
+
+MODULES = {
+    "recorder": "pmwvc_analysis.recorder_node",
+    "netem": "pmwvc_netem.node",
+    "server": "pmwvc_server.node",
+    "master": "pmwvc_master.node",
+}
+
+
+@dataclass(frozen=True)
+class NodePlan:
+    """One node: its kind, ROS namespace and parameters by dotted name."""
+
+    kind: str
+    namespace: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """Name for people, logs and events: ``server``, ``user1 master``."""
+        return f"{self.namespace} {self.kind}".strip()
+
+    @property
+    def ros_name(self) -> str:
+        """Full name in the ROS graph."""
+        return f"/{self.namespace}/{self.kind}" if self.namespace else f"/{self.kind}"
+
+    @property
+    def file_name(self) -> str:
+        """Name of its files in a session folder, without a suffix."""
+        return self.namespace or self.kind
+
+    def parameter_file(self) -> str:
+        """Return the text of its ROS parameter file."""
+        return yaml.safe_dump(to_ros_yaml(self.parameters), sort_keys=False, allow_unicode=True)
+
+    def command(self, parameter_file: Path) -> list[str]:
+        """Return the command that runs it."""
+        words = [sys.executable, "-m", MODULES[self.kind], "--ros-args"]
+        if self.namespace:
+            words += ["-r", f"__ns:=/{self.namespace}"]
+        return [*words, "--params-file", str(parameter_file.resolve())]
+
+
+def nodes(scenario: Scenario, *, folder: Path, paused: bool) -> list[NodePlan]:
+    """Return the nodes of a session in the order in which they start.
+
+    Parameters
+    ----------
+    folder
+        The session folder, for the recorder.
+    paused
+        Whether server and masters wait for a call of their ``start`` service.
+    """
+    return [
+        NodePlan("recorder", parameters=_recorder(scenario, folder)),
+        NodePlan("netem", parameters=_netem(scenario)),
+        NodePlan("server", parameters={"start.paused": paused, **_server(scenario)}),
+        *(
+            NodePlan("master", user.name, {"start.paused": paused, **_master(scenario, user)})
+            for user in scenario.users
+        ),
+    ]
+
+
+def _common(scenario: Scenario) -> dict[str, Any]:
+    return {"controller": scenario.controller, "dof": scenario.dof}
+
+
+def _master(scenario: Scenario, user: User) -> dict[str, Any]:
+    return {
+        **_common(scenario),
+        "seed": scenario.seed,
+        "side": user.side,
+        "master": user.master,
+        "device": user.device,
+        "operator": user.operator,
+        "safety": user.safety,
+        "task": scenario.task,
+        "server": user.contact,
+        "server.period_s": scenario.server.period_s,
+        "server.object_size_m": scenario.server.object_size_m,
+    }
+
+
+def _server(scenario: Scenario) -> dict[str, Any]:
+    found = {
+        **_common(scenario),
+        "users": [user.name for user in scenario.users],
+        "server": scenario.server,
+        "task": scenario.task,
+        "safety.timeout_s": max(user.safety.timeout_s for user in scenario.users),
+        "safety.release_s": max(user.safety.release_s for user in scenario.users),
+    }
+    for user in scenario.users:
+        found[f"{user.name}.side"] = user.side
+        found[f"{user.name}.server"] = user.contact
+        for name in ("impedance", "rate_drop", "tick_s"):
+            found[f"{user.name}.master.{name}"] = getattr(user.master, name)
+    return found
+
+
+def _netem(scenario: Scenario) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "seed": scenario.seed,
+        "users": [user.name for user in scenario.users],
+    }
+    for user in scenario.users:
+        found[f"{user.name}.link.up"] = user.link_up
+        found[f"{user.name}.link.down"] = user.link_down
+    return found
+
+
+def _recorder(scenario: Scenario, folder: Path) -> dict[str, Any]:
+    return {"folder": str(folder.resolve()), "users": [user.name for user in scenario.users]}
+
+
+def topic_ends(scenario: Scenario) -> dict[str, tuple[int, int]]:
+    """Return how many publishers and subscribers every recorded topic has once all have met."""
+    ends = {"/server/trace": (1, 1), "/netem/links": (1, 1), "/netem/fates": (1, 1)}
+    for user in scenario.users:
+        ends[f"/{user.name}/trace"] = (1, 1)
+        for direction in ("up", "down"):  # netem or the far end, and the recorder
+            ends[f"/{user.name}/wave_{direction}"] = (1, 2)
+            ends[f"/server/{user.name}/wave_{direction}"] = (1, 2)
+    return ends

@@ -1,0 +1,199 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A live session from its first process to its recording.
+
+Recorder, network emulator, server and masters are started in this order; when all have met, server
+and masters are told to start together. A node that dies is noted and the others go on. At the end
+masters, server, emulator and recorder stop in this order, so that everything is recorded.
+"""
+
+import json
+import os
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from rich.console import Console
+from rich.live import Live
+
+from pmwvc_bringup import plan
+from pmwvc_bringup.processes import Children, Ending
+from pmwvc_bringup.scenarios import to_yaml
+from pmwvc_bringup.status import Status
+from pmwvc_bringup.surroundings import node_environment, own_domain
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.simulation.scenario import Scenario
+
+MEETING_S = 30.0  # patience until all nodes have met; 1.5 s is usual
+GLANCE_S = 0.25
+LINE_S = 2.0  # between two lines where there is no terminal
+READY = "ready"
+
+
+class StartError(PmwvcError):
+    """A node of the session never came up; the message holds its last words."""
+
+
+class Interrupts:
+    """Counts requests to end: Ctrl-C, a termination, a closed terminal."""
+
+    SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    @contextmanager
+    def caught(self) -> Iterator["Interrupts"]:
+        """Count signals inside the block instead of dying of them."""
+        before = {number: signal.signal(number, self._take) for number in self.SIGNALS}
+        try:
+            yield self
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    def _take(self, _: int, __: FrameType | None) -> None:
+        self.count += 1
+
+
+class LiveSession:
+    """One session of real nodes.
+
+    Parameters
+    ----------
+    scenario
+        What to run.
+    folder
+        The session folder; it exists and is empty.
+    console
+        Where words for people go.
+    """
+
+    def __init__(self, scenario: Scenario, folder: Path, *, console: Console) -> None:
+        self.scenario = scenario
+        self.folder = folder
+        self.console = console
+        self.children = Children()
+        self.events: list[dict[str, Any]] = []
+        self.interrupts = Interrupts()
+        self.nodes = plan.nodes(scenario, folder=folder, paused=True)
+
+    def run(self) -> bool:
+        """Run the session; tell whether it took place.
+
+        Returns False when it was interrupted before its nodes had met.
+
+        Raises
+        ------
+        StartError
+            If a node did not come up.
+        """
+        (self.folder / "scenario.yaml").write_text(to_yaml(self.scenario), "utf-8")
+        with self.interrupts.caught(), own_domain(os.environ) as domain:
+            logs = self.folder / "nodes"
+            environment = node_environment(os.environ, domain=domain, log_folder=logs / "ros")
+            try:
+                self._start_nodes(logs, environment)
+                # rclpy starts threads that a fork would copy half: only after the last child
+                os.environ.update(environment)
+                from pmwvc_bringup.monitor import watching
+
+                with watching([user.name for user in self.scenario.users]) as monitor:
+                    if not self._met(monitor):
+                        return False
+                    self._attend(monitor)
+                self._stop_nodes()
+            finally:
+                self.children.kill()
+        (self.folder / "events.json").write_text(json.dumps(self.events, indent=2) + "\n", "utf-8")
+        return True
+
+    def _start_nodes(self, logs: Path, environment: dict[str, str]) -> None:
+        logs.mkdir()
+        for node in self.nodes:
+            file = logs / f"{node.file_name}.yaml"
+            file.write_text(node.parameter_file(), "utf-8")
+            log = logs / f"{node.file_name}.log"
+            self.children.start(node.name, node.command(file), env=environment, log=log)
+
+    def _met(self, monitor: Any) -> bool:
+        """Wait until every topic has its ends and the recorder is ready, then start the loops."""
+        ends = plan.topic_ends(self.scenario)
+        recorder = self.children.children["recorder"]
+        until = time.monotonic() + MEETING_S
+        while True:
+            if self.interrupts.count:
+                return False
+            if ended := self.children.endings():
+                raise StartError(f"{ended[0]} before the session began\n{self._words(ended[0])}")
+            missing = monitor.missing(ends)
+            if not missing and not recorder.says(READY):
+                missing = ["recorder: not ready"]
+            if not missing:
+                break
+            if time.monotonic() > until:
+                raise StartError(
+                    f"the nodes have not met within {MEETING_S:g} s: {'; '.join(missing)}"
+                    f"\nlogs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
+                )
+            time.sleep(0.02)
+        monitor.start([node.ros_name for node in self.nodes if "start.paused" in node.parameters])
+        return True
+
+    def _words(self, ending: Ending) -> str:
+        """Return the last lines of a node's log, indented."""
+        child = self.children.children[ending.name]
+        return "\n".join(f"  {line}" for line in child.log_tail().splitlines()) + (
+            f"\n  ({child.log})"
+        )
+
+    def _attend(self, monitor: Any) -> None:
+        """Watch the running session until its time is over or somebody wants it to end."""
+        begin = time.monotonic()
+        length = self.scenario.duration_s
+        ended: list[str] = []
+        glance_at, line_at = begin, begin + LINE_S / 2
+        with Live(console=self.console, auto_refresh=False, transient=True) as live:
+            while (now := time.monotonic()) < begin + length and not self.interrupts.count:
+                for ending in self.children.endings():
+                    self._note(ending)
+                    ended.append(str(ending))
+                if not self.children.running():
+                    return
+                if now >= glance_at:
+                    glance_at += GLANCE_S
+                    status = Status(now - begin, length, monitor.glance(), ended)
+                    if self.console.is_terminal:
+                        live.update(status.table(), refresh=True)
+                    elif now >= line_at:
+                        line_at += LINE_S
+                        self.console.print(status.line(), highlight=False, soft_wrap=True)
+                time.sleep(max(min(0.05, begin + length - now), 0.0))
+        if self.interrupts.count:
+            self.console.print("ending the session")
+
+    def _stop_nodes(self) -> None:
+        """End the nodes so that what the others send last is still recorded."""
+        first = self.interrupts.count
+        for kind in ("master", "server", "netem", "recorder"):
+            names = [node.name for node in self.nodes if node.kind == kind]
+            endings = self.children.stop(names, hurried=lambda: self.interrupts.count > first)
+            for ending in [*endings, *self.children.endings()]:
+                self._note(ending)
+
+    def _note(self, ending: Ending) -> None:
+        """Keep how a node ended, for the report."""
+        self.events.append(
+            {
+                "time_ns": time.time_ns(),
+                "who": ending.name,
+                "what": str(ending).removeprefix(f"{ending.name} "),
+                "code": ending.code,
+                "signal": ending.signal,
+            }
+        )
+        self.console.print(f"{ending}; its log: {self.children.children[ending.name].log}")

@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a live session needs around it: a folder, a ROS domain of its own, an environment."""
+
+import contextlib
+import os
+import re
+import socket
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from pmwvc_core.errors import PmwvcError
+
+SESSIONS = "sessions"
+DOMAINS = range(1, 102)  # above, the ports of a domain overlap those the kernel hands out
+
+
+def new_folder(scenario: str, out: str | None) -> Path:
+    """Make the folder of a new session and return it.
+
+    Raises
+    ------
+    PmwvcError
+        If it holds something already, or cannot be made.
+    """
+    if out is None:
+        stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
+        plain = re.sub(r"[^A-Za-z0-9_.-]+", "_", scenario)
+        folder = _free(Path(SESSIONS, f"{stamp}-{plain}"))
+    else:
+        folder = Path(out).expanduser()
+        if folder.is_dir() and any(folder.iterdir()):
+            raise PmwvcError(f"{folder} is not empty: a session needs a folder of its own")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = error.strerror or error
+        raise PmwvcError(f"{folder} cannot be made: {reason}; choose another with --out") from None
+    return folder
+
+
+def _free(folder: Path) -> Path:
+    """Return the folder, numbered where two sessions start within one second."""
+    candidate, number = folder, 1
+    while candidate.exists():
+        number += 1
+        candidate = folder.with_name(f"{folder.name}-{number}")
+    return candidate
+
+
+@contextlib.contextmanager
+def own_domain(environment: Mapping[str, str]) -> Iterator[int]:
+    """Yield the ROS domain of a session: the user's, or one that nobody on this machine uses.
+
+    A socket in the abstract namespace reserves it against other sessions; it goes away with this
+    process, however that ends.
+
+    Raises
+    ------
+    PmwvcError
+        If the user's choice is no domain or holds another session, or all domains are taken.
+    """
+    wish = environment.get("ROS_DOMAIN_ID", "")
+    if wish and not (wish.isdigit() and int(wish) <= 232):
+        raise PmwvcError(f"ROS_DOMAIN_ID={wish}: must be a number, 0..101; or unset it")
+    first = os.getpid() % len(DOMAINS)
+    candidates = [int(wish)] if wish else [*DOMAINS[first:], *DOMAINS[:first]]
+    for domain in candidates:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as reservation:
+            try:
+                reservation.bind(f"\0pmwvc-domain-{domain}")
+            except OSError:
+                continue
+            if wish or _silent(domain):
+                yield domain
+                return
+    if wish:
+        raise PmwvcError(f"ROS_DOMAIN_ID={wish}: another session runs there; unset it, or wait")
+    raise PmwvcError("every ROS domain from 1 to 101 is in use on this machine")
+
+
+def _silent(domain: int) -> bool:
+    """Tell whether no ROS program of this machine is in a domain, from its discovery ports."""
+    base = 7400 + 250 * domain
+    for port in (base, base + 10):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("0.0.0.0", port))
+            except OSError:
+                return False
+    return True
+
+
+def node_environment(
+    environment: Mapping[str, str], *, domain: int, log_folder: Path
+) -> dict[str, str]:
+    """Return the environment of the session's nodes.
+
+    UDP and not shared memory: nothing of a killed node stays in ``/dev/shm``. Only this machine
+    discovers the nodes, unless the user says otherwise.
+    """
+    chosen = {
+        "AMENT_PREFIX_PATH": sys.prefix,
+        "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    }
+    fixed = {
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_LOG_DIR": str(log_folder.resolve()),
+        "RCUTILS_COLORIZED_OUTPUT": "0",
+        "PYTHONUNBUFFERED": "1",
+        "PYTHONSAFEPATH": "1",  # a file in the user's folder never stands in for a module
+    }
+    return {**chosen, **{k: v for k, v in environment.items() if v or k not in chosen}, **fixed}
