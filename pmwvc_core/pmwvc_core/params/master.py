@@ -4,6 +4,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from pmwvc_core.params.fields import Validated, group, parameter
 
 FILTER_KINDS = ("none", "first_order", "butterworth", "integrate_and_dump")
@@ -53,9 +55,9 @@ class FilterParams(Validated):
         if self.kind == "butterworth":
             if self.stop_hz is None:
                 return ["stop_hz = null: a Butterworth filter needs the edge of its stop band"]
-            if not self.pass_hz < self.stop_hz:
+            if np.any(self.pass_hz >= self.stop_hz):
                 return [f"pass_hz = {self.pass_hz}: must be < stop_hz = {self.stop_hz}"]
-            if not self.pass_db < self.stop_db:
+            if np.any(self.pass_db >= self.stop_db):
                 return [f"pass_db = {self.pass_db}: must be < stop_db = {self.stop_db}"]
         return []
 

@@ -6,6 +6,8 @@ the hand.
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from pmwvc_core.params.fields import Validated, parameter
 
 OPERATOR_KINDS = (
@@ -73,7 +75,7 @@ class SafetyParams(Validated):
 
     def conflicts(self) -> list[str]:
         """Check the order of the two speed limits."""
-        if self.fault_velocity <= self.damper_velocity:
+        if np.any(self.fault_velocity <= self.damper_velocity):
             return [
                 f"fault_velocity = {self.fault_velocity}: "
                 f"must be > damper_velocity = {self.damper_velocity} m/s"
