@@ -1,0 +1,20 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The network between the two ends: what happens to a packet, and the record of it."""
+
+from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
+from pmwvc_core.network.fates import FateBlock, FateLog
+from pmwvc_core.network.link import Cause, Fate, FateKind, Link, LinkCounters, stream_of
+
+__all__ = [
+    "Cause",
+    "DelayTrace",
+    "Fate",
+    "FateBlock",
+    "FateKind",
+    "FateLog",
+    "Link",
+    "LinkCounters",
+    "load_delay_trace",
+    "stream_of",
+]

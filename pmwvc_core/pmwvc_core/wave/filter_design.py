@@ -1,0 +1,154 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From the parameters of the anti-aliasing filter to its coefficients (App. A, App. B).
+
+A cut-off can be said in several ways; here each becomes a pole or second-order sections. The
+filter that runs is in :mod:`pmwvc_core.wave.filters`.
+"""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+from scipy import signal
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.numeric import Array, Value, exponential
+from pmwvc_core.params import FilterParams
+
+DEFAULT_POLE_RAD_S = 50.0  # the filter of App. B
+HIGHEST_ORDER = 20
+PASS_THROUGH = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)  # a section that changes nothing
+
+
+def pole_of(params: FilterParams) -> Value:
+    """Return the pole a [rad/s] of a first-order filter a/(s + a), whichever way it is said.
+
+    From |H|^2 = a^2/(a^2 + w^2): half the power (-3 dB) at w = a; a hundredth (-20 dB) at
+    w = a sqrt(99).
+    """
+    if params.cutoff_hz is not None:
+        return 2.0 * math.pi * params.cutoff_hz
+    if params.stop_hz is not None:
+        return 2.0 * math.pi * params.stop_hz / math.sqrt(99.0)
+    return DEFAULT_POLE_RAD_S if params.pole_rad_s is None else params.pole_rad_s
+
+
+def order_of(params: FilterParams) -> int:
+    """Return the least order of an analogue Butterworth filter with the attenuations asked for.
+
+    Raises
+    ------
+    ParameterError
+        If the edges are so close that the filter would not compute well.
+    """
+    order, _ = signal.buttord(
+        params.pass_hz, params.stop_hz, params.pass_db, params.stop_db, analog=True
+    )
+    if order > HIGHEST_ORDER:
+        raise ParameterError(
+            f"stop_hz = {params.stop_hz}: a Butterworth filter between {params.pass_db} dB at "
+            f"{params.pass_hz} Hz and {params.stop_db} dB there is of order {order}, more than "
+            f"{HIGHEST_ORDER}; move the edges apart"
+        )
+    return int(order)
+
+
+def half_power_hz(params: FilterParams, *, tick_s: float) -> Value:
+    """Return the -3 dB frequency [Hz] of a filter that has one.
+
+    Of the first order that of the analogue filter, of a Butterworth filter that of the sampled
+    one; infinite for ``none`` and ``integrate_and_dump``, which have no such parameter.
+    """
+    if params.kind == "first_order":
+        return pole_of(params) / (2.0 * math.pi)
+    if params.kind == "butterworth":
+        cutoff = _analogue_cutoff_rad_s(params, tick_s)
+        if params.discretisation == "bilinear":
+            return math.atan(cutoff * tick_s / 2.0) / (math.pi * tick_s)
+        return cutoff / (2.0 * math.pi)
+    return math.inf
+
+
+def design(params: FilterParams, *, tick_s: float) -> Array:
+    """Return the filter as second-order sections ``b0 b1 b2 1 a1 a2``.
+
+    First order: exact under a held input, y+ = p y + (1-p) u with p = exp(-a T_c).
+
+    Butterworth: the least *analogue* order that has both attenuations (a stop edge above half the
+    tick rate is then no obstacle), scaled so that the edge named by ``meet`` is met exactly, which
+    leaves something over at the other one. ``bilinear`` is pre-warped at that edge, so the sampled
+    filter meets it; ``matched`` maps the analogue poles by z = exp(s T_c), without zeros and with
+    unit gain at rest, so it is the analogue filter that meets it.
+
+    Returns
+    -------
+    ndarray
+        ``(sections, 6)``; with parameters ``(runs, 1)`` it is ``(sections, 6, runs, 1)``.
+
+    Raises
+    ------
+    ParameterError
+        If ``bilinear`` is to meet an edge that is not below half the tick rate.
+    """
+    if params.kind == "first_order":
+        p = exponential(-pole_of(params) * tick_s)
+        zero = 0.0 * p
+        return np.array([[1.0 - p, zero, zero, 1.0 + zero, -p, zero]])
+    if params.kind != "butterworth":
+        return np.array([PASS_THROUGH])
+    runs = runs_of(params)
+    designs = [_butterworth(one, tick_s) for one in runs]
+    if runs == [params]:
+        return designs[0]
+    sections = max(map(len, designs))
+    padded = [np.vstack([sos, *[PASS_THROUGH] * (sections - len(sos))]) for sos in designs]
+    return np.stack(padded, axis=-1)[..., np.newaxis]
+
+
+def runs_of(params: FilterParams) -> list[FilterParams]:
+    """Return plain parameters for each run of a batch; the parameters themselves where no number
+    is ``(runs, 1)``.
+    """
+    stacked = {
+        field.name: np.ravel(value)
+        for field in dataclasses.fields(params)
+        if isinstance(value := getattr(params, field.name), np.ndarray)
+    }
+    runs = max((column.size for column in stacked.values()), default=0)
+    columns = {name: np.broadcast_to(column, runs) for name, column in stacked.items()}
+    found = []
+    for run in range(runs):
+        numbers: dict[str, Any] = {name: float(column[run]) for name, column in columns.items()}
+        found.append(dataclasses.replace(params, **numbers))
+    return found or [params]
+
+
+def _analogue_cutoff_rad_s(params: FilterParams, tick_s: float) -> float:
+    """Return the -3 dB frequency of the analogue prototype [rad/s]."""
+    edge_hz, loss_db = (params.pass_hz, params.pass_db)
+    if params.meet == "stop" and params.stop_hz is not None:
+        edge_hz, loss_db = (params.stop_hz, params.stop_db)
+    edge = 2.0 * math.pi * edge_hz
+    if params.discretisation == "bilinear":
+        if edge_hz * tick_s >= 0.5:
+            raise ParameterError(
+                f"{params.meet}_hz = {edge_hz}: must be < {0.5 / tick_s:g} Hz, half the tick "
+                f"rate, to be met by a bilinear filter; meet the other edge, or use matched"
+            )
+        edge = 2.0 / tick_s * math.tan(0.5 * edge * tick_s)
+    loss = 10.0 ** (0.1 * loss_db) - 1.0  # (w/w_c)^2n at the edge
+    return float(edge / loss ** (0.5 / order_of(params)))
+
+
+def _butterworth(params: FilterParams, tick_s: float) -> Array:
+    cutoff = _analogue_cutoff_rad_s(params, tick_s)
+    zeros, poles, gain = signal.butter(order_of(params), cutoff, analog=True, output="zpk")
+    if params.discretisation == "bilinear":
+        zpk = signal.bilinear_zpk(zeros, poles, gain, 1.0 / tick_s)
+    else:
+        poles = np.exp(poles * tick_s)
+        zpk = np.zeros(len(poles)), poles, np.prod(1.0 - poles).real
+    sos: Array = signal.zpk2sos(*zpk)
+    return sos

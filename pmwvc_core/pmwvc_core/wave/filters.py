@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The anti-aliasing filter of the outgoing wave with the rate drop behind it (App. A, App. B).
+
+One call per fast tick, on floats or on arrays ``(runs, dof)``. Coefficients come from
+:mod:`pmwvc_core.wave.filter_design`; what the rate drop makes of them is judged in
+:mod:`pmwvc_core.wave.aliasing`.
+"""
+
+from typing import Protocol
+
+from pmwvc_core.numeric import Array, Value, exponential
+from pmwvc_core.params import FilterParams
+from pmwvc_core.wave.filter_design import design, pole_of
+
+
+class Stage(Protocol):
+    """One kind of filter with the rate drop behind it."""
+
+    def step(self, u: Value) -> Value:
+        """Take the wave of one fast tick; return the filtered one."""
+
+    def sample(self) -> Value:
+        """Return what a packet carries."""
+
+
+class _Passing:
+    """No filter: the packet is the wave of the last tick."""
+
+    def __init__(self) -> None:
+        self._u: Value = 0.0
+
+    def step(self, u: Value) -> Value:
+        self._u = u
+        return u
+
+    def sample(self) -> Value:
+        return self._u
+
+
+class _FirstOrder:
+    """y+ = p y + (1-p) u, y = 0 at first; the output after a tick already holds that tick."""
+
+    def __init__(self, p: Value) -> None:
+        self._p = p
+        self._rest = 1.0 - p
+        self._y: Value = 0.0
+
+    def step(self, u: Value) -> Value:
+        self._y = y = self._rest * u + self._p * self._y
+        return y
+
+    def sample(self) -> Value:
+        return self._y
+
+
+class _Cascade:
+    """Second-order sections one after the other, each in transposed direct form II, at rest at
+    first: y = b0 u + s1, s1+ = b1 u - a1 y + s2, s2+ = b2 u - a2 y.
+    """
+
+    def __init__(self, sos: Array) -> None:
+        plain = sos.ndim == 2
+        self._sections = [
+            [*(float(c) if plain else c for c in section[[0, 1, 2, 4, 5]]), 0.0, 0.0]
+            for section in sos
+        ]
+        self._y: Value = 0.0
+
+    def step(self, u: Value) -> Value:
+        for section in self._sections:
+            b0, b1, b2, a1, a2, s1, s2 = section
+            y = b0 * u + s1
+            section[5] = b1 * u - a1 * y + s2
+            section[6] = b2 * u - a2 * y
+            u = y
+        self._y = u
+        return u
+
+    def sample(self) -> Value:
+        return self._y
+
+
+class _IntegrateAndDump:
+    """The mean over the frame: the integral of the wave over M ticks, divided by their duration.
+
+    (mean)^2 M <= sum of squares (Cauchy-Schwarz), so at every frame end no more energy has been
+    sent than has come in, whatever the signal. A frame that lost ticks is still divided by M,
+    which keeps both the integral and the bound; a longer one by its own number.
+    """
+
+    def __init__(self, rate_drop: int) -> None:
+        self._rate_drop = rate_drop
+        self._sum: Value = 0.0
+        self._ticks = 0
+
+    def step(self, u: Value) -> Value:
+        self._sum = self._sum + u
+        self._ticks += 1
+        return self._mean()
+
+    def sample(self) -> Value:
+        mean = self._mean()
+        self._sum = 0.0
+        self._ticks = 0
+        return mean
+
+    def _mean(self) -> Value:
+        return self._sum / max(self._ticks, self._rate_drop)
+
+
+class AntiAliasing:
+    """Filter of the outgoing wave and drop from the tick rate to the packet rate.
+
+    ``step`` is called once per fast tick, ``sample`` at each frame start: it returns the filter's
+    output after the last tick. With ``integrate_and_dump`` ``sample`` also begins the next frame,
+    and ``step`` returns the packet as far as it has grown. All states start at zero.
+
+    Parameters
+    ----------
+    params
+        Which filter; numbers may be ``(runs, 1)``.
+    tick_s
+        Period of the fast ticks, T_c [s].
+    rate_drop
+        M, ticks per frame.
+    """
+
+    def __init__(self, params: FilterParams, *, tick_s: float, rate_drop: int) -> None:
+        stage: Stage
+        if params.kind == "none":
+            stage = _Passing()
+        elif params.kind == "first_order":
+            stage = _FirstOrder(exponential(-pole_of(params) * tick_s))
+        elif params.kind == "butterworth":
+            stage = _Cascade(design(params, tick_s=tick_s))
+        else:
+            stage = _IntegrateAndDump(rate_drop)
+        self._stage = stage
+        self.step = stage.step  # bound once: one call less per tick
+        self.sample = stage.sample

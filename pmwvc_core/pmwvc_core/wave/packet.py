@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is sent: one sample of a wave with the running sums of all samples before it.
+
+The sums make every packet contain all earlier ones, so a receiver can see (and a strict one
+repair) loss, duplication and reordering. How a packet becomes a message is not known here.
+"""
+
+from dataclasses import dataclass
+
+from pmwvc_core.numeric import Value, squared
+
+FLAG_DIRECT = 1  # the wave is a velocity (up) or a force (down) of the direct coupling
+FLAG_LEAVING = 2  # the last packet: the sender leaves
+FLAG_LIMITED = 4  # the safety limits changed a force since the last packet
+
+
+@dataclass(slots=True)
+class WavePacket:
+    """One packet; in a batch the values are ``(runs, dof)`` and the energy ``(runs, 1)``."""
+
+    epoch: int  # random at each start of the sender
+    seq: int  # 1, 2, 3...
+    sent_ns: int  # the sender's monotonic clock
+    period: float  # [s] one sample stands for
+    wave: Value  # [sqrt(W)]
+    integral: Value  # [sqrt(W) s] running sum of wave * period
+    energy: Value  # [J] running sum of |wave|^2 * period / 2
+    position: Value  # [m] of the sending end, for information
+    echo_seq: int = 0  # newest packet of the peer: its number (0: none yet),
+    echo_sent_ns: int = 0  # the peer's clock when it was sent,
+    echo_hold_ns: int = 0  # and how long ago it came in here
+    flags: int = 0
+
+
+class Packer:
+    """Number the outgoing packets of one life of a sender and keep their running sums.
+
+    Parameters
+    ----------
+    epoch
+        What tells this life of the sender from all others.
+    period
+        Time one sample stands for [s].
+    """
+
+    def __init__(self, epoch: int, *, period: float) -> None:
+        self.epoch = epoch
+        self.period = period
+        self.seq = 0
+        self.integral: Value = 0.0
+        self.energy: Value = 0.0
+
+    def pack(
+        self,
+        wave: Value,
+        position: Value,
+        now_ns: int,
+        *,
+        flags: int = 0,
+        echo: tuple[int, int, int] | None = None,
+    ) -> WavePacket:
+        """Return the next packet.
+
+        Parameters
+        ----------
+        wave
+            Sample to send [sqrt(W)], float or ``(..., dof)``.
+        position
+            Position of this end [m].
+        now_ns
+            This end's monotonic clock.
+        flags
+            Bitwise or of ``FLAG_*``.
+        echo
+            What :meth:`Receiver.echo` says of the peer's newest packet.
+        """
+        self.seq += 1
+        self.integral = self.integral + wave * self.period
+        self.energy = self.energy + squared(wave) * (0.5 * self.period)
+        return WavePacket(
+            self.epoch,
+            self.seq,
+            now_ns,
+            self.period,
+            wave,
+            self.integral,
+            self.energy,
+            position,
+            *(echo or (0, 0, 0)),
+            flags,
+        )
+
+
+def size_bytes(dof: int) -> int:
+    """Return the size of a serialized Wave message: 102 bytes and three values per axis (CDR)."""
+    return 102 + 24 * dof
