@@ -1,0 +1,178 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the sub-commands do. Heavy imports stand inside: ``pmwvc --help`` is to answer at once."""
+
+import argparse
+import os
+import sys
+import textwrap
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from pmwvc_bringup import plan
+from pmwvc_bringup import scenarios as files
+from pmwvc_bringup.output import document
+from pmwvc_core.simulation.scenario import Scenario
+
+NODES = plan.MODULES
+WIDTH = 99
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run a live session; 1 when a node did not come up, 130 when ended before it began."""
+    from pmwvc_bringup.runner import LiveSession, StartError
+
+    scenario, folder = _prepared(arguments)
+    with document(wanted=arguments.json) as write:
+        console = _console()
+        _announce(console, scenario, folder, live=True)
+        try:
+            if not LiveSession(scenario, folder, console=console).run():
+                print("pmwvc: ended before the session began", file=sys.stderr)
+                return 130
+        except StartError as error:
+            print(f"pmwvc: {error}", file=sys.stderr)
+            return 1
+        write(_finished(console, folder, scenario))
+    return 0
+
+
+def simulate(arguments: argparse.Namespace) -> int:
+    """Run a session in virtual time, and record and report it as a live one."""
+    from rich.progress import Progress
+
+    from pmwvc_analysis.recording.from_traces import record_traces
+    from pmwvc_core.simulation.session import simulate as run_batch
+
+    scenario, folder = _prepared(arguments)
+    with document(wanted=arguments.json) as write:
+        console = _console()
+        _announce(console, scenario, folder, live=False)
+        with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+            task = bar.add_task("simulating", total=1.0)
+            (traces,) = run_batch(
+                [scenario], progress=lambda share: bar.update(task, completed=share)
+            )
+        record_traces(folder, traces, scenario)
+        write(_finished(console, folder, scenario))
+    return 0
+
+
+def report(arguments: argparse.Namespace) -> int:
+    """Judge a recorded session anew and write its report."""
+    folder = Path(arguments.folder)
+    with document(wanted=arguments.json) as write:
+        write(_finished(_console(), folder, None))
+    return 0
+
+
+def node(arguments: argparse.Namespace) -> int:
+    """Become one node: same process, so that signals and exit code are the node's own."""
+    os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
+    module = NODES[arguments.kind]
+    os.execv(sys.executable, [sys.executable, "-m", module, *arguments.arguments])
+
+
+def scenarios(arguments: argparse.Namespace) -> int:
+    """List the scenarios, or print a complete one."""
+    if arguments.name:
+        sys.stdout.write(files.to_yaml(files.load(arguments.name)))
+        return 0
+    for name in files.known():
+        text = files.load(name).description
+        indent = " " * 25
+        lines = textwrap.wrap(text, WIDTH, initial_indent=f"{name:24} ", subsequent_indent=indent)
+        print("\n".join(lines))
+    return 0
+
+
+def doctor(arguments: argparse.Namespace) -> int:
+    """Examine the machine or a recording; 1 when there is a problem."""
+    if arguments.folder:
+        return _recording_doctor(arguments)
+    from pmwvc_bringup import doctor as machine
+
+    with document(wanted=arguments.json) as write:
+        findings = machine.examine()
+        for finding in findings:
+            print(finding.line())
+        content = machine.as_dict(findings)
+        write(content)
+    return int(content["status"] == machine.PROBLEM)
+
+
+def _recording_doctor(arguments: argparse.Namespace) -> int:
+    raise NotImplementedError
+
+
+def _prepared(arguments: argparse.Namespace) -> tuple[Scenario, Path]:
+    """Return scenario and session folder; a mistake in the scenario leaves no folder behind."""
+    from pmwvc_bringup.surroundings import new_folder
+
+    scenario = files.load(
+        arguments.scenario,
+        settings_texts=arguments.settings,
+        users=arguments.users,
+        duration_s=arguments.duration,
+    )
+    return scenario, new_folder(scenario.name, arguments.out)
+
+
+def _console() -> Console:
+    return Console(highlight=False, soft_wrap=True)
+
+
+def _announce(console: Console, scenario: Scenario, folder: Path, *, live: bool) -> None:
+    """Say what begins, and what the numbers promise before it does."""
+    from pmwvc_analysis.judge import prediction
+
+    kind = "live" if live else "simulated"
+    users = "one user" if len(scenario.users) == 1 else f"{len(scenario.users)} users"
+    console.print(
+        f"{scenario.name}: {scenario.duration_s:g} s {kind}, {users}, {scenario.controller}"
+    )
+    for line in prediction.lines(scenario, live=live):
+        console.print(f"  {line}", markup=False)
+    console.print(f"session folder: {folder}", markup=False)
+
+
+def _finished(console: Console, folder: Path, scenario: Scenario | None) -> str:
+    """Judge and draw what is recorded, say the verdict, and return the text of the summary."""
+    from pmwvc_analysis.judge import prediction
+    from pmwvc_analysis.recording.reader import read_scenario
+    from pmwvc_analysis.session_files import REPORT, SUMMARY, finish
+
+    summary = finish(folder, scenario=scenario)
+    for line in _verdict(summary):
+        console.print(line, markup=False)
+    scenario = scenario or read_scenario(folder)
+    if scenario is not None:
+        for line in prediction.came_true(scenario, summary):
+            console.print(f"  {line}", markup=False)
+    console.print(f"report: {folder / REPORT}", markup=False)
+    return (folder / SUMMARY).read_text("utf-8")
+
+
+def _verdict(summary: dict[str, Any]) -> list[str]:
+    """Return the result in sentences, one line for the session and one per user."""
+    state = "stable" if summary["stable"] else f"not stable: {summary['instability']}"
+    found = [f"{summary['scenario']}: {state}"]
+    for user in summary["users"]:
+        passive = {True: "passive", False: "NOT passive", None: "passivity unknown"}
+        parts = [f"{passive[user['passive']]}"]
+        if user["force_final_n"] is not None:
+            parts.append(f"force {_vector(user['force_final_n'])} N at the end")
+        if user["ticks_missing"]:
+            parts.append(f"{user['ticks_missing']} ticks missing")
+        if user["safety_events"]:
+            parts.append(f"{user['safety_events']} safety events")
+        found.append(f"  {user['name']}: {', '.join(parts)}")
+    return found
+
+
+def _vector(value: float | list[float]) -> str:
+    """Return a number, or one per axis."""
+    values = value if isinstance(value, list) else [value]
+    return " ".join(f"{number:.2f}" for number in values)
