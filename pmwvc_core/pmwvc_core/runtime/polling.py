@@ -47,10 +47,21 @@ class Polled:
         Name of the topic, relative to the node's namespace.
     qos
         As the publisher's.
+    raw
+        Take serialized messages, as bytes.
     """
 
-    def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile = WAVE_QOS) -> None:
+    def __init__(
+        self,
+        node: Node,
+        kind: Any,
+        topic: str,
+        qos: QoSProfile = WAVE_QOS,
+        *,
+        raw: bool = False,
+    ) -> None:
         self.kind = kind
+        self.raw = raw
         self.subscription = node.create_subscription(
             kind, topic, lambda _: None, qos, callback_group=_Unserved()
         )
@@ -58,5 +69,5 @@ class Polled:
 
     def take(self) -> Any:
         """Return the oldest message not yet taken, or None; never waits."""
-        taken = self._take(self.kind, False)
+        taken = self._take(self.kind, self.raw)
         return None if taken is None else taken[0]
