@@ -57,7 +57,9 @@ def built(prefix: str, kind: type[P], values: Mapping[str, Any]) -> P:
 
 def _assembled(prefix: str, kind: type[P], values: Mapping[str, Any]) -> P:
     start = f"{prefix}." if prefix else ""
-    nested = {n: _assembled(f"{start}{n}", inner, values) for n, inner in groups(kind).items()}
+    nested: dict[str, Any] = {
+        n: _assembled(f"{start}{n}", inner, values) for n, inner in groups(kind).items()
+    }
     try:
         return kind(**{name: values[f"{start}{name}"] for name in specs(kind)}, **nested)
     except ParameterError as error:

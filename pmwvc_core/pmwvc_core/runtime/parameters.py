@@ -64,7 +64,8 @@ def declare_names(node: Node, name: str, default: Sequence[str], description: st
     descriptor = ParameterDescriptor(
         type=Parameter.Type.STRING_ARRAY.value, description=description, read_only=True
     )
-    node.set_descriptor(name, descriptor)
+    parameter = Parameter(name, Parameter.Type.STRING_ARRAY, value)
+    node.set_descriptor(name, descriptor, parameter.get_parameter_value())
     return value
 
 
@@ -78,7 +79,8 @@ def refuse_unknown(node: Node) -> None:
     ParameterError
         Naming each with the nearest right name.
     """
-    known, unknown = [], []
+    known: list[str] = []
+    unknown: list[str] = []
     for name in node.get_parameters_by_prefix(""):
         if not name.startswith(_OWN_OF_ROS):
             (known if node.describe_parameter(name).description else unknown).append(name)

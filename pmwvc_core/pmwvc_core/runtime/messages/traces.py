@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.numeric import Value
-from pmwvc_core.runtime.messages.types import MessageTypes, axes, time_message
+from pmwvc_core.runtime.messages.types import MessageTypes, axes, scalar, time_message
 
 _PER_AXIS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 
@@ -57,8 +57,8 @@ class TraceBlock:
         k = self.count
         if self.dof == 1:
             a, b, c, d, e, f, g, h = self._columns
-            a[k], b[k], c[k], d[k] = x, xd, f_h, f_m  # type: ignore[call-overload]
-            e[k], f[k], g[k], h[k] = f_applied, u_m, u_m_lp, v_m  # type: ignore[call-overload]
+            a[k], b[k], c[k], d[k] = x, xd, f_h, f_m  # type: ignore[assignment]
+            e[k], f[k], g[k], h[k] = f_applied, u_m, u_m_lp, v_m  # type: ignore[assignment]
         else:
             values = (x, xd, f_h, f_m, f_applied, u_m, u_m_lp, v_m)
             for row, value in zip(self._rows, values, strict=True):
@@ -95,7 +95,7 @@ def master_trace(
     missed: int,
     safety_events: int,
     hand_force_known: bool,
-    energy: Mapping[str, float],
+    energy: Mapping[str, Value],
 ) -> Any:
     """Return one block of ticks as a MasterTrace message.
 
@@ -121,12 +121,12 @@ def master_trace(
         missed=missed,
         safety_events=safety_events,
         hand_force_known=hand_force_known,
-        energy_u_m=float(energy["u_m"]),
-        energy_u_tx=float(energy["u_tx"]),
-        energy_v_rx=float(energy["v_rx"]),
-        energy_v_m=float(energy["v_m"]),
-        energy_device=float(energy["device"]),
-        energy_hand=float(energy["hand"]),
+        energy_u_m=scalar(energy["u_m"]),
+        energy_u_tx=scalar(energy["u_tx"]),
+        energy_v_rx=scalar(energy["v_rx"]),
+        energy_v_m=scalar(energy["v_m"]),
+        energy_device=scalar(energy["device"]),
+        energy_hand=scalar(energy["hand"]),
         **numbers,
     )
 
@@ -182,16 +182,11 @@ def server_trace(
         v_s=each(*v_s),
         state=types.sequence([int(entry) for entry in state], "B"),
         contact=types.flags(contact),
-        energy_u_s=types.sequence([_scalar(entry) for entry in energy_u_s], "d"),
-        energy_v_s=types.sequence([_scalar(entry) for entry in energy_v_s], "d"),
-        kinetic=_scalar(kinetic),
-        potential=_scalar(potential),
-        dissipated=_scalar(dissipated),
+        energy_u_s=types.sequence([scalar(entry) for entry in energy_u_s], "d"),
+        energy_v_s=types.sequence([scalar(entry) for entry in energy_v_s], "d"),
+        kinetic=scalar(kinetic),
+        potential=scalar(potential),
+        dissipated=scalar(dissipated),
         lateness=lateness,
         compute=compute,
     )
-
-
-def _scalar(value: Value) -> float:
-    """Return a quantity of the whole (an energy) that a law may keep as an array of one."""
-    return value if isinstance(value, float) else float(np.ravel(value)[0])

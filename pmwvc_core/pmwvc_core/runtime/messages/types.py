@@ -87,3 +87,8 @@ def axes(value: Value, dof: int) -> Any:
     if isinstance(value, np.ndarray) and value.ndim:
         return value.ravel()
     return (float(value),) * dof
+
+
+def scalar(value: Value) -> float:
+    """Return a quantity of the whole (an energy) that a law may keep as an array of one."""
+    return float(value.ravel()[0]) if isinstance(value, np.ndarray) else float(value)

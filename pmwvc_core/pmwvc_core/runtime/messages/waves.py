@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.numeric import Value
-from pmwvc_core.runtime.messages.types import MessageTypes, axes, time_message
+from pmwvc_core.runtime.messages.types import MessageTypes, axes, scalar, time_message
 from pmwvc_core.wave.packet import WavePacket
 
 
@@ -21,7 +21,7 @@ def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1
         period=packet.period,
         wave=types.sequence(axes(packet.wave, dof), "d"),
         integral=types.sequence(axes(packet.integral, dof), "d"),
-        energy=float(packet.energy),
+        energy=scalar(packet.energy),
         position=types.sequence(axes(packet.position, dof), "d"),
         echo_seq=packet.echo_seq,
         echo_sent_ns=packet.echo_sent_ns,

@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One relayed topic: messages in, through a link, out; and the record of it.
+
+A message is a string of bytes and stays one: nothing is decoded. Of a Wave only epoch and sequence
+number are looked at, where they stand in the CDR encoding::
+
+    0  encapsulation (byte 1: 1 for little endian)    20  epoch  (uint64)
+    4  stamp         (int32, uint32)                  28  seq    (uint32)
+    12 sent_ns       (int64)
+
+No ROS and no clock here: where bytes come from, go to, and what time it is are arguments.
+"""
+
+import math
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pmwvc_core.network.fates import FateLog
+from pmwvc_core.network.link import Cause, Fate, FateKind, Link
+
+ENCAPSULATION = 4  # bytes that even an empty message has
+_EPOCH = 20
+_WAVE_HEAD = 32
+_EPOCH_AND_SEQ = {0: struct.Struct(">QI"), 1: struct.Struct("<QI")}
+
+
+def peek_wave(message: bytes) -> tuple[int, int] | None:
+    """Return epoch and sequence number of a serialized Wave; None when it is none."""
+    if len(message) < _WAVE_HEAD or message[1] not in _EPOCH_AND_SEQ:
+        return None
+    epoch, seq = _EPOCH_AND_SEQ[message[1]].unpack_from(message, _EPOCH)
+    return epoch, seq
+
+
+@dataclass(slots=True)
+class Timing:
+    """Delays [ns] of what went out since this object was put in place."""
+
+    count: int = 0
+    delay_sum_ns: int = 0
+    delay_min_ns: int = 0
+    delay_max_ns: int = 0
+    error_max_ns: int = 0  # out later than due
+
+    def add(self, delay_ns: int, error_ns: int) -> None:
+        """Count one message that went out."""
+        self.delay_min_ns = min(delay_ns, self.delay_min_ns) if self.count else delay_ns
+        self.delay_max_ns = max(delay_ns, self.delay_max_ns)
+        self.error_max_ns = max(error_ns, self.error_max_ns)
+        self.delay_sum_ns += delay_ns
+        self.count += 1
+
+    def delays(self) -> dict[str, float]:
+        """Return the delays [s] by the names of LinkState; NaN where nothing went out."""
+        if not self.count:
+            names = ("delay_mean", "delay_min", "delay_max", "delay_error_max")
+            return dict.fromkeys(names, math.nan)
+        return {
+            "delay_mean": self.delay_sum_ns * 1e-9 / self.count,
+            "delay_min": self.delay_min_ns * 1e-9,
+            "delay_max": self.delay_max_ns * 1e-9,
+            "delay_error_max": self.error_max_ns * 1e-9,
+        }
+
+
+class Lane:
+    """One topic's way through its link.
+
+    Parameters
+    ----------
+    name
+        Name of the link.
+    link
+        What decides on delay and loss.
+    take
+        Returns the next message that has come in, or None.
+    give
+        Sends a message on.
+    clock
+        The monotonic clock [ns].
+    is_wave
+        Whether the messages are Waves; other ones get the relay's own count for a number.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        link: Link,
+        *,
+        take: Callable[[], bytes | None],
+        give: Callable[[bytes], None],
+        clock: Callable[[], int],
+        is_wave: bool,
+    ) -> None:
+        self.name = name
+        self.link = link
+        self.fates = FateLog()
+        self.invalid = 0
+        self.timing = Timing()
+        self._count = 0
+        self._take = take
+        self._give = give
+        self._clock = clock
+        self._is_wave = is_wave
+
+    def take_in(self) -> None:
+        """Put everything that has come in onto the link."""
+        while (message := self._take()) is not None:
+            now_ns, size = self._clock(), len(message)
+            self._count += 1
+            known = self._identity(message)
+            if known is None:
+                self.invalid += 1
+                fate = Fate(self._count, now_ns, 0, FateKind.INVALID, Cause.NONE, size)
+                self.fates.add(fate)
+                continue
+            for fate in self.link.send((message, *known), now_ns, size_bytes=size):
+                if not fate.time_due_ns:
+                    self.fates.add(fate, epoch=known[0], seq=known[1])
+
+    def let_out(self) -> None:
+        """Send on everything that is due."""
+        now_ns = self._clock()
+        due_ns = self.link.next_due_ns
+        if due_ns is None or due_ns > now_ns:
+            return
+        for (message, epoch, seq), fate in self.link.arrivals(now_ns):
+            out_ns = self._clock()
+            self._give(message)
+            self.fates.add(fate, time_out_ns=out_ns, epoch=epoch, seq=seq)
+            self.timing.add(out_ns - fate.time_in_ns, out_ns - fate.time_due_ns)
+
+    def end(self) -> None:
+        """Close the record: what is still under way never comes out."""
+        for (_, epoch, seq), fate in self.link.arrivals(1 << 62):
+            self.fates.add(fate, epoch=epoch, seq=seq)
+
+    def _identity(self, message: bytes) -> tuple[int, int] | None:
+        if self._is_wave:
+            return peek_wave(message)
+        return (0, self._count & 0xFFFFFFFF) if len(message) >= ENCAPSULATION else None

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The network-emulation node: relays topics with delay, jitter, loss and a slow line.
+
+It works above DDS: it adds a hop of its own (its timing error is published), and knows nothing of
+what happens inside the network below.
+"""
+
+import sys
+import threading
+import time
+from collections.abc import Mapping, Sequence
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+from pmwvc_core.network.link import Link
+from pmwvc_core.params import LinkParams
+from pmwvc_core.runtime.polling import Polled
+from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
+from pmwvc_netem.lane import Lane
+from pmwvc_netem.relay import Relay
+from pmwvc_netem.reports import Reports
+from pmwvc_netem.settings import Route, Settings
+
+DEPTH = 100  # a burst while the relay sleeps must not be lost by the relay
+LATE_NS = 2_000_000  # a release this late is worth a warning
+
+
+class Netem:
+    """What the node does: settings, lanes, relay and reports put together.
+
+    Raises
+    ------
+    ParameterError
+        If a setting cannot be used.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._relay: Relay | None = None
+        self._settings = Settings(node, self._change)
+        made = [_lane(node, route) for route in self._settings.routes]
+        self._lanes = [lane for lane, _ in made]
+        inlets = [inlet for _, inlet in made]
+        self._reports = Reports(node, self._lanes, seed=self._settings.seed)
+        self._relay = Relay(node, self._lanes, inlets, self._reports)
+        publish_health(node, self._health)
+        names = ", ".join(lane.name for lane in self._lanes)
+        node.get_logger().info(f"relaying {len(self._lanes)} links: {names}")
+
+    def run(self, stop: threading.Event) -> None:
+        """Relay."""
+        if self._relay is not None:
+            self._relay.run(stop)
+
+    def close(self) -> None:
+        """Complete the record."""
+        self._reports.end()
+
+    def _change(self, name: str, params: LinkParams) -> None:
+        if self._relay is not None:
+            self._relay.change(name, params)
+
+    def _health(self) -> tuple[int, str, Mapping[str, object]]:
+        """Return what people should know, once a second."""
+        reports = self._reports
+        late_ns, reports.worst_error_ns = reports.worst_error_ns, 0
+        values: dict[str, object] = {"release late max [us]": f"{late_ns / 1e3:.0f}"}
+        for lane in self._lanes:
+            c = lane.link.counters
+            values[lane.name] = (
+                f"in {c.in_count}, out {c.out_count}, lost {c.lost}, dropped {c.dropped}, "
+                f"under way {c.queued}, invalid {lane.invalid}"
+            )
+        if self._relay is not None:
+            values["real time"] = str(self._relay.real_time or "not asked for yet")
+        if late_ns > LATE_NS:
+            return WARN, f"messages went out up to {late_ns / 1e6:.1f} ms late", values
+        return OK, f"relaying {len(self._lanes)} links", values
+
+
+def _lane(node: Node, route: Route) -> tuple[Lane, Polled]:
+    policy = ReliabilityPolicy.RELIABLE if route.reliable else ReliabilityPolicy.BEST_EFFORT
+    qos = QoSProfile(depth=DEPTH, reliability=policy)
+    inlet = Polled(node, route.kind, route.source, qos, raw=True)
+    outlet = node.create_publisher(route.kind, route.target, qos)
+    lane = Lane(
+        route.name,
+        Link(route.params, seed=route.seed),
+        take=inlet.take,
+        give=outlet.publish,
+        clock=time.monotonic_ns,
+        is_wave=route.is_wave,
+    )
+    return lane, inlet
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node and return its exit code."""
+    return run_node("netem", Netem, args=args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,206 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The relay's parameters: which topics, through which links.
+
+``users`` gives each user two links, ``user1/up`` and ``user1/down``; ``link_names`` adds links for
+any other topic. ``link.up`` and ``link.down`` hold for all users, ``user1.link.up`` for one. Every
+setting of a link may change while running; the last word counts: a change of ``link.up.delay_s``
+goes to all users, and a ``preset`` replaces all settings of all users.
+"""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from importlib import import_module
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from pmwvc_core.errors import ParameterError, RecordingError
+from pmwvc_core.network.delay_trace import load_delay_trace
+from pmwvc_core.network.link import stream_of
+from pmwvc_core.params import LinkParams, Spec, Validated, specs
+from pmwvc_core.params.fields import parameter
+from pmwvc_core.runtime.parameter_values import values_of
+from pmwvc_core.runtime.parameters import ParameterBinding, declare_names, declare_value
+from pmwvc_netem.presets import PRESETS
+
+DIRECTIONS = ("up", "down")
+WAVE = "pmwvc_msgs/msg/Wave"
+OTHER = 2  # in place of a direction, in the random streams of links that are no user's
+SEED = Spec(int, "-", low=0, high=2**31 - 1, description="seed of everything random")
+RELIABLE = Spec(bool, description="both ends reliable instead of best effort")
+
+
+@dataclass(frozen=True)
+class PresetParams(Validated):
+    """Link settings for all users by name."""
+
+    preset: str = parameter(
+        "none",
+        "-",
+        "settings of all links by name; those given one by one win at the start",
+        choices=("none", *PRESETS),
+    )
+
+
+@dataclass(frozen=True)
+class Route:
+    """One link: its topics, their type, its random stream and its settings at the start."""
+
+    name: str
+    kind: Any  # message class
+    is_wave: bool
+    source: str
+    target: str
+    reliable: bool
+    seed: tuple[int, int, int]
+    params: LinkParams
+
+
+class Settings:
+    """All parameters of the relay.
+
+    Parameters
+    ----------
+    node
+        The node to declare them on.
+    listener
+        Gets name and complete settings of a link after each accepted change, in the thread that
+        serves parameters.
+
+    Raises
+    ------
+    ParameterError
+        If anything given to the node is wrong.
+    """
+
+    def __init__(self, node: Node, listener: Callable[[str, LinkParams], None]) -> None:
+        self._node = node
+        self._listener = listener
+        self._binding = ParameterBinding(node)
+        self._all: dict[str, LinkParams] = {}  # by direction
+        self.seed: int = declare_value(node, "seed", SEED, 1)
+        preset = self._binding.declare("", PresetParams, self._use_preset).preset
+        others = declare_names(node, "link_names", [], "names of links that are no user's")
+        self.users = declare_names(
+            node, "users", [] if others else ["user1"], "names of the users, two links each"
+        )
+        _check_names("users", self.users)
+        _check_names("link_names", others)
+        self.routes = [*self._of_users(preset), *map(self._of_other, enumerate(others))]
+        if not self.routes:
+            raise ParameterError("users is empty: give a user, or link_names")
+
+    def _of_users(self, preset: str) -> list[Route]:
+        if not self.users:
+            return []
+        type_name, kind = _declared_type(self._node, "type")
+        routes = []
+        for number, direction in enumerate(DIRECTIONS):
+            defaults = getattr(PRESETS[preset], direction) if preset != "none" else None
+            common = self._declare_link(
+                f"link.{direction}", partial(self._pass_on, direction), defaults
+            )
+            each = []
+            for index, user in enumerate(self.users):
+                name, near, far = f"{user}/{direction}", f"/{user}", f"/server/{user}"
+                ends = (near, far) if direction == "up" else (far, near)
+                source, target = (f"{end}/wave_{direction}" for end in ends)
+                params = self._declare_link(
+                    f"{user}.link.{direction}", partial(self._listener, name), common
+                )
+                seed = stream_of(self.seed, index, number)
+                is_wave = type_name == WAVE
+                routes.append(Route(name, kind, is_wave, source, target, False, seed, params))
+                each.append(params)
+            self._all[direction] = self._agreed(f"link.{direction}", common, each)
+        return routes
+
+    def _of_other(self, numbered: tuple[int, str]) -> Route:
+        """Declare a link that is no user's."""
+        index, name = numbered
+        prefix = f"links.{name}"
+        type_name, kind = _declared_type(self._node, f"{prefix}.type")
+        source, target = (
+            declare_value(self._node, f"{prefix}.{end}", Spec(str, description=text), "")
+            for end, text in (("from", "topic to relay"), ("to", "topic to relay to"))
+        )
+        if not source or not target or source == target:
+            raise ParameterError(f"{prefix}.from, {prefix}.to: must be two topics")
+        reliable = declare_value(self._node, f"{prefix}.reliable", RELIABLE, False)
+        params = self._declare_link(prefix, partial(self._listener, name), None)
+        seed = stream_of(self.seed, index, OTHER)
+        return Route(name, kind, type_name == WAVE, source, target, reliable, seed, params)
+
+    def _declare_link(
+        self, prefix: str, listener: Callable[[LinkParams], None], defaults: LinkParams | None
+    ) -> LinkParams:
+        check = partial(_check_trace, prefix)
+        return self._binding.declare(prefix, LinkParams, listener, defaults=defaults, check=check)
+
+    def _agreed(self, prefix: str, common: LinkParams, each: Sequence[LinkParams]) -> LinkParams:
+        """Let the parameters for all users tell what all users have."""
+        shared = {
+            name: getattr(each[0], name)
+            for name in specs(LinkParams)
+            if len({getattr(params, name) for params in each}) == 1
+        }
+        agreed = replace(common, **shared)
+        self._all[prefix.rsplit(".", 1)[1]] = agreed
+        self._set(values_of(prefix, agreed))
+        return agreed
+
+    def _pass_on(self, direction: str, new: LinkParams) -> None:
+        """Hand what changed for all users to each of them."""
+        old, self._all[direction] = self._all[direction], new
+        changed = {n: v for n, v in values_of("", new).items() if v != getattr(old, n)}
+        for user in self.users:
+            self._set({f"{user}.link.{direction}.{n}": v for n, v in changed.items()})
+
+    def _use_preset(self, new: PresetParams) -> None:
+        if new.preset == "none":
+            return
+        for direction in DIRECTIONS if self.users else ():
+            params = getattr(PRESETS[new.preset], direction)
+            for start in ("", *(f"{user}." for user in self.users)):
+                self._set(values_of(f"{start}link.{direction}", params))
+
+    def _set(self, values: Mapping[str, Any]) -> None:
+        if not values:
+            return
+        wanted = [Parameter(name, value=value) for name, value in values.items()]
+        result = self._node.set_parameters_atomically(wanted)
+        if not result.successful:
+            self._node.get_logger().warning(result.reason)
+
+
+def _check_names(parameter_name: str, names: Sequence[str]) -> None:
+    for name in names:
+        if not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name):
+            raise ParameterError(f"{parameter_name}: {name!r} must be letters, digits and _")
+        if names.count(name) > 1:
+            raise ParameterError(f"{parameter_name}: {name!r} is there twice")
+
+
+def _check_trace(prefix: str, params: LinkParams) -> None:
+    if params.jitter == "trace":
+        try:
+            load_delay_trace(params.trace_file, params.trace_scale)
+        except RecordingError as error:
+            raise ParameterError(f"{prefix}.trace_file: {error}") from None
+
+
+def _declared_type(node: Node, name: str) -> tuple[str, Any]:
+    """Declare the type of messages, and return its name and class."""
+    spec = Spec(str, description="type of the messages: package/msg/Name")
+    full = declare_value(node, name, spec, WAVE)
+    try:
+        package, _, message = full.partition("/msg/")
+        return full, getattr(import_module(f"{package}.msg"), message)
+    except (ImportError, AttributeError, ValueError):
+        raise ParameterError(
+            f"{name} = {full!r}: must be package/msg/Name of a message package that is installed"
+        ) from None
