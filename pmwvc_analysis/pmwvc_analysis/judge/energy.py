@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Energy that went into each direction of each user's channel, less what came out.
+
+Up, at the time of each server step: what the waves of the master brought, less what the server
+made of them,
+
+    E_up = sum_k |u_m|^2 T_c / 2 - sum_n |u_s|^2 T_VE / 2,
+
+down, likewise, E_down = sum_n |v_s|^2 T_VE / 2 - sum_k |v_m|^2 T_c / 2. A channel that holds or
+wastes energy has a balance >= 0 at every instant; one below zero has given out energy that it
+never got.
+
+What counts when: a tick counts once it has begun, a server step counts with its whole period at
+its start. A server step answers packets sent before it, and a master expands values sent before,
+so cause is never behind effect. A late server step is taken at the time it really ran.
+
+Without waves (``direct``) the two directions cannot be told apart; there, only the joint balance
+of the two ports exists, sum_k F_m xd_m T_c - sum_n F_s xd_s T_VE, which for waves is E_up +
+E_down.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
+
+TOLERANCE_J = 1e-6
+TOLERANCE_RELATIVE = 1e-6
+
+
+@dataclass(frozen=True)
+class Balance:
+    """One balance over time, and how far below zero rounding may take it."""
+
+    time_s: Array  # (step,)
+    energy_in_j: Array
+    energy_out_j: Array
+
+    @property
+    def balance_j(self) -> Array:
+        """Energy in less energy out [J]."""
+        return self.energy_in_j - self.energy_out_j
+
+    @property
+    def tolerance_j(self) -> Array:
+        """What counts as zero: 1 uJ and a millionth of what went in [J]."""
+        return TOLERANCE_J + TOLERANCE_RELATIVE * np.abs(self.energy_in_j)
+
+    @property
+    def violated(self) -> np.typing.NDArray[np.bool_]:
+        """Where more came out than had gone in."""
+        return self.balance_j < -self.tolerance_j
+
+    @property
+    def passive(self) -> bool:
+        """Tell whether the balance never was below zero."""
+        return not bool(self.violated.any())
+
+    @property
+    def minimum_j(self) -> float:
+        """The lowest balance, never above the zero it starts from [J]."""
+        return min(0.0, float(self.balance_j.min(initial=0.0)))
+
+    @property
+    def minimum_time_s(self) -> float | None:
+        """When the balance was lowest, or None when it never went below zero [s]."""
+        return float(self.time_s[int(np.argmin(self.balance_j))]) if self.minimum_j < 0.0 else None
+
+
+@dataclass(frozen=True)
+class UserEnergy:
+    """The balances of one user; ``up`` and ``down`` are None where there are no waves."""
+
+    name: str
+    up: Balance | None
+    down: Balance | None
+    joint: Balance
+
+    @property
+    def passive(self) -> bool:
+        """Tell whether no balance was ever below zero."""
+        parts = [part for part in (self.up, self.down) if part is not None] or [self.joint]
+        return all(part.passive for part in parts)
+
+
+def user_energies(traces: SessionTraces) -> list[UserEnergy]:
+    """Return the balances of every user that both its own trace and the server's know."""
+    if traces.server is None:
+        return []
+    known = set(traces.server.users)
+    lateness = traces.metadata.get("server_lateness_s")
+    return [_of_user(user, traces.server, lateness) for user in traces.users if user.name in known]
+
+
+def _of_user(user: UserTraces, server: ServerTraces, lateness: Array | None) -> UserEnergy:
+    place = server.users.index(user.name)
+    times = server.time_s
+    if lateness is not None and len(lateness) == len(times):
+        times = times + lateness
+    power_in = np.sum(user.f_applied * user.xd_m, axis=-1)
+    power_out = np.nan_to_num(np.sum(server.f_s[place] * server.xd_s[place], axis=-1))
+    joint = Balance(
+        times,
+        _at(times, user, anchored(user, power_in * user.tick_s, user.energy.get("device"))),
+        np.cumsum(power_out) * server.period_s,
+    )
+    if not (user.u_m.any() or user.v_m.any()):
+        return UserEnergy(user.name, None, None, joint)
+    u_m = anchored(user, half_square(user.u_m) * user.tick_s, user.energy.get("u_m"))
+    v_m = anchored(user, half_square(user.v_m) * user.tick_s, user.energy.get("v_m"))
+    up = Balance(times, _at(times, user, u_m), running(server.energy_u_s[place]))
+    down = Balance(times, running(server.energy_v_s[place]), _at(times, user, v_m))
+    return UserEnergy(user.name, up, down, joint)
+
+
+def half_square(wave: Array) -> Array:
+    """Return the power of a wave, |w|^2 / 2 [W], per row."""
+    power: Array = np.sum(wave * wave, axis=-1) / 2.0
+    return power
+
+
+def running(sums: Array) -> Array:
+    """Return running sums that go on where they started again at zero (a user that left and came back)."""
+    result = sums.copy()
+    for row in np.flatnonzero(np.diff(sums) < 0.0) + 1:
+        result[row:] += result[row - 1] - (result[row] - sums[row])
+    return result
+
+
+def anchored(user: UserTraces, per_tick: Array, at_block_ends: Array | None) -> Array:
+    """Return the running sum after each tick [J].
+
+    The sums that the master itself kept, at the ends of its blocks, hold; in between the ticks'
+    own values are added. So a block that was not recorded leaves no hole in the energy.
+    """
+    sums: Array = np.cumsum(per_tick)
+    if at_block_ends is None or not len(at_block_ends):
+        return sums
+    last = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s) - 1
+    blocks = np.clip(np.searchsorted(last, np.arange(len(sums))), 0, len(last) - 1)
+    ends = np.clip(last, 0, len(sums) - 1)
+    return sums + (running(at_block_ends) - sums[ends])[blocks]
+
+
+def _at(times: Array, user: UserTraces, sums: Array) -> Array:
+    """Return a sum per tick at other times: all ticks that have begun before (by a hair: times are rounded)."""
+    count = np.searchsorted(user.time_s, times - 0.001 * user.tick_s)
+    return np.concatenate([[0.0], sums])[count]

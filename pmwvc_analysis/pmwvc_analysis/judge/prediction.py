@@ -1,0 +1,186 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the scenario's numbers promise before the session: aliasing, the passivity bound, and how the link feels.
+
+The lag tau of the wave path, once around (network both ways, anti-aliasing filter, hold), acts
+like a spring K = 2b/tau and a mass M = b tau/2 in series with what is touched:
+
+    1/k_felt = 1/K_contact + tau/(2b),          mass_felt = b tau/2.
+
+In a steady press with force F the device stands F tau/(2b) ahead of its avatar, besides what the
+contact yields.
+"""
+
+import math
+from typing import Any
+
+from pmwvc_core.params import LinkParams
+from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.wave import aliasing
+
+LIVE_PHASE_S = (
+    0.002  # the server steps 2 ms into the master's frame, the master takes the answer 2 ms later
+)
+ALIASING_BOUND = 1.1
+UP, DOWN = "up", "down"
+
+
+def prediction(scenario: Scenario, *, live: bool) -> dict[str, float | bool | None]:
+    """Return the ``prediction`` of a summary; the user who is worst off counts.
+
+    ``stable`` is True where the parts are passive one by one and None where nothing general is
+    known (which is not a promise of instability). ``spectral_radius`` and ``k_max`` need the
+    linear model of the whole loop.
+    """
+    if scenario.controller == "direct":
+        return dict.fromkeys(
+            ("spectral_radius", "stable", "k_max", "aliasing_gain", "k_felt", "mass_felt"), None
+        )
+    lags = [lag_s(user, scenario, live=live) for user in scenario.users]
+    aliasing = max(aliasing_gain(user) for user in scenario.users)
+    impedances = [float(user.master.impedance) for user in scenario.users]
+    stiffness = [
+        felt_stiffness(float(user.contact.contact_stiffness), b, tau)
+        for user, b, tau in zip(scenario.users, impedances, lags, strict=True)
+    ]
+    passive = aliasing <= ALIASING_BOUND and all(
+        parts_passive(user, scenario) for user in scenario.users
+    )
+    return {
+        "spectral_radius": None,
+        "stable": True if passive else None,
+        "k_max": None,
+        "aliasing_gain": aliasing,
+        "k_felt": min(stiffness),
+        "mass_felt": max(b * tau / 2.0 for b, tau in zip(impedances, lags, strict=True)),
+    }
+
+
+def aliasing_gain(user: User) -> float:
+    """Return the largest factor by which packets can hold more energy than the wave they sample."""
+    master = user.master
+    return float(
+        aliasing.worst_case_gain(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
+    )
+
+
+def parts_passive(user: User, scenario: Scenario) -> bool:
+    """Tell whether device and server port are passive, each for itself.
+
+    Held device force: stable at a matched port for b T_c/m < 2. Server: ``implicit`` conserves
+    energy exactly; ``one_step_delay`` is passive for K T_VE + 2B <= b (backward Euler). The other
+    couplings have no such bound.
+    """
+    server, _contact = scenario.server, user.contact
+    if float(user.master.impedance) * user.master.tick_s / float(user.device.mass) >= 2.0:
+        return False
+    if server.coupling == "implicit":
+        return True
+    return one_step_bound(user, scenario) is True
+
+
+def one_step_bound(user: User, scenario: Scenario) -> bool | None:
+    """Tell whether K T_VE + 2B <= b holds, None where it does not apply."""
+    server, contact = scenario.server, user.contact
+    if server.coupling != "one_step_delay" or server.integrator != "backward_euler":
+        return None
+    needed = float(contact.contact_stiffness) * server.period_s + 2.0 * float(
+        contact.contact_damping
+    )
+    return needed <= user.server_impedance
+
+
+def felt_stiffness(contact: float, impedance: float, tau: float) -> float:
+    """Return contact and link in series [N/m]."""
+    if contact <= 0.0:
+        return 0.0
+    return 1.0 / (1.0 / contact + tau / (2.0 * impedance))
+
+
+def lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
+    """Return tau, the lag of slow motion once around the wave path [s]."""
+    master = user.master
+    lag = aliasing.delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
+    hold = master.frame_s - master.tick_s
+    lag += hold if master.hold == "foh" else hold / 2.0
+    phase = LIVE_PHASE_S if live else 0.0
+    lag += network_s(user.link_up, scenario.server.period_s, phase)
+    lag += network_s(user.link_down, master.frame_s, phase)
+    return float(lag)
+
+
+def network_s(link: LinkParams, period_s: float, phase_s: float) -> float:
+    """Return how old a packet is when its receiver looks: receivers look once a period, ``phase_s`` into it.
+
+    With jitter the mean: half a period on top of the delay.
+    """
+    if link.jitter != "none":
+        return max(phase_s, link.delay_s + period_s / 2.0)
+    looks = math.ceil(max(0.0, (link.delay_s - phase_s) / period_s) - 1e-6)
+    return phase_s + looks * period_s
+
+
+def lines(scenario: Scenario, *, live: bool) -> list[str]:
+    """Return the prediction in sentences, for a terminal and for the report."""
+    if scenario.controller == "direct":
+        return [
+            "Direct coupling: nothing keeps it passive; expect instability as delay or stiffness grows."
+        ]
+    values = prediction(scenario, live=live)
+    found = []
+    for user in scenario.users:
+        tau, b = lag_s(user, scenario, live=live), float(user.master.impedance)
+        found.append(
+            f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; it feels like a spring of "
+            f"{2 * b / tau:.0f} N/m and {b * tau / 2:.2f} kg in between."
+        )
+    gain = values["aliasing_gain"]
+    if gain is not None and gain > ALIASING_BOUND:
+        found.append(
+            f"Packets may carry up to {gain:.2f} times the energy they sample: the filter lets aliasing through."
+        )
+    for user in scenario.users:
+        if one_step_bound(user, scenario) is False:
+            found.append(
+                f"{user.name}: K T + 2B is above b; the one-step-delay coupling may give out energy."
+            )
+    found.append(
+        "Stable: every part is passive."
+        if values["stable"]
+        else "No general promise of stability for these settings."
+    )
+    return found
+
+
+def came_true(scenario: Scenario, summary: dict[str, Any]) -> list[str]:
+    """Return what became of the prediction, in sentences."""
+    predicted, found = summary["prediction"], []
+    if predicted["stable"] is True:
+        found.append(
+            "Predicted stable: it was."
+            if summary["stable"]
+            else "Predicted stable, but it was not: look at the events."
+        )
+    elif summary["stable"]:
+        found.append("No promise was made; the session was stable.")
+    else:
+        found.append("No promise was made; the session was not stable.")
+    if predicted["mass_felt"] is None:
+        return found
+    live = summary["source"] == "live"
+    entries = {entry["name"]: entry for entry in summary["users"]}
+    for user in scenario.users:
+        entry = entries.get(user.name)
+        force = entry and entry["force_final_n"]
+        if (
+            not isinstance(force, float)
+            or abs(force) < 0.2
+            or not isinstance(entry["drift_m"], float)
+        ):
+            continue
+        expected = force * lag_s(user, scenario, live=live) / (2.0 * float(user.master.impedance))
+        found.append(
+            f"{user.name}: the device was expected {expected * 1e3:+.2f} mm from its avatar at the end, "
+            f"it was {entry['drift_m'] * 1e3:+.2f} mm."
+        )
+    return found

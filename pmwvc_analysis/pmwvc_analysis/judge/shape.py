@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Small reductions of traces to the numbers of a summary; what cannot be told is None, never NaN."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from pmwvc_core.numeric import Array
+
+FINAL_S = 0.5
+
+
+def number(value: Any) -> float | None:
+    """Return a plain finite float, or None."""
+    value = float(value)
+    return value if math.isfinite(value) else None
+
+
+def axes(values: Array) -> float | list[float | None] | None:
+    """Return a vector the way a summary holds it: a number for one axis, a list for several."""
+    numbers = [number(value) for value in np.atleast_1d(values)]
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+def late(
+    time_s: Array, duration_s: float, window_s: float = FINAL_S
+) -> np.typing.NDArray[np.bool_]:
+    """Tell which rows lie in the last part of the session."""
+    return time_s >= duration_s - window_s - 1e-9
+
+
+def final(values: Array, time_s: Array, duration_s: float) -> float | list[float | None] | None:
+    """Return the mean over the last 0.5 s, per axis; None when nothing was recorded then."""
+    rows = values[late(time_s, duration_s)]
+    return axes(rows.mean(axis=0)) if len(rows) else axes(np.full(values.shape[-1], np.nan))
+
+
+def rms(values: Array) -> float | None:
+    """Return the root mean square of vector lengths, rows that are not finite left out."""
+    lengths = np.sum(np.atleast_2d(values) ** 2, axis=-1)
+    lengths = lengths[np.isfinite(lengths)]
+    return number(np.sqrt(lengths.mean())) if len(lengths) else None
+
+
+def percentiles(values: Array, scale: float = 1.0) -> dict[str, float | None]:
+    """Return ``p50``, ``p99`` and ``max`` of values times ``scale``."""
+    values = values[np.isfinite(values)] * scale
+    if not len(values):
+        return {"p50": None, "p99": None, "max": None}
+    return {
+        "p50": number(np.percentile(values, 50)),
+        "p99": number(np.percentile(values, 99)),
+        "max": number(values.max()),
+    }

@@ -1,0 +1,149 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``summary.json``: the verdicts and numbers of one session, the same keys whatever its source.
+
+Vectors are a number for one axis and a list for several; ``*_final_*`` are means over the last 0.5
+s; what cannot be told is null.
+
+=============================  =========================================================================
+``stable``, ``instability``    stability.py ``passive``                    no energy balance below
+zero beyond rounding (energy.py); null without waves
+                               of both ends
+``energy_up_min_j``            lowest energy balance of the way up; null without waves
+``energy_down_min_j``          the same for the way down
+``energy_balance_j``           what the channel had kept or turned to heat at the end, both ways
+``force_final_n``, ``_peak_``  force rendered by the device (f_applied); the peak is a length
+``avatar_force_final_n``       contact force on the avatar
+``coherency_rms_m``            RMS of x_m - x_s at the server's steps while the user is coupled
+``drift_m``                    mean of x_m - x_s over the last 0.5 s
+``ticks_missing``              ticks between the first and the last that are not in the recording
+``velocity_rms_m_s``           of the object, over the session
+``path_error_rms_m``           RMS of object less target, over the session
+=============================  =========================================================================
+
+Where device and avatar start apart (grip), that constant distance is taken out of ``coherency``
+and ``drift``.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.judge import energy, shape, stability
+from pmwvc_analysis.judge.links import link_summaries
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
+
+PREDICTION_KEYS = ("spectral_radius", "stable", "k_max", "aliasing_gain", "k_felt", "mass_felt")
+
+
+def summary(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]:
+    """Return the summary of a single run."""
+    from pmwvc_analysis.judge.prediction import prediction
+
+    judged = stability.verdict(traces, scenario)
+    balances = {entry.name: entry for entry in energy.user_energies(traces)}
+    return {
+        "scenario": scenario.name if scenario else None,
+        "source": traces.source,
+        "duration_s": traces.duration_s,
+        "controller": scenario.controller if scenario else None,
+        "parameters": scenario.flat() if scenario else {},
+        "stable": judged.stable,
+        "instability": judged.instability,
+        "object": _object(traces),
+        "users": [_user(user, traces, balances.get(user.name)) for user in traces.users],
+        "links": link_summaries(traces),
+        "prediction": prediction(scenario, live=traces.source == "live")
+        if scenario
+        else dict.fromkeys(PREDICTION_KEYS),
+        "recording": {
+            "messages": {topic: count["messages"] for topic, count in traces.counts.items()},
+            "missing": {topic: count["missing"] for topic, count in traces.counts.items()},
+        },
+    }
+
+
+def _object(traces: SessionTraces) -> dict[str, Any]:
+    server = traces.server
+    if server is None:
+        return {"position_final_m": None, "velocity_rms_m_s": None, "path_error_rms_m": None}
+    return {
+        "position_final_m": shape.final(server.x_o, server.time_s, traces.duration_s),
+        "velocity_rms_m_s": shape.rms(server.xd_o),
+        "path_error_rms_m": shape.rms(server.x_o - server.target),
+    }
+
+
+def _user(
+    user: UserTraces, traces: SessionTraces, balance: energy.UserEnergy | None
+) -> dict[str, Any]:
+    server, duration = traces.server, traces.duration_s
+    place = server.users.index(user.name) if server and user.name in server.users else None
+    apart = separation(user, server, place) if server is not None and place is not None else None
+    return {
+        "name": user.name,
+        "passive": balance.passive if balance else None,
+        "energy_up_min_j": balance.up.minimum_j if balance and balance.up else None,
+        "energy_down_min_j": balance.down.minimum_j if balance and balance.down else None,
+        "energy_balance_j": _last_balance(balance),
+        "force_final_n": shape.final(user.f_applied, user.time_s, duration),
+        "force_peak_n": shape.number(np.linalg.norm(user.f_applied, axis=-1).max()),
+        "avatar_force_final_n": shape.final(server.f_s[place], server.time_s, duration)
+        if server is not None and place is not None
+        else None,
+        "coherency_rms_m": shape.rms(apart[1]) if apart else None,
+        "drift_m": shape.final(apart[1], apart[0], duration) if apart else None,
+        "ticks": len(user.tick),
+        "ticks_missing": ticks_missing(user),
+        "tick_rate_hz": tick_rate_hz(user),
+        "lateness_us": shape.percentiles(user.lateness_s, 1e6),
+        "compute_us": shape.percentiles(user.compute_s, 1e6),
+        "safety_events": int(user.safety_events),
+    }
+
+
+def _last_balance(balance: energy.UserEnergy | None) -> float | None:
+    """Return what is left in the channel at the end, both ways [J]."""
+    if balance is None:
+        return None
+    parts = [part for part in (balance.up, balance.down) if part is not None] or [balance.joint]
+    return shape.number(sum(float(part.balance_j[-1]) for part in parts))
+
+
+def separation(user: UserTraces, server: ServerTraces, place: int) -> tuple[Array, Array] | None:
+    """Return the times of the server's steps with the user coupled, and x_m - x_s then [m].
+
+    A user that joined again has a new avatar: the distance at joining is taken out of each stay.
+    """
+    coupled = (
+        (server.state[place] > 0)
+        & (server.time_s >= user.time_s[0])
+        & (server.time_s <= user.time_s[-1])
+    )
+    if not coupled.any():
+        return None
+    rows = np.flatnonzero(coupled)
+    ticks = np.clip(
+        np.searchsorted(user.time_s, server.time_s[rows] - 0.5 * user.tick_s),
+        0,
+        len(user.time_s) - 1,
+    )
+    apart = user.x_m[ticks] - server.x_s[place][rows]
+    for stay in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) > 1) + 1):
+        apart[stay] -= apart[stay[0]].copy()
+    return server.time_s[rows], apart
+
+
+def ticks_missing(user: UserTraces) -> int:
+    """Return how many ticks between the first and the last of each run of the master are not recorded."""
+    steps = np.diff(user.tick)
+    return int((steps[steps > 1] - 1).sum())
+
+
+def tick_rate_hz(user: UserTraces) -> float | None:
+    """Return the mean rate of recorded ticks, pauses of a master that was not running left out."""
+    gaps = np.diff(user.time_s)
+    running = gaps[gaps < 0.1]
+    return shape.number(len(running) / running.sum()) if len(running) else None

@@ -1,0 +1,41 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From the two clocks of a message to the one time line of a session.
+
+Records carry the monotonic clock of their host (even steps, no meaning across hosts) and ROS time
+(common to all hosts, may be set while running). Per publisher the difference of the two is taken
+once, as its median, and added to the monotonic clock: intervals stay exact, and a clock that is
+set does not bend the time line.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_core.numeric import Array
+
+Integers = NDArray[np.int64]
+
+
+def ros_times(monotonic_ns: Integers, stamp_ns: Integers) -> Integers:
+    """Return evenly stepped ROS times of the instants that both clocks show [ns]."""
+    if not len(monotonic_ns):
+        return monotonic_ns
+    return monotonic_ns + offset_ns(monotonic_ns, stamp_ns)
+
+
+def offset_ns(monotonic_ns: Integers, stamp_ns: Integers) -> int:
+    """Return what turns the monotonic clock into ROS time [ns]."""
+    differences = np.sort(stamp_ns - monotonic_ns)
+    return int(differences[len(differences) // 2])
+
+
+def seconds(ros_ns: Integers, zero_ns: int) -> Array:
+    """Return seconds since the start of the session."""
+    return (ros_ns - zero_ns).astype(float) * 1e-9
+
+
+def first(starts: Sequence[int]) -> int:
+    """Return the start of a session: the earliest start of any publisher [ns], 0 when there is none."""
+    return min(starts, default=0)

@@ -1,0 +1,217 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Traces of a single run (simulated or replayed) written as the session folder a live run would leave.
+
+Same topics, types and blocks; what virtual time does not have (echoes, lateness) is zero.
+"""
+
+import itertools
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.assemble import ENERGIES
+from pmwvc_analysis.recording.link_blocks import fate_blocks, state_blocks
+from pmwvc_analysis.recording.topics import session_topics
+from pmwvc_analysis.recording.writer import SessionWriter
+from pmwvc_core.numeric import Array
+from pmwvc_core.runtime import messages as build
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.traces import PacketTraces, ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.wave.packet import FLAG_DIRECT, WavePacket
+
+SERVER_EPOCH = 1000
+
+
+class Outgoing(NamedTuple):
+    """A message with its topic and time on the session's time line [ns]."""
+
+    at_ns: int
+    topic: str
+    type_name: str
+    message: Any
+
+
+def write_scenario(folder: str | Path, scenario: Scenario) -> None:
+    """Write the complete scenario into a session folder."""
+    import yaml
+
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    text = yaml.safe_dump(scenario.to_dict(), sort_keys=False, allow_unicode=True)
+    (Path(folder) / "scenario.yaml").write_text(text, encoding="utf-8")
+
+
+def record_traces(
+    folder: str | Path,
+    traces: SessionTraces,
+    scenario: Scenario,
+    *,
+    start_ns: int | None = None,
+    metadata: Mapping[str, Mapping[str, str]] | None = None,
+) -> None:
+    """Write traces as ``session.mcap``, ``metadata.yaml`` and ``scenario.yaml``.
+
+    Parameters
+    ----------
+    start_ns
+        ROS time of the start of the session (now when not given) [ns].
+    metadata
+        Further MCAP metadata records by name.
+    """
+    start = time.time_ns() if start_ns is None else start_ns
+    write_scenario(folder, scenario)
+    store = schemas.typestore(*schemas.OUR_TYPES, "diagnostic_msgs/msg/DiagnosticArray")
+    types = build.types_from(store.types)
+    outgoing = sorted(_all(types, traces, scenario, start), key=lambda item: item.at_ns)
+    session = {"source": traces.source, "scenario": scenario.name, "seed": str(scenario.seed)}
+    parameters = {name: repr(value) for name, value in scenario.flat().items()}
+    with SessionWriter(folder) as writer:
+        writer.add_metadata("session", session)
+        writer.add_metadata("parameters", parameters)
+        for name, values in (metadata or {}).items():
+            writer.add_metadata(name, values)
+        for topic in session_topics(
+            [user.name for user in traces.users], links=list(traces.fates)
+        ):
+            writer.add_topic(topic)
+        for item in outgoing:
+            data = bytes(store.serialize_cdr(item.message, item.type_name))
+            writer.write(item.topic, data, log_ns=start + item.at_ns)
+
+
+def _all(types: Any, traces: SessionTraces, scenario: Scenario, start: int) -> Iterator[Outgoing]:
+    for user in traces.users:
+        yield from _master_blocks(types, user, _epoch(traces, user.name), start)
+    if traces.server is not None:
+        yield from _server_steps(types, traces.server, start)
+    for packets in traces.packets.values():
+        yield from _packets(types, packets, traces, scenario, start)
+    links = {
+        f"{user.name}/{way}": getattr(user, f"link_{way}")
+        for user in scenario.users
+        for way in ("up", "down")
+    }
+    for link, fates in traces.fates.items():
+        for at_ns, message in fate_blocks(types, fates, start):
+            yield Outgoing(at_ns, "/netem/fates", schemas.PACKET_FATE, message)
+        for at_ns, message in state_blocks(types, fates, links[link], start, seed=scenario.seed):
+            yield Outgoing(at_ns, "/netem/links", schemas.LINK_STATE, message)
+
+
+def _epoch(traces: SessionTraces, name: str) -> int:
+    """Return the epoch of a user's packets, as its trace carries it, too."""
+    packets = traces.packets.get(f"/{name}/wave_up")
+    if packets is not None and len(packets.epoch):
+        return int(packets.epoch[0])
+    return 1 + [user.name for user in traces.users].index(name)
+
+
+def _ns(seconds: float) -> int:
+    return round(seconds * 1e9)
+
+
+def _master_blocks(types: Any, user: UserTraces, epoch: int, start: int) -> Iterator[Outgoing]:
+    edges = [0, *np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s).tolist()]
+    signals = {
+        "x": user.x_m,
+        "xd": user.xd_m,
+        "f_h": user.f_h,
+        "f_m": user.f_m,
+        "f_applied": user.f_applied,
+    }
+    signals |= {"u_m": user.u_m, "u_m_lp": user.u_m_lp, "v_m": user.v_m}
+    known = bool(np.isfinite(user.f_h).all())
+    for block, (first, after) in enumerate(itertools.pairwise(edges)):
+        series = {name: array[first:after].ravel() for name, array in signals.items()}
+        series |= {
+            "lateness": user.lateness_s[first:after],
+            "compute": user.compute_s[first:after],
+        }
+        last = block == len(edges) - 2
+        message = build.master_trace(
+            types,
+            series,
+            stamp_ns=start + _ns(user.time_s[first]),
+            start_ns=_ns(user.time_s[first]),
+            epoch=epoch,
+            seq=block + 1,
+            first_tick=int(user.tick[first]),
+            period=user.tick_s,
+            dof=user.x_m.shape[-1],
+            state=int(user.state[block]),
+            reason=user.reason[block],
+            missed=user.missed if last else 0,
+            safety_events=int(user.safety_events) if last else 0,
+            hand_force_known=known,
+            energy={name: user.energy[name][block] for name in ENERGIES},
+        )
+        yield Outgoing(
+            _ns(user.block_time_s[block]), f"/{user.name}/trace", schemas.MASTER_TRACE, message
+        )
+
+
+def _server_steps(types: Any, server: ServerTraces, start: int) -> Iterator[Outgoing]:
+    each = ("x_s", "xd_s", "f_s", "u_s", "v_s", "state", "contact", "energy_u_s", "energy_v_s")
+    whole = ("x_o", "xd_o", "target", "kinetic", "potential", "dissipated")
+    for row, time_s in enumerate(server.time_s):
+        fields = {name: [array[row] for array in getattr(server, name)] for name in each}
+        fields |= {name: getattr(server, name)[row] for name in whole}
+        message = build.server_trace(
+            types,
+            stamp_ns=start + _ns(time_s),
+            start_ns=_ns(time_s),
+            epoch=SERVER_EPOCH,
+            step=int(server.step[row]),
+            period=server.period_s,
+            dof=server.x_o.shape[-1],
+            users=server.users,
+            **fields,
+        )
+        yield Outgoing(_ns(time_s), "/server/trace", schemas.SERVER_TRACE, message)
+
+
+def _packets(
+    types: Any, packets: PacketTraces, traces: SessionTraces, scenario: Scenario, start: int
+) -> Iterator[Outgoing]:
+    *_, owner, kind = packets.topic.split("/")
+    up = kind == "wave_up"
+    master = next(user.master for user in scenario.users if user.name == owner)
+    period = master.frame_s if up else scenario.server.period_s
+    positions = _positions(traces, owner, packets.sent_ns * 1e-9, up=up)
+    flags = FLAG_DIRECT if scenario.controller == "direct" else 0
+    for row, time_s in enumerate(packets.time_s):
+        sent_ns = int(packets.sent_ns[row])
+        packet = WavePacket(
+            epoch=int(packets.epoch[row]),
+            seq=int(packets.seq[row]),
+            sent_ns=sent_ns,
+            period=period,
+            wave=packets.wave[row],
+            integral=packets.integral[row],
+            energy=float(packets.energy[row]),
+            position=positions[row],
+            flags=flags,
+        )
+        yield Outgoing(
+            _ns(time_s), packets.topic, schemas.WAVE, build.wave(types, packet, start + sent_ns)
+        )
+
+
+def _positions(traces: SessionTraces, owner: str, times: Array, *, up: bool) -> Array:
+    """Return where the sending end was when it sent [m]."""
+    if up:
+        user = next(user for user in traces.users if user.name == owner)
+        return user.x_m[
+            np.clip(
+                np.searchsorted(user.time_s, times - 0.5 * user.tick_s), 0, len(user.time_s) - 1
+            )
+        ]
+    server = traces.server
+    if server is None:
+        return np.zeros((len(times), 1))
+    rows = np.searchsorted(server.time_s, times - 0.5 * server.period_s)
+    return server.x_s[server.users.index(owner)][np.clip(rows, 0, len(server.time_s) - 1)]

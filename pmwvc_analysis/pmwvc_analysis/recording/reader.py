@@ -1,0 +1,274 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A recorded folder as :class:`SessionTraces`, without ROS.
+
+Ours, one that rosbag2 recorded with the same topics, and what a killed recorder left are read
+alike. Message definitions come from the file itself.
+"""
+
+import json
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.recording import assemble, clock, schemas
+from pmwvc_analysis.recording.losses import topic_counts
+from pmwvc_analysis.recording.recover import RawMessage, Salvage
+from pmwvc_analysis.recording.recover import messages as salvaged
+from pmwvc_analysis.recording.sequence import GapCounter
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.runtime.messages import nanoseconds
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
+
+Seen = tuple[int, Any]  # log time [ns] and decoded message
+FOREIGN = "rosbag2"
+
+
+@dataclass
+class Content:
+    """Decoded messages by topic, and what else the files say."""
+
+    by_topic: dict[str, list[Seen]] = field(default_factory=lambda: defaultdict(list))
+    types: dict[str, str] = field(default_factory=dict)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    counter: GapCounter = field(default_factory=GapCounter)
+    events: list[dict[str, Any]] = field(default_factory=list)
+
+    def of_type(self, type_name: str) -> dict[str, list[Seen]]:
+        """Return the topics of one type that have messages."""
+        return {
+            t: self.by_topic[t]
+            for t, kind in self.types.items()
+            if kind == type_name and self.by_topic[t]
+        }
+
+
+def read_session(folder: str | Path) -> SessionTraces:
+    """Return everything recorded in a folder.
+
+    Raises
+    ------
+    RecordingError
+        If there is no recording, or nothing of it can be read.
+    """
+    content = read_content(Path(folder))
+    masters = {
+        topic.strip("/").rpartition("/")[0]: seen
+        for topic, seen in content.of_type(schemas.MASTER_TRACE).items()
+    }
+    servers = [
+        message for seen in content.of_type(schemas.SERVER_TRACE).values() for _, message in seen
+    ]
+    starts = {
+        name: assemble.start_times([message for _, message in seen])
+        for name, seen in masters.items()
+    }
+    first = [int(times.min()) for times in starts.values()]
+    if servers:
+        first.append(int(assemble.start_times(servers).min()))
+    logs = [log_ns for seen in content.by_topic.values() for log_ns, _ in seen]
+    if not logs:
+        raise RecordingError(f"{folder} holds no message of a session: nothing to read")
+    zero_ns = clock.first(first or logs)
+    users = [
+        assemble.user_traces(name, [message for _, message in seen], zero_ns=zero_ns)
+        for name, seen in sorted(masters.items())
+    ]
+    server, lateness = (
+        assemble.server_traces(servers, zero_ns=zero_ns) if servers else (None, np.zeros(0))
+    )
+    traces = SessionTraces(
+        source=content.metadata.get("session", {}).get("source", "live"),
+        duration_s=_duration(users, server, logs, zero_ns),
+        users=users,
+        server=server,
+        metadata={**content.metadata, "zero_ns": zero_ns, "server_lateness_s": lateness},
+    )
+    _add_network(traces, content, zero_ns)
+    traces.counts = topic_counts(content.counter, traces.fates)
+    traces.events = _events(Path(folder), content, zero_ns) + _findings(traces, masters)
+    return traces
+
+
+def read_scenario(folder: str | Path) -> Scenario | None:
+    """Return the scenario of a session folder, or None where the folder holds none."""
+    path = Path(folder) / "scenario.yaml"
+    if not path.is_file():
+        return None
+    import yaml
+
+    from pmwvc_core.simulation.scenario_reader import parse_scenario
+
+    return parse_scenario(yaml.safe_load(path.read_text(encoding="utf-8")), source=str(path))
+
+
+def read_content(folder: Path) -> Content:
+    """Return the decoded messages of every file of a recording; a damaged file as far as it is whole."""
+    if not folder.exists():
+        raise RecordingError(f"{folder} does not exist")
+    content = Content()
+    try:
+        _read_whole(folder, content)
+        return content
+    except Exception as error:  # rosbags raises many kinds for a damaged file
+        reason = str(error) or type(error).__name__
+    files = sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]
+    if not files:
+        raise RecordingError(f"{folder} holds no recording that can be read: {reason}")
+    content = Content()
+    for path in files:
+        salvage = Salvage()
+        decode = _Decoder(salvage)
+        for message in salvaged(path, salvage):
+            _take(content, message, decode)
+        content.metadata.update(salvage.metadata)
+        if salvage.end:
+            what = f"{path.name} ends early ({salvage.end}); everything before is read"
+            content.events.append({"time_s": None, "who": "recorder", "what": what})
+    return content
+
+
+def _read_whole(folder: Path, content: Content) -> None:
+    from rosbags.highlevel import AnyReader
+
+    with AnyReader([folder]) as reader:
+        for connection in reader.connections:
+            content.counter.topic(connection.topic)
+        for connection, log_ns, data in reader.messages():
+            raw = RawMessage(connection.topic, connection.msgtype, log_ns, log_ns, bytes(data))
+            _take(content, raw, reader.deserialize)
+    for path in sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]:
+        content.metadata.update(_file_metadata(path))
+
+
+def _file_metadata(path: Path) -> dict[str, dict[str, str]]:
+    from mcap.reader import make_reader
+
+    with open(path, "rb") as stream:
+        return {
+            record.name: dict(record.metadata) for record in make_reader(stream).iter_metadata()
+        }
+
+
+class _Decoder:
+    """Decodes messages by the schemas met in the file itself."""
+
+    def __init__(self, salvage: Salvage) -> None:
+        self.salvage = salvage
+        self.stores: dict[str, Any] = {}
+
+    def __call__(self, data: bytes, type_name: str) -> Any:
+        if type_name not in self.stores:
+            self.stores[type_name] = schemas.store_of(self.salvage.schemas[type_name], type_name)
+        return self.stores[type_name].deserialize_cdr(data, type_name)
+
+
+def _take(content: Content, raw: RawMessage, decode: Any) -> None:
+    content.counter.add(raw.topic, raw.type_name, raw.data)
+    if raw.type_name not in schemas.OUR_TYPES:
+        return
+    try:
+        message = decode(raw.data, raw.type_name)
+    except Exception as error:  # a message that is no message: counted, reported, passed over
+        what = f"{raw.topic}: a message cannot be decoded ({error or type(error).__name__})"
+        content.events.append({"time_ns": raw.log_ns, "who": "recorder", "what": what})
+        return
+    content.types[raw.topic] = raw.type_name
+    content.by_topic[raw.topic].append((raw.log_ns, message))
+
+
+def _add_network(traces: SessionTraces, content: Content, zero_ns: int) -> None:
+    """Fill in packets, fates and link states."""
+    for topic, seen in content.of_type(schemas.WAVE).items():
+        traces.packets[topic] = assemble.packet_traces(
+            topic,
+            [message for _, message in seen],
+            [log_ns for log_ns, _ in seen],
+            zero_ns=zero_ns,
+        )
+    fates: dict[str, list[Any]] = defaultdict(list)
+    for seen in content.of_type(schemas.PACKET_FATE).values():
+        for _, message in seen:
+            fates[str(message.link)].append(message)
+    zeros: dict[str, int] = {}
+    for link, messages in sorted(fates.items()):
+        traces.fates[link] = assemble.fate_traces(link, messages)
+        last_in = np.array(
+            [int(np.max(m.time_in_ns)) for m in messages if len(m.time_in_ns)], dtype=np.int64
+        )
+        stamps = np.array(
+            [nanoseconds(m.stamp) for m in messages if len(m.time_in_ns)], dtype=np.int64
+        )
+        if len(last_in):
+            # a block is published after its last packet came in: the least difference is the
+            # clocks'
+            zeros[link] = zero_ns - int(np.min(stamps - last_in))
+    traces.metadata["fate_zero_ns"] = zeros
+    states: dict[str, list[Any]] = defaultdict(list)
+    for seen in content.of_type(schemas.LINK_STATE).values():
+        for _, message in seen:
+            states[str(message.link)].append(message)
+    traces.link_states = {
+        link: assemble.link_states(messages, zero_ns=zero_ns)
+        for link, messages in sorted(states.items())
+    }
+
+
+def _duration(
+    users: list[UserTraces], server: ServerTraces | None, logs: list[int], zero_ns: int
+) -> float:
+    """Return the time from the first tick or step to the end of the last."""
+    ends = [float(user.time_s[-1]) + user.tick_s for user in users if len(user.time_s)]
+    if server is not None:
+        ends.append(float(server.time_s[-1]) + server.period_s)
+    return max(ends, default=(max(logs) - min(logs)) * 1e-9)
+
+
+def _events(folder: Path, content: Content, zero_ns: int) -> list[dict[str, Any]]:
+    """Return what reading found and what the runner noted (``events.json``), on the session's time line."""
+    found = list(content.events)
+    path = folder / "events.json"
+    if path.is_file():
+        try:
+            found += json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            found.append(
+                {"time_s": None, "who": "runner", "what": f"events.json cannot be read: {error}"}
+            )
+    for event in found:
+        if "time_ns" in event:
+            event["time_s"] = (int(event.pop("time_ns")) - zero_ns) * 1e-9
+        event.setdefault("time_s", None)
+    return found
+
+
+def _findings(traces: SessionTraces, masters: dict[str, list[Seen]]) -> list[dict[str, Any]]:
+    """Return restarts, gaps and early ends as events."""
+    found: list[dict[str, Any]] = []
+    for user in traces.users:
+        who = f"{user.name} master"
+        epochs = len({message.epoch for _, message in masters[user.name]})
+        if epochs > 1:
+            found.append({"time_s": None, "who": who, "what": f"started {epochs} times"})
+        steps = np.diff(user.time_s)
+        for row in np.flatnonzero(steps > 20 * user.tick_s)[:20]:
+            what = f"no ticks for {steps[row] - user.tick_s:.3f} s"
+            found.append({"time_s": float(user.time_s[row]), "who": who, "what": what})
+        if traces.duration_s - user.time_s[-1] > 0.5:
+            found.append(
+                {
+                    "time_s": float(user.time_s[-1]),
+                    "who": who,
+                    "what": "last tick, before the end of the session",
+                }
+            )
+    if traces.server is not None and traces.duration_s - traces.server.time_s[-1] > 0.5:
+        end = float(traces.server.time_s[-1])
+        found.append(
+            {"time_s": end, "who": "server", "what": "last step, before the end of the session"}
+        )
+    return found

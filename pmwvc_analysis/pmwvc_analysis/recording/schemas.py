@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Schema texts of ROS messages for MCAP (encoding ``ros2msg``), found without ROS.
+
+A schema is the ``.msg`` text followed, for each type it uses (transitively, once), by a line of 80
+``=``, a line ``MSG: package/Type`` and that type's ``.msg`` text. Our own messages come from the
+source tree or from a share folder of an installed workspace; standard ones from a share folder or,
+without ROS, from the tables that rosbags carries.
+"""
+
+import functools
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from pmwvc_core.errors import RecordingError
+
+WAVE = "pmwvc_msgs/msg/Wave"
+MASTER_TRACE = "pmwvc_msgs/msg/MasterTrace"
+SERVER_TRACE = "pmwvc_msgs/msg/ServerTrace"
+LINK_STATE = "pmwvc_msgs/msg/LinkState"
+PACKET_FATE = "pmwvc_msgs/msg/PacketFate"
+OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, LINK_STATE, PACKET_FATE)
+
+_PRIMITIVES = frozenset(
+    "bool byte char float32 float64 int8 uint8 int16 uint16 int32 uint32 int64 uint64 string wstring".split()
+)
+_SEPARATOR = "=" * 80
+
+
+def _message_folders(package: str) -> Iterator[Path]:
+    """Yield the folders that may hold the ``.msg`` files of a package, source tree first."""
+    here = Path(__file__).resolve()
+    yield here.parents[3] / package / "msg"
+    for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
+        if prefix:
+            yield Path(prefix) / "share" / package / "msg"
+    for prefix in (Path(sys.prefix), *here.parents):
+        yield prefix / "share" / package / "msg"
+
+
+@functools.cache
+def message_text(type_name: str) -> str:
+    """Return the ``.msg`` text of one type, such as ``pmwvc_msgs/msg/Wave``.
+
+    Raises
+    ------
+    RecordingError
+        If no folder holds it and rosbags does not know it either.
+    """
+    package, _, name = type_name.replace("/msg/", "/").partition("/")
+    for folder in _message_folders(package):
+        path = folder / f"{name}.msg"
+        if path.is_file():
+            return path.read_text(encoding="utf-8")
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    full = f"{package}/msg/{name}"
+    if full in store.fielddefs:
+        text: str = store.generate_msgdef(full, ros_version=2)[0]
+        return text.split(_SEPARATOR)[0]
+    raise RecordingError(
+        f"no definition of message {type_name}: neither a source tree nor a share folder of a built "
+        "workspace holds it; run 'make setup' or source the workspace"
+    )
+
+
+def used_types(type_name: str) -> list[str]:
+    """Return the message types that the fields of a type have, as ``package/msg/Type``."""
+    package = type_name.partition("/")[0]
+    found = []
+    for line in message_text(type_name).splitlines():
+        words = line.partition("#")[0].split()
+        if len(words) < 2 or "=" in words[1]:
+            continue
+        base = words[0].partition("[")[0].partition("<")[0]
+        if base in _PRIMITIVES:
+            continue
+        owner, _, name = base.rpartition("/")
+        found.append(f"{owner.partition('/')[0] or package}/msg/{name}")
+    return found
+
+
+@functools.cache
+def schema_text(type_name: str) -> str:
+    """Return the whole ``ros2msg`` schema of a type: its own text, then those it depends on."""
+    parts = [message_text(type_name)]
+    seen = {type_name}
+    waiting = used_types(type_name)
+    while waiting:
+        dependency = waiting.pop(0)
+        if dependency in seen:
+            continue
+        seen.add(dependency)
+        parts.append(f"MSG: {dependency.replace('/msg/', '/')}\n{message_text(dependency)}")
+        waiting += used_types(dependency)
+    return f"{_SEPARATOR}\n".join(part if part.endswith("\n") else part + "\n" for part in parts)
+
+
+@functools.cache
+def typestore(*type_names: str) -> Any:
+    """Return a rosbags type store that knows these types (ours when none is named)."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.EMPTY)
+    known: dict[str, Any] = {}
+    for type_name in type_names or OUR_TYPES:
+        known.update(get_types_from_msg(schema_text(type_name), type_name))
+    store.register(known)
+    return store
+
+
+@functools.cache
+def store_of(schema: str, type_name: str) -> Any:
+    """Return a rosbags type store that knows a type given by its whole schema text."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(schema, type_name))
+    return store
+
+
+def hash_of(schema: str, type_name: str) -> str:
+    """Return the REP-2016 hash (``RIHS01_...``) of a type given by its whole schema text."""
+    text: str = store_of(schema, type_name).hash_rihs01(type_name)
+    return text

@@ -1,0 +1,154 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sequence numbers, read from the bytes of a message, and the count of what is missing between them.
+
+Each publisher numbers what it sends: packets and blocks by ``seq``, server steps by ``step``,
+fates by the number of their first record. A number that never came, between the first and the last
+that did, is missing; the first one of a publisher started while recording is 1, so what was lost
+before it counts too.
+"""
+
+import struct
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from pmwvc_analysis.recording import schemas
+
+_AFTER_HEADER = 4  # CDR encapsulation
+_EPOCH_SEQ = struct.Struct("<QI")
+_EPOCH_STEP = struct.Struct("<QQ")
+_U32 = struct.Struct("<I")
+_U64 = struct.Struct("<Q")
+
+
+@dataclass(frozen=True)
+class Numbered:
+    """What a message says of its place: publisher (epoch or link) and the numbers ``first .. first + count - 1``."""
+
+    stream: str
+    first: int
+    count: int = 1
+
+
+def _aligned(offset: int, size: int) -> int:
+    return (offset + size - 1) // size * size
+
+
+def _after_string(body: bytes, offset: int) -> tuple[str, int]:
+    """Return a CDR string that starts at ``offset`` and the offset behind it."""
+    (length,) = _U32.unpack_from(body, offset)
+    text = body[offset + 4 : offset + 4 + max(length - 1, 0)].decode("utf-8", "replace")
+    return text, offset + 4 + length
+
+
+def peek(type_name: str, data: bytes) -> Numbered | None:
+    """Return the numbers of a serialized message of ours, or None (another type, or not a whole message).
+
+    Offsets follow from the field order in the ``.msg`` files: the numbers come right after the
+    stamps.
+    """
+    body = data[_AFTER_HEADER:]
+    try:
+        if type_name in (schemas.WAVE, schemas.MASTER_TRACE):
+            epoch, seq = _EPOCH_SEQ.unpack_from(body, 16)
+            return Numbered(f"{epoch:016x}", seq)
+        if type_name == schemas.SERVER_TRACE:
+            epoch, step = _EPOCH_STEP.unpack_from(body, 16)
+            return Numbered(f"{epoch:016x}", step)
+        if type_name == schemas.LINK_STATE:
+            link, offset = _after_string(body, 8)
+            return Numbered(link, _U32.unpack_from(body, _aligned(offset, 4))[0])
+        if type_name == schemas.PACKET_FATE:
+            link, offset = _after_string(body, 8)
+            offset = _aligned(offset, 8)
+            return Numbered(
+                link, _U64.unpack_from(body, offset)[0], _U32.unpack_from(body, offset + 8)[0]
+            )
+    except struct.error:
+        return None
+    return None
+
+
+@dataclass
+class StreamCount:
+    """The numbers seen of one publisher on one topic, as merged ranges ``[first, after)``."""
+
+    ranges: list[list[int]] = field(default_factory=list)
+    repeated: int = 0
+
+    def add(self, first: int, count: int) -> None:
+        """Add consecutive numbers; in order is the fast case."""
+        after = first + count
+        if self.ranges and first == self.ranges[-1][1]:
+            self.ranges[-1][1] = after
+            return
+        if not self.ranges or first > self.ranges[-1][1]:
+            self.ranges.append([first, after])
+            return
+        self._insert(first, after)
+
+    def _insert(self, first: int, after: int) -> None:
+        """Merge numbers that come late or again."""
+        merged: list[list[int]] = []
+        new = [first, after]
+        for old in self.ranges:
+            self.repeated += max(0, min(old[1], after) - max(old[0], first))
+            if old[1] < new[0] or old[0] > new[1]:
+                merged.append(old)
+            else:
+                new = [min(old[0], new[0]), max(old[1], new[1])]
+        merged.append(new)
+        self.ranges = sorted(merged)
+
+    @property
+    def seen(self) -> int:
+        """How many different numbers came."""
+        return sum(after - first for first, after in self.ranges)
+
+    @property
+    def gaps(self) -> list[tuple[int, int]]:
+        """The missing numbers as ``(first, count)``, those before the first seen included."""
+        expected, found = 1, []
+        for first, after in self.ranges:
+            if first > expected:
+                found.append((expected, first - expected))
+            expected = after
+        return found
+
+    @property
+    def missing(self) -> int:
+        """How many numbers from 1 to the last seen never came."""
+        return sum(count for _, count in self.gaps)
+
+
+class GapCounter:
+    """Messages and missing numbers per topic and publisher."""
+
+    def __init__(self) -> None:
+        self.messages: dict[str, int] = {}
+        self.streams: dict[str, dict[str, StreamCount]] = {}
+
+    def add(self, topic: str, type_name: str, data: bytes) -> None:
+        """Count one message by its bytes."""
+        self.messages[topic] = self.messages.get(topic, 0) + 1
+        place = peek(type_name, data)
+        if place is not None:
+            streams = self.streams.setdefault(topic, {})
+            streams.setdefault(place.stream, StreamCount()).add(place.first, place.count)
+
+    def topic(self, name: str) -> None:
+        """Name a topic that is expected, so that it is counted even when nothing comes."""
+        self.messages.setdefault(name, 0)
+
+    def missing(self, topic: str) -> int:
+        """Return how many numbers are missing on a topic, over all publishers."""
+        return sum(stream.missing for stream in self.streams.get(topic, {}).values())
+
+    def lines(self, topics: Iterable[str] | None = None) -> list[str]:
+        """Return one line of text per topic and publisher where numbers are missing."""
+        return [
+            f"{topic}: {stream.missing} of {stream.missing + stream.seen} missing (publisher {name})"
+            for topic in (self.streams if topics is None else topics)
+            for name, stream in self.streams.get(topic, {}).items()
+            if stream.missing
+        ]

@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The topics of a session: name, type and quality of service, from the names of users and links."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pmwvc_analysis.recording import schemas
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One recorded topic; ``depth`` is the publisher's history, ``essential`` topics are waited for."""
+
+    name: str
+    type_name: str
+    reliable: bool
+    depth: int
+    essential: bool = True
+
+    def qos(self) -> dict[str, object]:
+        """Return the offered profile the way rosbag2 (metadata version 9) writes it."""
+        endless = {"sec": 9223372036, "nsec": 854775807}
+        return {
+            "history": "keep_last",
+            "depth": self.depth,
+            "reliability": "reliable" if self.reliable else "best_effort",
+            "durability": "volatile",
+            "deadline": dict(endless),
+            "lifespan": dict(endless),
+            "liveliness": "automatic",
+            "liveliness_lease_duration": dict(endless),
+            "avoid_ros_namespace_conventions": False,
+        }
+
+
+def wave(name: str) -> Topic:
+    """Return a topic that carries waves."""
+    return Topic(name, schemas.WAVE, reliable=False, depth=10)
+
+
+def trace(name: str, type_name: str) -> Topic:
+    """Return a topic that carries records for the analysis."""
+    return Topic(name, type_name, reliable=True, depth=256)
+
+
+def session_topics(
+    users: Sequence[str], *, links: Sequence[str], people: bool = False
+) -> list[Topic]:
+    """Return every topic of a session.
+
+    Parameters
+    ----------
+    users
+        Names of the users, which are their namespaces.
+    links
+        Names of the emulated links (``user1/up``). A direction without a link has one topic
+        instead of two: the two sides are joined by remapping onto the master's topic.
+    people
+        Also what is made for people (markers, diagnostics); nothing waits for these.
+    """
+    found = []
+    for user in users:
+        found += [wave(f"/{user}/wave_up"), wave(f"/{user}/wave_down")]
+        found += [
+            wave(f"/server/{link[0]}/wave_{link[1]}")
+            for link in map(_split, links)
+            if link[0] == user
+        ]
+        found.append(trace(f"/{user}/trace", schemas.MASTER_TRACE))
+    found.append(trace("/server/trace", schemas.SERVER_TRACE))
+    if links:
+        found.append(trace("/netem/links", schemas.LINK_STATE))
+        found.append(trace("/netem/fates", schemas.PACKET_FATE))
+    if people:
+        found.append(
+            Topic("/markers", "visualization_msgs/msg/MarkerArray", True, 10, essential=False)
+        )
+        found.append(
+            Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", True, 10, essential=False)
+        )
+    return found
+
+
+def _split(link: str) -> tuple[str, str]:
+    """Return user and direction of a link's name."""
+    user, _, direction = link.rpartition("/")
+    return user, direction
+
+
+def relayed(topic: str) -> tuple[str, str] | None:
+    """Return the link and the input topic of a topic that comes out of a link, given that the link exists.
+
+    ``/server/user1/wave_up`` comes out of ``user1/up``, fed by ``/user1/wave_up``;
+    ``/user1/wave_down`` out of ``user1/down``, fed by ``/server/user1/wave_down``.
+    """
+    parts = topic.strip("/").split("/")
+    if len(parts) == 3 and parts[0] == "server" and parts[2] == "wave_up":
+        return f"{parts[1]}/up", f"/{parts[1]}/wave_up"
+    if len(parts) == 2 and parts[1] == "wave_down":
+        return f"{parts[0]}/down", f"/server/{parts[0]}/wave_down"
+    return None

@@ -1,0 +1,236 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A session folder being written: ``session.mcap`` and ``metadata.yaml``.
+
+Chunks are compressed with zstd, hold at most 256 KiB or one second, and carry a checksum; so does
+the whole data section. What a killed process leaves is readable up to its last whole chunk
+(``recover``). When the disk is full or not writable, writing stops for good: the file is cut back
+to its last whole chunk, the reason is kept in ``problem`` and everything offered afterwards is
+counted in ``refused``. Nothing here raises then: a recorder must not bring down a session.
+"""
+
+import contextlib
+import os
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO
+
+from pmwvc_analysis.recording import rosbag_metadata, schemas
+from pmwvc_analysis.recording.sequence import GapCounter
+from pmwvc_analysis.recording.topics import Topic
+from pmwvc_core.errors import RecordingError
+
+FILE_NAME = "session.mcap"
+LIBRARY = "pmwvc"
+CHUNK_BYTES = 256 * 1024
+CHUNK_NS = 1_000_000_000
+RESERVE_BYTES = 64 * 1024 * 1024
+
+
+class SessionWriter:
+    """Writes serialized messages into a session folder.
+
+    Parameters
+    ----------
+    folder
+        Created when it does not exist; must not hold a recording yet.
+    reserve_bytes
+        Free space at which writing stops in good order, before the disk is full.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written at all, or already holds a recording.
+    """
+
+    def __init__(self, folder: str | Path, *, reserve_bytes: int = RESERVE_BYTES) -> None:
+        from mcap.writer import Writer
+
+        self.folder = Path(folder)
+        self.path = self.folder / FILE_NAME
+        self.problem: str | None = None
+        self.refused = 0
+        self.counter = GapCounter()
+        self.start_ns = 0
+        self.end_ns = 0
+        self._reserve = reserve_bytes
+        self._channels: dict[str, tuple[int, Topic]] = {}
+        self._schemas: dict[str, int] = {}
+        self._hashes: dict[str, str] = {}
+        self._chunk_start_ns: int | None = None
+        self._chunk_bytes = 0
+        self._kept: dict[str, int] = {}  # messages per topic in whole chunks
+        self._closed = False
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._file: BinaryIO = open(self.path, "xb")
+        except FileExistsError as error:
+            raise RecordingError(
+                f"{self.path} exists: a recording is never overwritten; choose another folder"
+            ) from error
+        except OSError as error:
+            raise RecordingError(
+                f"cannot record into {self.folder}: {error.strerror or error}"
+            ) from error
+        # chunks end where flush() says so: then the position behind the last whole one is always
+        # known
+        self._writer: Any = Writer(self._file, chunk_size=1 << 62, enable_data_crcs=True)
+        self._good = 0
+        self._guarded(self._begin)
+
+    def _begin(self) -> None:
+        self._writer.start(profile="ros2", library=LIBRARY)
+        self._writer.flush()
+        self._good = self._file.tell()
+
+    def __enter__(self) -> "SessionWriter":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def add_topic(self, topic: Topic, *, schema: str | None = None) -> None:
+        """Announce a topic; its schema is looked up by the name of its type when not given."""
+        if topic.name in self._channels:
+            return
+        if topic.type_name not in self._schemas:
+            text = schemas.schema_text(topic.type_name) if schema is None else schema
+            self._hashes[topic.type_name] = schemas.hash_of(text, topic.type_name)
+            self._schemas[topic.type_name] = self._writer.register_schema(
+                topic.type_name, "ros2msg", text.encode()
+            )
+        channel = self._writer.register_channel(
+            topic.name,
+            "cdr",
+            self._schemas[topic.type_name],
+            metadata={
+                "offered_qos_profiles": rosbag_metadata.dump([topic.qos()]).strip(),
+                "topic_type_hash": self._hashes[topic.type_name],
+            },
+        )
+        self._channels[topic.name] = (channel, topic)
+        self.counter.topic(topic.name)
+
+    def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
+        """Write a record of names and texts: parameters, seeds, versions, losses."""
+        if not self.problem:
+            self._guarded(lambda: self._writer.add_metadata(name, dict(values)))
+
+    def write(
+        self, topic: str, data: bytes, *, log_ns: int, publish_ns: int | None = None
+    ) -> None:
+        """Add a serialized message (CDR) to an announced topic."""
+        if self.problem or self._closed:
+            self.refused += 1
+            return
+        if self._chunk_start_ns is not None and (
+            abs(log_ns - self._chunk_start_ns) >= CHUNK_NS
+            or self._chunk_bytes + len(data) > CHUNK_BYTES
+        ):
+            self.flush()
+            if self.problem:
+                self.refused += 1
+                return
+        if self._chunk_start_ns is None:
+            self._chunk_start_ns = log_ns
+        self._chunk_bytes += len(data)
+        channel, known = self._channels[topic]
+        self.counter.add(topic, known.type_name, data)
+        if self.counter.messages[topic] == 1 and sum(self.counter.messages.values()) == 1:
+            self.start_ns = self.end_ns = log_ns
+        self.start_ns, self.end_ns = min(self.start_ns, log_ns), max(self.end_ns, log_ns)
+        number = self.counter.messages[topic] & 0xFFFFFFFF
+        self._guarded(
+            lambda: self._writer.add_message(
+                channel, log_ns, data, log_ns if publish_ns is None else publish_ns, number
+            )
+        )
+
+    def flush(self) -> None:
+        """End the chunk and hand everything to the system; stop in good order when space runs out."""
+        if self.problem or self._closed:
+            return
+        self._guarded(self._writer.flush)
+        self._chunk_start_ns, self._chunk_bytes = None, 0
+        if self.problem:
+            return
+        self._good = self._file.tell()
+        self._kept = dict(self.counter.messages)
+        if (free := self._free_bytes()) is not None and free < self._reserve:
+            self._finish()
+            self.problem = (
+                f"recording stopped: {free >> 20} MiB left on the disk, {self._reserve >> 20} MiB are kept free; "
+                "everything up to here is kept"
+            )
+
+    def refresh_metadata(self) -> None:
+        """Write ``metadata.yaml`` for what is recorded so far."""
+        with contextlib.suppress(OSError):  # a full disk keeps the older, still valid one
+            rosbag_metadata.write(self.folder, self._information())
+
+    def close(self) -> None:
+        """Write index, summary and final ``metadata.yaml``; harmless when called again."""
+        if self._closed:
+            return
+        self.flush()
+        if not self.problem:
+            self._finish()
+        self._closed = True
+        with contextlib.suppress(OSError, ValueError):
+            self._file.close()
+        self.refresh_metadata()
+
+    def _finish(self) -> None:
+        """Write everything that completes the MCAP file."""
+        serialized = rosbag_metadata.dump(self._information())
+        self.add_metadata("rosbag2", {"serialized_metadata": serialized})
+        self._guarded(self._writer.finish)
+        self._guarded(self._file.flush)
+
+    def _free_bytes(self) -> int | None:
+        try:
+            return shutil.disk_usage(self.folder).free
+        except OSError:
+            return None
+
+    def _information(self) -> dict[str, Any]:
+        counts = [
+            rosbag_metadata.TopicCount(
+                name,
+                topic.type_name,
+                self._hashes[topic.type_name],
+                topic.qos(),
+                self._kept.get(name, 0),
+            )
+            for name, (_, topic) in self._channels.items()
+        ]
+        return rosbag_metadata.information(
+            counts, file_name=FILE_NAME, start_ns=self.start_ns, end_ns=self.end_ns, custom={}
+        )
+
+    def _guarded(self, action: Any) -> None:
+        """Do something with the file; the first failure ends the recording at its last whole chunk."""
+        if self.problem:
+            return
+        try:
+            action()
+        except OSError as error:
+            self.problem = f"recording stopped: {error.strerror or error}; kept up to the last whole chunk ({self._good} bytes)"
+            self.refused += sum(self.counter.messages.values()) - sum(self._kept.values())
+            self._cut_back()
+
+    def _cut_back(self) -> None:
+        """Drop what is behind the last whole chunk, through a handle without half-written buffers."""
+        raw = getattr(self._file, "raw", None)
+        with contextlib.suppress(OSError, ValueError):
+            descriptor = raw.fileno() if raw is not None else self._file.fileno()
+            os.ftruncate(descriptor, self._good)
+            if raw is not None:
+                raw.close()

@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The last step of every session, live, simulated or replayed: read, judge, draw, write."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.traces import SessionTraces
+
+SUMMARY = "summary.json"
+REPORT = "report.html"
+PLOTS = "plots"
+
+
+def finish(
+    folder: str | Path, traces: SessionTraces | None = None, scenario: Scenario | None = None
+) -> dict[str, Any]:
+    """Write ``summary.json``, ``plots/*.png`` and ``report.html`` of a session folder.
+
+    Parameters
+    ----------
+    folder
+        The session folder.
+    traces
+        Read from the folder when not given.
+    scenario
+        Read from the folder's ``scenario.yaml`` when not given; may be missing altogether.
+
+    Returns
+    -------
+    dict
+        The summary, as written.
+
+    Raises
+    ------
+    RecordingError
+        If the folder holds no recording that can be read, or cannot be written.
+    """
+    from pmwvc_analysis.judge.verdicts import summary
+    from pmwvc_analysis.recording.reader import read_scenario, read_session
+    from pmwvc_analysis.show import figures, report
+
+    folder = Path(folder)
+    scenario = scenario or read_scenario(folder)
+    traces = traces or read_session(folder)
+    result = summary(traces, scenario)
+    try:
+        write_summary(folder, result)
+        pictures = figures.draw_all(traces, scenario, folder / PLOTS)
+        (folder / REPORT).write_text(
+            report.render(traces, scenario, result, pictures), encoding="utf-8"
+        )
+    except OSError as error:
+        raise RecordingError(f"cannot write into {folder}: {error.strerror or error}") from error
+    return result
+
+
+def write_summary(folder: Path, result: dict[str, Any]) -> None:
+    """Write ``summary.json``; a number that is not finite would be a mistake and raises."""
+    text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
+    (folder / SUMMARY).write_text(text + "\n", encoding="utf-8")

@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The report of a session: one self-contained HTML file, verdict first.
+
+Everything it says is in the summary or the traces already; here it is put into words and laid out.
+"""
+
+import base64
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pmwvc_analysis.judge import prediction as predictions
+from pmwvc_analysis.judge import stability
+from pmwvc_analysis.judge.energy import UserEnergy, user_energies
+from pmwvc_analysis.show.figures import Picture
+from pmwvc_analysis.show.text import cell, quantity
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.traces import SessionTraces
+
+TEMPLATE = "report_template.html"
+MOST_EVENTS = 60
+
+
+def render(
+    traces: SessionTraces,
+    scenario: Scenario | None,
+    summary: dict[str, Any],
+    pictures: Sequence[Picture],
+) -> str:
+    """Return the report as HTML; parts that the session does not have are left out."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(cell=cell, quantity=quantity)
+    judged = stability.verdict(traces, scenario)
+    events = sorted(traces.events, key=lambda e: (e["time_s"] is not None, e["time_s"] or 0.0))
+    return environment.get_template(TEMPLATE).render(
+        title=scenario.name if scenario else "recorded session",
+        description=scenario.description if scenario else "",
+        summary=summary,
+        verdicts=verdict_lines(summary, judged, user_energies(traces)),
+        events=events[:MOST_EVENTS],
+        more_events=max(0, len(events) - MOST_EVENTS),
+        predicted=predictions.lines(scenario, live=traces.source == "live") if scenario else [],
+        outcome=predictions.came_true(scenario, summary) if scenario else [],
+        pictures=[(picture, data_uri(picture.path)) for picture in pictures],
+        parameters=scenario.flat() if scenario else {},
+        software=traces.metadata.get("software", {}),
+    )
+
+
+def data_uri(path: Path) -> str:
+    """Return a PNG as text that stands for the file."""
+    return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode("ascii")
+
+
+def verdict_lines(
+    summary: dict[str, Any], judged: stability.Verdict, balances: Sequence[UserEnergy]
+) -> list[tuple[bool | None, str]]:
+    """Return the verdict in plain words, each line with good, bad or (None) not known."""
+    if judged.stable:
+        found: list[tuple[bool | None, str]] = [(True, f"Stable: {judged.why}.")]
+    else:
+        found = [(False, f"Not stable, {judged.instability}: {judged.why}.")]
+    for entry in balances:
+        if entry.passive:
+            found.append(
+                (True, f"{entry.name}: the channel never gave out more energy than it had got.")
+            )
+        else:
+            found.append((False, f"{entry.name}: {_deficit(entry)}"))
+    if not balances:
+        found.append((None, "Passivity cannot be judged: traces of both ends are needed."))
+    missing = sum(summary["recording"]["missing"].values())
+    if missing:
+        found.append(
+            (
+                False,
+                f"The recording misses {missing} numbered messages or packets; see the last table.",
+            )
+        )
+    elif summary["recording"]["messages"]:
+        found.append((True, "Nothing is missing in the recording."))
+    return found
+
+
+def _deficit(entry: UserEnergy) -> str:
+    parts = {"up": entry.up, "down": entry.down} if entry.up else {"both ways": entry.joint}
+    words = [
+        f"{way} by {quantity(-part.minimum_j, 'J')} at {part.minimum_time_s:.2f} s"
+        for way, part in parts.items()
+        if part is not None and not part.passive and part.minimum_time_s is not None
+    ]
+    return "the channel gave out more energy than it had got, " + " and ".join(words) + "."

@@ -1,0 +1,39 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers as people write them."""
+
+import math
+from typing import Any
+
+_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+NOTHING = "–"
+
+
+def quantity(value: float | None, unit: str, digits: int = 3) -> str:
+    """Return a number with an SI prefix that leaves 1..999 in front of the unit."""
+    if value is None or not math.isfinite(value):
+        return NOTHING
+    size = abs(value)
+    if size < 1e-12:
+        return f"0 {unit}"
+    for factor, prefix in _PREFIXES:
+        if size >= factor:
+            break
+    return f"{value / factor:.{digits}g} {prefix}{unit}"
+
+
+def cell(value: Any, scale: float = 1.0, digits: int = 3) -> str:
+    """Return what stands in a table cell: a number scaled and rounded, each of several, a word for a flag."""
+    if value is None:
+        return NOTHING
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list):
+        return ", ".join(cell(entry, scale, digits) for entry in value)
+    if isinstance(value, (int, float)):
+        return (
+            f"{value * scale:.{digits}g}"
+            if isinstance(value, float) or scale != 1.0
+            else str(value)
+        )
+    return str(value)
