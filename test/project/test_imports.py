@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Imports run one way only: between packages, and between the folders of the core."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = {
+    "pmwvc_core": set(),
+    "pmwvc_master": {"pmwvc_core", "pmwvc_msgs"},
+    "pmwvc_server": {"pmwvc_core", "pmwvc_msgs"},
+    "pmwvc_netem": {"pmwvc_core", "pmwvc_msgs"},
+    "pmwvc_analysis": {"pmwvc_core", "pmwvc_msgs"},
+}
+# Below each folder of the core: what it may import of the core beside itself.
+BASE = {"errors", "numeric", "params", "wave"}
+CORE = {
+    "errors": set(),
+    "numeric": set(),
+    "params": {"errors"},
+    "wave": {"errors", "numeric", "params"},
+    "plant": BASE,
+    "network": BASE,
+    "master": BASE,
+    "server": BASE,
+    "rivals": BASE | {"server"},  # the same seats and contacts behind another coupling
+    "controllers": BASE | {"master", "server", "rivals"},
+    "simulation": BASE | {"plant", "network", "master", "server", "rivals", "controllers"},
+}
+CLOCKS = {"rclpy", "time", "threading", "os", "subprocess", "asyncio", "socket", "datetime"}
+
+
+def imports_of(file):
+    """Yield the dotted names a file imports."""
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f"{file}: relative import"
+            yield node.module
+
+
+def files_of(package):
+    return sorted((ROOT / package / package).rglob("*.py"))
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_no_package_reaches_sideways(package):
+    assert files_of(package)
+    for file in files_of(package):
+        ours = {name.split(".")[0] for name in imports_of(file) if name.startswith("pmwvc_")}
+        assert ours - {package} <= PACKAGES[package], file
+
+
+def test_only_the_recorder_of_the_analysis_needs_ros():
+    for file in files_of("pmwvc_analysis"):
+        roots = {name.split(".")[0] for name in imports_of(file)}
+        if not file.name.startswith("recorder"):
+            assert not roots & {"rclpy", "pmwvc_msgs"}, file
+
+
+def test_the_core_touches_clock_system_and_ros_only_in_runtime():
+    for file in files_of("pmwvc_core"):
+        roots = {name.split(".")[0] for name in imports_of(file)}
+        if "runtime" not in file.parts:
+            assert not roots & CLOCKS, file
+
+
+def test_the_blocks_of_the_core_do_not_import_each_other():
+    for file in files_of("pmwvc_core"):
+        block = file.relative_to(ROOT / "pmwvc_core" / "pmwvc_core").parts[0].removesuffix(".py")
+        if block in ("runtime", "__init__"):
+            continue
+        for name in imports_of(file):
+            if name.startswith("pmwvc_core."):
+                assert name.split(".")[1] in CORE[block] | {block}, f"{file}: {name}"
+
+
+@pytest.mark.parametrize("package", [*PACKAGES, "pmwvc_bringup"])
+def test_no_file_has_grown_into_several_subjects(package):
+    for file in files_of(package):
+        assert len(file.read_text().splitlines()) <= 320, file
