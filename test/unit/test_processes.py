@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Child processes: nothing outlives a session, whatever happens to it."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from pmwvc_bringup.processes import Children, Ending
+
+# A child that says so when it is ready, and obeys or refuses SIGINT and SIGTERM.
+OBEYS = "import signal; print('ready', flush=True); signal.pause()"
+REFUSES = (
+    "import signal\n"
+    "for n in (signal.SIGINT, signal.SIGTERM): signal.signal(n, signal.SIG_IGN)\n"
+    "print('ready', flush=True)\n"
+    "while True: signal.pause()"
+)
+
+
+def started(children: Children, name: str, code: str, folder: Path):
+    child = children.start(
+        name, [sys.executable, "-c", code], env=os.environ, log=folder / f"{name}.log"
+    )
+    while not child.says("ready"):
+        assert child.running, child.log_tail()
+        time.sleep(0.01)
+    return child
+
+
+@pytest.fixture
+def children():
+    group = Children()
+    yield group
+    group.kill()
+
+
+def is_alive(pid: int) -> bool:
+    """A zombie that nobody has collected yet is dead."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except FileNotFoundError:
+        return False
+    return state not in "ZX"
+
+
+def test_a_child_that_obeys_ends_by_the_first_signal(children, tmp_path):
+    started(children, "one", OBEYS, tmp_path)
+    assert children.stop(["one"]) == [Ending("one", -signal.SIGINT)]
+    assert children.running() == []
+
+
+def test_a_child_that_refuses_is_killed(children, tmp_path, monkeypatch):
+    short = ((signal.SIGINT, 0.05), (signal.SIGTERM, 0.05), (signal.SIGKILL, 5.0))
+    monkeypatch.setattr("pmwvc_bringup.processes.STOP_SIGNALS", short)
+    started(children, "stubborn", REFUSES, tmp_path)
+    (ending,) = children.stop(["stubborn"])
+    assert ending.signal == "SIGKILL"
+
+
+def test_hurry_cuts_the_patience_short(children, tmp_path):
+    started(children, "stubborn", REFUSES, tmp_path)
+    (ending,) = children.stop(["stubborn"], hurried=lambda: True)
+    assert ending.signal == "SIGKILL"
+
+
+def test_a_stopped_child_is_woken_to_obey(children, tmp_path):
+    child = started(children, "asleep", OBEYS, tmp_path)
+    child.process.send_signal(signal.SIGSTOP)
+    assert children.stop(["asleep"]) == [Ending("asleep", -signal.SIGINT)]
+
+
+def test_an_ending_is_told_once_with_its_signal(children, tmp_path):
+    child = started(children, "one", OBEYS, tmp_path)
+    child.process.kill()
+    child.process.wait()
+    (ending,) = children.endings()
+    assert str(ending) == "one was ended by SIGKILL"
+    assert children.endings() == []
+    assert children.stop(["one"]) == []
+
+
+def test_an_exit_code_is_told(children, tmp_path):
+    child = children.start(
+        "one", [sys.executable, "-c", "raise SystemExit(3)"], env=os.environ, log=tmp_path / "log"
+    )
+    child.process.wait()
+    assert [str(ending) for ending in children.endings()] == ["one exited with 3"]
+
+
+def test_what_a_child_says_is_in_its_log(children, tmp_path):
+    child = started(children, "one", OBEYS, tmp_path)
+    assert child.log_tail() == "ready"
+
+
+def test_children_end_when_their_parent_is_killed(tmp_path):
+    """The control: the same child without the tie to its parent lives on."""
+    code = (
+        "import os, subprocess, sys\n"
+        "from pathlib import Path\n"
+        "from pmwvc_bringup.processes import Children\n"
+        f"command = [sys.executable, '-c', {OBEYS!r}]\n"
+        "tied = Children().start('tied', command, env=os.environ, log=Path(sys.argv[1], 'log'))\n"
+        "loose = subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)\n"
+        "while not tied.says('ready'): pass\n"
+        "print(tied.process.pid, loose.pid, flush=True)\n"
+        "tied.process.wait()\n"
+    )
+    parent = subprocess.Popen(
+        [sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, text=True
+    )
+    tied, loose = map(int, parent.stdout.readline().split())
+    try:
+        assert is_alive(tied) and is_alive(loose)
+        parent.kill()
+        parent.wait()
+        while is_alive(tied):
+            time.sleep(0.01)
+        assert is_alive(loose)
+    finally:
+        os.kill(loose, signal.SIGKILL)
+        parent.stdout.close()
