@@ -145,7 +145,7 @@ class Bilateral:
         share = 1.0 + gain / impedance
         pull = self.stiffness * self.deflection
         rate = (free - pull / impedance) / share
-        return Answer(pull + gain * rate, rate, gain / share)
+        return Answer((pull + gain * free) / share, rate, gain / share)
 
     def advance(self, answer: Answer, period: Value) -> Value:
         """Stretch the spring by the mean rate; return h B |w|^2."""

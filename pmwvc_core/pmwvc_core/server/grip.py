@@ -121,8 +121,9 @@ class Grip:
     def _staying(self, p0: Value, c: Value, b: Value, h: Value) -> tuple[Value, Value, Value]:
         """Inside at both ends: N = K p0 + (K h/2 + B) w. Returns N, w, dN/dw."""
         gain = 0.5 * self.stiffness * h + self.damping
-        rate = (c - self.stiffness * p0 / b) / (1.0 + gain / b)
-        return self.stiffness * p0 + gain * rate, rate, gain
+        share = 1.0 + gain / b
+        pull = self.stiffness * p0
+        return (pull + gain * c) / share, (c - pull / b) / share, gain
 
     def _leaving(self, p0: Value, c: Value, b: Value, h: Value) -> tuple[Value, Value, Value]:
         """Inside at the start only: N = K p0^2/(2 h s) - B p0/h, s = -w, s^2 + beta s = gamma."""
@@ -134,19 +135,23 @@ class Grip:
         return push - self.damping * p0 / h, -speed, push / _nonzero(speed)
 
     def _entering(self, p0: Value, c: Value, b: Value, h: Value) -> tuple[Value, Value, Value]:
-        """Inside at the end only: the way q = h w is the larger root of a q^2 - 2 k q + g = 0."""
+        """Inside at the end only: p1 is the positive root of a p^2 - 2 k p = g, g >= 0.
+
+        The depth without resistance, p0 + h c > 0, is the only small difference in it.
+        """
+        reach = maximum(p0 + h * c, 0.0)
         a = b + 0.5 * h * self.stiffness + self.damping
-        k = 0.5 * (c * h * b - (h * self.stiffness + self.damping) * p0)
-        g = 0.5 * h * self.stiffness * p0 * p0
-        way = (k + root(maximum(k * k - a * g, 0.0))) / a
-        p1 = maximum(p0 + way, 0.0)
-        q = _nonzero(way)
-        normal = 0.5 * self.stiffness * p1 * p1 / q + self.damping * p1 / h
-        slope = 0.5 * h * self.stiffness * p1 * (p1 - 2.0 * p0) / (q * q) + self.damping
+        k = 0.5 * ((b + self.damping) * p0 + b * reach)
+        g = -b * reach * minimum(p0, 0.0)
+        length = root(k * k + a * g)
+        p1 = where(k > 0.0, (k + length) / a, g / _nonzero(length - k))
+        way = _nonzero(p1 - p0)
+        normal = 0.5 * self.stiffness * p1 * p1 / way + self.damping * p1 / h
+        slope = 0.5 * h * self.stiffness * p1 * (p1 - 2.0 * p0) / (way * way) + self.damping
         return normal, way / h, slope
 
     def advance(self, answer: Answer, period: Value) -> Value:
-        """Move by the mean rate; return the damper's heat or, where N is held at 0, spring loss."""
+        """Move by the mean rate; return the damper's heat or, where N is zero, spring loss."""
         before = self.depth
         self.deflection = self.deflection + period * answer.rate
         after = self.depth

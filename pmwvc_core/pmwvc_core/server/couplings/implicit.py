@@ -27,7 +27,7 @@ from pmwvc_core.server.contacts import Answer
 from pmwvc_core.server.cube import Body
 from pmwvc_core.server.seats import Seat
 
-_ROUNDING = 4.0 * sys.float_info.epsilon
+_ROUNDING = 8.0 * sys.float_info.epsilon
 _NEWTON = 20  # steps before halving alone is trusted
 _LIMIT = 90  # then the bracket is as narrow as numbers are
 
@@ -48,28 +48,22 @@ class Implicit:
             lost = lost + seat.contact.advance(answer, self._period)
         return lost
 
-    def _answers(self, seats: Sequence[Seat], velocity: Value) -> list[Answer]:
-        return [
-            seat.contact.answer(seat.ratio * seat.u_s - velocity, seat.b, self._period)
-            for seat in seats
-        ]
-
     def _solve(self, seats: Sequence[Seat], body: Body) -> tuple[Value, list[Answer]]:
         """Return the object's mean velocity [m/s] and the answers of all contacts to it."""
         velocity = body.xd
-        springs: Value = 0.0
-        for seat in seats:
-            springs = springs + _size(seat.contact.stiffness * seat.contact.deflection)
         low = high = velocity
         for turn in range(_LIMIT):
-            answers = self._answers(seats, velocity)
+            answers = []
             force: Value = 0.0
             slope: Value = 0.0
-            size = springs
-            for answer in answers:
+            size: Value = 0.0  # of the terms that may cancel, hence of rounding [N]
+            for seat in seats:
+                free = seat.ratio * seat.u_s - velocity
+                answer = seat.contact.answer(free, seat.b, self._period)
+                answers.append(answer)
                 force = force + answer.force
                 slope = slope + answer.slope
-                size = size + _size(answer.force)
+                size = size + _size(answer.force) + answer.slope * _size(free)
             missing = body.imbalance(velocity, force)
             mobility = body.mobility(slope)
             change = missing * mobility
