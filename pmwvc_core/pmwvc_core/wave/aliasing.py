@@ -15,7 +15,6 @@ means g^2 <= 1; a filter divided by g always is. It says nothing of the energy o
 import math
 
 import numpy as np
-from scipy import optimize, signal
 
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import FilterParams
@@ -89,6 +88,9 @@ def _as_given(params: FilterParams, values: list[float]) -> Value:
 
 def _folded_peak(sos: Array, rate_drop: int) -> float:
     """Return the largest value over frequency of the folded squared gain."""
+    # Importing it takes over a second, which nodes that ask for no gain need not wait for.
+    from scipy import optimize, signal
+
     images = 2.0 * np.pi * np.arange(rate_drop) / rate_drop
 
     def folded(theta: Array | float) -> Array:

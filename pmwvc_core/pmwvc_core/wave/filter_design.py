@@ -11,7 +11,6 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy import signal
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array, Value, exponential
@@ -43,9 +42,10 @@ def order_of(params: FilterParams) -> int:
     ParameterError
         If the edges are so close that the filter would not compute well.
     """
-    order, _ = signal.buttord(
-        params.pass_hz, params.stop_hz, params.pass_db, params.stop_db, analog=True
-    )
+    # Importing it takes over a second, which nodes without such a filter need not wait for.
+    from scipy.signal import buttord
+
+    order, _ = buttord(params.pass_hz, params.stop_hz, params.pass_db, params.stop_db, analog=True)
     if order > HIGHEST_ORDER:
         raise ParameterError(
             f"stop_hz = {params.stop_hz}: a Butterworth filter between {params.pass_db} dB at "
@@ -143,6 +143,8 @@ def _analogue_cutoff_rad_s(params: FilterParams, tick_s: float) -> float:
 
 
 def _butterworth(params: FilterParams, tick_s: float) -> Array:
+    from scipy import signal  # here for the same reason as in order_of
+
     cutoff = _analogue_cutoff_rad_s(params, tick_s)
     zeros, poles, gain = signal.butter(order_of(params), cutoff, analog=True, output="zpk")
     if params.discretisation == "bilinear":
