@@ -15,7 +15,7 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
         (f"share/{name}/launch", sorted(glob("launch/*.launch.py"))),
-        (f"share/{name}/config", sorted(glob("config/*.yaml"))),
+        (f"share/{name}/config", sorted(glob("config/*"))),
     ],
     install_requires=["setuptools"],
     zip_safe=False,

@@ -10,6 +10,7 @@ user, said in one message on stderr; 130: interrupted.
 import argparse
 import difflib
 import importlib.metadata
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -174,13 +175,15 @@ def main(words: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     arguments = build_parser().parse_args(words)
     try:
-        return arguments.command(arguments)
+        code: int = arguments.command(arguments)
+        sys.stdout.flush()
+        return code
     except PmwvcError as error:
         print(f"pmwvc: {error}", file=sys.stderr)
         return 2
     except BrokenPipeError:  # the reader of our output went away: nothing is left to say
-        sys.stderr.close()
-        return 1
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except KeyboardInterrupt:
         print("pmwvc: interrupted", file=sys.stderr)
         return 130

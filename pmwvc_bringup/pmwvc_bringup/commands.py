@@ -22,9 +22,9 @@ WIDTH = 99
 
 def run(arguments: argparse.Namespace) -> int:
     """Run a live session; 1 when a node did not come up, 130 when ended before it began."""
+    scenario, folder = _prepared(arguments)
     from pmwvc_bringup.runner import LiveSession, StartError
 
-    scenario, folder = _prepared(arguments)
     with document(wanted=arguments.json) as write:
         console = _console()
         _announce(console, scenario, folder, live=True)
@@ -41,12 +41,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 def simulate(arguments: argparse.Namespace) -> int:
     """Run a session in virtual time, and record and report it as a live one."""
+    scenario, folder = _prepared(arguments)
     from rich.progress import Progress
 
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_core.simulation.session import simulate as run_batch
 
-    scenario, folder = _prepared(arguments)
     with document(wanted=arguments.json) as write:
         console = _console()
         _announce(console, scenario, folder, live=False)

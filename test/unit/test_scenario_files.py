@@ -4,6 +4,7 @@
 
 import os
 
+import numpy as np
 import pytest
 import yaml
 from hypothesis import given
@@ -21,6 +22,23 @@ def refused(name, **options):
     with pytest.raises(ScenarioError) as caught:
         scenarios.load(str(name), **options)
     return caught.value.problems
+
+
+def hand_motion():
+    """The recording of the scenario ``playback``, from the formula in its file."""
+
+    def s(r):
+        r = np.clip(r, 0.0, 1.0)
+        return 10 * r**3 - 15 * r**4 + 6 * r**5
+
+    time_s = np.arange(600) / 50.0
+    grip = s((time_s - 0.5) / 1.5) * (1.0 - s((time_s - 10.5) / 1.0))
+    moving = (time_s >= 3.0) & (time_s < 9.0)
+    carry = np.where(moving, 0.01 * (1.0 - np.cos(2 * np.pi * (time_s - 3.0) / 3.0)), 0.0)
+    left, right = (0.00005 * np.sin(2 * np.pi * hz * time_s) for hz in (8.5, 7.9))
+    columns = time_s, carry + grip * (0.008 + left), carry + grip * (-0.008 + right)
+    rows = (f"{t:.2f},{a:.6f},{b:.6f}" for t, a, b in zip(*columns, strict=True))
+    return "\n".join(["time_s,left_m,right_m", *rows]) + "\n"
 
 
 @pytest.fixture
@@ -77,6 +95,11 @@ def test_scenarios_of_one_task_differ_only_in_what_their_names_say():
     calm, stiff = scenarios.load("carry_24ms").flat(), scenarios.load("stiff_24ms").flat()
     different = {name for name in calm if calm[name] != stiff[name]}
     assert different == {"name", "description", "server.contact_stiffness"}
+
+
+def test_the_recording_is_what_its_formula_says():
+    path = scenarios.known()["playback"].with_name("hand_motion.csv")
+    assert path.read_text("utf-8") == hand_motion()
 
 
 def test_a_wrong_name_gets_the_nearest_right_one():

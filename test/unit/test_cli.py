@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command line as a person meets it: each test runs ``./pmwvc`` in a process of its own."""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMANDS = ("run", "simulate", "report", "node", "scenarios", "doctor")
+
+
+@pytest.fixture
+def pmwvc(tmp_path):
+    def call(*words, **environment):
+        return subprocess.run(
+            [ROOT / "pmwvc", *map(str, words)],
+            cwd=tmp_path,
+            env=os.environ | environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    return call
+
+
+def refused(result):
+    """Return the message of a refusal: on stderr, one message, no traceback."""
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    return result.stderr
+
+
+def test_help_lists_every_command(pmwvc):
+    result = pmwvc("--help")
+    assert result.returncode == 0
+    for command in COMMANDS:
+        assert f"\n    {command} " in result.stdout
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself_with_examples(pmwvc, command):
+    result = pmwvc(command, "--help")
+    assert result.returncode == 0
+    assert f"examples:\n  pmwvc {command}" in result.stdout
+
+
+def test_version(pmwvc):
+    result = pmwvc("--version")
+    assert result.returncode == 0
+    assert result.stdout.split()[0] == "pmwvc"
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (["simulat", "carry_0ms"], "did you mean simulate?"),
+        (["run", "carry_0ms", "--durration", "1"], "did you mean --duration?"),
+        (["simulate", "cary_0ms"], "did you mean carry_0ms?"),
+        (["simulate", "carry_0ms", "--set", "master.impedence=3"], "did you mean master.impedance?"),
+        (["simulate", "carry_0ms", "--set", "user1.link.up.los=1"], "user1.link.up.loss?"),
+        (["node", "mastre"], "did you mean master?"),
+    ],
+)
+def test_a_wrong_word_gets_the_nearest_right_one(pmwvc, words, hint):
+    assert hint in refused(pmwvc(*words))
+
+
+def test_all_mistakes_are_told_at_once(pmwvc):
+    words = ["--set", "master.impedance=-1", "--set", "dof=7", "--set", "nonsense", "--users", "0"]
+    message = refused(pmwvc("run", "carry_0ms", *words))
+    for part in ("4 problems", "master.impedance = -1", "dof = 7", "--set nonsense", "users = 0"):
+        assert part in message
+
+
+def test_a_refused_session_leaves_no_folder(pmwvc, tmp_path):
+    refused(pmwvc("simulate", "carry_0ms", "--duration", "0"))
+    refused(pmwvc("run", "carry_0ms", "--set", "dof=7"))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("words", [[], ["run"], ["run", "carry_0ms", "--users", "two"]])
+def test_missing_and_wrong_words_are_refused(pmwvc, words):
+    assert "--help" in refused(pmwvc(*words))
+
+
+def test_a_folder_in_use_is_refused(pmwvc, tmp_path):
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "notes.txt").write_text("mine")
+    assert "is not empty" in refused(pmwvc("simulate", "carry_0ms", "--out", "old"))
+    assert "cannot be made" in refused(pmwvc("simulate", "carry_0ms", "--out", "old/notes.txt/x"))
+
+
+def test_a_folder_without_a_recording_is_refused(pmwvc, tmp_path):
+    (tmp_path / "empty").mkdir()
+    refused(pmwvc("report", "empty"))
+    refused(pmwvc("report", "nowhere"))
+    refused(pmwvc("doctor", "nowhere"))
+
+
+def test_a_printed_scenario_can_be_simulated(pmwvc, tmp_path):
+    (tmp_path / "mine.yaml").write_text(pmwvc("scenarios", "carry_16ms").stdout)
+    result = pmwvc("simulate", "mine.yaml", "--duration", "0.5", "--out", "short")
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / "short" / "report.html").is_file()
+
+
+def test_json_is_the_summary_and_nothing_else(pmwvc, tmp_path):
+    result = pmwvc("simulate", "carry_16ms", "--duration", "0.5", "--out", "short", "--json")
+    assert result.returncode == 0, result.stderr
+    assert result.stdout == (tmp_path / "short" / "summary.json").read_text("utf-8")
+    assert json.loads(result.stdout)["scenario"] == "carry_16ms"
+    assert "session folder" in result.stderr
+
+
+def test_a_report_written_anew_is_the_same(pmwvc):
+    first = pmwvc("simulate", "wall", "--duration", "0.5", "--out", "short", "--json")
+    again = pmwvc("report", "short", "--json")
+    assert again.returncode == 0, again.stderr
+    assert again.stdout == first.stdout
+
+
+def test_a_simulation_is_told_in_words(pmwvc):
+    result = pmwvc("simulate", "carry_16ms", "--duration", "0.5")
+    assert "carry_16ms: stable" in result.stdout
+    assert "report: sessions/" in result.stdout
+
+
+def test_options_reach_the_session(pmwvc, tmp_path):
+    result = pmwvc(
+        "simulate", "carry_16ms", "--duration", "0.5", "--users", "3", "--out", "short",
+        "--set", "link.delay_s=0.04", "--set", "user2.operator.squeeze=2",
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    kept = yaml.safe_load((tmp_path / "short" / "scenario.yaml").read_text("utf-8"))
+    assert (kept["users"], kept["duration_s"], kept["link"]["up"]["delay_s"]) == (3, 0.5, 0.04)
+    assert kept["user2"]["operator"]["squeeze"] == 2.0
+
+
+def test_the_doctor_looks_at_everything_and_says_how_it_is(pmwvc):
+    result = pmwvc("doctor", "--json")
+    content = json.loads(result.stdout)
+    checks = {finding["check"] for finding in content["findings"]}
+    assert {"python", "ros", "messages", "clock", "real time", "/dev/shm", "disk"} <= checks
+    statuses = {finding["status"] for finding in content["findings"]}
+    assert statuses <= {"ok", "warning", "problem"}
+    assert result.returncode == ("problem" in statuses)
+
+
+def test_the_doctor_finds_what_is_wrong_and_says_the_remedy(pmwvc):
+    result = pmwvc("doctor", ROS_DOMAIN_ID="many")
+    assert result.returncode == 1
+    line = next(line for line in result.stdout.splitlines() if "ROS_DOMAIN_ID=many" in line)
+    assert line.startswith("problem")
+    assert "-> ROS_DOMAIN_ID must be" in result.stdout
+
+
+def test_a_reader_that_goes_away_is_no_error(tmp_path):
+    command = f"'{ROOT}/pmwvc' scenarios carry_0ms | head -n 1"
+    result = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert result.stdout == "name: carry_0ms\n"
+    assert result.stderr == ""
