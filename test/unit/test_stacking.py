@@ -33,11 +33,12 @@ def test_what_decides_the_code_that_runs_cannot_differ_within_a_batch():
         stack([MasterParams(rate_drop=8), MasterParams(rate_drop=4)])
 
 
-def test_structure_ignores_numbers_seeds_and_links_but_not_times_or_names():
+def test_structure_ignores_numbers_but_not_times_names_or_the_network():
     base = structure_of(scenario())
-    for same in ({"server__object_mass": 3}, {"link__delay_s": 0.1}, {"seed": 7}):
+    for same in ({"server__object_mass": 3}, {"user2__master__impedance": 30}, {"seed": 7}):
         assert structure_of(scenario(**same)) == base
     for other in (
+        {"link__delay_s": 0.1},
         {"server__coupling": "one_step_delay"},
         {"master__hold": "zoh"},
         {"duration_s": 4},
@@ -46,6 +47,11 @@ def test_structure_ignores_numbers_seeds_and_links_but_not_times_or_names():
         {"dof": 2},
     ):
         assert structure_of(scenario(**other)) != base
+
+
+def test_the_seed_counts_only_where_something_is_random():
+    first, second = (structure_of(scenario(link__loss=0.1, seed=seed)) for seed in (1, 2))
+    assert first != second
 
 
 def test_batches_keep_every_scenario_once_and_stay_below_the_largest():

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.simulation.paths import Path
 from pmwvc_core.simulation.traces import FateTraces, PacketTraces, ServerTraces, UserTraces
+from pmwvc_core.wave.packet import WavePacket
 
 SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
@@ -120,21 +121,14 @@ class ServerBuffer:
         )
 
 
-def sent_packets(path: Path, run: int, topic: str) -> PacketTraces:
-    """Return the packets a sender gave to its link, as one run sent them."""
-    return _packets(path, run, topic, [(packet.seq, packet.sent_ns) for packet in path.sent])
-
-
-def arrived_packets(path: Path, run: int, topic: str) -> PacketTraces:
-    """Return the packets that came out of the link, in their order of arrival."""
-    return _packets(path, run, topic, path.lane_of(run).arrived)
-
-
-def _packets(path: Path, run: int, topic: str, seen: Sequence[tuple[int, int]]) -> PacketTraces:
-    packets = [path.sent[seq - 1] for seq, _ in seen]
+def packet_traces(
+    seen: Sequence[tuple[WavePacket, int]], topic: str, *, run: int, runs: int, dof: int
+) -> PacketTraces:
+    """Return packets with the times at which they were seen [ns], as one run sent them."""
+    packets = [packet for packet, _ in seen]
 
     def of(name: str) -> Array:
-        rows = np.zeros((len(packets), path.runs, path.dof))
+        rows = np.zeros((len(packets), runs, dof))
         for row, packet in zip(rows, packets, strict=True):
             row[:] = getattr(packet, name)
         return rows[:, run].copy()
@@ -151,17 +145,17 @@ def _packets(path: Path, run: int, topic: str, seen: Sequence[tuple[int, int]]) 
     )
 
 
-def fates(path: Path, run: int, link: str) -> FateTraces:
-    """Return what the link did to each packet of one run.
+def fate_traces(path: Path, link: str) -> FateTraces:
+    """Return what the link did to each packet.
 
-    In virtual time a packet leaves at the first instant its receiver looks, at or after it is due;
-    the emulator's own time out is the time due.
+    In virtual time a packet leaves when it is due; its receiver looks at its own instants.
     """
-    records = path.lane_of(run).fates
+    records = path.fates
 
     def of(values: list[int]) -> NDArray[np.int64]:
         return np.array(values, dtype=np.int64)
 
+    due = of([fate.time_due_ns for fate in records])
     return FateTraces(
         link=link,
         number=of([fate.number for fate in records]),
@@ -169,8 +163,8 @@ def fates(path: Path, run: int, link: str) -> FateTraces:
         seq=of([fate.number for fate in records]),
         size_bytes=of([fate.size for fate in records]),
         time_in_ns=of([fate.time_in_ns for fate in records]),
-        time_due_ns=of([fate.time_due_ns for fate in records]),
-        time_out_ns=of([fate.time_due_ns for fate in records]),
+        time_due_ns=due,
+        time_out_ns=due.copy(),
         fate=of([int(fate.kind) for fate in records]),
         cause=of([int(fate.cause) for fate in records]),
     )

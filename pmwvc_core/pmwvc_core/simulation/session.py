@@ -19,7 +19,8 @@ import numpy as np
 from pmwvc_core.master.client import Client
 from pmwvc_core.master.port import make_master
 from pmwvc_core.master.safety import SafetyLimiter
-from pmwvc_core.numeric import Value, dot, truth, where
+from pmwvc_core.network.link import stream_of
+from pmwvc_core.numeric import Value, dot
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.plant.operators import make_operator
@@ -29,9 +30,8 @@ from pmwvc_core.server.service import Service
 from pmwvc_core.simulation.buffers import (
     ServerBuffer,
     UserBuffer,
-    arrived_packets,
-    fates,
-    sent_packets,
+    fate_traces,
+    packet_traces,
 )
 from pmwvc_core.simulation.paths import Path
 from pmwvc_core.simulation.scenario import Scenario, User
@@ -89,7 +89,6 @@ class _Seat:
     def __init__(self, users: Sequence[User], scenarios: Sequence[Scenario], index: int) -> None:
         first, scenario = users[0], scenarios[0]
         dof, tick_s = scenario.dof, scenario.tick_s
-        seeds = [each.seed for each in scenarios]
         master, safety = stack([u.master for u in users]), stack([u.safety for u in users])
         contact, server = stack([u.contact for u in users]), stack([s.server for s in scenarios])
         self.user = first
@@ -97,22 +96,19 @@ class _Seat:
         frame_s = first.master.frame_s
         half = server.object_size_m / 2
         start = first.side * (half + contact.gap_m)
+        timeout_s = first.safety.timeout_s
         self.up = Path(
-            [u.link_up for u in users],
-            seeds,
-            user=index,
-            direction=0,
+            first.link_up,
+            seed=stream_of(scenario.seed, index, 0),
             period_s=frame_s,
-            timeout_s=first.safety.timeout_s,
+            timeout_s=timeout_s,
             dof=dof,
         )
         self.down = Path(
-            [u.link_down for u in users],
-            seeds,
-            user=index,
-            direction=1,
+            first.link_down,
+            seed=stream_of(scenario.seed, index, 1),
             period_s=server.period_s,
-            timeout_s=first.safety.timeout_s,
+            timeout_s=timeout_s,
             dof=dof,
         )
         self.client = Client(
@@ -124,7 +120,7 @@ class _Seat:
                 dof=dof,
             ),
             SafetyLimiter(safety, tick_s=tick_s, packet_s=server.period_s),
-            inbox=self.down,
+            inbox=self.down.receiver,
             packer=Packer(index + 1, period=frame_s),
         )
         self.device = SimulatedDevice(stack([u.device for u in users]), tick_s=tick_s, dof=dof)
@@ -144,10 +140,7 @@ class _Seat:
     def tick(self, now_ns: int, tick_s: float) -> dict[str, Value]:
         """Advance hand, controller and device by one tick; return the signals to trace."""
         x, xd = self.device.read()
-        heard = self.client.coupled()
-        f_h = (
-            where(heard, self.operator.step(x, xd), 0.0) if truth(heard) else self.operator.hold()
-        )
+        f_h = self.operator.step(x, xd) if self.client.coupled() else self.operator.hold()
         f_applied = self.client.step(x, xd, now_ns)
         self.energy_device = self.energy_device + dot(f_applied, xd) * tick_s
         self.energy_hand = self.energy_hand + dot(f_h, xd) * tick_s
@@ -189,7 +182,7 @@ class SessionBatch:
         )
         self.service = Service(
             server,
-            inboxes=[seat.up for seat in self.seats],
+            inboxes=[seat.up.receiver for seat in self.seats],
             packers=[
                 Packer(SERVER_EPOCH + i, period=first.server.period_s)
                 for i in range(len(self.seats))
@@ -274,19 +267,23 @@ class SessionBatch:
             server=self.server_buffer.run(run, period_s=scenario.server.period_s),
         )
         for seat in self.seats:
-            name = seat.user.name
-            for packets in (
-                sent_packets(seat.up, run, f"/{name}/wave_up"),
-                arrived_packets(seat.up, run, f"/server/{name}/wave_up"),
-                sent_packets(seat.down, run, f"/server/{name}/wave_down"),
-                arrived_packets(seat.down, run, f"/{name}/wave_down"),
-            ):
-                traces.packets[packets.topic] = packets
-                traces.counts[packets.topic] = {"messages": len(packets.seq), "missing": 0}
-            for direction, path in (("up", seat.up), ("down", seat.down)):
-                link = f"{name}/{direction}"
-                traces.fates[link] = fates(path, run, link)
+            self._network_traces(traces, seat, run)
         return traces
+
+    def _network_traces(self, traces: SessionTraces, seat: _Seat, run: int) -> None:
+        """Add the packets on both sides of the network, and their fates."""
+        name, runs, dof = seat.user.name, len(self.scenarios), self.scenarios[0].dof
+        for way, path, sender, receiver in (
+            ("up", seat.up, f"/{name}", f"/server/{name}"),
+            ("down", seat.down, f"/server/{name}", f"/{name}"),
+        ):
+            sent = [(packet, packet.sent_ns) for packet in path.sent]
+            for seen, side in ((sent, sender), (path.arrived, receiver)):
+                topic = f"{side}/wave_{way}"
+                packets = packet_traces(seen, topic, run=run, runs=runs, dof=dof)
+                traces.packets[topic] = packets
+                traces.counts[topic] = {"messages": len(packets.seq), "missing": 0}
+            traces.fates[f"{name}/{way}"] = fate_traces(path, f"{name}/{way}")
 
 
 def _impedance(users: Sequence[User]) -> Value:

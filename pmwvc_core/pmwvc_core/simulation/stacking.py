@@ -29,8 +29,6 @@ STRUCTURAL = {
     "timeout_s",
     "release_s",
 }
-# Links are not stacked: each distinct one is run for the runs that share it.
-UNSTACKED = {"link_up", "link_down"}
 
 
 def structure_of(scenario: Scenario) -> Hashable:
@@ -42,18 +40,25 @@ def structure_of(scenario: Scenario) -> Hashable:
             *(
                 _structure(getattr(user, attribute))
                 for attribute, _ in USER_GROUPS.values()
-                if attribute not in UNSTACKED
+                if not attribute.startswith("link")
             ),
+            user.link_up,
+            user.link_down,
         )
         for user in scenario.users
     )
-    task = dataclasses.astuple(scenario.task)
+    random = any(
+        link.loss or link.duplicate or link.jitter != "none"
+        for user in scenario.users
+        for link in (user.link_up, user.link_down)
+    )
     return (
+        scenario.seed if random else None,
         scenario.duration_s,
         scenario.controller,
         scenario.dof,
         _structure(scenario.server),
-        task,
+        scenario.task,
         users,
     )
 
