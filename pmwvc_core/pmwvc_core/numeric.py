@@ -66,6 +66,16 @@ def maximum(left: Value, right: Value) -> Value:
     return where(left > right, left, right)
 
 
+def absolute(value: Value) -> Value:
+    """Magnitude, elementwise."""
+    return np.abs(value) if isinstance(value, np.ndarray) else abs(value)
+
+
+def sign(value: Value) -> Value:
+    """Return -1, 0 or 1, elementwise."""
+    return where(value > 0.0, 1.0, where(value < 0.0, -1.0, 0.0))
+
+
 def limit_length(value: Value, longest: Value) -> Value:
     """Shorten a vector to at most ``longest``, keeping its direction."""
     length = root(squared(value))
@@ -82,6 +92,11 @@ def finite(value: Value) -> bool:
 def truth(condition: Flag) -> bool:
     """Tell whether a condition holds for every run."""
     return bool(condition.all()) if isinstance(condition, np.ndarray) else bool(condition)
+
+
+def anywhere(condition: Flag) -> bool:
+    """Tell whether a condition holds for any run."""
+    return bool(condition.any()) if isinstance(condition, np.ndarray) else bool(condition)
 
 
 def signal(values: list[float] | tuple[float, ...] | Array | float, dof: int) -> Value:

@@ -1,0 +1,162 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated force-feedback device: m x'' + b_hd x' = f_h - F_m, plus what a real one adds.
+
+* Mass and damper are advanced exactly over a tick with both forces held (:mod:`.motion`).
+* Coulomb friction acts on each axis for itself and is integrated exactly too: where it stops the
+  axis within a tick, the rest of the tick starts from the point of rest, and the axis stays there
+  unless the other forces overcome the friction. It only ever takes energy.
+* The stops at the ends of the workspace are perfectly inelastic: position at the stop, velocity
+  zero.
+* The encoder rounds to its nearest step; the velocity signal is the true one, or the difference of
+  the last two readings over a tick, which is half a tick late.
+
+Not here: force limits of the device (``master.safety``).
+"""
+
+import math
+
+import numpy as np
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.numeric import (
+    Value,
+    absolute,
+    anywhere,
+    clip,
+    maximum,
+    minimum,
+    sign,
+    where,
+)
+from pmwvc_core.params import DeviceParams
+from pmwvc_core.plant.motion import Motion, motion, time_to_rest
+
+
+class SimulatedDevice:
+    """A damped mass with encoder and stops, at rest at the origin at first.
+
+    Parameters
+    ----------
+    params
+        The device; numbers may be ``(runs, 1)``.
+    tick_s
+        Period of the force loop, T_c [s].
+    dof
+        Number of axes; more than one makes all signals arrays ``(..., dof)``.
+
+    Attributes
+    ----------
+    x, xd
+        True position [m] and velocity [m/s].
+    """
+
+    def __init__(self, params: DeviceParams, *, tick_s: float, dof: int) -> None:
+        self._mass, self._damping = params.mass, params.damping
+        self._friction = params.friction
+        self._step_m = params.encoder_step_m
+        self._reach = params.workspace_m
+        self._tick_s = tick_s
+        self._dof = dof
+        self._motion: Motion = motion(params.mass, params.damping, tick_s)
+        self._rubs = bool(np.any(np.asarray(params.friction) > 0.0))
+        self._rounds = bool(np.any(np.asarray(params.encoder_step_m) > 0.0))
+        self._differences = params.velocity == "euler"
+        self.x: Value = 0.0
+        self.xd: Value = 0.0
+        self._read: tuple[Value, Value] = (0.0, 0.0)
+        self.place(0.0)
+
+    def place(self, x: Value) -> None:
+        """Put the device somewhere, at rest.
+
+        Parameters
+        ----------
+        x
+            Position [m], a vector ``(..., dof)``; a single number (or ``(runs, 1)``) is that along
+            axis 0, the others being zero.
+
+        Raises
+        ------
+        ParameterError
+            If that is outside the workspace.
+        """
+        position = along_first_axis(x, self._dof)
+        if np.any(np.abs(position) > self._reach):
+            raise ParameterError(
+                f"device placed at {np.asarray(x).tolist()} m: outside its workspace of "
+                f"+-{np.asarray(self._reach).tolist()} m; make device.workspace_m larger"
+            )
+        self.x = position
+        self.xd = position * 0.0
+        self._read = (self._measured(), self.xd)
+
+    def step(self, f_h: Value, f_m: Value) -> None:
+        """Advance one tick.
+
+        Parameters
+        ----------
+        f_h
+            Force of the hand on the device [N], held over the tick.
+        f_m
+            Force of the controller against it [N], held over the tick.
+        """
+        force = f_h - f_m
+        if self._rubs:
+            x, xd = self._rub(force)
+        else:
+            x, xd = self._motion.advance(self.x, self.xd, force)
+        stopped = absolute(x) > self._reach
+        if anywhere(stopped):
+            x = clip(x, -self._reach, self._reach)
+            xd = where(stopped, 0.0 * xd, xd)
+        self.x, self.xd = x, xd
+        measured = self._measured() if self._rounds else x
+        if self._differences:
+            xd = (measured - self._read[0]) / self._tick_s
+        self._read = (measured, xd)
+
+    def read(self) -> tuple[Value, Value]:
+        """Return measured position [m] and velocity [m/s] at this instant."""
+        return self._read
+
+    def _measured(self) -> Value:
+        """Return what the encoder shows."""
+        if not self._rounds:
+            return self.x
+        step = where(self._step_m > 0.0, self._step_m, 1.0)
+        count = self.x / step + 0.5
+        whole = np.floor(count) if isinstance(count, np.ndarray) else float(math.floor(count))
+        return where(self._step_m > 0.0, whole * step, self.x)
+
+    def _rub(self, force: Value) -> tuple[Value, Value]:
+        """Advance one tick with Coulomb friction.
+
+        Within a phase of motion the friction is constant, so the velocity is monotone and passes
+        zero at most once; from rest the other forces either hold still or win for good.
+        """
+        push = sign(force) * maximum(absolute(force) - self._friction, 0.0)  # what wins from rest
+        course = sign(self.xd)
+        net = where(course == 0.0, push, force - course * self._friction)
+        x, xd = self._motion.advance(self.x, self.xd, net)
+        turns = course * xd < 0.0
+        if not anywhere(turns):
+            return x, xd
+        time_s = time_to_rest(self._mass, self._damping, self.xd, where(turns, net, 1.0))
+        time_s = where(turns, minimum(maximum(time_s, 0.0), self._tick_s), 0.0)
+        x_rest, _ = motion(self._mass, self._damping, time_s).advance(self.x, self.xd, net)
+        after = motion(self._mass, self._damping, self._tick_s - time_s)
+        x_after, xd_after = after.advance(x_rest, 0.0 * xd, push)
+        return where(turns, x_after, x), where(turns, xd_after, xd)
+
+
+def along_first_axis(value: Value, dof: int) -> Value:
+    """Return a vector with this value on axis 0 and zero elsewhere; vectors pass unchanged."""
+    if dof == 1:
+        return float(value) if np.ndim(value) == 0 else value
+    array = np.asarray(value, dtype=float)
+    if array.ndim and array.shape[-1] == dof:
+        return array
+    vector = np.zeros((*array.shape[:-1], dof))
+    vector[..., 0] = array[..., 0] if array.ndim else array
+    return vector

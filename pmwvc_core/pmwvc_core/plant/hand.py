@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Hands: an arm that wants to be somewhere, and a grip that joins it to the handle.
+
+Five parameters: the arm (mass m, position y) is drawn to its target x_t by stiffness k and damping
+d; the grip (stiffness K, damping B) joins it to the handle (position x)::
+
+    f_h = K (y - x) + B (yd - xd)
+    m ydd = k (x_t - y) + d (xd_t - yd) + f_squeeze - f_h
+
+**Why this adds no energy.** The grip force is held over a tick T, like every force on the device.
+It is formed half a tick ahead, f_h = K e + (B + K T/2) w with e = y - x, w = yd - xd. The device
+(held force, no damping of its own) and the arm (implicit midpoint, below) move by the mean of
+their velocities times T, so e+ - e = T (w + w+)/2, and with beta = B + K T/2 the sum
+
+    S = kinetic energies + K e^2/2 - (beta T/4) w^2
+
+changes in a tick by -B T ((w + w+)/2)^2 and the work of the forces from outside: the spring is
+lossless, the damper dissipates. S is positive as long as beta T/2 is less than the reduced mass of
+arm and device, which is checked for a device of ``LIGHTEST_DEVICE`` and holds all the more for a
+heavier or damped one. (A spring held without looking ahead adds K (e+ - e)^2/2 in every tick.) The
+arm's own equation is integrated by the implicit midpoint rule: its spring stores exactly, so what
+comes in is the work of the moving target and of the squeezing force, ``effort_j``.
+"""
+
+import numpy as np
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.numeric import Array, Value, dot
+from pmwvc_core.params import OperatorParams
+from pmwvc_core.plant.devices import along_first_axis
+from pmwvc_core.plant.forces import Operator, rows_of
+from pmwvc_core.plant.task import Task
+
+LIGHTEST_DEVICE = 0.05  # [kg]
+
+
+class Grip:
+    """The spring and damper between arm and handle, its force held over a tick."""
+
+    __slots__ = ("_rate", "_stiffness")
+
+    def __init__(self, params: OperatorParams, *, arm_mass: Value, tick_s: float) -> None:
+        self._stiffness = params.grip_stiffness
+        self._rate = params.grip_damping + 0.5 * tick_s * params.grip_stiffness
+        lightest = 1.0 / (1.0 / LIGHTEST_DEVICE + 1.0 / arm_mass)  # reduced mass [kg]
+        limit = 2.0 * lightest / tick_s
+        if np.any(np.asarray(self._rate) >= limit):
+            raise ParameterError(
+                f"operator.grip_damping + grip_stiffness * tick_s / 2 = "
+                f"{float(np.max(self._rate)):.4g} N s/m: must be < {float(np.min(limit)):.4g} "
+                f"N s/m for a hand that is stable on a device of {LIGHTEST_DEVICE} kg; make the "
+                f"grip softer or the tick shorter"
+            )
+
+    def force(self, lead: Value, rate: Value) -> Value:
+        """Return the force on the handle [N]; the arm leads it by [m], and at a rate of [m/s]."""
+        return self._stiffness * lead + self._rate * rate
+
+
+class Hand(Operator):
+    """The five-parameter hand carrying out a task.
+
+    Its target is the task's plus its own side of the object, ``side * half_width``; it starts
+    where the device is and closes the gap as the task says. While it closes, a force that grows
+    to ``squeeze`` presses the arm inwards, along ``-side``.
+
+    Parameters
+    ----------
+    params, task
+        The hand, and what it is to do.
+    side
+        -1: left of the object, pushing towards +x; +1: right of it.
+    half_width
+        Half the object's width [m].
+    start
+        Where the device is at first, along axis 0 [m].
+    tick_s, dof
+        Period of the force loop [s]; number of axes.
+
+    Attributes
+    ----------
+    y, yd
+        Position [m] and velocity [m/s] of the arm.
+    effort_j
+        Work of the moving target and of the squeezing force [J].
+    """
+
+    def __init__(
+        self,
+        params: OperatorParams,
+        task: Task,
+        *,
+        side: int,
+        half_width: Value,
+        start: Value,
+        tick_s: float,
+        dof: int,
+    ) -> None:
+        super().__init__(tick_s=tick_s, dof=dof)
+        self._grip = Grip(params, arm_mass=params.mass, tick_s=tick_s)
+        self._task = task
+        self._face = side * half_width
+        self._gap = start - self._face
+        self._squeeze = -side * params.squeeze
+        self._stiffness, self._damping, self._mass = params.stiffness, params.damping, params.mass
+        self._inertia = (
+            2.0 * params.mass + tick_s * params.damping + 0.5 * tick_s**2 * params.stiffness
+        )
+        self.y: Value = along_first_axis(start, dof)
+        self.yd: Value = 0.0 * self.y
+        self.effort_j: Value = 0.0
+        self._target, self._closing = self._aim(0)
+
+    def _aim(self, tick: int) -> tuple[Value, float]:
+        """Return where the arm wants to be [m], and how far the hand is closed."""
+        time_s = tick * self.tick_s
+        closing, _ = self._task.closing(time_s)
+        aim = self._face + self._gap * (1.0 - closing) + self._task.target(time_s)[0]
+        return aim * self.axis, closing
+
+    def _force(self, x: Value, xd: Value) -> Value:
+        f_h = self._grip.force(self.y - x, self.yd - xd)
+        self._move(f_h)
+        return f_h
+
+    def _move(self, f_h: Value) -> None:
+        """Advance the arm one tick by the implicit midpoint rule, the grip force held."""
+        tick_s = self.tick_s
+        before, closed = self._target, self._closing
+        self._target, self._closing = target, closing = self._aim(self._ticks + 1)
+        step = target - before
+        squeeze = (0.5 * self._squeeze * (closed + closing)) * self.axis
+        lead = before + 0.5 * step - self.y
+        drive = self._stiffness * lead + self._damping * step / tick_s + squeeze - f_h
+        velocity = (2.0 * self._mass * self.yd + tick_s * drive) / self._inertia
+        moved = tick_s * velocity
+        pull = self._stiffness * (lead - 0.5 * moved) + self._damping * (step - moved) / tick_s
+        self.effort_j = self.effort_j + dot(pull, step) + dot(squeeze, moved)
+        self.y = self.y + moved
+        self.yd = 2.0 * velocity - self.yd
+
+
+class RecordedHand(Operator):
+    """An arm that moves as recorded, ``(ticks, dof)`` [m] from where the device is at first; grip
+    spring and damper pull the handle along.
+
+    The arm itself yields to nothing, so any energy it gives is the work of the recorded motion.
+    """
+
+    def __init__(
+        self,
+        params: OperatorParams,
+        recording: Array,
+        *,
+        start: Value,
+        tick_s: float,
+        dof: int,
+    ) -> None:
+        super().__init__(tick_s=tick_s, dof=dof)
+        self._grip = Grip(params, arm_mass=np.inf, tick_s=tick_s)
+        if params.repeat:
+            around = np.concatenate([recording[-1:], recording, recording[:1]])
+        else:
+            around = np.concatenate([recording[:1], recording, recording[-1:]])
+        self._y = rows_of(recording, dof)
+        self._yd = rows_of((around[2:] - around[:-2]) / (2.0 * tick_s), dof)
+        self._start = along_first_axis(start, dof)
+        self._repeat = params.repeat
+
+    def _force(self, x: Value, xd: Value) -> Value:
+        count = len(self._y)
+        if self._repeat:
+            row = self._ticks % count
+        elif self._ticks < count:
+            row = self._ticks
+        else:
+            return self._grip.force(self._start + self._y[-1] - x, -xd)
+        return self._grip.force(self._start + self._y[row] - x, self._yd[row] - xd)
