@@ -8,7 +8,7 @@ A laboratory adds a device by installing a package of its own that names a facto
 
 from importlib.metadata import EntryPoint, entry_points
 
-from pmwvc_core.errors import DeviceError
+from pmwvc_core.errors import DeviceError, PmwvcError
 from pmwvc_master.devices.interface import DeviceSetup, HapticDevice
 
 GROUP = "pmwvc.devices"
@@ -43,7 +43,7 @@ def make_device(name: str, setup: DeviceSetup) -> HapticDevice:
         raise DeviceError(f"{_where(point)} cannot be imported: {_reason(error)}") from error
     try:
         device: HapticDevice = factory(setup)
-    except DeviceError:
+    except PmwvcError:
         raise
     except Exception as error:  # whatever a foreign factory raises
         raise DeviceError(f"{_where(point)} cannot be made: {_reason(error)}") from error

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Devices by name: what is installed, and what is said of one that cannot be used."""
+
+import sys
+import types
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from pmwvc_core.errors import DeviceError, ParameterError
+from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
+from pmwvc_master import plugins
+from pmwvc_master.devices import DeviceInfo, DeviceSetup
+
+
+def setup(**changes):
+    values = {
+        "dof": 1,
+        "tick_s": 0.001,
+        "side": -1,
+        "half_width_m": 0.03,
+        "start_m": -0.03,
+        "seed": 1,
+        "device": DeviceParams(),
+        "operator": OperatorParams(kind="constant", force=1.0),
+        "task": TaskParams(),
+    }
+    return DeviceSetup(**(values | changes))
+
+
+class Stick:
+    """A device that does nothing."""
+
+    def __init__(self, setup):
+        self.info = DeviceInfo(model="stick", dof=1)
+
+    def open(self): ...
+    def read(self, due_ns): ...
+    def write(self, f_m): ...
+    def couple(self): ...
+    def stop(self): ...
+    def close(self): ...
+
+
+@pytest.fixture
+def lab(monkeypatch):
+    """A laboratory's own module with plug-ins, beside those of the project."""
+    module = types.ModuleType("lab_devices")
+    module.Stick = Stick
+    module.stone = lambda setup: object()
+
+    def broken(setup):
+        raise OSError("no device on /dev/stick0")
+
+    def picky(setup):
+        raise ParameterError("device.mass = 1.0: a stick weighs less")
+
+    module.broken, module.picky = broken, picky
+    monkeypatch.setitem(sys.modules, "lab_devices", module)
+    names = {
+        "stick": "lab_devices:Stick",
+        "stone": "lab_devices:stone",
+        "broken": "lab_devices:broken",
+        "picky": "lab_devices:picky",
+        "absent": "lab_vendor_library:Device",
+    }
+    own = plugins.installed()
+    own |= {name: EntryPoint(name, value, plugins.GROUP) for name, value in names.items()}
+    monkeypatch.setattr(plugins, "installed", lambda: own)
+
+
+def test_the_projects_own_devices_are_installed():
+    assert {"simulated", "ros_topic"} <= set(plugins.installed())
+
+
+def test_a_device_of_another_package_is_made(lab):
+    assert isinstance(plugins.make_device("stick", setup()), Stick)
+
+
+def test_an_unknown_name_is_answered_with_what_is_installed():
+    with pytest.raises(DeviceError, match=r"'touch': not installed; .*ros_topic, simulated"):
+        plugins.make_device("touch", setup())
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("absent", r"lab_vendor_library:Device\) cannot be imported: ModuleNotFoundError"),
+        ("broken", r"lab_devices:broken\) cannot be made: OSError: no device on /dev/stick0"),
+        ("stone", r"is not a device: it lacks open, read, write, couple, stop, close, info"),
+    ],
+)
+def test_a_plug_in_that_fails_is_named_with_the_reason(lab, name, text):
+    with pytest.raises(DeviceError, match=text):
+        plugins.make_device(name, setup())
+
+
+def test_what_a_device_says_of_its_settings_is_passed_on_as_it_is(lab):
+    with pytest.raises(ParameterError, match=r"^device.mass = 1.0: a stick weighs less$"):
+        plugins.make_device("picky", setup())
+
+
+def test_a_device_of_other_axes_is_refused(lab):
+    with pytest.raises(DeviceError, match="has 1 axes where dof = 2"):
+        plugins.make_device("stick", setup(dof=2))
+
+
+def test_the_ros_device_needs_a_node():
+    with pytest.raises(DeviceError, match="needs a ROS node"):
+        plugins.make_device("ros_topic", setup())

@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""When the server steps, and for whom, on an invented grid: no clock, no ROS."""
+
+import pytest
+
+from pmwvc_core.params import ContactParams, ServerParams, TaskParams
+from pmwvc_core.plant.task import Task
+from pmwvc_core.runtime.pacing import Tick
+from pmwvc_core.server.port import make_server
+from pmwvc_core.server.service import Presence, Service
+from pmwvc_core.wave.packet import FLAG_LEAVING, Packer
+from pmwvc_core.wave.receiver import Receiver
+from pmwvc_server.loop import ServerLoop
+
+PERIOD_S = 0.008
+PERIOD_NS = 8_000_000
+TASK = TaskParams(kind="carry", move_s=0.0, move_rise_s=1.0, distance_m=0.05)
+
+
+class Wires:
+    """Wires that end in lists."""
+
+    def __init__(self, users):
+        self.arrived = [[] for _ in range(users)]
+        self.sent = [[] for _ in range(users)]
+        self.steps = []
+
+    def take(self, user):
+        return self.arrived[user].pop(0) if self.arrived[user] else None
+
+    def send(self, user, packet):
+        self.sent[user].append(packet)
+
+    def publish_trace(self, loop, tick, compute_s):
+        self.steps.append((loop.steps, list(loop.service.presence)))
+
+
+class Rig:
+    """Two users, a loop between fakes, and a clock that shows what the test says."""
+
+    def __init__(self):
+        self.wires, self.now_ns, self.grid = Wires(2), 0, 0
+        contacts = [ContactParams(contact="bilateral")] * 2
+        server = make_server(
+            "pmwvc", ServerParams(), contacts, [25.0, 25.0], dof=1, sides=[-1, 1]
+        )
+        service = Service(
+            server,
+            inboxes=[Receiver(1, period_s=PERIOD_S, timeout_s=0.03) for _ in range(2)],
+            packers=[Packer(9, period=PERIOD_S) for _ in range(2)],
+        )
+        self.masters = [Packer(epoch, period=PERIOD_S) for epoch in (1, 2)]
+        self.loop = ServerLoop(
+            service, Task(TASK), wires=self.wires, period_s=PERIOD_S, clock=lambda: self.now_ns
+        )
+
+    def send(self, user, wave=0.0, *, flags=0):
+        packet = self.masters[user].pack(wave, user - 0.5, self.now_ns, flags=flags)
+        self.wires.arrived[user].append(packet)
+
+    def step(self, *users, times=1, wave=0.0):
+        """Let users send and the server step, ``times`` times."""
+        for _ in range(times):
+            self.grid += 1
+            self.now_ns = self.grid * PERIOD_NS
+            for user in users:
+                self.send(user, wave)
+            self.loop.tick(Tick(self.grid, self.grid, self.now_ns, self.now_ns, 0, 0))
+
+    @property
+    def presence(self):
+        return [presence.name for presence in self.loop.service.presence]
+
+
+def test_steps_begin_with_the_first_packet_of_any_user():
+    rig = Rig()
+    rig.step(times=5)
+    assert rig.loop.steps == 0 and not rig.wires.steps
+    rig.step(1)
+    assert rig.loop.steps == 1
+    assert rig.presence == ["ABSENT", "COUPLED"]
+    rig.step(times=5)
+    assert rig.loop.steps == 6
+
+
+def test_only_users_who_are_there_are_answered():
+    rig = Rig()
+    rig.step(0, times=4)
+    rig.step(0, 1, times=3)
+    assert [len(sent) for sent in rig.wires.sent] == [7, 3]
+    assert [packet.seq for packet in rig.wires.sent[0]] == list(range(1, 8))
+
+
+def test_an_avatar_appears_where_the_device_is_without_a_force():
+    rig = Rig()
+    rig.step(0, 1)
+    server = rig.loop.service.server
+    assert server.x_s == pytest.approx([-0.5, 0.5])
+    assert server.f_s == [0.0, 0.0]
+
+
+def test_a_silent_user_is_damped_then_gone_and_the_other_one_stays():
+    rig = Rig()
+    rig.step(0, 1, times=10)
+    rig.step(0, times=4)
+    assert rig.presence == ["COUPLED", "DAMPING"]
+    assert rig.loop.service.server.u_s[1] == 0.0
+    rig.step(0, times=130)
+    assert rig.presence == ["COUPLED", "ABSENT"]
+    rig.step(0, 1)
+    assert rig.presence == ["COUPLED", "COUPLED"]
+
+
+def test_a_user_who_says_goodbye_is_gone_at_once():
+    rig = Rig()
+    rig.step(0, 1, times=10)
+    rig.send(1, flags=FLAG_LEAVING)
+    rig.step(0)
+    assert rig.presence == ["COUPLED", "ABSENT"]
+    answered = len(rig.wires.sent[1])
+    rig.step(0, times=5)
+    assert len(rig.wires.sent[1]) == answered
+
+
+def test_a_restarted_user_begins_anew_without_a_force():
+    rig = Rig()
+    rig.step(0, 1, times=10)
+    rig.step(0, 1, times=5, wave=0.7)
+    server = rig.loop.service.server
+    assert server.f_s[1] != 0.0
+    rig.masters[1] = Packer(77, period=PERIOD_S)
+    rig.send(1)
+    rig.loop.service.deliver(1, rig.wires.arrived[1].pop(), rig.now_ns)
+    assert server.f_s[1] == 0.0
+    assert server.x_s[1] == pytest.approx(0.5)
+
+
+def test_who_comes_and_goes_is_told_in_order():
+    rig = Rig()
+    rig.step(0, times=2)
+    rig.step(0, 1, times=2)
+    rig.send(0, flags=FLAG_LEAVING)
+    rig.step(1)
+    assert list(rig.loop.changes) == [
+        (0, Presence.COUPLED),
+        (1, Presence.COUPLED),
+        (0, Presence.ABSENT),
+    ]
+
+
+def test_the_target_rests_until_all_are_there():
+    rig = Rig()
+    rig.step(0, times=200)
+    assert rig.loop.target_m == 0.0
+    rig.step(0, 1, times=1 + round(0.5 / PERIOD_S))
+    elapsed_s = round(0.5 / PERIOD_S) * PERIOD_S
+    assert rig.loop.target_m == Task(TASK).target(elapsed_s)[0] > 0.0
