@@ -14,7 +14,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from pmwvc_bringup import commands
 from pmwvc_core.errors import PmwvcError
@@ -73,9 +73,9 @@ class _HelpFormatter(argparse.RawDescriptionHelpFormatter):
 class Parser(argparse.ArgumentParser):
     """An argument parser whose refusals name the nearest right word."""
 
-    def __init__(self, *args: object, **kwargs: object) -> None:
-        kwargs.setdefault("formatter_class", _HelpFormatter)
-        super().__init__(*args, allow_abbrev=False, **kwargs)  # type: ignore[arg-type]
+    def __init__(self, **options: Any) -> None:
+        options = {"formatter_class": _HelpFormatter, "allow_abbrev": False} | options
+        super().__init__(**options)
 
     def error(self, message: str) -> NoReturn:
         """Print one message and exit with 2."""

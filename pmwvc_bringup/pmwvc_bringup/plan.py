@@ -67,14 +67,15 @@ def nodes(scenario: Scenario, *, folder: Path, paused: bool) -> list[NodePlan]:
     folder
         The session folder, for the recorder.
     paused
-        Whether server and masters wait for a call of their ``start`` service.
+        Whether all but the recorder wait for a call of their ``start`` service.
     """
+    gate = {"start.paused": paused}
     return [
         NodePlan("recorder", parameters=_recorder(scenario, folder)),
-        NodePlan("netem", parameters=_netem(scenario)),
-        NodePlan("server", parameters={"start.paused": paused, **_server(scenario)}),
+        NodePlan("netem", parameters=gate | _netem(scenario)),
+        NodePlan("server", parameters=gate | _server(scenario)),
         *(
-            NodePlan("master", user.name, {"start.paused": paused, **_master(scenario, user)})
+            NodePlan("master", user.name, gate | _master(scenario, user))
             for user in scenario.users
         ),
     ]

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A live session from its first process to its recording.
 
-Recorder, network emulator, server and masters are started in this order; when all have met, server
-and masters are told to start together. A node that dies is noted and the others go on. At the end
+Recorder, network emulator, server and masters are started in this order; when all have met, they
+are told to begin. A node that dies is noted and the others go on. At the end
 masters, server, emulator and recorder stop in this order, so that everything is recorded.
 """
 
@@ -141,7 +141,8 @@ class LiveSession:
                     f"\nlogs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
                 )
             time.sleep(0.02)
-        monitor.start([node.ros_name for node in self.nodes if "start.paused" in node.parameters])
+        for kind in ("netem", "server", "master"):  # nobody speaks before there is who listens
+            monitor.start([node.ros_name for node in self.nodes if node.kind == kind])
         return True
 
     def _words(self, ending: Ending) -> str:

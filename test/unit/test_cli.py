@@ -64,7 +64,10 @@ def test_version(pmwvc):
         (["simulat", "carry_0ms"], "did you mean simulate?"),
         (["run", "carry_0ms", "--durration", "1"], "did you mean --duration?"),
         (["simulate", "cary_0ms"], "did you mean carry_0ms?"),
-        (["simulate", "carry_0ms", "--set", "master.impedence=3"], "did you mean master.impedance?"),
+        (
+            ["simulate", "carry_0ms", "--set", "master.impedence=3"],
+            "did you mean master.impedance?",
+        ),
         (["simulate", "carry_0ms", "--set", "user1.link.up.los=1"], "user1.link.up.loss?"),
         (["node", "mastre"], "did you mean master?"),
     ],

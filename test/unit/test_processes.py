@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+
 from pmwvc_bringup.processes import Children, Ending
 
 # A child that says so when it is ready, and obeys or refuses SIGINT and SIGTERM.

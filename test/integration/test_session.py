@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whole live sessions: ``./pmwvc run`` with real nodes, and what it leaves behind."""
+
+import json
+import os
+import signal
+import subprocess
+
+import pytest
+from sessions import ROOT, Running, shared_memory_of
+
+from pmwvc_analysis.recording.reader import read_session
+
+pytestmark = pytest.mark.integration
+USERS = ("user1", "user2")
+
+
+@pytest.fixture(scope="module")
+def carried(tmp_path_factory):
+    """One undisturbed session of 4 s: the hands have closed and hold."""
+    folder = tmp_path_factory.mktemp("carried") / "session"
+    with Running(folder, "carry_16ms", "--duration", 4) as session:
+        session.await_ticks()
+        session.seen = session.nodes()
+        session.shared_memory = {name: shared_memory_of(pid) for name, pid in session.seen.items()}
+        session.code = session.end()
+        session.left = session.nodes()
+        yield session
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("simulated") / "session"
+    words = ["simulate", "carry_16ms", "--duration", "4", "--out", folder, "--json"]
+    result = subprocess.run([ROOT / "pmwvc", *words], capture_output=True, text=True, check=True)
+    return json.loads(result.stdout)
+
+
+def test_a_session_ends_well_with_a_report(carried):
+    assert carried.code == 0, carried.said()
+    assert (carried.folder / "report.html").stat().st_size > 10_000
+    assert carried.events() == []
+    assert carried.summary()["source"] == "live"
+    assert carried.summary()["stable"] is True
+
+
+def test_a_session_is_announced_with_a_prediction_and_ends_with_a_verdict(carried):
+    text = carried.said()
+    assert "feels like a spring" in text
+    assert "carry_16ms: stable" in text
+    assert f"report: {carried.folder}/report.html" in text
+
+
+def test_a_session_leaves_no_process_and_no_shared_memory(carried):
+    assert set(carried.seen) == {"recorder", "netem", "server", *USERS}
+    assert carried.left == {}
+    assert carried.shared_memory == {name: [] for name in carried.seen}
+
+
+def test_everything_is_recorded_from_first_to_last(carried):
+    recording = carried.summary()["recording"]
+    assert set(recording["missing"].values()) == {0}
+    traces = read_session(carried.folder)
+    for user in traces.users:
+        assert user.tick[0] == 0
+        assert len(user.tick) == user.tick[-1] + 1
+    for topic in ("/user1/wave_up", "/server/user1/wave_up", "/user2/wave_down"):
+        assert traces.packets[topic].seq[0] == 1
+    assert traces.server.step[0] in (0, 1)
+
+
+def test_the_loops_run_at_their_rates(carried):
+    for user in carried.summary()["users"]:
+        assert user["tick_rate_hz"] == pytest.approx(1000.0, rel=0.005)
+        assert user["ticks"] == pytest.approx(4000, abs=300)
+    for link in carried.summary()["links"]:
+        assert link["delay_s"]["p50"] == pytest.approx(0.016, abs=0.001)
+        assert link["lost"] == 0
+
+
+def test_a_live_session_does_what_the_simulated_one_does(carried, simulated):
+    """Forces within 0.1 N of 1 N, avatars within 0.5 mm: the live loop has 4 ms more round trip,
+    which moves a device by 0.08 mm per newton, and wakes up late now and then.
+    """
+    live = carried.summary()
+    assert live["object"]["position_final_m"] == pytest.approx(
+        simulated["object"]["position_final_m"], abs=0.0005
+    )
+    for one, other in zip(live["users"], simulated["users"], strict=True):
+        for name in ("force_final_n", "avatar_force_final_n", "force_peak_n"):
+            assert one[name] == pytest.approx(other[name], abs=0.1)
+        assert one["drift_m"] == pytest.approx(other["drift_m"], abs=0.0005)
+        assert one["passive"] is other["passive"] is True
+
+
+def test_the_session_folder_holds_what_is_needed_to_run_it_again(carried, tmp_path):
+    names = {path.name for path in (carried.folder / "nodes").iterdir()}
+    for node in carried.seen:
+        assert {f"{node}.yaml", f"{node}.log"} <= names
+    words = [
+        "simulate",
+        carried.folder / "scenario.yaml",
+        "--duration",
+        "0.1",
+        "--out",
+        tmp_path / "again",
+    ]
+    assert subprocess.run([ROOT / "pmwvc", *words], capture_output=True).returncode == 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_session_that_is_interrupted_ends_with_a_report(tmp_path, number):
+    with Running(tmp_path / "session", "carry_16ms", "--duration", 600) as session:
+        session.await_ticks()
+        session.process.send_signal(number)
+        assert session.end() == 0, session.said()
+        assert session.nodes() == {}
+        assert session.events() == []
+        assert 0.5 < session.summary()["duration_s"] < 60.0
+
+
+@pytest.mark.parametrize(
+    ("node", "name"),
+    [
+        ("user2", "user2 master"),
+        ("netem", "netem"),
+        ("server", "server"),
+        ("recorder", "recorder"),
+    ],
+)
+def test_a_node_that_is_killed_is_named_and_the_others_go_on(tmp_path, node, name):
+    with Running(tmp_path / "session", "carry_16ms", "--duration", 5) as session:
+        for _ in range(2):  # 3 s: a recorder keeps whole chunks of a second
+            session.await_ticks()
+        os.kill(session.nodes()[node], signal.SIGKILL)
+        assert session.end() == 0, session.said()
+        (event,) = session.events()
+        assert (event["who"], event["signal"]) == (name, "SIGKILL")
+        report = (session.folder / "report.html").read_text("utf-8")
+        assert f"{name}" in report and "ended by SIGKILL" in report
+        assert session.nodes() == {}
+        if node != "recorder":
+            assert session.summary()["duration_s"] > 4.5
+
+
+def test_a_node_that_never_came_up_is_told_with_its_last_words(tmp_path):
+    words = ["--set", "user2.operator.kind=playback_force", "--set", "user2.operator.file=no.csv"]
+    with Running(tmp_path / "session", "carry_16ms", *words) as session:
+        assert session.end() == 1
+        text = session.said()
+        assert "user2 master exited with 2" in text
+        assert "no.csv" in text.partition("user2 master exited")[2]
+        assert session.nodes() == {}
+
+
+def test_no_node_outlives_a_runner_that_is_killed(tmp_path):
+    with Running(tmp_path / "session", "carry_16ms", "--duration", 600) as session:
+        session.await_ticks()
+        assert len(session.nodes()) == 5
+        session.process.kill()
+        session.await_no_nodes()
+
+
+def test_two_sessions_at_once_do_not_hear_each_other(tmp_path):
+    with (
+        Running(tmp_path / "a" / "session", "wall", "--duration", 2) as one,
+        Running(tmp_path / "b" / "session", "wall", "--duration", 2) as other,
+    ):
+        assert (one.end(), other.end()) == (0, 0), one.said() + other.said()
+        for session in (one, other):
+            assert len({*read_session(session.folder).packets["/user1/wave_up"].epoch}) == 1
