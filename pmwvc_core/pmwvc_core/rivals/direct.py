@@ -27,8 +27,8 @@ from pmwvc_core.wave.packet import FLAG_DIRECT
 class DirectServer(ServerController):
     """Avatars that stand where the devices stood when they last reported.
 
-    The object moves exactly under the forces held over the step. ``xd_s`` is the velocity as
-    reported.
+    Before that the object has come here exactly, under the last forces held. ``xd_s`` is the velocity
+    as reported.
     """
 
     flags = FLAG_DIRECT
@@ -39,11 +39,10 @@ class DirectServer(ServerController):
 
     def step(self, received: Sequence[tuple[Value, Value]]) -> list[Value]:
         """Go one step on with position [m] and velocity [m/s] per user; return the forces [N]."""
-        seated = self._seated()
+        self.dissipated = self.dissipated + push_object(self._seated(), self.body)
         for seat, report in zip(self.seats, received, strict=True):
             if seat.present:
                 self._meet(seat, *report)
-        self.dissipated = self.dissipated + push_object(seated, self.body)
         return self.f_s
 
     def _meet(self, seat: Seat, position: Value, velocity: Value) -> None:

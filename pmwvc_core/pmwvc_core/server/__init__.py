@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The server end: wave ports, couplings (the algebraic loop), contact laws, the object."""
 
-from pmwvc_core.server.port import CONTROLLERS, ServerController, WaveServer, make_server
+from pmwvc_core.server.port import SERVERS, ServerController, WaveServer, make_server
 
-__all__ = ["CONTROLLERS", "ServerController", "WaveServer", "make_server"]
+__all__ = ["SERVERS", "ServerController", "WaveServer", "make_server"]

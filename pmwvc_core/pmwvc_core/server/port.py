@@ -9,7 +9,7 @@ xd_s = (|u_s|^2 - |v_s|^2)/2.
 Not here: packets, time, and what to do with bad input (``wave.receiver``).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Value, squared
@@ -19,9 +19,7 @@ from pmwvc_core.server.environments import make_environment
 from pmwvc_core.server.factory import make_seats
 from pmwvc_core.server.seats import Seat, ServerController
 
-__all__ = ["CONTROLLERS", "ServerController", "WaveServer", "make_server"]
-
-CONTROLLERS = ("pmwvc", "direct")
+__all__ = ["SERVERS", "ServerController", "WaveServer", "make_server"]
 
 
 class WaveServer(ServerController):
@@ -48,6 +46,12 @@ class WaveServer(ServerController):
         return self.v_s
 
 
+# By the name of the controller; ``controllers`` adds what is built from more than this package.
+SERVERS: dict[str, Callable[[ServerParams, Sequence[Seat]], ServerController]] = {
+    "pmwvc": WaveServer
+}
+
+
 def make_server(
     controller: str,
     server: ServerParams,
@@ -62,7 +66,7 @@ def make_server(
     Parameters
     ----------
     controller : str
-        One of ``CONTROLLERS``.
+        A name in ``SERVERS``.
     server : ServerParams
     contacts : sequence of ContactParams
         One per user.
@@ -73,12 +77,7 @@ def make_server(
     sides : sequence of int
         -1 (left of the object) or +1 (right), one per user.
     """
+    if controller not in SERVERS:
+        raise ParameterError(f"controller = {controller!r}: must be one of {', '.join(SERVERS)}")
     seats = make_seats(server, contacts, impedances, dof=dof, sides=sides)
-    if controller == "pmwvc":
-        return WaveServer(server, seats)
-    if controller == "direct":
-        # The rivals are built from this package's blocks; only the choice looks back.
-        from pmwvc_core.rivals.direct import DirectServer
-
-        return DirectServer(server, seats)
-    raise ParameterError(f"controller = {controller!r}: must be one of {', '.join(CONTROLLERS)}")
+    return SERVERS[controller](server, seats)

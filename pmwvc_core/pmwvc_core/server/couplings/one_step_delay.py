@@ -10,7 +10,7 @@
             = x_s(n-1) + h [xd_s(n-1) + xd_s(n)]/2       trapezoid
     f_s(n)  = K [x_s(n) - x_o(n)] + B [xd_s(n) - xd_o(n)]
 
-then the object moves on from n to n+1, exactly under f_s(n) held. f_s and xd_s start at zero.
+where the object has come from n-1 to n exactly, under f_s(n-1) held. f_s and xd_s start at zero.
 
 Passive at the wave port of a wall if and only if K h + 2 B <= b (backward Euler): with F = (K h
 z/(z-1) + B) xd_s the reflection is (1 + F/(b z) - 2 F/b)/(1 + F/(b z)), whose length at z = -1 is
@@ -35,7 +35,7 @@ class OneStepDelay:
 
     def step(self, seats: Sequence[Seat], body: Body) -> Value:
         """Use every seat's ``u_s``; return the energy dissipated [J]."""
-        lost: Value = 0.0
+        lost = push_object(seats, body)
         for seat in seats:
             before = seat.xd_s
             seat.xd_s = seat.ratio * seat.u_s - seat.f_s / seat.b
@@ -43,4 +43,4 @@ class OneStepDelay:
             rate = seat.xd_s - body.xd
             seat.f_s = seat.contact.force(rate)
             lost = lost + self._period * seat.contact.heat(rate)
-        return lost + push_object(seats, body)
+        return lost

@@ -7,10 +7,9 @@
     xd_s = [sqrt(2 b) u_s - K (x' - x_o) + B xd_o] / (b + B + g K),     x_s = x' + g xd_s
 
 with x' the position without the new velocity and g what that weighs in the position: h (backward
-Euler, x' = x_s), h/2 (trapezoid, x' = x_s + h xd_s/2), 0 (forward Euler, x' = x_s + h xd_s, as
-printed). Then the object moves on, exactly under f_s held. The object itself is a step behind, so
-this balances energy for a wall (with backward Euler: never less than zero) but not for a light
-object.
+Euler, x' = x_s), h/2 (trapezoid, x' = x_s + h xd_s/2), 0 (forward Euler, x' = x_s + h xd_s, as printed). Before that
+the object has come here exactly, under the last f_s held. What it does next is not foreseen, so energy
+balances for a wall (backward Euler: never below zero) but not for a light object.
 """
 
 from collections.abc import Sequence
@@ -31,7 +30,7 @@ class Unwrapped:
 
     def step(self, seats: Sequence[Seat], body: Body) -> Value:
         """Use every seat's ``u_s``; return the energy dissipated [J]."""
-        lost: Value = 0.0
+        lost = push_object(seats, body)
         for seat in seats:
             lost = lost + seat.contact.slide(self._old * seat.xd_s)
             free = seat.ratio * seat.u_s
@@ -39,4 +38,4 @@ class Unwrapped:
             seat.xd_s = free - seat.f_s / seat.b
             lost = lost + seat.contact.slide(self._new * seat.xd_s)
             lost = lost + self._period * seat.contact.heat(seat.xd_s - body.xd)
-        return lost + push_object(seats, body)
+        return lost
