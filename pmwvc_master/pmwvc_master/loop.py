@@ -111,6 +111,7 @@ class MasterLoop:
         self._frame = -1
         self._answered = False
         self._coupled = False
+        self._x: Value = 0.0  # [m] last valid position
 
     def run(self, stop: threading.Event) -> None:
         """Tick in this thread until ``stop`` is set; leave in order whatever happens."""
@@ -176,8 +177,11 @@ class MasterLoop:
 
     def _control(self, sample: DeviceSample, tick: Tick) -> Value:
         """From motion to the force that the device renders until the next tick."""
-        x, xd = sample.x, sample.xd
-        f = self.client.step(x, xd, tick.woke_ns)
+        if sample.valid:
+            self._x, xd = sample.x, sample.xd
+        else:  # where it was last seen, at rest
+            xd = 0.0 * self._x
+        f = self.client.step(self._x, xd, tick.woke_ns, sensed=sample.valid)
         self.device.write(f)
         self.energy_device = self.energy_device + dot(f, xd) * self.tick_s
         if self.device.info.hand_force_known:

@@ -63,7 +63,7 @@ class Client:
         wave = self.inbox.take(now_ns)
         self.controller.receive(where(self.inbox.silent(now_ns), wave * 0.0, wave))
 
-    def step(self, x: Value, xd: Value, now_ns: int) -> Value:
+    def step(self, x: Value, xd: Value, now_ns: int, *, sensed: Flag = True) -> Value:
         """Advance one tick and return the force the device may render [N].
 
         Parameters
@@ -72,6 +72,9 @@ class Client:
             Measured position [m] and velocity [m/s] at the start of the tick.
         now_ns
             Time of the tick.
+        sensed
+            Whether position and velocity can be trusted; where not, no force is rendered, and
+            after it the force rises from zero. They have to be finite all the same.
         """
         self.f_asked = self.controller.step(x, xd)
         f_applied = self.safety.step(
@@ -79,7 +82,7 @@ class Client:
             x,
             xd,
             silence_s=self.inbox.silence_s(now_ns),
-            coupled=self.inbox.heard(),
+            coupled=self.inbox.heard() & sensed,
         )
         self.controller.applied(f_applied)
         return f_applied
