@@ -101,6 +101,7 @@ def lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
     """Return tau, the lag of slow motion once around the wave path [s]."""
     master = user.master
     lag = aliasing.delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
+    lag += master.tick_s  # the packet leaves one tick after the output it carries
     hold = master.frame_s - master.tick_s
     lag += hold if master.hold == "foh" else hold / 2.0
     phase = LIVE_PHASE_S if live else 0.0

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.about import about
 from pmwvc_analysis.recording.assemble import ENERGIES
 from pmwvc_analysis.recording.link_blocks import fate_blocks, state_blocks
 from pmwvc_analysis.recording.topics import session_topics
@@ -67,12 +68,9 @@ def record_traces(
     store = schemas.typestore(*schemas.OUR_TYPES, "diagnostic_msgs/msg/DiagnosticArray")
     types = build.types_from(store.types)
     outgoing = sorted(_all(types, traces, scenario, start), key=lambda item: item.at_ns)
-    session = {"source": traces.source, "scenario": scenario.name, "seed": str(scenario.seed)}
-    parameters = {name: repr(value) for name, value in scenario.flat().items()}
     with SessionWriter(folder) as writer:
-        writer.add_metadata("session", session)
-        writer.add_metadata("parameters", parameters)
-        for name, values in (metadata or {}).items():
+        records = about(scenario, source=traces.source) | dict(metadata or {})
+        for name, values in records.items():
             writer.add_metadata(name, values)
         for topic in session_topics(
             [user.name for user in traces.users], links=list(traces.fates)

@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Is a recording whole, complete, and does its physics add up?
+
+Three kinds of findings: the file (structure of the MCAP, metadata), what is missing (per topic and
+publisher), and physics: numbers that are finite, ports that obey F = sqrt(b/2) (u - v), running
+sums that agree with the signals they sum.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from pmwvc_analysis.judge.consistency import inconsistencies
+from pmwvc_analysis.recording.mcap_check import check_file
+from pmwvc_analysis.recording.reader import read_content, read_scenario, read_session
+from pmwvc_analysis.recording.topics import relayed
+from pmwvc_core.errors import PmwvcError, RecordingError
+
+OK, WARNING, PROBLEM = "ok", "warning", "problem"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one check found; a warning is a declared loss, a problem is damage."""
+
+    check: str
+    status: str
+    text: str
+
+    def line(self) -> str:
+        """Return the finding as a person reads it."""
+        return f"{self.status:8} {self.check:10} {self.text}"
+
+
+def check_recording(folder: str | Path) -> list[Finding]:
+    """Run every check on a session folder (or a bare ``.mcap`` file)."""
+    folder = Path(folder)
+    if not folder.exists():
+        return [Finding("file", PROBLEM, f"{folder} does not exist")]
+    findings = list(_structure(folder))
+    try:
+        findings += _losses(folder)
+        findings += _physics(folder)
+    except PmwvcError as error:
+        findings.append(Finding("content", PROBLEM, str(error)))
+    return findings
+
+
+def exit_code(findings: list[Finding]) -> int:
+    """Return 0 for complete, 2 for complete but for declared losses, 3 for damaged."""
+    statuses = {finding.status for finding in findings}
+    return 3 if PROBLEM in statuses else 2 if WARNING in statuses else 0
+
+
+def _structure(folder: Path) -> Iterator[Finding]:
+    files = sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]
+    if not files:
+        yield Finding("file", PROBLEM, f"{folder} holds no .mcap file")
+    for path in files:
+        try:
+            structure = check_file(path)
+        except RecordingError as error:
+            yield Finding("file", PROBLEM, str(error))
+            continue
+        size = f"{structure.messages} messages in {structure.chunks} chunks"
+        if structure.whole:
+            yield Finding("file", OK, f"{path.name} is whole: {size}")
+        for problem in structure.problems:
+            yield Finding("file", PROBLEM, f"{path.name}: {problem}")
+        for note in structure.notes:
+            yield Finding("file", WARNING, f"{path.name}: {note}")
+    if folder.is_dir() and not (folder / "metadata.yaml").is_file():
+        yield Finding("file", WARNING, "no metadata.yaml: rosbag2 cannot open the folder")
+
+
+def _losses(folder: Path) -> list[Finding]:
+    """Name what is missing per topic and publisher; what an emulated link lost is not missing."""
+    counter = read_content(folder).counter
+    traces = read_session(folder)
+    found = []
+    for topic, count in traces.counts.items():
+        if not count["missing"]:
+            continue
+        origin = relayed(topic)
+        if origin is not None and origin[0] in traces.fates:
+            text = f"{topic}: {count['missing']} packets that {origin[0]} delivered"
+            found.append(Finding("missing", WARNING, text))
+        else:
+            found += [Finding("missing", WARNING, line) for line in counter.lines([topic])]
+    found += [
+        Finding("missing", WARNING, f"{topic}: nothing recorded")
+        for topic, count in traces.counts.items()
+        if not count["messages"]
+    ]
+    return found or [Finding("missing", OK, "no number of any publisher is missing")]
+
+
+def _physics(folder: Path) -> list[Finding]:
+    problems = inconsistencies(read_session(folder), read_scenario(folder))
+    found = [Finding("physics", PROBLEM, problem) for problem in problems]
+    return found or [Finding("physics", OK, "ports, powers and running sums agree")]
