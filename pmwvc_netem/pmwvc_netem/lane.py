@@ -23,6 +23,7 @@ from pmwvc_core.network.link import Cause, Fate, FateKind, Link
 ENCAPSULATION = 4  # bytes that even an empty message has
 _EPOCH = 20
 _WAVE_HEAD = 32
+_TRAVELLING = (FateKind.DELIVERED, FateKind.DUPLICATE)  # until they come out
 _EPOCH_AND_SEQ = {0: struct.Struct(">QI"), 1: struct.Struct("<QI")}
 
 
@@ -117,7 +118,7 @@ class Lane:
                 self.fates.add(fate)
                 continue
             for fate in self.link.send((message, *known), now_ns, size_bytes=size):
-                if not fate.time_due_ns:
+                if fate.kind not in _TRAVELLING:
                     self.fates.add(fate, epoch=known[0], seq=known[1])
 
     def let_out(self) -> None:

@@ -1,0 +1,252 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Real nodes for tests: a ROS domain of one's own, processes that never outlive a test, a peer.
+
+::
+
+    with ros() as peer, NodeProcess("pmwvc_netem.node", {"seed": 3}) as netem:
+        netem.await_output("relaying")
+        peer.until(lambda: peer.node.count_subscribers("/user1/wave_up"))
+        assert netem.stop() == 0
+"""
+
+import contextlib
+import ctypes
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import yaml
+
+from pmwvc_core.runtime.parameter_values import to_ros_yaml
+
+LONGEST_S = 60.0  # no process of a test lives longer
+PATIENCE_S = 30.0  # for an event that has to come
+_PR_SET_PDEATHSIG = 1
+_RESERVING_PORT = 21_000  # + domain id: bound by whoever uses that domain on this machine
+_libc = ctypes.CDLL(None)
+_reservations: list[socket.socket] = []
+
+
+def isolate() -> int:
+    """Give this process and its children a ROS domain nobody else uses; return its number.
+
+    Domains 1 to 101 keep DDS off the ephemeral ports. It is reserved while the process lives.
+    """
+    if not _reservations:
+        domain, reservation = _reserve(int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:]))
+        _reservations.append(reservation)
+        os.environ |= {
+            "ROS_DOMAIN_ID": str(domain),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+            "ROS_LOG_DIR": tempfile.mkdtemp(prefix="pmwvc-test-log-"),
+        }
+    return int(os.environ["ROS_DOMAIN_ID"])
+
+
+def _reserve(first: int) -> tuple[int, socket.socket]:
+    for offset in range(101):
+        domain = 1 + (first + offset) % 101
+        reservation = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        try:
+            reservation.bind(("127.0.0.1", _RESERVING_PORT + domain))
+        except OSError:
+            reservation.close()
+        else:
+            return domain, reservation
+    raise RuntimeError("all ROS domains of this machine are in use")
+
+
+class NodeProcess:
+    """A node in a process of its own.
+
+    Parameters
+    ----------
+    module
+        What ``python -m`` runs.
+    parameters
+        Parameters by dotted name: plain values or parameter dataclasses.
+    arguments
+        Further ROS arguments.
+    """
+
+    def __init__(
+        self,
+        module: str,
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        arguments: Sequence[str] = (),
+    ) -> None:
+        isolate()
+        command = [sys.executable, "-u", "-m", module, "--ros-args", *arguments]
+        with tempfile.NamedTemporaryFile(
+            "w", dir=os.environ["ROS_LOG_DIR"], suffix=".yaml", delete=False
+        ) as file:
+            yaml.safe_dump(to_ros_yaml(parameters or {}), file)
+        command += ["--params-file", file.name] if parameters else []
+        self.lines: list[str] = []
+        self._news = threading.Condition()
+        parent = os.getpid()
+        self.process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+            preexec_fn=lambda: _die_with(parent),
+        )
+        self._limit = threading.Timer(LONGEST_S, self.process.kill)
+        self._limit.daemon = True
+        self._limit.start()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def __enter__(self) -> "NodeProcess":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._limit.cancel()
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait()
+        self._reader.join()
+
+    @property
+    def output(self) -> str:
+        """Return everything it has said."""
+        return "\n".join(self.lines)
+
+    def await_output(self, pattern: str, *, within_s: float = PATIENCE_S) -> str:
+        """Wait for a line that matches; return it."""
+        end_s = time.monotonic() + within_s
+        with self._news:
+            while not (found := [line for line in self.lines if re.search(pattern, line)]):
+                left_s = end_s - time.monotonic()
+                if self.process.poll() is not None and not self._reader.is_alive():
+                    raise AssertionError(f"ended without {pattern!r}:\n{self.output}")
+                if left_s <= 0.0:
+                    raise AssertionError(f"no {pattern!r} within {within_s} s:\n{self.output}")
+                self._news.wait(min(left_s, 0.1))
+        return found[0]
+
+    def stop(self, number: int = signal.SIGINT, *, within_s: float = PATIENCE_S) -> int:
+        """Send a signal and return the exit code."""
+        self.process.send_signal(number)
+        return self.wait(within_s=within_s)
+
+    def wait(self, *, within_s: float = PATIENCE_S) -> int:
+        """Wait for the end and return the exit code."""
+        try:
+            code = self.process.wait(within_s)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"still running after {within_s} s:\n{self.output}") from None
+        self._reader.join()
+        return code
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        with self.process.stdout as stdout:
+            for line in stdout:
+                with self._news:
+                    self.lines.append(line.rstrip())
+                    self._news.notify_all()
+
+
+def _die_with(parent: int) -> None:
+    """Run in the child before it becomes the node: be killed when the test process dies."""
+    _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)
+
+
+class Peer:
+    """A ROS node in the test's own process."""
+
+    def __init__(self, **options: Any) -> None:
+        import rclpy
+        from rclpy.context import Context
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.node import Node
+        from rclpy.signals import SignalHandlerOptions
+
+        self.context = Context()
+        rclpy.init(args=[], context=self.context, signal_handler_options=SignalHandlerOptions.NO)
+        self.node = Node("peer", context=self.context, **options)
+        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor.add_node(self.node)
+
+    def until(self, condition: Callable[[], Any], *, within_s: float = PATIENCE_S) -> Any:
+        """Serve the node until a condition holds; return what the condition returned."""
+        end_s = time.monotonic() + within_s
+        while not (result := condition()):
+            if time.monotonic() > end_s:
+                raise AssertionError(f"nothing came of it within {within_s} s")
+            self._executor.spin_once(timeout_sec=0.02)
+        return result
+
+    def collect(
+        self, kind: Any, topic: str, *, reliable: bool = False, raw: bool = False
+    ) -> list[Any]:
+        """Subscribe; return the list that messages go to."""
+        messages: list[Any] = []
+        self.node.create_subscription(kind, topic, messages.append, _qos(reliable), raw=raw)
+        return messages
+
+    def publisher(self, kind: Any, topic: str, *, reliable: bool = False) -> Any:
+        """Make a publisher."""
+        return self.node.create_publisher(kind, topic, _qos(reliable))
+
+    def call(self, kind: Any, service: str, request: Any) -> Any:
+        """Call a service and return its answer."""
+        client = self.node.create_client(kind, service)
+        self.until(client.service_is_ready)
+        future = client.call_async(request)
+        self.until(future.done)
+        self.node.destroy_client(client)
+        return future.result()
+
+    def set_parameters(self, node: str, values: Mapping[str, Any]) -> list[str]:
+        """Set parameters of another node one by one; return why each was refused, or ""."""
+        from rcl_interfaces.srv import SetParameters
+        from rclpy.parameter import Parameter
+
+        request = SetParameters.Request(
+            parameters=[Parameter(n, value=v).to_parameter_msg() for n, v in values.items()]
+        )
+        answer = self.call(SetParameters, f"{node}/set_parameters", request)
+        assert all(result.successful == (not result.reason) for result in answer.results)
+        return [result.reason for result in answer.results]
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+
+def _qos(reliable: bool) -> Any:
+    from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+    policy = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
+    return QoSProfile(depth=10_000, reliability=policy)
+
+
+@contextlib.contextmanager
+def ros(**options: Any) -> Iterator[Peer]:
+    """Join the test's own ROS domain as a node; ``options`` are those of ``rclpy.node.Node``."""
+    isolate()
+    peer = Peer(**options)
+    try:
+        yield peer
+    finally:
+        peer.close()

@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One relayed topic in invented time: what comes out, when, and what is written down of it."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rclpy.serialization import serialize_message
+
+from pmwvc_core.network.link import FateKind, Link
+from pmwvc_core.params import LinkParams
+from pmwvc_core.runtime import messages
+from pmwvc_core.wave.packet import WavePacket
+from pmwvc_netem.lane import Lane, Timing, peek_wave
+from pmwvc_netem.presets import PRESETS
+
+MS = 1_000_000
+LIVE = messages.live_types()
+
+
+def serialized(epoch, seq):
+    packet = WavePacket(epoch, seq, 5, 0.008, 1.0, 1.0, 1.0, 1.0)
+    return serialize_message(messages.wave(LIVE, packet, 1))
+
+
+class Bench:
+    """A lane with its ends in memory and a clock that is set by hand."""
+
+    def __init__(self, params, *, is_wave=True, seed=1):
+        self.now_ns = 0
+        self.before = []
+        self.after = []
+        self.lane = Lane(
+            "user1/up",
+            Link(params, seed=seed),
+            take=lambda: self.before.pop(0) if self.before else None,
+            give=lambda message: self.after.append((self.now_ns, message)),
+            clock=lambda: self.now_ns,
+            is_wave=is_wave,
+        )
+
+    def at(self, now_ns, *arriving):
+        self.now_ns = now_ns
+        self.before += arriving
+        self.lane.take_in()
+        self.lane.let_out()
+
+
+@given(epoch=st.integers(0, 2**64 - 1), seq=st.integers(0, 2**32 - 1))
+def test_epoch_and_number_are_found_where_the_encoding_puts_them(epoch, seq):
+    assert peek_wave(serialized(epoch, seq)) == (epoch, seq)
+
+
+def test_the_other_byte_order_is_read_too():
+    message = bytes((0, 0, 0, 0)) + bytes(16) + (7).to_bytes(8, "big") + (9).to_bytes(4, "big")
+    assert peek_wave(message) == (7, 9)
+
+
+@pytest.mark.parametrize("length", [0, 1, 4, 31])
+def test_a_message_shorter_than_its_head_is_no_wave(length):
+    assert peek_wave(serialized(1, 1)[:length]) is None
+
+
+def test_an_unknown_encoding_is_no_wave():
+    assert peek_wave(b"\x00\x07" + serialized(1, 1)[2:]) is None
+
+
+def test_a_message_leaves_when_it_is_due_and_as_it_came():
+    bench = Bench(LinkParams(delay_s=0.010))
+    message = serialized(3, 4)
+    bench.at(2 * MS, message)
+    bench.at(12 * MS - 1)
+    assert bench.after == []
+    bench.at(12 * MS)
+    assert bench.after == [(12 * MS, message)]
+
+
+def test_the_record_tells_sender_size_and_times():
+    bench = Bench(LinkParams(delay_s=0.010))
+    bench.at(2 * MS, serialized(3, 4))
+    assert len(bench.lane.fates) == 0  # not before it has left
+    bench.at(13 * MS)
+    block = bench.lane.fates.take()
+    assert (block.first, block.epoch[0], block.seq[0], block.bytes[0]) == (1, 3, 4, 126)
+    times = (block.time_in_ns[0], block.time_due_ns[0], block.time_out_ns[0])
+    assert times == (2 * MS, 12 * MS, 13 * MS)
+    assert block.fate[0] == FateKind.DELIVERED
+
+
+def test_every_message_has_a_fate_and_copies_have_their_own():
+    bench = Bench(LinkParams(loss=0.3, duplicate=0.3))
+    bench.at(MS, *[serialized(1, seq) for seq in range(1, 101)])
+    block = bench.lane.fates.take()
+    counters = bench.lane.link.counters
+    assert len(block.seq) == 100 + counters.duplicated
+    assert sorted(set(block.seq)) == list(range(1, 101))
+    assert np.count_nonzero(block.fate == FateKind.LOST) == counters.lost > 0
+    assert np.count_nonzero(block.time_out_ns == 0) == counters.lost
+
+
+def test_what_is_no_message_is_written_down_and_the_rest_goes_on():
+    bench = Bench(LinkParams())
+    bench.at(MS, serialized(1, 1), b"\x00\x01", serialized(1, 2))
+    block = bench.lane.fates.take()
+    assert sorted(block.fate) == [FateKind.DELIVERED, FateKind.DELIVERED, FateKind.INVALID]
+    assert bench.lane.invalid == 1
+    assert bench.lane.link.counters.in_count == 2  # it draws no random numbers
+    assert len(bench.after) == 2
+
+
+def test_other_messages_are_counted_by_the_relay():
+    bench = Bench(LinkParams(), is_wave=False)
+    bench.at(MS, b"\x00\x01\x00\x00", b"\x00\x01\x00\x00abcd", b"")
+    block = bench.lane.fates.take()
+    delivered = block.fate == FateKind.DELIVERED
+    assert list(block.seq[delivered]) == [1, 2]
+    assert list(block.epoch) == [0, 0, 0]
+    assert bench.lane.invalid == 1
+
+
+def test_what_is_under_way_at_the_end_is_written_down_as_never_out():
+    bench = Bench(LinkParams(delay_s=1.0))
+    bench.at(MS, serialized(1, 1))
+    bench.lane.end()
+    block = bench.lane.fates.take()
+    assert (block.time_due_ns[0], block.time_out_ns[0]) == (1001 * MS, 0)
+    assert bench.after == []
+
+
+def test_delays_and_errors_are_those_since_the_last_look():
+    bench = Bench(LinkParams(delay_s=0.010))
+    bench.at(0, serialized(1, 1))
+    bench.at(2 * MS, serialized(1, 2))
+    bench.at(11 * MS)
+    bench.at(15 * MS)
+    delays = bench.lane.timing.delays()
+    assert delays == pytest.approx(
+        {"delay_mean": 0.012, "delay_min": 0.011, "delay_max": 0.013, "delay_error_max": 0.003}
+    )
+    assert all(math.isnan(value) for value in Timing().delays().values())
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_never_means_a_negative_delay(name):
+    """Of a normal spread, so much that three of a hundred are cut off at zero at most."""
+    for params in (PRESETS[name].up, PRESETS[name].down):
+        reach = {"none": 0.0, "uniform": 1.0, "normal": 1.75}[params.jitter]
+        assert params.delay_s >= reach * params.jitter_s
+    assert PRESETS[name].basis

@@ -1,0 +1,278 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Messages say what went into them, to rclpy and to rosbags alike."""
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rclpy.serialization import deserialize_message, serialize_message
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from pmwvc_core.params import LinkParams
+from pmwvc_core.runtime import messages
+from pmwvc_core.runtime.messages import TraceBlock
+from pmwvc_core.wave.packet import FLAG_LEAVING, WavePacket, size_bytes
+
+DEFINITIONS = Path(__file__).resolve().parents[2] / "pmwvc_msgs" / "msg"
+STAMP_NS = 1_700_000_000_123_456_789
+ENERGY = {"u_m": 1.0, "u_tx": 2.0, "v_rx": 3.0, "v_m": 4.0, "device": 5.0, "hand": 6.0}
+LIVE = messages.live_types()
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+packets = st.builds(
+    WavePacket,
+    epoch=st.integers(0, 2**64 - 1),
+    seq=st.integers(0, 2**32 - 1),
+    sent_ns=st.integers(-(2**63), 2**63 - 1),
+    period=finite,
+    wave=finite,
+    integral=finite,
+    energy=finite,
+    position=finite,
+    echo_seq=st.integers(0, 2**32 - 1),
+    echo_sent_ns=st.integers(-(2**63), 2**63 - 1),
+    echo_hold_ns=st.integers(-(2**63), 2**63 - 1),
+    flags=st.integers(0, 2**16 - 1),
+)
+
+
+def typestore():
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for file in DEFINITIONS.glob("*.msg"):
+        store.register(get_types_from_msg(file.read_text(), f"pmwvc_msgs/msg/{file.stem}"))
+    return store
+
+
+STORE = typestore()
+RECORDED = messages.types_from(STORE.types)
+
+
+def a_packet(value=0.5):
+    return WavePacket(7, 3, 10, 0.008, value, value * 2, 0.25, value * 3, 2, 9, 1, FLAG_LEAVING)
+
+
+def a_block(ticks=8, dof=1, *, filled=None):
+    """Fill a block with numbers that differ from field to field, tick to tick and axis to axis."""
+    block = TraceBlock(ticks, dof)
+    for k in range(ticks if filled is None else filled):
+        values = [100.0 * field + 10.0 * k for field in range(8)]
+        axes = values if dof == 1 else [value + np.arange(dof) for value in values]
+        block.put(*axes, lateness=0.001 * k, compute=0.002 * k)
+    return block
+
+
+def master(types, block, *, dof=1):
+    return messages.master_trace(
+        types,
+        block.series(),
+        stamp_ns=STAMP_NS,
+        start_ns=5,
+        epoch=2**64 - 1,
+        seq=6,
+        first_tick=48,
+        period=0.001,
+        dof=dof,
+        state=3,
+        reason="too fast",
+        missed=1,
+        safety_events=2,
+        hand_force_known=True,
+        energy=ENERGY,
+    )
+
+
+def server(types):
+    return messages.server_trace(
+        types,
+        stamp_ns=STAMP_NS,
+        start_ns=5,
+        epoch=9,
+        step=4,
+        period=0.008,
+        dof=3,
+        users=["user1", "user2"],
+        x_o=0.0,
+        xd_o=np.array([1.0, 2.0, 3.0]),
+        target=np.array([0.5, 0.0, 0.0]),
+        x_s=[np.array([1.0, 2.0, 3.0]), 0.0],
+        xd_s=[0.0, np.array([4.0, 5.0, 6.0])],
+        f_s=[0.0, 0.0],
+        u_s=[0.0, 0.0],
+        v_s=[0.0, 0.0],
+        state=[2, 0],
+        contact=[np.True_, False],
+        energy_u_s=[np.array([0.25]), 0.5],
+        energy_v_s=[0.0, 1.0],
+        kinetic=np.array([2.0]),
+        potential=0.5,
+        dissipated=0.125,
+    )
+
+
+def link(types):
+    counts = {"in_count": 9, "out_count": 8, "lost": 1, "duplicated": 2}
+    counts |= {"reordered": 3, "queued": 4, "dropped": 5}
+    delays = {"delay_mean": 0.1, "delay_min": 0.05, "delay_max": 0.2, "delay_error_max": 0.001}
+    return messages.link_state(
+        types,
+        stamp_ns=STAMP_NS,
+        link="user1/up",
+        seq=1,
+        counts=counts,
+        delays=delays,
+        rate_hz=125.0,
+        params=LinkParams(delay_s=0.016, loss=0.1, jitter="normal", jitter_s=0.001),
+        seed=3,
+    )
+
+
+def fates(types):
+    return messages.packet_fates(
+        types,
+        stamp_ns=STAMP_NS,
+        link="user1/up",
+        first=65,
+        epoch=np.array([2**64 - 1, 0], np.uint64),
+        seq=np.array([1, 2], np.uint32),
+        size=np.array([126, 126], np.uint32),
+        time_in_ns=np.array([1, 2], np.int64),
+        time_due_ns=np.array([3, 0], np.int64),
+        time_out_ns=np.array([4, 0], np.int64),
+        fate=np.array([0, 1], np.uint8),
+        cause=np.array([0, 1], np.uint8),
+    )
+
+
+def health(types):
+    return messages.diagnostic(
+        types,
+        stamp_ns=STAMP_NS,
+        name="/user1/master",
+        level=1,
+        message="late",
+        values={"ticks": 3, "state": "coupled"},
+    )
+
+
+BUILDERS = {
+    "pmwvc_msgs/msg/Wave": lambda types: messages.wave(types, a_packet(), STAMP_NS),
+    "pmwvc_msgs/msg/MasterTrace": lambda types: master(types, a_block()),
+    "pmwvc_msgs/msg/ServerTrace": server,
+    "pmwvc_msgs/msg/LinkState": link,
+    "pmwvc_msgs/msg/PacketFate": fates,
+    "diagnostic_msgs/msg/DiagnosticArray": health,
+}
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_each_side_reads_what_the_other_has_written(name):
+    live, recorded = BUILDERS[name](LIVE), BUILDERS[name](RECORDED)
+    live_bytes = serialize_message(live)
+    recorded_bytes = bytes(STORE.serialize_cdr(recorded, name))
+    assert len(live_bytes) == len(recorded_bytes)  # they differ only in what fills gaps
+    assert deserialize_message(recorded_bytes, type(live)) == live
+    again = STORE.serialize_cdr(STORE.deserialize_cdr(live_bytes, name), name)
+    assert bytes(again) == recorded_bytes
+
+
+@given(packet=packets)
+def test_a_packet_survives_the_way_through_a_message(packet):
+    for types in (LIVE, RECORDED):
+        assert messages.read_wave(messages.wave(types, packet, STAMP_NS), 1) == packet
+
+
+@pytest.mark.parametrize("dof", [1, 2, 3, 6])
+def test_the_size_of_a_packet_is_that_of_its_message(dof):
+    message = messages.wave(LIVE, a_packet(0.5 if dof == 1 else np.ones(dof)), STAMP_NS)
+    assert len(serialize_message(message)) == size_bytes(dof)
+
+
+def test_a_float_stands_for_every_axis():
+    message = messages.wave(LIVE, a_packet(0.0), STAMP_NS, dof=3)
+    assert [list(message.wave), list(message.position)] == [[0.0] * 3] * 2
+
+
+def test_a_message_of_another_length_is_read_as_it_is():
+    message = messages.wave(LIVE, a_packet(np.ones(2)), STAMP_NS)
+    for dof in (1, 3):
+        np.testing.assert_array_equal(messages.read_wave(message, dof).wave, [1.0, 1.0])
+    assert messages.read_wave(LIVE.Wave(), 1).wave.size == 0
+
+
+def test_what_is_not_a_number_is_read_as_it_is():
+    message = messages.wave(LIVE, a_packet(math.nan), STAMP_NS)
+    assert math.isnan(messages.read_wave(message, 1).wave)
+
+
+@given(stamp_ns=st.integers(0, 2**31 * 10**9 - 1))
+def test_a_time_keeps_its_nanoseconds(stamp_ns):
+    assert messages.nanoseconds(messages.time_message(LIVE, stamp_ns)) == stamp_ns
+
+
+@pytest.mark.parametrize("dof", [1, 3])
+def test_a_block_is_row_major_by_tick(dof):
+    message = master(LIVE, a_block(4, dof), dof=dof)
+    for field, name in enumerate(("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")):
+        expected = [100.0 * field + 10.0 * k + axis for k in range(4) for axis in range(dof)]
+        assert list(getattr(message, name)) == expected
+    np.testing.assert_allclose(message.lateness, [0.0, 0.001, 0.002, 0.003], rtol=1e-6)
+    np.testing.assert_allclose(message.compute, [0.0, 0.002, 0.004, 0.006], rtol=1e-6)
+
+
+def test_a_block_that_ends_early_holds_only_what_was_written():
+    block = a_block(8, 2, filled=3)
+    assert not block.full
+    message = master(LIVE, block, dof=2)
+    assert (len(message.x), len(message.lateness)) == (6, 3)
+
+
+def test_a_cleared_block_starts_again_and_leaves_its_message_alone():
+    block = a_block(2)
+    message = master(LIVE, block)
+    block.clear()
+    assert len(block.series()["x"]) == 0
+    block.put(*[-1.0] * 8, lateness=0.0, compute=0.0)
+    block.put(*[-2.0] * 8, lateness=0.0, compute=0.0)
+    assert block.full
+    assert list(message.x) == [0.0, 10.0]
+    assert list(block.series()["x"]) == [-1.0, -2.0]
+
+
+def test_a_full_block_takes_no_more():
+    with pytest.raises(IndexError):
+        a_block(8, 1, filled=9)
+    with pytest.raises(IndexError):
+        a_block(8, 2, filled=9)
+
+
+def test_writing_ticks_leaves_nothing_allocated():
+    block = TraceBlock(8, 1)
+    values = [0.1 * n for n in range(10)]
+
+    def frame():
+        block.clear()
+        for _ in range(8):
+            block.put(*values)
+
+    for _ in range(3):
+        frame()
+    before = sys.getallocatedblocks()
+    for _ in range(1000):
+        frame()
+    assert sys.getallocatedblocks() - before < 20
+
+
+def test_the_state_of_a_link_tells_its_settings():
+    message = link(LIVE)
+    assert (message.delay_s, message.jitter, message.loss) == (0.016, "normal", 0.1)
+    assert (message.in_count, message.dropped, message.seed) == (9, 5, 3)
+
+
+def test_an_unknown_message_name_is_an_error():
+    with pytest.raises(AttributeError, match="NoSuchMessage"):
+        LIVE.NoSuchMessage  # noqa: B018

@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The reference page says of every parameter what the checks know of it."""
+
+import subprocess
+import sys
+
+import pytest
+
+from pmwvc_core.params import LinkParams, MasterParams, SafetyParams, Spec
+from pmwvc_core.runtime.parameter_values import leaves
+from pmwvc_core.runtime.reference import docs_table, group_table, reference_page
+
+SECTIONS = {
+    "master": MasterParams,
+    "safety": SafetyParams,
+    "link.up": LinkParams,
+    "link.down": LinkParams,
+}
+
+
+def rows_of(table):
+    """Return the cells of each row by the name in the first."""
+    lines = [line for line in table.splitlines() if line.startswith("| `")]
+    cells = [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
+    return {row[0].strip("`"): row[1:] for row in cells}
+
+
+def test_a_row_tells_type_unit_default_range_and_description():
+    assert rows_of(group_table("master", MasterParams))["master.impedance"] == [
+        "number",
+        "N s/m",
+        "25",
+        "> 0 N s/m",
+        "wave impedance b",
+    ]
+
+
+@pytest.mark.parametrize("prefix", SECTIONS)
+def test_every_parameter_has_a_row_with_its_range(prefix):
+    kind = SECTIONS[prefix]
+    rows = rows_of(group_table(prefix, kind))
+    assert list(rows) == [name for name, _ in leaves(prefix, kind)]
+    for name, spec in leaves(prefix, kind):
+        assert rows[name][3] == spec.range_text()
+        assert rows[name][4].startswith(spec.description)
+
+
+def test_nested_groups_defaults_and_fixed_ones_are_told():
+    rows = rows_of(group_table("master", MasterParams))
+    assert rows["master.filter.pole_rad_s"][2] == "null"
+    assert rows["master.filter.kind"][2] == "first_order"
+    assert rows["master.rate_drop"][4].endswith("fixed once running")
+    assert rows_of(group_table("link.up", LinkParams))["link.up.keep_order"][2] == "true"
+
+
+def test_groups_that_share_their_parameters_share_a_section():
+    page = reference_page(SECTIONS)
+    assert [line for line in page.splitlines() if line.startswith("## ")] == [
+        "## `master`",
+        "## `safety`",
+        "## `link.up`, `link.down`",
+    ]
+    assert "`link.down.delay_s`" not in page
+
+
+def test_a_section_opens_with_what_the_group_is():
+    assert "Limits between controller and device" in reference_page(SECTIONS)
+
+
+def test_a_parameter_without_default_is_required():
+    table = docs_table({"users": Spec(int, low=1, high=8), "name": Spec(str)}, {"name": ""})
+    assert rows_of(table)["users"][2:4] == ["(required)", "1..8"]
+    assert rows_of(table)["name"][2] == '""'
+
+
+def test_a_bar_in_a_text_does_not_end_the_cell():
+    table = docs_table({"a": Spec(str, description="x|y\nz")}, {"a": "p|q"})
+    assert rows_of(table)["a"][4] == "x\\|y z"
+    assert rows_of(table)["a"][2] == "p\\|q"
+
+
+def test_the_page_needs_no_ros():
+    code = (
+        "import sys\n"
+        "for name in ('rclpy', 'rcl_interfaces'): sys.modules[name] = None\n"
+        "from pmwvc_core.params import MasterParams\n"
+        "from pmwvc_core.runtime.reference import reference_page\n"
+        "print(reference_page({'master': MasterParams}))\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert "`master.impedance`" in result.stdout

@@ -1,0 +1,283 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters in ROS are those of the dataclasses: names, bounds and refusals, at any time."""
+
+import dataclasses
+
+import pytest
+from processes import ros
+from rcl_interfaces.msg import ParameterType
+from rclpy.parameter import Parameter
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import (
+    ContactParams,
+    DeviceParams,
+    FilterParams,
+    LinkParams,
+    MasterParams,
+    OperatorParams,
+    SafetyParams,
+    ServerParams,
+    Spec,
+    TaskParams,
+)
+from pmwvc_core.runtime.parameter_values import built, leaves, to_ros_yaml, values_of
+from pmwvc_core.runtime.parameters import (
+    ParameterBinding,
+    declare,
+    declare_names,
+    declare_value,
+    refuse_unknown,
+)
+
+GROUPS = [
+    ContactParams,
+    DeviceParams,
+    LinkParams,
+    MasterParams,
+    OperatorParams,
+    SafetyParams,
+    ServerParams,
+    TaskParams,
+]
+
+
+def node_given(**values):
+    """Join ROS as a node that was given parameters; ``__`` stands for a dot."""
+    overrides = [Parameter(n.replace("__", "."), value=v) for n, v in values.items()]
+    return ros(parameter_overrides=overrides, automatically_declare_parameters_from_overrides=True)
+
+
+def bind(node, prefix, kind, **options):
+    """Bind a group; return its values at the start and the list that changes go to."""
+    changes = []
+    start = ParameterBinding(node).declare(prefix, kind, changes.append, **options)
+    return start, changes
+
+
+def change(node, **values):
+    """Set parameters together; return the reason of refusal, "" where none."""
+    wanted = [Parameter(n.replace("__", "."), value=v) for n, v in values.items()]
+    return node.set_parameters_atomically(wanted).reason
+
+
+@pytest.mark.parametrize("kind", GROUPS, ids=lambda kind: kind.__name__)
+def test_every_group_survives_the_way_through_ros(kind):
+    with ros() as peer:
+        assert declare(peer.node, "group", kind) == kind()
+        for name, spec in leaves("group", kind):
+            descriptor = peer.node.describe_parameter(name)
+            assert descriptor.read_only
+            assert descriptor.description.startswith(spec.description)
+            assert spec.unit in ("", "-") or f"[{spec.unit}]" in descriptor.description
+
+
+@pytest.mark.parametrize("kind", GROUPS, ids=lambda kind: kind.__name__)
+def test_every_bound_holds_in_ros_at_the_bound_and_not_beyond(kind):
+    with ros() as peer:
+        far_apart = {"fault_velocity": 20.0} if kind is SafetyParams else {}
+        bind(peer.node, "g", kind, defaults=kind(**far_apart))
+        for name, spec in leaves("g", kind):
+            if spec.read_only or spec.kind not in (int, float):
+                continue
+            step = 1 if spec.kind is int else 1e-6
+            for bound, outside in ((spec.low, -step), (spec.high, step)):
+                if bound is None:
+                    continue
+                good = peer.node.set_parameters([Parameter(name, value=spec.kind(bound))])[0]
+                assert good.successful, good.reason
+                bad = Parameter(name, value=spec.kind(bound + outside * max(1, abs(bound))))
+                refused = peer.node.set_parameters([bad])[0]
+                assert not refused.successful
+                assert name in refused.reason
+                assert peer.node.get_parameter(name).value == bound
+
+
+def test_a_type_and_an_inclusive_range_are_told():
+    with ros() as peer:
+        bind(peer.node, "master", MasterParams)
+        ticks = peer.node.describe_parameter("master.rate_drop")
+        assert (ticks.type, ticks.read_only) == (ParameterType.PARAMETER_INTEGER, True)
+        assert [(r.from_value, r.to_value) for r in ticks.integer_range] == [(1, 1000)]
+        impedance = peer.node.describe_parameter("master.impedance")
+        assert (impedance.type, impedance.read_only) == (ParameterType.PARAMETER_DOUBLE, False)
+        assert impedance.additional_constraints == "> 0 N s/m"
+        assert not impedance.floating_point_range  # zero is not allowed: no range can say that
+
+
+def test_what_the_node_was_given_wins_over_defaults_and_a_whole_number_is_a_number():
+    with node_given(master__impedance=30, master__filter__cutoff_hz=7) as peer:
+        defaults = MasterParams(impedance=10.0, hold="zoh")
+        start, _ = bind(peer.node, "master", MasterParams, defaults=defaults)
+        assert start == MasterParams(
+            impedance=30.0, hold="zoh", filter=FilterParams(cutoff_hz=7.0)
+        )
+        assert peer.node.get_parameter("master.impedance").type_ == Parameter.Type.DOUBLE
+
+
+def test_every_wrong_start_value_is_named_with_its_range():
+    with (
+        node_given(master__impedance=-3.0, master__hold="up", master__rate_drop=2.5) as peer,
+        pytest.raises(ParameterError) as caught,
+    ):
+        declare(peer.node, "master", MasterParams)
+    assert str(caught.value) == (
+        "master.impedance = -3.0: must be > 0 N s/m; "
+        "master.rate_drop = 2.5: must be a whole number, 1..1000; "
+        "master.hold = 'up': must be one of zoh, foh"
+    )
+
+
+def test_a_conflict_is_named_with_the_group():
+    with (
+        node_given(master__filter__cutoff_hz=7.0, master__filter__stop_hz=40.0) as peer,
+        pytest.raises(ParameterError, match=r"^master\.filter\.cutoff_hz and stop_hz are given"),
+    ):
+        declare(peer.node, "master", MasterParams)
+
+
+def test_a_misspelt_name_is_refused_with_the_nearest_right_one():
+    with node_given(master__impedence=3.0, use_sim_time=False) as peer:
+        declare(peer.node, "master", MasterParams)
+        with pytest.raises(ParameterError) as caught:
+            refuse_unknown(peer.node)
+    assert str(caught.value) == (
+        "master.impedence: there is no such parameter; did you mean master.impedance?"
+    )
+
+
+def test_right_names_are_not_refused():
+    with node_given(master__impedance=3.0, users=["a"], seed=7) as peer:
+        declare(peer.node, "master", MasterParams)
+        assert declare_names(peer.node, "users", [], "names") == ["a"]
+        assert declare_value(peer.node, "seed", Spec(int, low=0, description="seed"), 1) == 7
+        refuse_unknown(peer.node)
+
+
+def test_single_values_are_checked_too():
+    with node_given(users=[1, 2], seed=-1) as peer:
+        with pytest.raises(ParameterError, match=r"^users = .*: must be a list of texts"):
+            declare_names(peer.node, "users", [], "names")
+        with pytest.raises(ParameterError, match=r"^seed = -1: must be >= 0"):
+            declare_value(peer.node, "seed", Spec(int, low=0, description="seed"), 1)
+
+
+def test_no_names_are_names_too():
+    with ros() as peer:
+        assert declare_names(peer.node, "users", [], "names") == []
+
+
+def test_a_change_hands_over_the_complete_new_object():
+    with ros() as peer:
+        start, changes = bind(peer.node, "master", MasterParams)
+        assert change(peer.node, master__impedance=12) == ""
+        assert change(peer.node, master__hold="zoh", master__filter__cutoff_hz=5.0) == ""
+        assert changes == [
+            dataclasses.replace(start, impedance=12.0),
+            MasterParams(impedance=12.0, hold="zoh", filter=FilterParams(cutoff_hz=5.0)),
+        ]
+
+
+def test_a_refused_change_carries_the_message_of_the_dataclass_and_changes_nothing():
+    with ros() as peer:
+        _, changes = bind(peer.node, "safety", SafetyParams)
+        with pytest.raises(ParameterError) as own:
+            SafetyParams(damper_velocity=2.0)
+        reason = change(peer.node, safety__soft_start_s=1.0, safety__damper_velocity=2.0)
+        assert reason == f"safety.{own.value}"
+        assert changes == []
+        assert declared_values(peer.node, "safety", SafetyParams) == SafetyParams()
+
+
+def declared_values(node, prefix, kind):
+    return built(prefix, kind, {n: node.get_parameter(n).value for n in values_of(prefix, kind())})
+
+
+def test_two_conflicting_values_may_change_together():
+    """One after the other each would be refused."""
+    with ros() as peer:
+        _, changes = bind(peer.node, "safety", SafetyParams)
+        assert change(peer.node, safety__damper_velocity=2.0, safety__fault_velocity=3.0) == ""
+        assert changes == [SafetyParams(damper_velocity=2.0, fault_velocity=3.0)]
+
+
+def test_zero_takes_an_optional_number_back():
+    with ros() as peer:
+        defaults = MasterParams(filter=FilterParams(cutoff_hz=5.0))
+        _, changes = bind(peer.node, "m", MasterParams, defaults=defaults)
+        assert change(peer.node, m__filter__pole_rad_s=50.0).startswith(
+            "m.filter.pole_rad_s and cutoff_hz are given"
+        )
+        assert change(peer.node, m__filter__pole_rad_s=50.0, m__filter__cutoff_hz=0.0) == ""
+        assert changes == [MasterParams(filter=FilterParams(pole_rad_s=50.0))]
+
+
+def test_what_is_fixed_at_the_start_stays():
+    with ros() as peer:
+        _, changes = bind(peer.node, "master", MasterParams)
+        assert "read-only" in change(peer.node, master__rate_drop=4)
+        assert changes == []
+
+
+def test_a_check_beyond_the_dataclass_refuses_at_the_start_and_later():
+    def even(params):
+        if params.impedance % 2:
+            raise ParameterError("odd")
+
+    with ros() as peer:
+        defaults = MasterParams(impedance=2.0)
+        _, changes = bind(peer.node, "m", MasterParams, defaults=defaults, check=even)
+        assert change(peer.node, m__impedance=3.0) == "odd"
+        assert change(peer.node, m__impedance=4.0) == ""
+        assert len(changes) == 1
+        with pytest.raises(ParameterError, match=r"^odd$"):
+            bind(peer.node, "n", MasterParams, check=even)
+
+
+def test_parameters_of_others_do_not_concern_the_binding():
+    with ros() as peer:
+        _, changes = bind(peer.node, "master", MasterParams)
+        peer.node.declare_parameter("other", 1)
+        assert change(peer.node, other=2) == ""
+        assert changes == []
+
+
+def test_a_parameter_file_holds_everything_and_no_null():
+    values = {
+        "master": MasterParams(filter=FilterParams(pole_rad_s=50.0)),
+        "seed": 3,
+        "users": [],
+        "user1.side": -1,
+        "nothing": None,
+    }
+    assert to_ros_yaml(values, node="/netem") == {
+        "/netem": {
+            "ros__parameters": {
+                "master": {
+                    "impedance": 25.0,
+                    "rate_drop": 8,
+                    "tick_s": 0.001,
+                    "hold": "foh",
+                    "filter": {
+                        "kind": "first_order",
+                        "pole_rad_s": 50.0,
+                        "cutoff_hz": 0.0,
+                        "stop_hz": 0.0,
+                        "pass_hz": 25.0,
+                        "pass_db": 20.0,
+                        "stop_db": 40.0,
+                        "meet": "pass",
+                        "discretisation": "bilinear",
+                    },
+                },
+                "seed": 3,
+                "user1": {"side": -1},
+            }
+        }
+    }
+
+
+@pytest.mark.parametrize("kind", GROUPS, ids=lambda kind: kind.__name__)
+def test_flat_values_build_the_same_group(kind):
+    assert built("a.b", kind, values_of("a.b", kind())) == kind()
