@@ -74,8 +74,8 @@ class Parser(argparse.ArgumentParser):
     """An argument parser whose refusals name the nearest right word."""
 
     def __init__(self, **options: Any) -> None:
-        options = {"formatter_class": _HelpFormatter, "allow_abbrev": False} | options
-        super().__init__(**options)
+        options.setdefault("formatter_class", _HelpFormatter)
+        super().__init__(**{**options, "allow_abbrev": False})
 
     def error(self, message: str) -> NoReturn:
         """Print one message and exit with 2."""

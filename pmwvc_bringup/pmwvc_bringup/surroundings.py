@@ -15,6 +15,7 @@ from pmwvc_core.errors import PmwvcError
 
 SESSIONS = "sessions"
 DOMAINS = range(1, 102)  # above, the ports of a domain overlap those the kernel hands out
+RESERVING_PORT = 21_000  # + domain, TCP: also bound by tests that use a domain
 
 
 def new_folder(scenario: str, out: str | None) -> Path:
@@ -54,8 +55,7 @@ def _free(folder: Path) -> Path:
 def own_domain(environment: Mapping[str, str]) -> Iterator[int]:
     """Yield the ROS domain of a session: the user's, or one that nobody on this machine uses.
 
-    A socket in the abstract namespace reserves it against other sessions; it goes away with this
-    process, however that ends.
+    Sockets reserve it against other sessions; they go away with this process, however it ends.
 
     Raises
     ------
@@ -66,19 +66,28 @@ def own_domain(environment: Mapping[str, str]) -> Iterator[int]:
     if wish and not (wish.isdigit() and int(wish) <= 232):
         raise PmwvcError(f"ROS_DOMAIN_ID={wish}: must be a number, 0..101; or unset it")
     first = os.getpid() % len(DOMAINS)
-    candidates = [int(wish)] if wish else [*DOMAINS[first:], *DOMAINS[:first]]
-    for domain in candidates:
-        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as reservation:
-            try:
-                reservation.bind(f"\0pmwvc-domain-{domain}")
-            except OSError:
+    for domain in [int(wish)] if wish else [*DOMAINS[first:], *DOMAINS[:first]]:
+        with contextlib.ExitStack() as reservations:
+            if not _held(f"\0pmwvc-domain-{domain}", reservations):
                 continue
-            if wish or _silent(domain):
+            port = ("127.0.0.1", RESERVING_PORT + domain)
+            if wish or (_held(port, reservations) and _silent(domain)):
                 yield domain
                 return
     if wish:
         raise PmwvcError(f"ROS_DOMAIN_ID={wish}: another session runs there; unset it, or wait")
     raise PmwvcError("every ROS domain from 1 to 101 is in use on this machine")
+
+
+def _held(address: str | tuple[str, int], until: contextlib.ExitStack) -> bool:
+    """Bind a socket to an address, or tell that somebody else has."""
+    family = socket.AF_UNIX if isinstance(address, str) else socket.AF_INET
+    reservation = until.enter_context(socket.socket(family, socket.SOCK_STREAM))
+    try:
+        reservation.bind(address)
+    except OSError:
+        return False
+    return True
 
 
 def _silent(domain: int) -> bool:

@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A session has a folder, a domain and an environment of its own."""
+
+import os
+import socket
+import sys
+
+import pytest
+
+from pmwvc_bringup.surroundings import new_folder, node_environment, own_domain
+from pmwvc_core.errors import PmwvcError
+
+
+def test_two_sessions_get_two_domains():
+    with own_domain({}) as one, own_domain({}) as other:
+        assert one != other
+        assert 1 <= one <= 101
+
+
+def test_a_domain_with_a_ros_program_in_it_is_left_alone():
+    with own_domain({}) as first:
+        pass
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
+        participant.bind(("0.0.0.0", 7400 + 250 * first))
+        with own_domain({}) as second:
+            assert second != first
+    with own_domain({}) as third:
+        assert third == first
+
+
+def test_the_users_domain_is_taken_once():
+    with own_domain({}) as free:
+        wish = {"ROS_DOMAIN_ID": str(free)}
+        with pytest.raises(PmwvcError, match="another session runs there"), own_domain(wish):
+            pass
+    with own_domain(wish) as domain:
+        assert domain == free
+
+
+def test_an_error_inside_is_not_taken_for_a_taken_domain():
+    with pytest.raises(ConnectionError, match="mine"), own_domain({}):
+        raise ConnectionError("mine")
+
+
+@pytest.mark.parametrize("wish", ["many", "-1", "233", "1.0"])
+def test_a_domain_that_is_none_is_refused(wish):
+    with pytest.raises(PmwvcError, match=f"ROS_DOMAIN_ID={wish}"):
+        own_domain({"ROS_DOMAIN_ID": wish}).__enter__()
+
+
+def test_the_users_choices_win_where_they_are_choices(tmp_path):
+    given = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_LOG_DIR": "/elsewhere", "HOME": "/me"}
+    found = node_environment(given, domain=7, log_folder=tmp_path)
+    assert found["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"
+    assert found["FASTDDS_BUILTIN_TRANSPORTS"] == "UDPv4"
+    assert found["ROS_LOG_DIR"] == str(tmp_path)
+    assert (found["ROS_DOMAIN_ID"], found["HOME"]) == ("7", "/me")
+
+
+def test_an_empty_variable_is_no_choice(tmp_path):
+    found = node_environment({"AMENT_PREFIX_PATH": ""}, domain=7, log_folder=tmp_path)
+    assert found["AMENT_PREFIX_PATH"] == sys.prefix
+
+
+def test_sessions_of_one_second_get_folders_of_their_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    folders = {new_folder("a/../b c", None) for _ in range(5)}
+    assert len(folders) == 5
+    assert {os.path.dirname(folder) for folder in folders} == {"sessions"}
