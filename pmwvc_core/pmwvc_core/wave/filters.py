@@ -106,7 +106,7 @@ class _IntegrateAndDump:
         return mean
 
     def _mean(self) -> Value:
-        return self._sum / max(self._ticks, self._rate_drop)
+        return self._sum / (self._ticks if self._ticks > self._rate_drop else self._rate_drop)
 
 
 class AntiAliasing:

@@ -15,14 +15,13 @@ class Hold:
     ``zoh``: v_m = v_i. ``foh``: v_m = v_{i-1} + (v_i - v_{i-1}) j/M for the ticks j = 1..M after
     the load, where v_{-1} = 0: a start value other than zero would be energy that nobody sent.
 
-    A ramp always starts at the value loaded before, also when it was cut short. Each tick is then
-    a mean of v_{i-1} and v_i with weights 1 - j/M and j/M; over its two frames a packet is used
-    with a total weight of at most (M+1)/2 + (M-1)/2 = M, and as the square is convex no more
-    energy comes out than came in. Starting at the value reached instead would look smoother but
-    uses the older packet longer than M ticks: not passive.
+    A packet that comes early starts its ramp at the value reached, so the output never jumps. That
+    is passive: with E = T_c (M-1)/4 v_m^2 as the energy stored at the instant of a load, a frame
+    of any number of ticks up to M gives out no more than the packet brings and E loses (for a
+    whole frame this is the closed form of the equation).
 
     After M ticks the output stays at v_i until the next load. This hold-last spends energy that
-    did not arrive: the frame has to be watched by the owner, not here.
+    did not arrive: whoever owns the link has to watch the frames, not the hold.
 
     Parameters
     ----------
@@ -32,26 +31,29 @@ class Hold:
         M, the number of ticks a packet stands for.
     """
 
-    __slots__ = ("_before", "_done", "_target", "ticks")
+    __slots__ = ("_done", "_start", "_target", "_value", "ticks")
 
     def __init__(self, kind: str, *, ticks: int) -> None:
         if kind not in ("zoh", "foh"):
             raise ValueError(f"hold = {kind!r}: must be one of zoh, foh")
         self.ticks = ticks if kind == "foh" else 1  # a ramp of one tick is a zero-order hold
-        self._before: Value = 0.0
+        self._start: Value = 0.0
         self._target: Value = 0.0
-        self._done = self.ticks
+        self._value: Value = 0.0
+        self._done = 0
 
     def load(self, v: Value) -> None:
         """Begin a frame with the packet v [sqrt(W)], float or ``(..., dof)``."""
-        self._before = self._target
+        self._start = self._value
         self._target = v
         self._done = 0
 
     def step(self) -> Value:
         """Return the wave of the next tick [sqrt(W)]."""
-        done = self._done + 1
-        if done >= self.ticks:
-            return self._target
-        self._done = done
-        return self._before + (self._target - self._before) * (done / self.ticks)
+        self._done = done = self._done + 1
+        if done < self.ticks:
+            share = done / self.ticks
+            self._value = self._start + (self._target - self._start) * share
+        else:
+            self._value = self._target
+        return self._value

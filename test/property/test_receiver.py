@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The receiver under any packets at all, in any order."""
+
+import dataclasses
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pmwvc_core.numeric import finite
+from pmwvc_core.wave import Packer, Receiver, Verdict, WavePacket
+
+PERIOD_S = 0.008
+PERIOD_NS = 8_000_000
+ACCEPTING = (Verdict.ACCEPTED, Verdict.NEW_EPOCH)
+
+anything = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(),
+    st.text(max_size=3),
+    st.complex_numbers(),
+    st.lists(st.floats(), max_size=3).map(np.array),
+    st.lists(st.integers(-9, 9), max_size=3).map(np.array),
+    st.binary(max_size=3),
+    st.just(object()),
+)
+FIELDS = [field.name for field in dataclasses.fields(WavePacket)]
+
+
+def stream(count):
+    packer = Packer(1, period=PERIOD_S)
+    return [packer.pack(float(n + 1), 0.0, n * PERIOD_NS) for n in range(count)]
+
+
+def receiver(**settings):
+    return Receiver(1, period_s=PERIOD_S, timeout_s=0.03, **settings)
+
+
+@given(
+    spoilt=st.lists(
+        st.one_of(anything, st.dictionaries(st.sampled_from(FIELDS), anything)), max_size=30
+    )
+)
+def test_whatever_comes_in_the_answer_is_a_verdict_and_the_wave_is_finite(spoilt):
+    inbox = receiver(max_wave=100.0)
+    packets = stream(len(spoilt))
+    for n, (good, change) in enumerate(zip(packets, spoilt, strict=True)):
+        packet = dataclasses.replace(good, **change) if isinstance(change, dict) else change
+        now_ns = n * PERIOD_NS
+        assert inbox.push(packet, now_ns) in Verdict
+        wave = inbox.take(now_ns)
+        assert np.size(wave) == 1 and finite(wave) and abs(wave) <= 100.0
+        assert finite(inbox.position())
+        assert all(isinstance(number, int) for number in inbox.echo(now_ns))
+        assert inbox.silence_s(now_ns) >= 0.0
+    assert sum(inbox.counts.values()) == len(spoilt)
+
+
+@given(data=st.data())
+def test_any_order_and_any_copies_end_with_the_newest(data):
+    packets = stream(data.draw(st.integers(1, 30)))
+    chosen = data.draw(st.lists(st.sampled_from(packets), max_size=60))
+    order = data.draw(st.permutations([*chosen, packets[-1]]))
+    inbox = receiver()
+    verdicts = [inbox.push(packet, 0) for packet in order]
+    assert inbox.newest is packets[-1]
+    assert inbox.take(0) == float(len(packets))
+    accepted = [p.seq for p, verdict in zip(order, verdicts, strict=True) if verdict in ACCEPTING]
+    assert accepted == sorted(set(accepted))
+
+
+@given(data=st.data())
+def test_what_was_lost_duplicated_and_reordered_is_counted_exactly(data):
+    packets = stream(data.draw(st.integers(1, 30)))
+    order = [packets[0], *data.draw(st.lists(st.sampled_from(packets), max_size=60))]
+    inbox = receiver()
+    for packet in order:
+        inbox.push(packet, 0)
+    seqs = [packet.seq for packet in order]
+    came = set(seqs)
+    assert inbox.lost == max(came) - len(came)
+    assert inbox.counts[Verdict.DUPLICATE] == len(seqs) - len(came)
+    highest = np.maximum.accumulate(seqs)
+    first_time = [seq not in seqs[:n] for n, seq in enumerate(seqs)]
+    late = sum(seq < top and new for seq, top, new in zip(seqs, highest, first_time, strict=True))
+    assert inbox.counts[Verdict.REORDERED] == late
+
+
+@given(gaps=st.lists(st.integers(1, 5000), min_size=1, max_size=20))
+def test_loss_of_any_length_is_counted_and_the_stream_goes_on(gaps):
+    packets = {}
+    inbox = receiver()
+    packer = Packer(1, period=PERIOD_S)
+    wanted = set(np.cumsum([1, *gaps]).tolist())
+    for seq in range(1, max(wanted) + 1):
+        packet = packer.pack(float(seq), 0.0, seq * PERIOD_NS)
+        if seq in wanted:
+            packets[seq] = packet
+    for seq, packet in packets.items():
+        assert inbox.push(packet, seq * PERIOD_NS) in ACCEPTING
+        assert inbox.take(seq * PERIOD_NS) == float(seq)
+    assert inbox.lost == sum(gaps) - len(gaps)
+
+
+@given(takes=st.lists(st.integers(0, 3), max_size=30))
+def test_every_packet_is_taken_or_skipped_and_every_other_take_holds(takes):
+    inbox = receiver()
+    packer = Packer(1, period=PERIOD_S)
+    now_ns, fresh, heard_takes = 0, 0, 0
+    for packets_before_take in takes:
+        for _ in range(packets_before_take):
+            now_ns += 1
+            inbox.push(packer.pack(1.0, 0.0, now_ns), now_ns)
+        inbox.take(now_ns)
+        fresh += packets_before_take > 0
+        heard_takes += inbox.heard()
+    assert inbox.skipped + fresh == sum(takes)
+    assert inbox.held + fresh == heard_takes

@@ -1,0 +1,274 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The anti-aliasing filter: how its cut-off is said, what it computes, what it warns of."""
+
+import copy
+import math
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from scipy import signal
+from strategies import TICK_S, poles_rad_s, signals
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import FilterParams
+from pmwvc_core.wave import (
+    AntiAliasing,
+    delay_of,
+    design,
+    half_power_hz,
+    pole_of,
+    warnings_of,
+    worst_case_gain,
+)
+
+BUTTERWORTH = FilterParams(kind="butterworth", pass_hz=25.0, stop_hz=50.0)
+KINDS = [
+    FilterParams(kind="none"),
+    FilterParams(pole_rad_s=100.0),
+    BUTTERWORTH,
+    FilterParams(kind="integrate_and_dump"),
+]
+
+
+def gain_at(sos, hz):
+    return abs(signal.sosfreqz(sos, [2.0 * math.pi * hz * TICK_S])[1][0])
+
+
+def run(params, u, *, rate_drop=8):
+    """Return the filtered ticks and the packets of a trace, as arrays."""
+    stage = AntiAliasing(params, tick_s=TICK_S, rate_drop=rate_drop)
+    ticks, packets = [], []
+    for k, value in enumerate(u):
+        if k % rate_drop == 0:
+            packets.append(stage.sample())
+        ticks.append(stage.step(value))
+    return ticks, packets
+
+
+def test_without_a_cut_off_the_pole_is_that_of_appendix_b():
+    assert pole_of(FilterParams()) == 50.0
+
+
+def test_the_three_conventions_name_the_same_filter():
+    pole = 70.0
+    at_minus_3_db = pole / (2.0 * math.pi)
+    at_minus_20_db = at_minus_3_db * math.sqrt(99.0)
+    assert pole_of(FilterParams(pole_rad_s=pole)) == pole
+    assert pole_of(FilterParams(cutoff_hz=at_minus_3_db)) == pytest.approx(pole)
+    assert pole_of(FilterParams(stop_hz=at_minus_20_db)) == pytest.approx(pole)
+    for hz, db in ((at_minus_3_db, 10 * math.log10(2)), (at_minus_20_db, 20.0)):
+        s = 2j * math.pi * hz
+        assert -20 * math.log10(abs(pole / (s + pole))) == pytest.approx(db)
+
+
+def test_the_first_order_filter_is_exact_under_a_held_input():
+    # Step response of a/(s+a) at the ticks: 1 - exp(-a t).
+    stage = AntiAliasing(FilterParams(pole_rad_s=50.0), tick_s=TICK_S, rate_drop=8)
+    for k in range(1, 100):
+        assert stage.step(1.0) == pytest.approx(1.0 - math.exp(-50.0 * k * TICK_S))
+
+
+@pytest.mark.parametrize("meet, hz, db", [("pass", 25.0, 20.0), ("stop", 50.0, 40.0)])
+def test_a_bilinear_butterworth_meets_its_edge_exactly(meet, hz, db):
+    sos = design(
+        FilterParams(kind="butterworth", pass_hz=25.0, stop_hz=50.0, meet=meet), tick_s=TICK_S
+    )
+    assert len(sos) == 2  # order 4
+    assert -20.0 * math.log10(gain_at(sos, hz)) == pytest.approx(db, abs=1e-9)
+
+
+@pytest.mark.parametrize("meet", ["pass", "stop"])
+@pytest.mark.parametrize("discretisation", ["bilinear", "matched"])
+def test_a_butterworth_keeps_both_attenuations(meet, discretisation):
+    params = FilterParams(
+        kind="butterworth", stop_hz=50.0, meet=meet, discretisation=discretisation
+    )
+    sos = design(params, tick_s=TICK_S)
+    loss = [-20.0 * math.log10(gain_at(sos, hz)) for hz in (0.0, 25.0, 50.0)]
+    slack = 0.5 if discretisation == "matched" else 1e-9  # its edges are those of the analogue
+    assert loss[0] == pytest.approx(0.0, abs=1e-9)
+    assert loss[1] <= 20.0 + slack
+    assert loss[2] >= 40.0 - slack
+
+
+def test_the_half_power_frequency_of_a_butterworth_has_half_the_power():
+    for meet in ("pass", "stop"):
+        params = FilterParams(kind="butterworth", stop_hz=50.0, meet=meet)
+        edge = half_power_hz(params, tick_s=TICK_S)
+        assert gain_at(design(params, tick_s=TICK_S), edge) ** 2 == pytest.approx(0.5)
+
+
+def test_a_stop_edge_above_half_the_tick_rate_does_not_hinder_meeting_the_pass_edge():
+    params = FilterParams(
+        kind="butterworth", pass_hz=200.0, pass_db=1.0, stop_hz=600.0, stop_db=40.0
+    )
+    sos = design(params, tick_s=TICK_S)
+    assert -20.0 * math.log10(gain_at(sos, 200.0)) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_an_edge_above_half_the_tick_rate_cannot_be_met_by_a_bilinear_filter():
+    params = FilterParams(kind="butterworth", pass_hz=200.0, stop_hz=600.0, meet="stop")
+    with pytest.raises(ParameterError, match=r"stop_hz = 600.*must be < 500 Hz.*use matched"):
+        design(params, tick_s=TICK_S)
+
+
+def test_edges_too_close_together_are_refused():
+    params = FilterParams(kind="butterworth", pass_hz=49.9, stop_hz=50.0)
+    with pytest.raises(ParameterError, match=r"of order \d+, more than 20; move the edges apart"):
+        design(params, tick_s=TICK_S)
+
+
+@pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)
+def test_a_constant_wave_passes_unchanged(params):
+    _, packets = run(params, [0.7] * 4000)
+    assert packets[-1] == pytest.approx(0.7, rel=1e-9)
+
+
+@pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)
+def test_the_first_packet_is_zero(params):
+    _, packets = run(params, [1.0])
+    assert packets == [0.0]
+
+
+@pytest.mark.parametrize("params", KINDS[:3], ids=lambda p: p.kind)
+def test_a_packet_is_the_output_after_the_last_tick(params):
+    ticks, packets = run(params, np.random.default_rng(3).normal(size=80).tolist())
+    assert packets[1:] == ticks[7:79:8]
+
+
+def test_integrate_and_dump_sends_the_mean_of_the_frame():
+    u = np.random.default_rng(4).normal(size=81)
+    _, packets = run(FilterParams(kind="integrate_and_dump"), u.tolist())
+    np.testing.assert_allclose(packets[1:], u[:80].reshape(10, 8).mean(axis=1), rtol=1e-12)
+
+
+def test_integrate_and_dump_keeps_the_integral_when_ticks_are_missing():
+    stage = AntiAliasing(FilterParams(kind="integrate_and_dump"), tick_s=TICK_S, rate_drop=8)
+    for value in (1.0, 2.0, 3.0):
+        stage.step(value)
+    assert stage.sample() * 8 == pytest.approx(6.0)
+    assert stage.sample() == 0.0
+
+
+@given(u=signals(dof=2), pole=poles_rad_s)
+def test_several_axes_are_several_filters(u, pole):
+    for params in (FilterParams(pole_rad_s=pole), BUTTERWORTH):
+        together, _ = run(params, u)
+        for axis in range(2):
+            single, _ = run(params, u[:, axis].tolist())
+            assert [row[axis] for row in together] == single
+
+
+@pytest.mark.parametrize(
+    "params, of_run",
+    [
+        (
+            FilterParams(pole_rad_s=np.array([[50.0], [100.0]])),
+            [FilterParams(pole_rad_s=50.0), FilterParams(pole_rad_s=100.0)],
+        ),
+        (
+            FilterParams(
+                kind="butterworth", stop_hz=np.array([[50.0], [30.0]])
+            ),  # orders 4 and 13
+            [
+                FilterParams(kind="butterworth", stop_hz=50.0),
+                FilterParams(kind="butterworth", stop_hz=30.0),
+            ],
+        ),
+        (FilterParams(kind="integrate_and_dump"), [FilterParams(kind="integrate_and_dump")] * 2),
+        (FilterParams(kind="none"), [FilterParams(kind="none")] * 2),
+    ],
+    ids=["first_order", "butterworth", "integrate_and_dump", "none"],
+)
+def test_a_batch_of_runs_equals_the_runs_one_by_one(params, of_run):
+    u = np.random.default_rng(5).normal(size=(60, 2, 3))
+    together, packets = run(params, u)
+    for index, single_params in enumerate(of_run):
+        single, single_packets = run(single_params, u[:, index])
+        np.testing.assert_allclose([row[index] for row in together], single, rtol=1e-12)
+        np.testing.assert_allclose(
+            [row[index] for row in packets[1:]], single_packets[1:], rtol=1e-12
+        )
+        for judge in (worst_case_gain, delay_of):
+            whole = np.broadcast_to(judge(params, tick_s=TICK_S, rate_drop=8), (2, 1))
+            assert whole[index, 0] == pytest.approx(
+                judge(single_params, tick_s=TICK_S, rate_drop=8), rel=1e-6
+            )
+
+
+@pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)
+def test_the_delay_is_how_far_a_ramp_comes_out_behind(params):
+    ramp = np.arange(4000.0)
+    ticks, packets = run(params, ramp.tolist())
+    last = packets[-1] if params.kind == "integrate_and_dump" else ticks[3991]
+    behind = 3991.0 - last
+    assert delay_of(params, tick_s=TICK_S, rate_drop=8) == pytest.approx(behind * TICK_S, abs=1e-9)
+
+
+@pytest.mark.parametrize("rate_drop", [1, 2, 8, 20])
+@given(pole=poles_rad_s)
+def test_the_first_order_worst_case_is_its_closed_form(rate_drop, pole):
+    p = math.exp(-pole * TICK_S)
+    p_m = p**rate_drop
+    closed = rate_drop * (1 - p) / (1 + p) * (1 + p_m) / (1 - p_m)
+    gain = worst_case_gain(FilterParams(pole_rad_s=pole), tick_s=TICK_S, rate_drop=rate_drop)
+    assert gain == pytest.approx(closed, rel=1e-9)
+
+
+@pytest.mark.parametrize("params", [KINDS[1], BUTTERWORTH], ids=lambda p: p.kind)
+@pytest.mark.parametrize("rate_drop", [3, 8, 20])
+def test_the_worst_case_is_the_largest_singular_value_of_filter_and_drop(params, rate_drop):
+    # Impulse responses to every tick before the last packet, one row per packet.
+    ticks = 1200
+    impulse = np.zeros(ticks)
+    impulse[0] = 1.0
+    h, _ = run(params, impulse.tolist())
+    instants = np.arange(rate_drop - 1, ticks, rate_drop)
+    rows = np.zeros((len(instants), ticks))
+    for row, instant in enumerate(instants):
+        rows[row, : instant + 1] = h[instant::-1]
+    largest = rate_drop * np.linalg.norm(rows, 2) ** 2
+    gain = worst_case_gain(params, tick_s=TICK_S, rate_drop=rate_drop)
+    assert largest <= gain * (1.0 + 1e-12)
+    assert largest == pytest.approx(gain, rel=5e-3)
+
+
+def test_a_filter_edge_above_half_the_packet_rate_is_named_with_its_worst_case():
+    (text,) = warnings_of(FilterParams(cutoff_hz=62.6), tick_s=TICK_S, rate_drop=8)
+    gain = worst_case_gain(FilterParams(cutoff_hz=62.6), tick_s=TICK_S, rate_drop=8)
+    assert "62.6 Hz (-3 dB)" in text
+    assert "half the packet rate (62.5 Hz)" in text
+    assert f"{gain:.4g} times the energy" in text
+    assert warnings_of(FilterParams(cutoff_hz=62.4), tick_s=TICK_S, rate_drop=8) == []
+
+
+def test_no_filter_is_warned_of_unless_every_tick_is_sent():
+    (text,) = warnings_of(FilterParams(kind="none"), tick_s=TICK_S, rate_drop=20)
+    assert "there is no filter" in text and "20 times" in text
+    assert warnings_of(FilterParams(kind="none"), tick_s=TICK_S, rate_drop=1) == []
+    assert warnings_of(FilterParams(kind="integrate_and_dump"), tick_s=TICK_S, rate_drop=20) == []
+
+
+@pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)
+def test_a_copy_goes_its_own_way(params):
+    stage = AntiAliasing(params, tick_s=TICK_S, rate_drop=8)
+    stage.step(1.0)
+    twin = copy.deepcopy(stage)
+    untouched = copy.deepcopy(stage).sample()
+    for _ in range(50):
+        stage.step(5.0)
+    assert twin.sample() == untouched
+
+
+@pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)
+def test_a_tick_on_floats_leaves_nothing_behind(params):
+    stage = AntiAliasing(params, tick_s=TICK_S, rate_drop=8)
+    for _ in range(10):
+        assert type(stage.step(0.3)) is float
+    before = sys.getallocatedblocks()
+    for _ in range(1000):
+        stage.step(0.3)
+    assert sys.getallocatedblocks() - before < 20

@@ -1,0 +1,256 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The link: integers in, integers out."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.network import Cause, FateKind, Link, load_delay_trace, stream_of
+from pmwvc_core.params import LinkParams
+
+MS = 1_000_000
+
+
+def link(seed=1, **settings):
+    return Link(LinkParams(**settings), seed=seed)
+
+
+def payloads(arrivals):
+    return [payload for payload, _ in arrivals]
+
+
+def delays_of(channel, count, *, every_ns=MS):
+    """Return the delays of packets sent one after the other [ns]."""
+    fates = [channel.send(n, n * every_ns)[0] for n in range(count)]
+    return np.array([fate.time_due_ns - fate.time_in_ns for fate in fates])
+
+
+def test_a_link_is_a_delay_line():
+    channel = link(delay_s=0.016)
+    for n in range(3):
+        channel.send(n, n * 8 * MS)
+    out = {t: payloads(channel.arrivals(t * MS)) for t in range(0, 40, 8)}
+    assert out == {0: [], 8: [], 16: [0], 24: [1], 32: [2]}
+
+
+def test_without_delay_a_packet_arrives_in_the_same_instant():
+    channel = link()
+    (fate,) = channel.send("a", 5)
+    assert channel.next_due_ns == 5
+    assert channel.arrivals(5) == [("a", fate)]
+    assert channel.next_due_ns is None
+
+
+def test_a_fate_says_number_times_size_and_kind():
+    channel = link(delay_s=0.002)
+    channel.send("a", 0)
+    (fate,) = channel.send("b", 1000, size_bytes=126)
+    assert (fate.number, fate.time_in_ns, fate.time_due_ns) == (2, 1000, 1000 + 2 * MS)
+    assert (fate.kind, fate.cause, fate.size) == (FateKind.DELIVERED, Cause.NONE, 126)
+
+
+def test_a_packet_is_not_due_before_its_time():
+    channel = link(delay_s=0.001)
+    channel.send("a", 0)
+    assert channel.arrivals(MS - 1) == []
+    assert payloads(channel.arrivals(MS)) == ["a"]
+
+
+def test_everything_is_lost_or_nothing():
+    (fate,) = link(loss=1.0).send("a", 7)
+    assert (fate.kind, fate.cause, fate.time_due_ns) == (FateKind.LOST, Cause.LOSS, 0)
+    assert link(loss=0.0).send("a", 7)[0].kind is FateKind.DELIVERED
+
+
+def test_a_copy_comes_out_beside_its_original():
+    channel = link(duplicate=1.0, delay_s=0.001)
+    original, copy = channel.send("a", 0)
+    assert (copy.number, copy.kind, copy.cause) == (1, FateKind.DUPLICATE, Cause.DUPLICATION)
+    assert channel.arrivals(MS) == [("a", original), ("a", copy)]
+    assert (channel.counters.duplicated, channel.counters.out_count) == (1, 2)
+
+
+def test_loss_and_duplication_come_as_often_as_set():
+    channel = link(seed=3, loss=0.1, duplicate=0.2)
+    for n in range(20_000):
+        channel.send(n, n)
+    lost, copied = channel.counters.lost, channel.counters.duplicated
+    assert stats.binomtest(lost, 20_000, 0.1).pvalue > 1e-3
+    assert stats.binomtest(copied, 20_000 - lost, 0.2).pvalue > 1e-3
+
+
+def test_uniform_jitter_spreads_evenly_round_the_delay():
+    delays = delays_of(
+        link(delay_s=0.02, jitter="uniform", jitter_s=0.005, keep_order=False), 5000
+    )
+    spread = stats.uniform(0.015e9, 0.010e9)
+    assert stats.kstest(delays, spread.cdf).pvalue > 1e-3
+
+
+def test_normal_jitter_has_its_standard_deviation():
+    delays = delays_of(link(delay_s=0.02, jitter="normal", jitter_s=0.003, keep_order=False), 5000)
+    assert stats.kstest(delays, stats.norm(0.02e9, 0.003e9).cdf).pvalue > 1e-3
+
+
+def test_no_packet_arrives_before_it_was_sent():
+    delays = delays_of(link(delay_s=0.001, jitter="normal", jitter_s=0.01, keep_order=False), 500)
+    assert delays.min() == 0
+
+
+def test_jitter_with_order_kept_never_overtakes_and_without_it_does():
+    settings = {"delay_s": 0.02, "jitter": "uniform", "jitter_s": 0.02}
+    for keep_order in (True, False):
+        channel = link(**settings, keep_order=keep_order)
+        for n in range(200):
+            channel.send(n, n * MS)
+        out = payloads(channel.arrivals(10**12))
+        assert (out == sorted(out)) is keep_order
+        assert (channel.counters.reordered == 0) is keep_order
+
+
+def test_the_rate_limit_is_a_serial_line():
+    # 1000 bytes at 1 Mbit/s take 8 ms each.
+    channel = link(rate_limit_bps=1e6, delay_s=0.001)
+    due = [channel.send(n, 0, size_bytes=1000)[0].time_due_ns for n in range(3)]
+    assert due == [9 * MS, 17 * MS, 25 * MS]
+    assert channel.send(3, 100 * MS, size_bytes=500)[0].time_due_ns == 105 * MS
+
+
+def test_more_packets_than_may_wait_for_the_line_are_dropped():
+    channel = link(rate_limit_bps=1e6, queue_packets=2)
+    kinds = [channel.send(n, 0, size_bytes=1000)[0].kind for n in range(5)]
+    # One on the line, two waiting.
+    assert kinds == [FateKind.DELIVERED] * 3 + [FateKind.DROPPED_QUEUE] * 2
+    assert channel.counters.dropped == 2
+    (dropped,) = channel.send(5, MS, size_bytes=1000)
+    assert (dropped.time_due_ns, dropped.cause) == (0, Cause.QUEUE_FULL)
+    assert channel.send(6, 8 * MS, size_bytes=1000)[0].kind is FateKind.DELIVERED
+
+
+def test_new_settings_leave_packets_under_way_alone():
+    channel = link(delay_s=0.1)
+    channel.send("slow", 0)
+    channel.configure(LinkParams(delay_s=0.0, keep_order=False))
+    channel.send("fast", MS)
+    assert payloads(channel.arrivals(MS)) == ["fast"]
+    assert payloads(channel.arrivals(100 * MS)) == ["slow"]
+
+
+def test_a_shorter_delay_with_order_kept_does_not_overtake():
+    channel = link(delay_s=0.1, keep_order=False)
+    channel.send("slow", 0)
+    channel.configure(LinkParams(delay_s=0.0, keep_order=True))
+    (fate,) = channel.send("fast", MS)
+    assert fate.time_due_ns == 100 * MS
+    assert payloads(channel.arrivals(100 * MS)) == ["slow", "fast"]
+
+
+def test_counters_tell_what_is_inside():
+    channel = link(delay_s=0.01)
+    channel.send("a", 0)
+    channel.send("b", 5 * MS)
+    assert (channel.counters.in_count, channel.counters.queued) == (2, 2)
+    channel.arrivals(10 * MS)
+    assert (channel.counters.out_count, channel.counters.queued) == (1, 1)
+
+
+def test_directions_and_users_have_streams_of_their_own():
+    settings = {"jitter": "uniform", "jitter_s": 0.01, "delay_s": 0.02, "keep_order": False}
+    streams = [stream_of(5, user, direction) for user in range(2) for direction in range(2)]
+    found = [delays_of(link(seed, **settings), 500) for seed in streams]
+    correlation = np.corrcoef(found) - np.eye(4)
+    assert np.abs(correlation).max() < 4.0 / np.sqrt(500)
+
+
+# --- recorded delays ------------------------------------------------------------------------
+
+
+def write(tmp_path, text):
+    path = tmp_path / "delays.txt"
+    path.write_text(text)
+    return str(path)
+
+
+def test_a_recorded_delay_holds_until_the_next_row_and_starts_again(tmp_path):
+    path = write(tmp_path, "0.0, 10\n0.1, 20\n0.2, 30\n")
+    channel = link(jitter="trace", trace_file=path, trace_scale=0.001, keep_order=False)
+    start = 12345
+    delays = {
+        t: channel.send(0, start + t * MS)[0].time_due_ns - start - t * MS
+        for t in (0, 99, 100, 250, 299, 300, 450)
+    }
+    in_ms = {t: delay // MS for t, delay in delays.items()}
+    assert in_ms == {0: 10, 99: 10, 100: 20, 250: 30, 299: 30, 300: 10, 450: 20}
+
+
+def test_an_outage_in_order_becomes_a_burst(tmp_path):
+    path = write(tmp_path, "time,delay\n0,0.001\n0.01,0.05\n0.02,0.001\n0.03,0.001\n")
+    channel = link(jitter="trace", trace_file=path)
+    due = [channel.send(n, n * 10 * MS)[0].time_due_ns // MS for n in range(4)]
+    assert due == [1, 60, 60, 60]
+
+
+def test_pauses_of_the_recording_are_joined(tmp_path):
+    trace = load_delay_trace(write(tmp_path, "0 1\n0.1 2\n60.1 3\n60.2 4\n"), 1.0)
+    assert trace.time_ns == (0, 100 * MS, 200 * MS, 300 * MS)
+    assert trace.length_ns == 400 * MS
+
+
+@pytest.mark.parametrize(
+    "header, unit_s",
+    [("time_ms delay_ms", 1e-3), ("pub_time(ms) delay(ms)", 1e-3), ("t rtt", 1.0)],
+)
+def test_the_header_names_the_columns_and_the_unit_of_time(tmp_path, header, unit_s):
+    time, delay = header.split()
+    path = write(tmp_path, f"# a note\n{delay};x;{time}\n7;a;{0.1 / unit_s}\n8;b;{0.2 / unit_s}\n")
+    trace = load_delay_trace(path, 0.001)
+    assert trace.time_ns == (0, 100 * MS)
+    assert trace.delay_ns == (7 * MS, 8 * MS)
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("", "holds no row"),
+        ("0 1\n", "at least two rows"),
+        ("time lag\n0 1\n1 1\n", "no column named delay or rtt or latency; there are time, lag"),
+        ("0 1\n1 x\n", "row 2 has no number in column 1 .time. or 2 .delay.: 1 x"),
+        ("0 1\n1\n", "row 2 has no number"),
+        ("1 1\n0 1\n", "times must not go back"),
+        ("0 1\n1 -1\n", "delays must not be negative"),
+        ("0 1\n1 nan\n", "delays must not be negative"),
+        ("1 1\n1 1\n", "all rows have the same time"),
+    ],
+)
+def test_a_file_that_cannot_be_used_says_why(tmp_path, text, message):
+    with pytest.raises(RecordingError, match=message):
+        load_delay_trace(write(tmp_path, text), 1.0)
+
+
+def test_a_missing_file_is_named_and_live_settings_stay(tmp_path):
+    channel = link(delay_s=0.001)
+    missing = str(tmp_path / "none.txt")
+    with pytest.raises(RecordingError, match=r"none\.txt: cannot be read as a delay trace"):
+        channel.configure(LinkParams(jitter="trace", trace_file=missing))
+    assert channel.send("a", 0)[0].time_due_ns == MS
+
+
+@pytest.mark.parametrize(
+    "name, rows, p50_ms, p99_ms, longest_ms, length_s",
+    [
+        ("cicv5g_urban_n78.txt", 8170, 18, 33, 43, 135.2),
+        ("cicv5g_w2s_n8.txt", 1300, 19, 376, 775, 71.6),
+    ],
+)
+def test_recorded_5g_delays_are_read_by_their_columns(
+    recorded_data, name, rows, p50_ms, p99_ms, longest_ms, length_s
+):
+    trace = load_delay_trace(str(recorded_data / name), 0.001)
+    delays = np.array(trace.delay_ns) / MS
+    assert len(delays) == rows
+    assert np.median(delays) == p50_ms
+    assert np.percentile(delays, 99) == pytest.approx(p99_ms, rel=0.02)
+    assert delays.max() == longest_ms
+    assert trace.length_ns * 1e-9 == pytest.approx(length_s, abs=0.1)

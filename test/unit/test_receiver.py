@@ -1,0 +1,211 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The receiver: every verdict by name, and what it gives out."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from pmwvc_core.wave import Packer, Receiver, Verdict
+
+PERIOD_S = 0.008
+PERIOD_NS = 8_000_000
+
+
+def receiver(**changes):
+    settings = {"dof": 1, "period_s": PERIOD_S, "timeout_s": 0.03} | changes
+    return Receiver(settings.pop("dof"), **settings)
+
+
+def stream(count, *, epoch=1, start_ns=0):
+    """Return packets that carry the waves 1, 2, 3..., one period apart."""
+    packer = Packer(epoch, period=PERIOD_S)
+    return [packer.pack(float(n + 1), 0.1 * n, start_ns + n * PERIOD_NS) for n in range(count)]
+
+
+def test_before_the_first_packet_there_is_no_wave_and_silence():
+    inbox = receiver()
+    assert inbox.take(0) == 0.0 and inbox.position() == 0.0
+    assert not inbox.heard() and inbox.silent(0)
+    assert inbox.silence_s(0) == math.inf
+    assert inbox.echo(0) == (0, 0, 0)
+    assert inbox.newest is None and inbox.round_trip_s is None
+    assert inbox.held == 0
+
+
+def test_the_newest_packet_is_given_out_with_its_position():
+    inbox = receiver()
+    first, second = stream(2)
+    assert inbox.push(first, 0) is Verdict.NEW_EPOCH
+    assert inbox.push(second, 1) is Verdict.ACCEPTED
+    assert inbox.take(2) == 2.0 and inbox.position() == 0.1
+    assert inbox.newest is second and inbox.heard()
+    assert inbox.skipped == 1
+
+
+def test_nothing_new_holds_the_last_wave_and_says_so():
+    inbox = receiver()
+    inbox.push(stream(1)[0], 0)
+    assert [inbox.take(t) for t in range(3)] == [1.0, 1.0, 1.0]
+    assert inbox.held == 2 and inbox.skipped == 0
+
+
+def test_a_second_copy_is_a_duplicate_and_an_older_packet_is_reordered():
+    inbox = receiver()
+    packets = stream(5)
+    inbox.push(packets[0], 0)
+    inbox.push(packets[3], 1)
+    assert inbox.lost == 2
+    assert inbox.push(packets[3], 2) is Verdict.DUPLICATE
+    assert inbox.push(packets[1], 3) is Verdict.REORDERED
+    assert inbox.push(packets[1], 4) is Verdict.DUPLICATE
+    assert inbox.lost == 1  # packet 3 alone never came
+    assert inbox.take(5) == 4.0
+
+
+def test_a_restarted_sender_begins_anew_and_its_former_life_stays_over():
+    inbox = receiver()
+    old, new = stream(3, epoch=1), stream(3, epoch=2)
+    inbox.push(old[0], 0)
+    assert inbox.push(new[0], 1) is Verdict.NEW_EPOCH
+    assert inbox.push(old[1], 2) is Verdict.STALE
+    assert inbox.push(new[1], 3) is Verdict.ACCEPTED
+    assert inbox.take(4) == 2.0 and inbox.newest.epoch == 2
+
+
+def test_a_later_number_sent_earlier_is_stale():
+    inbox = receiver()
+    first, second = stream(2, start_ns=100)
+    inbox.push(first, 0)
+    assert inbox.push(dataclasses.replace(second, sent_ns=99), 1) is Verdict.STALE
+
+
+@pytest.mark.parametrize(
+    "change, verdict",
+    [
+        ({"wave": math.nan}, Verdict.NOT_FINITE),
+        ({"integral": math.inf}, Verdict.NOT_FINITE),
+        ({"energy": -math.inf}, Verdict.NOT_FINITE),
+        ({"position": math.nan}, Verdict.NOT_FINITE),
+        ({"period": math.nan}, Verdict.NOT_FINITE),
+        ({"wave": 10**400}, Verdict.NOT_FINITE),
+        ({"wave": np.array([1.0, math.nan])}, Verdict.NOT_FINITE),
+        ({"wave": np.array([1.0, 2.0])}, Verdict.WRONG_LENGTH),
+        ({"wave": np.array([])}, Verdict.WRONG_LENGTH),
+        ({"position": np.array([1.0, 2.0])}, Verdict.WRONG_LENGTH),
+        ({"wave": np.array(1.0)}, Verdict.WRONG_LENGTH),
+        ({"period": 0.004}, Verdict.WRONG_PERIOD),
+        ({"period": 0.0}, Verdict.WRONG_PERIOD),
+        ({"wave": 10.1}, Verdict.TOO_LARGE),
+        ({"wave": -10.1}, Verdict.TOO_LARGE),
+        ({"wave": "1.0"}, Verdict.MALFORMED),
+        ({"wave": None}, Verdict.MALFORMED),
+        ({"wave": np.array(["x"])}, Verdict.MALFORMED),
+        ({"seq": 0}, Verdict.MALFORMED),
+        ({"seq": 1 << 32}, Verdict.MALFORMED),
+        ({"seq": 2.5}, Verdict.MALFORMED),
+        ({"epoch": None}, Verdict.MALFORMED),
+        ({"echo_sent_ns": "x"}, Verdict.MALFORMED),
+    ],
+)
+def test_what_is_wrong_with_a_packet_is_named_and_the_packet_dropped(change, verdict):
+    inbox = receiver(max_wave=10.0)
+    good, other = stream(2)
+    inbox.push(good, 0)
+    assert inbox.push(dataclasses.replace(other, **change), 1) is verdict
+    assert inbox.counts[verdict] == 1
+    assert inbox.take(2) == 1.0
+    assert inbox.push(other, 3) is Verdict.ACCEPTED
+
+
+def test_a_wave_just_below_the_limit_is_legal():
+    inbox = receiver(max_wave=10.0)
+    assert inbox.push(dataclasses.replace(stream(1)[0], wave=9.9), 0) is Verdict.NEW_EPOCH
+
+
+def test_something_that_is_no_packet_is_malformed():
+    assert receiver().push(object(), 0) is Verdict.MALFORMED
+
+
+def test_the_zero_of_a_start_fits_any_number_of_axes():
+    inbox = receiver(dof=3)
+    packer = Packer(1, period=PERIOD_S)
+    assert inbox.push(packer.pack(0.0, 0.0, 0), 0) is Verdict.NEW_EPOCH
+    assert inbox.push(packer.pack(np.ones(3), np.zeros(3), 1), 1) is Verdict.ACCEPTED
+    assert inbox.push(packer.pack(1.0, np.zeros(3), 2), 2) is Verdict.WRONG_LENGTH
+
+
+def test_a_batch_of_runs_travels_in_one_packet():
+    inbox = receiver(dof=2)
+    wave = np.arange(6.0).reshape(3, 2)
+    packet = Packer(1, period=PERIOD_S).pack(wave, np.zeros((3, 2)), 0)
+    assert inbox.push(packet, 0) is Verdict.NEW_EPOCH
+    np.testing.assert_array_equal(inbox.take(0), wave)
+
+
+@pytest.mark.parametrize("timeout_s, silence_ns", [(0.03, 30_000_000), (0.001, 3 * PERIOD_NS)])
+def test_silence_begins_after_the_timeout_or_three_periods(timeout_s, silence_ns):
+    inbox = receiver(timeout_s=timeout_s)
+    inbox.push(stream(1)[0], 1000)
+    assert not inbox.silent(1000 + silence_ns)
+    assert inbox.silent(1000 + silence_ns + 1)
+    assert inbox.silence_s(1000 + silence_ns) == pytest.approx(silence_ns * 1e-9)
+
+
+def test_refused_packets_do_not_break_the_silence():
+    inbox = receiver()
+    first = stream(1)[0]
+    inbox.push(first, 0)
+    for now_ns in range(0, 40_000_000, PERIOD_NS):
+        inbox.push(first, now_ns)
+    assert inbox.silent(40_000_000)
+
+
+@pytest.mark.parametrize(
+    "poison", [{"seq": (1 << 32) - 1}, {"epoch": 9, "seq": 5}, {"sent_ns": 1 << 62}]
+)
+def test_one_poisoned_packet_cannot_lock_the_receiver(poison):
+    inbox = receiver()
+    packets = stream(40)
+    inbox.push(packets[0], 0)
+    inbox.push(dataclasses.replace(packets[1], **poison), PERIOD_NS)
+    verdicts = [inbox.push(p, (n + 2) * PERIOD_NS) for n, p in enumerate(packets[2:])]
+    back = verdicts.index(Verdict.NEW_EPOCH)
+    assert back == 7  # the eighth in a row
+    assert set(verdicts[back + 1 :]) == {Verdict.ACCEPTED}
+    assert inbox.take(10**9) == 40.0
+
+
+def test_late_packets_in_a_row_are_not_believed_while_newer_ones_come():
+    inbox = receiver()
+    packets = stream(40)
+    inbox.push(packets[39], 0)
+    assert {inbox.push(p, 1) for p in packets[:39]} == {Verdict.REORDERED}
+    assert inbox.take(2) == 40.0
+
+
+def test_the_echo_says_how_long_the_newest_packet_has_waited():
+    inbox = receiver()
+    inbox.push(stream(2)[1], 50)
+    assert inbox.echo(80) == (2, PERIOD_NS, 30)
+
+
+def test_the_round_trip_needs_no_common_clock():
+    # Two clocks 10^12 ns apart; 3 ms there, 5 ms back, 2 ms waiting.
+    here, there = receiver(), receiver()
+    offset = 10**12
+    out = Packer(1, period=PERIOD_S).pack(0.0, 0.0, 1_000_000)
+    there.push(out, 4_000_000 + offset)
+    sent_back = 6_000_000 + offset
+    back = Packer(2, period=PERIOD_S).pack(0.0, 0.0, sent_back, echo=there.echo(sent_back))
+    here.push(back, 11_000_000)
+    assert here.round_trip_s == pytest.approx(0.008)
+
+
+@pytest.mark.parametrize("echo", [(0, 0, 0), (1, 10**9, 0), (1, -(10**15), 0), (1, 0, -(10**20))])
+def test_an_impossible_echo_is_not_a_round_trip(echo):
+    inbox = receiver()
+    inbox.push(Packer(2, period=PERIOD_S).pack(0.0, 0.0, 0, echo=echo), 1000)
+    assert inbox.round_trip_s is None
