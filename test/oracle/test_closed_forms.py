@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The channel against numbers that were derived on paper or by another program."""
+
+import platform
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import signal
+from strategies import TICK_S, amplitudes, poles_rad_s, signals
+
+from pmwvc_core.params import FilterParams
+from pmwvc_core.wave import (
+    AntiAliasing,
+    EnergyLedger,
+    Hold,
+    decode_master,
+    decode_server,
+    design,
+    encode_master,
+    encode_server,
+    half_power_hz,
+    power,
+    worst_case_gain,
+)
+
+# Fused multiply-add, where a compiler uses it, rounds once instead of twice.
+ROUNDING = 0.0 if platform.machine() in ("x86_64", "AMD64") else 1e-13
+
+
+# --- encode and decode, b = 25 N s/m --------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "f, xd, u, v", [(1.0, 0.1, 0.49497475, 0.21213203), (0.0, 1.0, 3.5355339, 3.5355339)]
+)
+def test_force_and_velocity_become_the_waves_of_the_worked_example(f, xd, u, v):
+    b = 25.0
+    assert encode_master(xd, v, b) == pytest.approx(u, abs=1e-7)
+    assert decode_master(xd, v, b) == pytest.approx(f, abs=1e-6)
+    assert encode_server(u, f, b) == pytest.approx(v, abs=1e-7)
+    assert decode_server(u, f, b) == pytest.approx(xd, abs=1e-8)
+    assert power(u, v) == pytest.approx(f * xd, abs=1e-6)
+
+
+# --- anti-aliasing: gains, frequencies, arithmetic ------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "pole, rate_drop, gain",
+    [(50.0, 8, 1.01309), (100.0, 8, 1.0519), (-np.log(0.95) / TICK_S, 20, 1.0860)],
+)
+def test_worst_case_energy_gain_of_the_first_order_filters(pole, rate_drop, gain):
+    found = worst_case_gain(FilterParams(pole_rad_s=pole), tick_s=TICK_S, rate_drop=rate_drop)
+    assert found == pytest.approx(gain, abs=5e-5)
+
+
+@pytest.mark.parametrize("meet, hz", [("pass", 14.096), ("stop", 15.930)])
+def test_half_power_frequency_of_the_butterworth_of_appendix_a(meet, hz):
+    params = FilterParams(
+        kind="butterworth",
+        pass_hz=25.0,
+        pass_db=20.0,
+        stop_hz=50.0,
+        stop_db=40.0,
+        meet=meet,
+        discretisation="bilinear",
+    )
+    assert half_power_hz(params, tick_s=TICK_S) == pytest.approx(hz, abs=5e-4)
+    sos = design(params, tick_s=TICK_S)
+    assert 2 * len(sos) == 4
+    _, response = signal.sosfreqz(sos, [2.0 * np.pi * hz * TICK_S])
+    assert abs(response[0]) ** 2 == pytest.approx(0.5, abs=5e-4)
+
+
+FILTERS = st.one_of(
+    poles_rad_s.map(lambda pole: FilterParams(pole_rad_s=pole)),
+    st.builds(
+        FilterParams,
+        kind=st.just("butterworth"),
+        stop_hz=st.floats(30.0, 400.0),
+        meet=st.sampled_from(["pass", "stop"]),
+        discretisation=st.sampled_from(["bilinear", "matched"]),
+    ),
+)
+
+
+@given(params=FILTERS, u=signals(longest=60))
+def test_on_floats_the_filter_is_sosfilt_bit_by_bit(params, u):
+    stage = AntiAliasing(params, tick_s=TICK_S, rate_drop=8)
+    ours = np.array([stage.step(value) for value in u.tolist()])
+    scipys = signal.sosfilt(design(params, tick_s=TICK_S), u)
+    np.testing.assert_allclose(ours, scipys, rtol=ROUNDING, atol=ROUNDING * np.abs(u).max())
+
+
+@given(params=FILTERS, u=signals(longest=40, dof=3))
+def test_on_arrays_the_filter_is_sosfilt_bit_by_bit(params, u):
+    stage = AntiAliasing(params, tick_s=TICK_S, rate_drop=8)
+    ours = np.array([stage.step(row) for row in u])
+    scipys = signal.sosfilt(design(params, tick_s=TICK_S), u, axis=0)
+    np.testing.assert_allclose(ours, scipys, rtol=ROUNDING, atol=ROUNDING * np.abs(u).max())
+
+
+# --- aliasing: App. A -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("share", [0.55, 0.75, 0.95])
+def test_a_band_limit_above_the_new_half_rate_emits_energy_or_loses_it_by_chance(share):
+    # |U| = alpha below Omega > pi/2, every second tick kept: the difference between received and
+    # sent is -T alpha^2 (2 Omega - pi)/pi, and shifting the signal by one tick flips its sign.
+    # (Sums of T u^2 here, without the factor 1/2, as in App. A Eq. 14-18.)
+    alpha, omega = 1.3, share * np.pi
+    k = np.arange(-400_000, 400_001)
+    u = alpha * omega / np.pi * np.sinc(omega * k / np.pi)
+    received = TICK_S * np.sum(u**2)
+    even, odd = (2.0 * TICK_S * np.sum(u[k % 2 == rest] ** 2) for rest in (0, 1))
+    unit = TICK_S * alpha**2 / np.pi
+    assert received == pytest.approx(unit * omega, rel=1e-5)
+    assert even == pytest.approx(unit * (3.0 * omega - np.pi), rel=1e-5)
+    difference = unit * (2.0 * omega - np.pi)
+    assert received - even == pytest.approx(-difference, rel=1e-4)
+    assert received - odd == pytest.approx(+difference, rel=1e-4)
+
+
+def test_a_band_limit_below_the_new_half_rate_loses_nothing():
+    omega = 0.45 * np.pi
+    k = np.arange(-400_000, 400_001)
+    u = omega / np.pi * np.sinc(omega * k / np.pi)
+    for rest in (0, 1):
+        assert 2.0 * np.sum(u[k % 2 == rest] ** 2) == pytest.approx(np.sum(u**2), rel=1e-5)
+
+
+@pytest.mark.parametrize("hz, deficit_j", [(5.0, -0.0095), (24.0, -0.046), (24.9, -0.40)])
+def test_a_sine_below_half_the_packet_rate_still_owes_energy_on_the_way(hz, deficit_j):
+    # M = 20: half the packet rate is 25 Hz. A packet carries the first tick of its frame and is
+    # booked in full when sampled; the worst phase of a sine of 1 sqrt(W), over 20 s.
+    rate_drop, ticks = 20, 20_000
+    phases = np.linspace(0.0, np.pi, 181)[:, np.newaxis]
+    u = np.sin(2.0 * np.pi * hz * TICK_S * np.arange(ticks) + phases)
+    received = 0.5 * TICK_S * np.cumsum(u**2, axis=1)[:, ::rate_drop]
+    sent = 0.5 * TICK_S * rate_drop * np.cumsum(u[:, ::rate_drop] ** 2, axis=1)
+    assert (received - sent).min() == pytest.approx(deficit_j, rel=0.02)
+
+
+@pytest.mark.parametrize("hz", [5.0, 24.0, 24.9])
+def test_the_same_sine_through_integrate_and_dump_never_owes_any(hz):
+    rate_drop = 20
+    phases = np.linspace(0.0, np.pi, 19)[:, np.newaxis]
+    params = FilterParams(kind="integrate_and_dump")
+    stage = AntiAliasing(params, tick_s=TICK_S, rate_drop=rate_drop)
+    received, sent = EnergyLedger(), EnergyLedger()
+    for k in range(4000):
+        u = np.sin(2.0 * np.pi * hz * TICK_S * k + phases)
+        received.add(u, TICK_S)
+        stage.step(u)
+        if (k + 1) % rate_drop == 0:
+            sent.add(stage.sample(), rate_drop * TICK_S)
+            assert (received.energy_j >= sent.energy_j * (1.0 - 1e-12)).all()
+
+
+# --- delayed first-order hold: App. B Eq. 43-54 ---------------------------------------------
+
+
+def left_in_the_hold(hold, packets, *, ticks):
+    """Return the energy of the packets that has not come out at the ticks [J]."""
+    received, emitted = EnergyLedger(), EnergyLedger()
+    for v in packets:
+        received.add(v, ticks * TICK_S)
+        hold.load(v)
+        for _ in range(ticks):
+            emitted.add(hold.step(), TICK_S)
+    return received.energy_j - emitted.energy_j
+
+
+@given(packets=st.lists(amplitudes, min_size=1, max_size=20), ticks=st.integers(1, 24))
+def test_what_a_first_order_hold_keeps_is_its_closed_form(packets, ticks):
+    m = ticks
+    steps = np.diff([0.0, *packets])
+    closed = TICK_S * (m - 1) / (12 * m) * ((m + 1) * np.sum(steps**2) + 3 * m * packets[-1] ** 2)
+    scale = np.sum(np.square(packets)) * m * TICK_S
+    kept = left_in_the_hold(Hold("foh", ticks=m), packets, ticks=m)
+    assert kept == pytest.approx(closed, abs=1e-12 * scale)
+    assert kept >= -1e-12 * scale
+
+
+@pytest.mark.parametrize("m", [2, 8, 20])
+def test_a_hold_started_at_another_value_gives_out_what_nobody_sent(m):
+    c = 0.7
+    hold = Hold("foh", ticks=m)
+    left_in_the_hold(hold, [c], ticks=m)
+    closed = -(c**2) * TICK_S * (m - 1) * (2 * m - 1) / (12 * m)
+    assert left_in_the_hold(hold, [0.0], ticks=m) == pytest.approx(closed, rel=1e-12)
