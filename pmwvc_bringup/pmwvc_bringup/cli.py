@@ -3,8 +3,8 @@
 """The command line ``pmwvc``: options and help. What the commands do is in
 :mod:`pmwvc_bringup.commands`.
 
-Exit code 0: done; 1: a session could not start, or ``doctor`` found a problem; 2: a mistake of the
-user, said in one message on stderr; 130: interrupted.
+Exit code 0: done; 1: a session could not start, or the machine has a problem; 2: a mistake of the
+user, said in one message on stderr; 130: interrupted. (``doctor`` of a recording: see there.)
 """
 
 import argparse
@@ -54,6 +54,9 @@ DOCTOR_EXAMPLES = """\
 examples:
   pmwvc doctor                                 this machine
   pmwvc doctor sessions/20260101T120000Z-carry_16ms    a recorded session
+
+exit code: 1 when the machine has a problem; a recording gives 0 when it is complete, 2 when it is
+but for losses it declares, 3 when it is damaged
 """
 
 

@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 import textwrap
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from rich.console import Console
 from pmwvc_bringup import plan
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.output import document
+from pmwvc_core.errors import PmwvcError
 from pmwvc_core.simulation.scenario import Scenario
 
 NODES = plan.MODULES
@@ -89,22 +91,32 @@ def scenarios(arguments: argparse.Namespace) -> int:
 
 
 def doctor(arguments: argparse.Namespace) -> int:
-    """Examine the machine or a recording; 1 when there is a problem."""
-    if arguments.folder:
-        return _recording_doctor(arguments)
-    from pmwvc_bringup import doctor as machine
+    """Examine the machine (1 when there is a problem) or a recording.
 
+    A recording gives 0 when it is complete, 2 when it is but for losses it declares, 3 when it is
+    damaged.
+    """
     with document(wanted=arguments.json) as write:
-        findings = machine.examine()
+        if arguments.folder:
+            findings, code = _recording_findings(Path(arguments.folder))
+        else:
+            from pmwvc_bringup.machine import examine
+
+            findings = examine()
+            code = int(any(finding.status == "problem" for finding in findings))
         for finding in findings:
             print(finding.line())
-        content = machine.as_dict(findings)
-        write(content)
-    return int(content["status"] == machine.PROBLEM)
+        write({"exit_code": code, "findings": [asdict(finding) for finding in findings]})
+    return code
 
 
-def _recording_doctor(arguments: argparse.Namespace) -> int:
-    raise NotImplementedError
+def _recording_findings(folder: Path) -> tuple[list[Any], int]:
+    from pmwvc_analysis.doctor import check_recording, exit_code
+
+    if not folder.exists():
+        raise PmwvcError(f"{folder}: there is no such session folder")
+    findings = check_recording(folder)
+    return findings, exit_code(findings)
 
 
 def _prepared(arguments: argparse.Namespace) -> tuple[Scenario, Path]:

@@ -3,7 +3,7 @@
 """Is this machine fit for a session? One finding per check, each with its remedy.
 
 Looks only; changes nothing. What is wrong with a recorded session is another question
-(:mod:`pmwvc_analysis`).
+(:mod:`pmwvc_analysis.doctor`).
 """
 
 import importlib
@@ -16,9 +16,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -54,13 +53,6 @@ def examine() -> list[Finding]:
             text = f"the check failed: {type(error).__name__}: {error}"
             findings.append(Finding(name, PROBLEM, text, "report this as a bug"))
     return findings
-
-
-def as_dict(findings: list[Finding]) -> dict[str, Any]:
-    """Return the findings as plain data, worst status first."""
-    statuses = {finding.status for finding in findings}
-    worst = next(s for s in (PROBLEM, WARNING, OK) if s in statuses or s == OK)
-    return {"status": worst, "findings": [asdict(finding) for finding in findings]}
 
 
 def _python() -> Finding:
