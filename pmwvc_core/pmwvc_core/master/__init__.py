@@ -1,0 +1,17 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The client end: wave port, safety limits, and both in one object with receiver and sender."""
+
+from pmwvc_core.master.client import Client
+from pmwvc_core.master.port import MASTERS, MasterController, WaveMaster, make_master
+from pmwvc_core.master.safety import SafetyLimiter, SafetyState
+
+__all__ = [
+    "MASTERS",
+    "Client",
+    "MasterController",
+    "SafetyLimiter",
+    "SafetyState",
+    "WaveMaster",
+    "make_master",
+]

@@ -1,0 +1,211 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The limits between any controller and the device. Research software: not a certified safeguard.
+
+What reaches the device, for whatever a controller asks, including values that are not numbers:
+
+* the force starts at zero, never changes by more than ``max_slew * tick_s`` in a tick and is never
+  longer than ``max_force`` (a vector keeps its direction);
+* whenever there is something to feel again (first answer, end of a silence, any other recovery)
+  it grows from zero over ``soft_start_s``;
+* **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
+  the device is faster than ``damper_velocity``, only the part of the force that opposes the motion
+  remains; what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` of
+  silence the damping itself is let go over ``LET_GO_S``;
+* a value that is not a finite number counts as a force of zero;
+* **fault**: above ``fault_velocity`` the force goes to zero and stays there until ``rearm``.
+
+Everything that is a limit on the force is also a limit on its way to zero: letting go is fast, but
+never a step. Works on floats and on arrays; in a batch every run has its own state.
+"""
+
+import numpy as np
+
+from pmwvc_core.master.safety_states import (
+    Integers,
+    SafetyState,
+    Seen,
+    cause_of,
+    state_of,
+    text_of,
+    whole,
+)
+from pmwvc_core.numeric import (
+    Flag,
+    Value,
+    dot,
+    limit_length,
+    maximum,
+    minimum,
+    root,
+    squared,
+    where,
+)
+from pmwvc_core.params import SafetyParams
+
+__all__ = ["SafetyLimiter", "SafetyState"]
+
+FADE_S = 0.02
+LET_GO_S = 0.5
+USABLE = 1e100  # what is larger, or not a number, is no measurement and no force
+
+
+class SafetyLimiter:
+    """See the module. One object per device; the owner calls ``step`` every tick.
+
+    Parameters
+    ----------
+    params
+        The limits; numbers may be ``(runs, 1)``.
+    tick_s
+        Period of the force loop [s].
+    packet_s
+        Interval at which the server answers [s].
+
+    Attributes
+    ----------
+    f
+        Force as applied last [N].
+    ready
+        Whether the force has ever been let through in full: from then on a simulated hand may act
+        without meeting less than the controller renders.
+    """
+
+    def __init__(self, params: SafetyParams, *, tick_s: float, packet_s: float) -> None:
+        self._tick_s = tick_s
+        self._packet_s = packet_s
+        self.configure(params)
+        self.f: Value = 0.0
+        self.ready: Flag = False
+        self._gain: Value = 0.0  # share of the force that is let through
+        self._push: Value = 1.0  # share of what pushes, while damping
+        self._events: Value = 0
+        self._faulty: Flag = False
+        self._damped: Flag = False
+        self._trouble: Flag = False
+        self._limited: Flag = False
+        self._seen = Seen()
+
+    def configure(self, params: SafetyParams) -> None:
+        """Take other limits over; state and force go on from where they are."""
+        self.params = params
+        self._silence_s = max(params.timeout_s, 3.0 * self._packet_s)
+        self._slew = params.max_slew * self._tick_s
+        self._rise = self._tick_s / params.soft_start_s
+        self._too_fast = params.damper_velocity**2
+        self._runaway = params.fault_velocity**2
+        self._longest = params.max_force**2
+
+    def rearm(self) -> None:
+        """Leave a fault; the force starts from zero again."""
+        self._faulty = self._faulty & False
+
+    def step(
+        self, f_asked: Value, x: Value, xd: Value, *, silence_s: Value, coupled: Flag
+    ) -> Value:
+        """Return the force for the device [N].
+
+        Parameters
+        ----------
+        f_asked
+            What the controller asks for [N], ``(..., dof)``.
+        x, xd
+            Measured position [m] and velocity [m/s].
+        silence_s
+            Time since the last accepted packet [s], one per run.
+        coupled
+            Whether the server has ever answered.
+        """
+        good = _usable(f_asked) & _usable(x) & _usable(xd)
+        if good is not True:
+            f_asked, xd = where(good, f_asked, 0.0), where(good, xd, 0.0)
+        speed = squared(xd)
+        felt = coupled & True
+        silent = felt & (silence_s > self._silence_s)
+        fast = felt & (speed > self._too_fast)
+        self._faulty = faulty = self._faulty | (felt & (speed > self._runaway))
+        damped = silent | fast
+        released = silent & (silence_s > self.params.release_s)
+        through = felt & good & (faulty ^ True)
+        self._advance_gain(through, damped, released)
+        self._push = where(damped, where(fast, 0.0, _down(self._push, self._tick_s / FADE_S)), 1.0)
+        if damped is not False:
+            f_asked = where(damped, self._damping(f_asked, xd, speed), f_asked)
+        applied, limited = self._limit(f_asked * self._gain)
+        self._count(felt & (damped | (through ^ True)), limited & through & (damped ^ True))
+        self._seen = Seen(felt, good, faulty, silent, released, fast)
+        return applied
+
+    @property
+    def state(self) -> int | Integers:
+        """What is going on, a ``SafetyState``; in a batch an array ``(runs, 1)``."""
+        return state_of(cause_of(self._seen, self._gain))
+
+    @property
+    def reason(self) -> str | list[str]:
+        """Why, empty when coupled; in a batch one text per run."""
+        cause = cause_of(self._seen, self._gain)
+        if isinstance(cause, np.ndarray):
+            return [
+                text_of(each, self.params, run) for run, each in enumerate(cause.ravel().tolist())
+            ]
+        return text_of(cause, self.params)
+
+    @property
+    def events(self) -> int | Integers:
+        """Number of interventions so far; in a batch ``(runs, 1)``.
+
+        Counted are the beginnings of damping, of a fault, of values that are not finite, and of
+        every stretch of ticks in which a coupled controller's force or its change was too large.
+        """
+        return whole(self._events)
+
+    def _advance_gain(self, through: Flag, damped: Flag, released: Flag) -> None:
+        """Let the share of the force rise from zero at the soft start and fall on release.
+
+        It begins anew when a state of damping ends.
+        """
+        recovers = self._damped & (damped ^ True)
+        gain = where(recovers, 0.0, self._gain)
+        gain = where(released, _down(gain, self._tick_s / LET_GO_S), _up(gain, self._rise))
+        self._gain = gain = where(through, gain, 0.0)
+        self.ready = self.ready | (gain >= 1.0)
+        self._damped = damped
+
+    def _damping(self, f: Value, xd: Value, speed: Value) -> Value:
+        """Return the part of a force that opposes the motion, and what is left of the rest."""
+        power = dot(f, xd)
+        opposes = (power > 0.0) & (speed > 0.0)
+        kept = where(opposes, xd * (power / where(opposes, speed, 1.0)), 0.0)
+        return kept + self._push * (f - kept)
+
+    def _limit(self, f: Value) -> tuple[Value, Flag]:
+        """Shorten the force, then its change; also tell whether that made a difference."""
+        wanted = limit_length(f, self.params.max_force)
+        change: Value = wanted - self.f
+        length = root(squared(change))
+        slewed = length > self._slew
+        self.f = where(slewed, self.f + change * (self._slew / where(slewed, length, 1.0)), wanted)
+        return self.f, slewed | (squared(f) > self._longest)
+
+    def _count(self, trouble: Flag, limited: Flag) -> None:
+        """Count what begins with this tick."""
+        self._events = (
+            self._events + (trouble & (self._trouble ^ True)) + (limited & (self._limited ^ True))
+        )
+        self._trouble, self._limited = trouble, limited
+
+
+def _usable(value: Value) -> Flag:
+    """Tell for every run whether all elements are numbers one can work with."""
+    if isinstance(value, np.ndarray):
+        return np.asarray((np.abs(value) < USABLE).all(axis=-1, keepdims=True))
+    return -USABLE < value < USABLE
+
+
+def _up(share: Value, step: Value) -> Value:
+    return minimum(share + step, 1.0)
+
+
+def _down(share: Value, step: Value) -> Value:
+    return maximum(share - step, 0.0)

@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the safety limits report: a state, why, and how both are said.
+
+The limits themselves are in :mod:`pmwvc_core.master.safety`.
+"""
+
+import enum
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_core.numeric import Flag, Value, where
+from pmwvc_core.params import SafetyParams
+
+Integers: TypeAlias = NDArray[np.int64]
+
+
+class SafetyState(enum.IntEnum):
+    """The numbers are those of the MasterTrace message."""
+
+    STARTING = 0
+    COUPLED = 1
+    DAMPING = 2
+    FAULT = 3
+
+
+class Cause(enum.IntEnum):
+    """Why the state is what it is."""
+
+    NONE = 0
+    WAITING = 1
+    SOFT_START = 2
+    SILENT = 3
+    RELEASED = 4
+    TOO_FAST = 5
+    NOT_FINITE = 6
+    RUNAWAY = 7
+
+
+_STATES = {
+    Cause.NONE: SafetyState.COUPLED,
+    Cause.WAITING: SafetyState.STARTING,
+    Cause.SOFT_START: SafetyState.STARTING,
+    Cause.SILENT: SafetyState.DAMPING,
+    Cause.RELEASED: SafetyState.DAMPING,
+    Cause.TOO_FAST: SafetyState.DAMPING,
+    Cause.NOT_FINITE: SafetyState.DAMPING,
+    Cause.RUNAWAY: SafetyState.FAULT,
+}
+_STATE_OF = np.array([_STATES[cause] for cause in Cause])
+
+
+class Seen(NamedTuple):
+    """What the limits saw at the last tick; flags per run."""
+
+    felt: Flag = False
+    good: Flag = True
+    faulty: Flag = False
+    silent: Flag = False
+    released: Flag = False
+    fast: Flag = False
+
+
+def cause_of(seen: Seen, gain: Value) -> int | Integers:
+    """Return the weightiest cause, given the share of the force that is let through."""
+    cause: Any = where(gain < 1.0, Cause.SOFT_START, Cause.NONE)
+    cause = where(seen.fast, Cause.TOO_FAST, cause)
+    cause = where(seen.silent, Cause.SILENT, cause)
+    cause = where(seen.released, Cause.RELEASED, cause)
+    cause = where(seen.good, cause, Cause.NOT_FINITE)
+    cause = where(seen.felt, cause, Cause.WAITING)
+    return whole(where(seen.faulty, Cause.RUNAWAY, cause))
+
+
+def state_of(cause: int | Integers) -> int | Integers:
+    """Return the state that a cause means."""
+    if isinstance(cause, np.ndarray):
+        return np.asarray(_STATE_OF[cause])
+    return SafetyState(_STATE_OF[cause])
+
+
+def text_of(cause: int, limits: SafetyParams, run: int = 0) -> str:
+    """Return a cause in words, empty when all is well."""
+    texts = {
+        Cause.NONE: "",
+        Cause.WAITING: "waiting for the server's first answer",
+        Cause.SOFT_START: "soft start",
+        Cause.SILENT: "server silent: damping only",
+        Cause.RELEASED: "server silent: let go",
+        Cause.TOO_FAST: f"faster than {_number(limits.damper_velocity, run)} m/s: damping only",
+        Cause.NOT_FINITE: "a value is not a finite number: no force",
+        Cause.RUNAWAY: (
+            f"faster than {_number(limits.fault_velocity, run)} m/s: no force until re-armed"
+        ),
+    }
+    return texts[Cause(cause)]
+
+
+def whole(value: Any) -> int | Integers:
+    """Return an int for a single run, and for a batch an array of integers ``(runs, 1)``."""
+    if isinstance(value, np.ndarray) and value.ndim > 1:
+        return value.astype(np.int64)
+    return int(np.max(value))
+
+
+def _number(limit: Value, run: int) -> str:
+    values = np.ravel(limit)
+    return f"{values[run if len(values) > 1 else 0]:g}"
