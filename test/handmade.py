@@ -205,3 +205,20 @@ def _add_network(
             fate=np.zeros(len(frames), dtype=np.int64),
             cause=np.zeros(len(frames), dtype=np.int64),
         )
+
+
+def oscillating(
+    traces: SessionTraces,
+    *,
+    rms_m_s: float,
+    hertz: float,
+    rate_per_s: float = 0.0,
+    during_s: tuple[float, float] = (0.0, np.inf),
+) -> SessionTraces:
+    """Shake the first user's device: RMS velocity at mid-session, growing with ``rate_per_s``."""
+    user = traces.users[0]
+    time_s = user.time_s
+    size = np.sqrt(2.0) * rms_m_s * np.exp(rate_per_s * (time_s - traces.duration_s / 2))
+    size *= (time_s >= during_s[0]) & (time_s < during_s[1])
+    user.xd_m = user.xd_m + (size * np.sin(2 * np.pi * hertz * time_s))[:, np.newaxis]
+    return traces

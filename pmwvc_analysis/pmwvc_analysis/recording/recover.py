@@ -44,7 +44,7 @@ def messages(path: str | Path, salvage: Salvage) -> Iterator[RawMessage]:
     RecordingError
         If the file cannot be opened.
     """
-    from mcap.exceptions import McapError
+    from mcap.exceptions import EndOfFile, McapError
     from mcap.stream_reader import CRCValidationError, StreamReader
     from zstandard import ZstdError
 
@@ -76,9 +76,9 @@ def messages(path: str | Path, salvage: Salvage) -> Iterator[RawMessage]:
                         record.data,
                     )
         except (McapError, CRCValidationError, ZstdError, struct.error, ValueError) as error:
-            salvage.end = f"{type(error).__name__} after {stream.tell()} bytes: {error}".rstrip(
-                ": "
-            )
+            cut = isinstance(error, (EndOfFile, struct.error))
+            reason = "cut in the middle of a record" if cut else str(error) or type(error).__name__
+            salvage.end = f"{reason}, at byte {stream.tell()}"
 
 
 def recover(damaged: str | Path, target_folder: str | Path) -> Salvage:

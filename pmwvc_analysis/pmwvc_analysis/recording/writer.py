@@ -27,6 +27,7 @@ LIBRARY = "pmwvc"
 CHUNK_BYTES = 256 * 1024
 CHUNK_NS = 1_000_000_000
 RESERVE_BYTES = 64 * 1024 * 1024
+_OVERHEAD = 31  # bytes of a message record besides its data
 
 
 class SessionWriter:
@@ -106,6 +107,8 @@ class SessionWriter:
             self._schemas[topic.type_name] = self._writer.register_schema(
                 topic.type_name, "ros2msg", text.encode()
             )
+            self._chunk_bytes += len(text.encode())
+        self._chunk_bytes += 2 * len(rosbag_metadata.dump([topic.qos()]))
         channel = self._writer.register_channel(
             topic.name,
             "cdr",
@@ -132,7 +135,7 @@ class SessionWriter:
             return
         if self._chunk_start_ns is not None and (
             abs(log_ns - self._chunk_start_ns) >= CHUNK_NS
-            or self._chunk_bytes + len(data) > CHUNK_BYTES
+            or self._chunk_bytes + len(data) + _OVERHEAD > CHUNK_BYTES
         ):
             self.flush()
             if self.problem:
@@ -140,7 +143,7 @@ class SessionWriter:
                 return
         if self._chunk_start_ns is None:
             self._chunk_start_ns = log_ns
-        self._chunk_bytes += len(data)
+        self._chunk_bytes += len(data) + _OVERHEAD
         channel, known = self._channels[topic]
         self.counter.add(topic, known.type_name, data)
         if self.counter.messages[topic] == 1 and sum(self.counter.messages.values()) == 1:

@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a scenario's numbers promise."""
+
+import handmade
+import pytest
+
+from pmwvc_analysis.judge.prediction import (
+    came_true,
+    lag_s,
+    lines,
+    network_s,
+    one_step_bound,
+    prediction,
+)
+from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_core.params import LinkParams
+
+
+def controlled(**overrides):
+    """The controlled experiment of App. B: pole 50 rad/s, first-order hold, T_n = 8 ms."""
+    values = {"master__filter__kind": "first_order", "master__filter__pole_rad_s": 50.0}
+    return handmade.scenario(**values | {"master__hold": "foh"} | overrides)
+
+
+@pytest.mark.parametrize(
+    ("delay_s", "lag", "ahead_mm"),
+    [(0.0, 0.0275, 0.55), (0.016, 0.0595, 1.19), (0.024, 0.0755, 1.51)],
+)
+def test_the_lag_is_that_of_the_controlled_experiment(delay_s, lag, ahead_mm):
+    scenario = controlled(link__delay_s=delay_s)
+    found = lag_s(scenario.users[0], scenario, live=False)
+    assert found == pytest.approx(lag, abs=5e-5)
+    assert 1.0 * found / (2 * 25.0) * 1e3 == pytest.approx(ahead_mm, abs=0.005)
+
+
+def test_a_live_loop_adds_its_two_phases():
+    scenario = controlled(link__delay_s=0.016)
+    user = scenario.users[0]
+    extra = lag_s(user, scenario, live=True) - lag_s(user, scenario, live=False)
+    assert extra == pytest.approx(0.004)
+
+
+def test_a_zero_order_hold_lags_half_as_much():
+    foh, zoh = controlled(), controlled(master__hold="zoh")
+    gap = lag_s(foh.users[0], foh, live=False) - lag_s(zoh.users[0], zoh, live=False)
+    assert gap == pytest.approx(0.0035)
+
+
+@pytest.mark.parametrize(
+    ("delay_s", "waits_s"), [(0.0, 0.0), (0.001, 0.008), (0.008, 0.008), (0.0081, 0.016)]
+)
+def test_a_packet_waits_until_its_receiver_looks(delay_s, waits_s):
+    assert network_s(LinkParams(delay_s=delay_s), 0.008, 0.0) == pytest.approx(waits_s)
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.0019, 0.002])
+def test_a_phase_hides_a_small_delay(delay_s):
+    assert network_s(LinkParams(delay_s=delay_s), 0.008, 0.002) == pytest.approx(0.002)
+
+
+def test_the_lag_of_the_press_is_predicted_and_came_true():
+    scenario, traces = handmade.scenario(), handmade.session()
+    expected = 2 * handmade.IMPEDANCE * handmade.DRIFT_M / handmade.FORCE_N
+    assert lag_s(scenario.users[0], scenario, live=False) == pytest.approx(expected)
+    words = "\n".join(came_true(scenario, summary(traces, scenario)))
+    assert "Predicted stable: it was." in words
+    assert "expected +0.80 mm" in words
+    assert "it was +0.80 mm" in words
+
+
+def test_contact_and_link_are_springs_in_series():
+    scenario = handmade.scenario(server__contact_stiffness=500.0)
+    tau = lag_s(scenario.users[0], scenario, live=False)
+    values = prediction(scenario, live=False)
+    assert values["k_felt"] == pytest.approx(1 / (1 / 500.0 + tau / 50.0))
+    assert values["mass_felt"] * 2 * 25.0 / tau == pytest.approx(25.0**2)
+
+
+@pytest.mark.parametrize(("stiffness", "passive"), [(625.0, True), (625.01, False)])
+def test_one_step_delay_is_promised_up_to_its_bound(stiffness, passive):
+    scenario = handmade.scenario(
+        server__coupling="one_step_delay",
+        server__integrator="backward_euler",
+        server__contact_damping=10.0,
+        server__contact_stiffness=stiffness,
+    )
+    assert one_step_bound(scenario.users[0], scenario) is passive
+    assert prediction(scenario, live=False)["stable"] is (True if passive else None)
+
+
+def test_aliasing_takes_the_promise_away():
+    scenario = handmade.scenario(master__filter__kind="none")
+    values = prediction(scenario, live=False)
+    assert values["aliasing_gain"] == pytest.approx(8.0)
+    assert values["stable"] is None
+    assert any("aliasing" in line for line in lines(scenario, live=False))
+
+
+def test_a_device_too_light_for_its_damping_takes_the_promise_away():
+    assert prediction(handmade.scenario(device__mass=0.0126), live=False)["stable"] is True
+    assert prediction(handmade.scenario(device__mass=0.0124), live=False)["stable"] is None
+
+
+def test_direct_coupling_is_promised_nothing():
+    scenario = handmade.scenario(controller="direct")
+    assert set(prediction(scenario, live=True).values()) == {None}
+    assert lines(scenario, live=True)

@@ -1,0 +1,242 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Session folders being read."""
+
+import dataclasses
+import json
+
+import handmade
+import numpy as np
+import pytest
+from handmade import START_NS, TICKS
+from mcap.reader import make_reader
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as ForeignWriter
+
+from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.recording.reader import read_scenario, read_session
+from pmwvc_analysis.recording.recover import Salvage, messages
+from pmwvc_analysis.recording.topics import Topic
+from pmwvc_analysis.recording.writer import SessionWriter
+from pmwvc_core.errors import RecordingError
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A recording of one second."""
+    place = tmp_path_factory.mktemp("session")
+    traces = handmade.session(duration_s=1.0)
+    record_traces(place, traces, handmade.scenario(duration_s=1.0), start_ns=START_NS)
+    return place
+
+
+def raw(folder):
+    """Every message of a folder, in order."""
+    return list(messages(folder / "session.mcap", Salvage()))
+
+
+def rewritten(found, folder, change=lambda kind, message: message):
+    """Write messages into a new folder, decoded ones passed through ``change`` (None: left out)."""
+    store = schemas.typestore()
+    with SessionWriter(folder) as writer:
+        for message in found:
+            content = change(
+                message.topic, store.deserialize_cdr(message.data, message.type_name)
+            )
+            if content is not None:
+                writer.add_topic(Topic(message.topic, message.type_name, True, 10))
+                data = bytes(store.serialize_cdr(content, message.type_name))
+                writer.write(message.topic, data, log_ns=message.log_ns)
+    return folder
+
+
+def same(left, right, what=""):
+    """Compare traces field by field."""
+    if dataclasses.is_dataclass(left):
+        for field in dataclasses.fields(left):
+            same(getattr(left, field.name), getattr(right, field.name), f"{what}.{field.name}")
+    elif isinstance(left, dict):
+        assert left.keys() == right.keys(), what
+        for key in left:
+            same(left[key], right[key], f"{what}[{key}]")
+    elif isinstance(left, list):
+        assert len(left) == len(right), what
+        for place, (a, b) in enumerate(zip(left, right, strict=True)):
+            same(a, b, f"{what}[{place}]")
+    elif isinstance(left, np.ndarray):
+        tolerance = 2e-9 if what.endswith("time_s") else 1e-15
+        np.testing.assert_allclose(left, right, atol=tolerance, rtol=0, err_msg=what)
+        assert left.dtype == right.dtype, what
+    elif isinstance(left, float):
+        assert left == pytest.approx(right, abs=1e-9), what
+    else:
+        assert left == right, what
+
+
+@pytest.mark.parametrize("dof", [1, 3])
+def test_what_was_recorded_comes_back(tmp_path, dof):
+    traces = handmade.session(duration_s=0.8, dof=dof)
+    record_traces(tmp_path, traces, handmade.scenario(duration_s=0.8, dof=dof), start_ns=START_NS)
+    found = read_session(tmp_path)
+    assert found.source == "simulated"
+    assert found.events == []
+    same(traces.users, found.users, "users")
+    same(traces.server, found.server, "server")
+    same(traces.packets, found.packets, "packets")
+    same(traces.fates, found.fates, "fates")
+    assert set(found.link_states) == set(traces.fates)
+    assert found.duration_s == pytest.approx(traces.duration_s)
+    assert all(count["missing"] == 0 for count in found.counts.values())
+
+
+def test_the_scenario_comes_back(folder, tmp_path):
+    assert read_scenario(folder) == handmade.scenario(duration_s=1.0)
+    assert read_scenario(tmp_path) is None
+
+
+@pytest.mark.parametrize("plugin", list(StoragePlugin))
+def test_a_folder_that_another_tool_recorded_is_read(folder, tmp_path, plugin):
+    store, place = schemas.typestore(), tmp_path / "bag"
+    with ForeignWriter(place, version=9, storage_plugin=plugin) as writer:
+        topics = {}
+        for message in raw(folder):
+            if message.topic not in topics:
+                topics[message.topic] = writer.add_connection(
+                    message.topic, message.type_name, typestore=store
+                )
+            writer.write(topics[message.topic], message.log_ns, message.data)
+    ours, theirs = read_session(folder), read_session(place)
+    same(ours.users, theirs.users, "users")
+    same(ours.server, theirs.server, "server")
+    same(ours.packets, theirs.packets, "packets")
+    assert theirs.source == "live"
+
+
+def test_a_file_without_its_end_is_read_as_far_as_it_is_whole(folder, tmp_path):
+    with (folder / "session.mcap").open("rb") as stream:
+        last = make_reader(stream).get_summary().chunk_indexes[-1]
+        stream.seek(0)
+        data = stream.read(last.chunk_start_offset + last.chunk_length // 2)
+    (tmp_path / "session.mcap").write_bytes(data)
+    found = read_session(tmp_path)
+    (event,) = [event for event in found.events if event["who"] == "recorder"]
+    assert "ends early" in event["what"]
+    assert 0 < len(found.users[0].tick) < 1000
+    assert found.source == "simulated"
+
+
+@pytest.mark.parametrize("left_out", ["/server/trace", "/user1/trace", "/netem/fates"])
+def test_a_topic_that_is_not_there_leaves_its_part_empty(folder, tmp_path, left_out):
+    kept = [message for message in raw(folder) if message.topic != left_out]
+    found = read_session(rewritten(kept, tmp_path / "b"))
+    assert (found.server is None) == (left_out == "/server/trace")
+    assert len(found.users) == 2 - (left_out == "/user1/trace")
+    assert (found.fates == {}) == (left_out == "/netem/fates")
+
+
+def test_a_hand_that_is_not_known_is_not_a_number(folder, tmp_path):
+    def unknown(topic, message):
+        if topic == "/user1/trace":
+            message.hand_force_known, message.f_h = False, np.zeros(0)
+        return message
+
+    found = read_session(rewritten(raw(folder), tmp_path / "b", unknown))
+    assert np.isnan(found.users[0].f_h).all()
+    assert np.isfinite(found.users[1].f_h).all()
+
+
+def test_energies_go_on_when_a_master_starts_again(folder, tmp_path):
+    half = 60
+
+    def restarted(topic, message):
+        if topic == "/user1/trace" and message.seq > half:
+            message.epoch, message.seq = message.epoch + 1, message.seq - half
+            message.first_tick -= half * TICKS
+            message.energy_u_m -= restarted.before
+        elif topic == "/user1/trace":
+            restarted.before = message.energy_u_m
+        return message
+
+    before, after = (
+        read_session(place)
+        for place in (folder, rewritten(raw(folder), tmp_path / "b", restarted))
+    )
+    same(before.users[0].energy["u_m"], after.users[0].energy["u_m"], "u_m")
+    (event,) = after.events
+    assert event["what"] == "started 2 times"
+
+
+def test_a_pause_and_an_early_end_are_events(folder, tmp_path):
+    def paused(topic, message):
+        gone = topic == "/user1/trace" and (30 < message.seq <= 40 or message.seq > 50)
+        return None if gone else message
+
+    found = read_session(rewritten(raw(folder), tmp_path / "b", paused))
+    pause, end = found.events
+    assert pause["what"] == "no ticks for 0.080 s"
+    assert pause["time_s"] == pytest.approx(0.239)
+    assert end["who"] == "user1 master"
+    assert end["time_s"] == pytest.approx(0.399)
+    assert found.counts["/user1/trace"]["missing"] == 10
+
+
+def test_a_wave_that_was_not_recorded_is_missing(folder, tmp_path):
+    def without(topic, message):
+        return None if topic == "/user1/wave_up" and message.seq in (5, 6) else message
+
+    counts = read_session(rewritten(raw(folder), tmp_path / "b", without)).counts
+    assert counts["/user1/wave_up"] == {"messages": 123, "missing": 2}
+
+
+def test_what_a_link_lost_is_not_missing_but_what_it_delivered_is(folder, tmp_path):
+    def lossy(topic, message):
+        if topic == "/netem/fates" and message.link == "user1/up" and message.first == 1:
+            message.fate, message.time_out_ns = message.fate.copy(), message.time_out_ns.copy()
+            message.fate[9], message.time_out_ns[9] = 1, 0  # packet 10 lost by the link
+        gone = topic == "/server/user1/wave_up" and message.seq in (10, 20)
+        return None if gone else message
+
+    counts = read_session(rewritten(raw(folder), tmp_path / "b", lossy)).counts
+    assert counts["/server/user1/wave_up"]["missing"] == 1
+
+
+def test_a_message_that_is_none_is_passed_over_and_reported(folder, tmp_path):
+    with SessionWriter(tmp_path / "b") as writer:
+        for message in raw(folder):
+            writer.add_topic(Topic(message.topic, message.type_name, True, 10))
+            writer.write(message.topic, message.data, log_ns=message.log_ns)
+        writer.write("/user1/wave_up", b"\0\1\0\0garbage", log_ns=START_NS + 10**9)
+    found = read_session(tmp_path / "b")
+    assert len(found.packets["/user1/wave_up"].seq) == 125
+    assert any("cannot be decoded" in event["what"] for event in found.events)
+
+
+def test_what_the_runner_noted_is_on_the_time_line_of_the_session(folder, tmp_path):
+    place = rewritten(raw(folder), tmp_path / "b")
+    noted = [{"time_ns": START_NS + 250_000_000, "who": "server", "what": "killed"}]
+    (place / "events.json").write_text(json.dumps(noted))
+    (event,) = read_session(place).events
+    assert event["time_s"] == pytest.approx(0.25)
+    assert event["who"] == "server"
+
+
+def test_a_clock_that_is_set_does_not_bend_the_time_line(folder, tmp_path):
+    def stepped(topic, message):
+        if topic == "/user1/trace" and message.seq > 100:
+            message.stamp.sec += 3600
+        return message
+
+    found = read_session(rewritten(raw(folder), tmp_path / "b", stepped))
+    np.testing.assert_allclose(np.diff(found.users[0].time_s), 0.001, atol=1e-9)
+
+
+@pytest.mark.parametrize("what", ["nothing", "no messages", "no such folder"])
+def test_what_holds_no_session_is_refused_in_words(tmp_path, what):
+    place = tmp_path / "a"
+    if what != "no such folder":
+        place.mkdir()
+    if what == "no messages":
+        SessionWriter(place).close()
+    with pytest.raises(RecordingError, match=str(place)):
+        read_session(place)

@@ -1,0 +1,217 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Verdicts and numbers of a summary."""
+
+import json
+
+import handmade
+import numpy as np
+import pytest
+from handmade import DRIFT_M, FORCE_N, oscillating, session
+
+from pmwvc_analysis.judge.stability import OSCILLATION_M_S
+from pmwvc_analysis.judge.verdicts import summary
+
+KEYS = set(
+    "scenario source duration_s controller parameters stable instability object users links "
+    "prediction recording".split()
+)
+USER_KEYS = set(
+    "name passive energy_up_min_j energy_down_min_j energy_balance_j force_final_n force_peak_n "
+    "avatar_force_final_n coherency_rms_m drift_m ticks ticks_missing tick_rate_hz lateness_us "
+    "compute_us safety_events".split()
+)
+LINK_KEYS = set(
+    "name sent received lost duplicated reordered dropped delay_s rate_hz".split()
+)
+PREDICTION_KEYS = set("spectral_radius stable k_max aliasing_gain k_felt mass_felt".split())
+PERCENTILES = {"p50", "p99", "max"}
+
+
+def judged(traces, **overrides):
+    return summary(traces, handmade.scenario(**overrides))
+
+
+def test_the_keys_are_those_that_are_promised():
+    result = judged(session())
+    assert set(result) == KEYS
+    assert set(result["object"]) == {"position_final_m", "velocity_rms_m_s", "path_error_rms_m"}
+    assert set(result["prediction"]) == PREDICTION_KEYS
+    assert set(result["recording"]) == {"messages", "missing"}
+    for user in result["users"]:
+        assert set(user) == USER_KEYS
+        assert set(user["lateness_us"]) == set(user["compute_us"]) == PERCENTILES
+    for link in result["links"]:
+        assert set(link) == LINK_KEYS
+        assert set(link["delay_s"]) == PERCENTILES
+
+
+def test_the_press_has_its_known_numbers():
+    result = judged(session())
+    assert result["stable"] is True
+    assert result["instability"] is None
+    for user, sign in zip(result["users"], (1.0, -1.0), strict=True):
+        assert user["passive"] is True
+        assert user["force_final_n"] == pytest.approx(sign * FORCE_N)
+        assert user["avatar_force_final_n"] == pytest.approx(sign * FORCE_N)
+        assert user["force_peak_n"] == pytest.approx(FORCE_N)
+        assert user["drift_m"] == pytest.approx(sign * DRIFT_M)
+        assert user["ticks"] == 4000
+        assert user["ticks_missing"] == 0
+        assert user["tick_rate_hz"] == pytest.approx(1000.0)
+    assert result["links"][0]["delay_s"]["p50"] == pytest.approx(0.016)
+    assert result["links"][0]["lost"] == 0
+
+
+def test_several_axes_are_lists():
+    result = judged(session(dof=3), dof=3)
+    assert result["users"][0]["force_final_n"] == pytest.approx([FORCE_N, 0.0, 0.0])
+    assert len(result["object"]["position_final_m"]) == 3
+
+
+def test_a_summary_is_json_without_nan_whatever_is_missing():
+    traces = session()
+    traces.server = None
+    traces.fates = {}
+    traces.users[0].f_h[:] = np.nan
+    result = summary(traces, None)
+    text = json.dumps(result, allow_nan=False)
+    assert json.loads(text)["users"][0]["passive"] is None
+    assert result["object"]["position_final_m"] is None
+
+
+def test_a_user_only_the_server_knows_does_no_harm():
+    traces = session()
+    del traces.users[1]
+    assert len(judged(traces)["users"]) == 1
+
+
+@pytest.mark.parametrize(
+    ("share", "instability"), [(0.9, None), (1.2, "sustained oscillation")]
+)
+@pytest.mark.parametrize("hertz", [3.0, 20.0, 200.0])
+def test_an_oscillation_counts_from_a_millimetre_per_second(hertz, share, instability):
+    traces = oscillating(session(), rms_m_s=share * OSCILLATION_M_S, hertz=hertz)
+    result = judged(traces)
+    assert result["instability"] == instability
+    assert result["stable"] is (instability is None)
+
+
+def test_an_oscillation_that_dies_out_is_stable():
+    traces = oscillating(session(), rms_m_s=5e-3, hertz=10.0, rate_per_s=-1.0)
+    assert judged(traces)["stable"]
+
+
+def test_a_burst_is_stable():
+    traces = oscillating(session(), rms_m_s=0.1, hertz=30.0, during_s=(3.0, 3.2))
+    assert judged(traces)["stable"]
+
+
+def test_an_oscillation_that_grows_has_diverged():
+    traces = oscillating(session(), rms_m_s=0.05, hertz=10.0, rate_per_s=1.0)
+    assert judged(traces)["instability"] == "diverged"
+
+
+def test_a_number_that_is_none_has_diverged():
+    traces = session()
+    traces.server.x_o[300:] = np.nan
+    assert judged(traces)["instability"] == "diverged"
+
+
+@pytest.mark.parametrize(("position_m", "stable"), [(0.19, True), (0.31, False)])
+def test_leaving_the_workspace_has_diverged(position_m, stable):
+    traces = session()
+    traces.users[1].x_m[-100:] = position_m
+    assert judged(traces)["stable"] is stable
+
+
+def test_an_object_drifting_evenly_is_stable():
+    traces = session()
+    traces.server.x_o += 0.02 * traces.server.time_s[:, np.newaxis]
+    traces.server.xd_o += 0.02
+    assert judged(traces)["stable"]
+
+
+def test_a_fault_is_named_as_safety():
+    traces = session()
+    traces.users[0].state[400:] = 3
+    traces.users[0].reason[400:] = ["speed"] * 100
+    assert judged(traces)["instability"] == "limited by safety"
+
+
+def test_force_shortened_again_and_again_is_named_as_safety():
+    traces = session()
+    user = traces.users[0]
+    shortened = np.sin(2 * np.pi * 5.0 * user.time_s) > 0.5
+    user.f_applied = np.where(shortened[:, np.newaxis], 0.5 * user.f_m, user.f_m)
+    assert judged(traces)["instability"] == "limited by safety"
+
+
+def test_force_shortened_once_is_no_instability():
+    traces = session()
+    user = traces.users[0]
+    once = (user.time_s > 2.5) & (user.time_s < 2.8)
+    user.f_applied = np.where(once[:, np.newaxis], 0.5 * user.f_m, user.f_m)
+    assert judged(traces)["stable"]
+
+
+@pytest.mark.parametrize(
+    ("operator", "stable"),
+    [
+        ({"operator__kind": "sinusoid", "operator__frequency_hz": 3.0}, True),
+        ({"operator__kind": "constant"}, False),
+    ],
+)
+def test_what_the_operator_does_on_purpose_is_no_oscillation(operator, stable):
+    traces = oscillating(session(), rms_m_s=0.05, hertz=3.0)
+    assert judged(traces, **operator)["stable"] is stable
+
+
+def test_a_hand_that_carries_moves_on_purpose_below_two_hertz():
+    carry = {"operator__kind": "hand", "task__kind": "carry"}
+    slow = oscillating(session(), rms_m_s=0.05, hertz=0.7)
+    fast = oscillating(session(), rms_m_s=0.05, hertz=7.0)
+    assert judged(slow, **carry)["stable"]
+    assert judged(fast, **carry)["instability"] == "sustained oscillation"
+
+
+def test_the_steps_of_an_encoder_are_no_oscillation():
+    step_m = 20e-6
+    traces = session()
+    user = traces.users[0]
+    noise = np.random.default_rng(3).uniform(-0.5, 0.5, user.x_m.shape) * step_m
+    user.xd_m = user.xd_m + np.diff(noise, axis=0, prepend=0.0) / user.tick_s
+    encoder = {"device__encoder_step_m": step_m, "device__velocity": "euler"}
+    assert judged(traces, **encoder)["stable"]
+    assert not judged(traces)["stable"]
+
+
+def test_packets_are_counted_by_their_fates():
+    traces = session()
+    fates = traces.fates["user1/up"]
+    fates.fate[10:20], fates.time_out_ns[10:20] = 1, 0
+    fates.fate[30] = 3
+    fates.time_out_ns[30] = 0
+    fates.time_out_ns[50] += 20_000_000  # overtaken by the two behind it
+    link = next(x for x in judged(traces)["links"] if x["name"] == "user1/up")
+    assert (link["sent"], link["lost"], link["dropped"]) == (500, 10, 1)
+    assert link["reordered"] == 1
+    assert link["delay_s"]["max"] == pytest.approx(0.036)
+
+
+def test_links_without_fates_are_judged_by_their_own_counts():
+    traces = session()
+    traces.fates = {}
+    names = "in_count out_count lost duplicated reordered dropped delay_max".split()
+    numbers = (100, 90, 10, 0, 0, 0, 0.02)
+    states = {n: np.array([v], dtype=float) for n, v in zip(names, numbers, strict=True)}
+    traces.link_states = {"user1/up": states}
+    (link,) = judged(traces)["links"]
+    assert (link["sent"], link["received"], link["lost"]) == (100, 90, 10)
+    assert link["delay_s"] == {"p50": None, "p99": None, "max": 0.02}
+
+
+def test_ticks_that_are_not_recorded_are_counted():
+    traces = session()
+    traces.users[0].tick[2000:] += 16
+    assert judged(traces)["users"][0]["ticks_missing"] == 16
