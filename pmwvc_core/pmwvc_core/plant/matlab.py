@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import io
 
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
@@ -86,6 +85,8 @@ class MatlabFile:
 
 def _load(file: Path, names: Sequence[str] | None) -> dict[str, Any]:
     """Read variables of a MAT file (all, or those named)."""
+    from scipy import io  # takes long to import, and only this needs it
+
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # variables without a name, which nobody asks for

@@ -9,7 +9,6 @@ the ticks.
 """
 
 import numpy as np
-from scipy import interpolate, signal
 
 from pmwvc_core.numeric import Array
 
@@ -35,6 +34,9 @@ def resample(values: Array, times: Array, *, tick_s: float) -> Array:
     Array
         ``(ticks, columns)``; the first row is the first sample's instant.
     """
+    # Importing it takes over a second, which nodes without a recording need not wait for.
+    from scipy import interpolate, signal
+
     times = times - times[0]
     interval = float(np.median(np.diff(times)))
     even = interval * np.arange(round(times[-1] / interval) + 1)
