@@ -147,6 +147,15 @@ def test_a_shorter_delay_with_order_kept_does_not_overtake():
     assert payloads(channel.arrivals(100 * MS)) == ["slow", "fast"]
 
 
+def test_once_order_is_kept_the_latest_under_way_is_what_counts():
+    channel = link(delay_s=0.1, keep_order=False)
+    channel.send("slow", 0)
+    channel.configure(LinkParams(delay_s=0.0, keep_order=False))
+    channel.send("overtaking", MS)
+    channel.configure(LinkParams(delay_s=0.0, keep_order=True))
+    assert channel.send("in order", 2 * MS)[0].time_due_ns == 100 * MS
+
+
 def test_counters_tell_what_is_inside():
     channel = link(delay_s=0.01)
     channel.send("a", 0)
@@ -176,7 +185,7 @@ def write(tmp_path, text):
 def test_a_recorded_delay_holds_until_the_next_row_and_starts_again(tmp_path):
     path = write(tmp_path, "0.0, 10\n0.1, 20\n0.2, 30\n")
     channel = link(jitter="trace", trace_file=path, trace_scale=0.001, keep_order=False)
-    start = 12345
+    start = 7_777_777_777
     delays = {
         t: channel.send(0, start + t * MS)[0].time_due_ns - start - t * MS
         for t in (0, 99, 100, 250, 299, 300, 450)

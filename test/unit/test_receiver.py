@@ -186,6 +186,26 @@ def test_late_packets_in_a_row_are_not_believed_while_newer_ones_come():
     assert inbox.take(2) == 40.0
 
 
+def test_one_old_packet_repeated_for_ever_is_not_believed():
+    inbox = receiver()
+    old, new = stream(2, epoch=1), stream(1, epoch=2)
+    inbox.push(old[0], 0)
+    inbox.push(new[0], 1)
+    for n in range(20):
+        assert inbox.push(old[1], 10**9 + n) is Verdict.STALE
+    assert inbox.take(10**10) == 1.0
+
+
+def test_refused_packets_count_from_the_last_accepted_one():
+    inbox = receiver()
+    packets = stream(40)
+    inbox.push(packets[20], 0)
+    for packet in packets[:7]:
+        inbox.push(packet, 1)
+    inbox.push(packets[21], 2)
+    assert inbox.push(packets[7], 10**9) is Verdict.REORDERED
+
+
 def test_the_echo_says_how_long_the_newest_packet_has_waited():
     inbox = receiver()
     inbox.push(stream(2)[1], 50)

@@ -172,7 +172,8 @@ class Receiver:
     def _accept(self, packet: WavePacket, now_ns: int, *, fresh: bool) -> None:
         before = self.newest
         if fresh:
-            self._retire(before, packet.epoch)
+            if before is not None and before.epoch != packet.epoch:
+                self._retired = [*self._retired[-RETIRED + 1 :], before.epoch]
             self._seen = 1
         elif before is not None:
             ahead = packet.seq - before.seq
@@ -186,12 +187,6 @@ class Receiver:
             round_trip_ns = now_ns - packet.echo_sent_ns - packet.echo_hold_ns
             if 0 <= round_trip_ns <= LONGEST_ROUND_TRIP_NS:
                 self.round_trip_s = round_trip_ns * 1e-9
-
-    def _retire(self, before: WavePacket | None, epoch: int) -> None:
-        if before is not None and before.epoch != epoch:
-            self._retired = [*self._retired[-RETIRED + 1 :], before.epoch]
-        if epoch in self._retired:
-            self._retired.remove(epoch)
 
 
 def _well_typed(packet: WavePacket) -> bool:
