@@ -132,6 +132,7 @@ class MasterLoop:
             self.device.stop()
         finally:
             self.wires.send(self.client.send(self._clock(), leaving=True))
+            self._publish_block(self._done)
             self._publish_block(self._block)
 
     def tick(self, tick: Tick) -> None:
@@ -142,12 +143,12 @@ class MasterLoop:
                 return  # begin with a whole frame
             self._first = tick.grid
         self.missed += tick.skipped
+        sample = self.device.read(tick.due_ns)
         if frame != self._frame:
-            self._begin_frame(frame)
+            self._begin_frame(frame, sample)
         elif tick.skipped:
             self._close_block()
         self._listen(place)
-        sample = self.device.read(tick.due_ns)
         f = self._control(sample, tick)
         if place == self.trace_tick:
             self._publish_block(self._done)
@@ -155,10 +156,12 @@ class MasterLoop:
             self.wires.publish_motion(sample, f, tick.due_ns)
         self._note(tick, sample, f)
 
-    def _begin_frame(self, frame: int) -> None:
+    def _begin_frame(self, frame: int, sample: DeviceSample) -> None:
         """Send, and take over what another thread has prepared."""
         self._frame = frame
         self._answered = False
+        if sample.valid:
+            self.client.controller.measure(sample.x, sample.xd)
         self.wires.send(self.client.send(self._clock()))
         self._close_block()
         while self._changes:

@@ -8,9 +8,9 @@ from typing import Any
 
 from rclpy.node import Node
 
+from pmwvc_core.controllers import MasterController, make_master
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.client import Client
-from pmwvc_core.master.port import MasterController, make_master
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.params import (
     ContactParams,

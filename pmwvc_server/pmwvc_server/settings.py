@@ -12,6 +12,7 @@ from typing import Any
 
 from rclpy.node import Node
 
+from pmwvc_core.controllers import make_server
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import (
     ContactParams,
@@ -23,7 +24,6 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.plant.task import Task
 from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
-from pmwvc_core.server.port import make_server
 from pmwvc_core.server.service import Service
 from pmwvc_core.simulation.scenario import DEFAULTS, SIDE, TOP
 from pmwvc_core.wave.packet import Packer

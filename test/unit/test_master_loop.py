@@ -1,0 +1,249 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""When the force loop does what, on an invented grid: no clock, no ROS."""
+
+import sys
+import threading
+
+import pytest
+
+from pmwvc_core.errors import DeviceError
+from pmwvc_core.master.client import Client
+from pmwvc_core.master.port import make_master
+from pmwvc_core.master.safety import SafetyLimiter
+from pmwvc_core.params import ContactParams, MasterParams, SafetyParams
+from pmwvc_core.runtime.pacing import Tick
+from pmwvc_core.wave.packet import FLAG_LEAVING, Packer
+from pmwvc_core.wave.receiver import Receiver
+from pmwvc_master import loop as loop_module
+from pmwvc_master.devices import DeviceInfo, DeviceSample
+from pmwvc_master.loop import MasterLoop
+
+TICK_NS = 1_000_000
+TICKS = 8
+FRAME_S = 0.008
+
+
+class Device:
+    """A device that stands still and remembers what it was told."""
+
+    info = DeviceInfo(model="test", dof=1, hand_force_known=True)
+
+    def __init__(self):
+        self.sample = DeviceSample(x=0.1, xd=0.02, f_h=0.5)
+        self.forces = []
+        self.couplings = 0
+        self.stops = 0
+        self.error = None
+
+    def read(self, due_ns):
+        if self.error:
+            raise self.error
+        return self.sample
+
+    def write(self, f_m):
+        self.forces.append(f_m)
+
+    def couple(self):
+        self.couplings += 1
+
+    def stop(self):
+        self.stops += 1
+
+
+class Wires:
+    """Wires that end in lists."""
+
+    def __init__(self):
+        self.arrived = []
+        self.sent = []
+        self.blocks = []
+        self.motions = 0
+
+    def take(self):
+        return self.arrived.pop(0) if self.arrived else None
+
+    def send(self, packet):
+        self.sent.append(packet)
+
+    def publish_trace(self, block, loop):
+        series = {name: list(values) for name, values in block.series().items()}
+        self.blocks.append((block.first_tick, block.start_ns, series))
+
+    def publish_motion(self, sample, f, due_ns):
+        self.motions += 1
+
+
+class Rig:
+    """A loop between fakes, and a clock that shows what the test says."""
+
+    def __init__(self, *, rate_drop=TICKS):
+        master = MasterParams(rate_drop=rate_drop)
+        self.device, self.wires, self.now_ns = Device(), Wires(), 0
+        self.server = Packer(99, period=FRAME_S)
+        client = Client(
+            make_master("pmwvc", master, contact=ContactParams(), server_period_s=FRAME_S, dof=1),
+            SafetyLimiter(SafetyParams(), tick_s=0.001, packet_s=FRAME_S),
+            inbox=Receiver(1, period_s=FRAME_S, timeout_s=0.03),
+            packer=Packer(7, period=master.frame_s),
+        )
+        self.loop = MasterLoop(
+            client,
+            self.device,
+            wires=self.wires,
+            tick_s=0.001,
+            rate_drop=rate_drop,
+            dof=1,
+            clock=lambda: self.now_ns,
+        )
+
+    def tick(self, grid, *, skipped=0):
+        self.now_ns = grid * TICK_NS
+        self.loop.tick(Tick(grid, grid, self.now_ns, self.now_ns, 0, skipped))
+
+    def ticks(self, *grids):
+        for grid in grids:
+            self.tick(grid)
+
+    def answer(self, wave=0.0):
+        self.wires.arrived.append(self.server.pack(wave, 0.0, self.now_ns))
+
+
+def test_the_loop_begins_with_a_whole_frame():
+    rig = Rig()
+    rig.ticks(*range(3, 8))
+    assert not rig.wires.sent and not rig.device.forces
+    rig.tick(8)
+    assert len(rig.wires.sent) == 1 and len(rig.device.forces) == 1
+
+
+@pytest.mark.parametrize("rate_drop", [1, 2, 8, 20])
+def test_one_packet_and_one_trace_block_leave_per_frame(rate_drop):
+    rig = Rig(rate_drop=rate_drop)
+    rig.ticks(*range(10 * rate_drop + 1))
+    rig.loop.leave()
+    assert [packet.seq for packet in rig.wires.sent] == list(range(1, 13))
+    assert [first for first, *_ in rig.wires.blocks] == [rate_drop * i for i in range(11)]
+    assert [len(series["x"]) for *_, series in rig.wires.blocks] == [rate_drop] * 10 + [1]
+    assert rig.wires.motions in (10, 11)
+
+
+def test_a_skipped_tick_splits_the_block_and_shows_in_the_numbers():
+    rig = Rig()
+    rig.ticks(0, 1, 2)
+    rig.tick(5, skipped=2)
+    rig.ticks(6, 7, *range(8, 18))
+    assert [(first, len(series["x"])) for first, _, series in rig.wires.blocks] == [
+        (0, 3),
+        (5, 3),
+        (8, 8),
+    ]
+    assert rig.loop.missed == 2
+
+
+def test_a_skipped_frame_start_is_made_up_for_at_once():
+    rig = Rig()
+    rig.ticks(*range(6))
+    rig.tick(11, skipped=5)
+    rig.ticks(*range(12, 17))
+    assert [packet.seq for packet in rig.wires.sent] == [1, 2, 3]
+    assert [first for first, *_ in rig.wires.blocks] == [0]
+
+
+def test_there_is_no_force_before_the_server_has_answered():
+    rig = Rig()
+    rig.ticks(*range(40))
+    assert set(rig.device.forces) == {0.0}
+    assert rig.device.couplings == 0
+    rig.answer()
+    rig.ticks(*range(40, 80))
+    assert rig.device.forces[-1] > 0.0
+    assert rig.device.couplings == 1
+
+
+def test_an_answer_counts_from_the_fourth_tick_of_its_frame():
+    rig = Rig()
+    rig.answer()
+    rig.ticks(*range(8, 16))
+    rig.answer(0.5)
+    v_m = []
+    for grid in range(16, 24):
+        rig.tick(grid)
+        v_m.append(rig.loop.client.controller.v_m)
+    assert v_m[:4] == [0.0] * 4
+    assert v_m[4] != 0.0
+
+
+def test_an_answer_after_the_fourth_tick_waits_for_the_next_frame():
+    rig = Rig()
+    rig.answer()
+    rig.ticks(*range(8, 21))
+    rig.answer(0.5)
+    rig.ticks(21, 22, 23)
+    assert rig.loop.client.controller.v_m == 0.0
+    rig.ticks(24, 25, 26, 27, 28)
+    assert rig.loop.client.controller.v_m != 0.0
+
+
+def test_a_change_from_another_thread_waits_for_the_frame_start():
+    rig = Rig()
+    rig.ticks(*range(3))
+    seen = []
+    rig.loop.hand_over(lambda: seen.append(rig.now_ns))
+    rig.ticks(*range(3, 10))
+    assert seen == [8 * TICK_NS]
+
+
+def test_leaving_sets_the_device_to_zero_and_says_goodbye_with_the_last_ticks():
+    rig = Rig()
+    rig.ticks(*range(11))
+    rig.loop.leave()
+    assert rig.device.stops == 1
+    assert rig.wires.sent[-1].flags & FLAG_LEAVING
+    assert not any(packet.flags & FLAG_LEAVING for packet in rig.wires.sent[:-1])
+    assert sum(len(series["x"]) for *_, series in rig.wires.blocks) == 11
+
+
+def test_a_device_that_fails_is_set_to_zero_and_the_server_told(monkeypatch):
+    rig = Rig()
+    rig.device.error = DeviceError("unplugged")
+    monkeypatch.setattr(loop_module, "request_real_time", lambda _: None)
+    with pytest.raises(DeviceError, match="unplugged"):
+        rig.loop.run(threading.Event())
+    assert rig.device.stops == 1
+    assert rig.wires.sent[-1].flags & FLAG_LEAVING
+
+
+def test_a_device_that_senses_nothing_is_given_no_force():
+    rig = Rig()
+    rig.answer()
+    rig.ticks(*range(8, 40))
+    assert rig.device.forces[-1] != 0.0
+    rig.device.sample.valid = False
+    rig.device.sample.xd = float("nan")
+    for grid in range(40, 64):
+        rig.answer()
+        rig.tick(grid)
+    assert rig.device.forces[-1] == 0.0
+    rig.device.sample.valid = True
+    rig.device.sample.xd = 0.02
+    before = 0.0
+    for grid in range(64, 600):
+        rig.answer()
+        rig.tick(grid)
+        force = rig.device.forces[-1]
+        assert abs(force - before) <= SafetyParams().max_slew * 0.001 + 1e-9
+        before = force
+    assert before == pytest.approx(25.0 * 0.02, rel=1e-2)
+
+
+def test_a_running_loop_keeps_no_memory():
+    rig = Rig()
+    rig.wires.send = lambda packet: None
+    rig.wires.publish_trace = lambda block, loop: None
+    rig.answer()
+    rig.ticks(*range(1000))
+    before = sys.getallocatedblocks()
+    rig.ticks(*range(1000, 2000))
+    rig.device.forces.clear()
+    assert sys.getallocatedblocks() - before < 50
