@@ -10,11 +10,12 @@ Time is an argument (integer nanoseconds of any monotonic clock).
 
 import enum
 from collections.abc import Sequence
+from typing import Any
 
 from pmwvc_core.numeric import Value, truth, where
 from pmwvc_core.server.port import ServerController
 from pmwvc_core.wave.inbox import Inbox
-from pmwvc_core.wave.packet import FLAG_LEAVING, Packer, WavePacket
+from pmwvc_core.wave.packet import FLAG_DIRECT, FLAG_LEAVING, Packer, WavePacket
 from pmwvc_core.wave.receiver import Receiver, Verdict
 
 
@@ -55,7 +56,7 @@ class Service:
         self.presence = [Presence.ABSENT for _ in self.inboxes]
 
     def deliver(self, user: int, packet: WavePacket, now_ns: int) -> Verdict:
-        """Take one packet of a user in; a first one, or one of a new life of that user, joins it."""
+        """Take one packet of a user in; a first one, or one of a new life, joins the user."""
         inbox = self.inboxes[user]
         if not isinstance(inbox, Receiver):
             raise TypeError("only a single run takes packets one by one")
@@ -85,7 +86,8 @@ class Service:
         """Advance the environment by its period; return each user's answer (None for an absent
         one).
         """
-        waves: list[Value] = []
+        direct = bool(self.server.flags & FLAG_DIRECT)
+        received: list[Any] = []
         for user, inbox in enumerate(self.inboxes):
             wave = inbox.take(now_ns)
             silent = inbox.silent(now_ns)
@@ -95,8 +97,9 @@ class Service:
                 else:
                     quiet = truth(silent)
                     self.presence[user] = Presence.DAMPING if quiet else Presence.COUPLED
-            waves.append(where(silent, wave * 0.0, wave))
-        answers = self.server.step(waves)
+            wave = where(silent, wave * 0.0, wave)
+            received.append((inbox.position(), wave) if direct else wave)
+        answers = self.server.step(received)
         return [
             None
             if self.presence[user] is Presence.ABSENT
