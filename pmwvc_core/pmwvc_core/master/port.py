@@ -21,7 +21,7 @@ Not here: limits (``safety``), packets, time.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Protocol
 
 from pmwvc_core.errors import ParameterError
@@ -79,6 +79,9 @@ class MasterController(Protocol):
     def energy_v_m(self) -> Value:
         """Energy of the returning wave after the hold [J]."""
 
+    def configure(self, params: MasterParams) -> None:
+        """Take other parameters over at a frame start; tick and rate drop stay."""
+
     def receive(self, wave: Value) -> None:
         """Take the newest wave, once a frame."""
 
@@ -113,13 +116,8 @@ class WaveMaster:
     flags = 0
 
     def __init__(self, params: MasterParams) -> None:
-        self._impedance = params.impedance
-        self._tick_s = params.tick_s
-        self._frame_s = params.frame_s
-        self._hold = Hold(params.hold, ticks=params.rate_drop)
-        self._filter = AntiAliasing(
-            params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop
-        )
+        self.params: MasterParams = params
+        self._begin(params)
         self.u_m: Value = 0.0
         self.u_m_lp: Value = 0.0
         self.v_m: Value = 0.0
@@ -131,6 +129,29 @@ class WaveMaster:
         self.energy_v_m: Value = 0.0
         self._x: Value = 0.0
         self._xd: Value = 0.0
+
+    def configure(self, params: MasterParams) -> None:
+        """Take other parameters over at a frame start; tick and rate drop stay.
+
+        Waves carry the same power whatever the impedance, so that may change at any time. Another
+        filter or hold starts at zero: what the old one held is lost, never gained.
+        """
+        same = params.filter == self.params.filter and params.hold == self.params.hold
+        if same:
+            self.params, self._impedance = params, params.impedance
+        else:
+            self._begin(params)
+
+    def _begin(self, params: MasterParams) -> None:
+        """Start filter and hold at rest."""
+        self.params = params
+        self._impedance = params.impedance
+        self._tick_s = params.tick_s
+        self._frame_s = params.frame_s
+        self._hold = Hold(params.hold, ticks=params.rate_drop)
+        self._filter = AntiAliasing(
+            params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop
+        )
 
     def receive(self, wave: Value) -> None:
         """Take the newest wave [sqrt(W)]; it stands for the frame that begins."""
@@ -200,16 +221,8 @@ class WaveMaster:
         return self._x
 
 
-Maker = Callable[[MasterParams], MasterController]
-
-
-def _direct(params: MasterParams) -> MasterController:
-    from pmwvc_core.rivals.direct import DirectMaster  # only the choice looks towards the rivals
-
-    return DirectMaster(tick_s=params.tick_s)
-
-
-MASTERS: Mapping[str, Maker] = {"pmwvc": WaveMaster, "direct": _direct}
+# By the name of the controller; ``controllers`` adds what is built from more than this package.
+MASTERS: dict[str, Callable[[MasterParams], MasterController]] = {"pmwvc": WaveMaster}
 
 
 def make_master(
@@ -225,7 +238,7 @@ def make_master(
     Parameters
     ----------
     controller
-        One of ``MASTERS``.
+        A name in ``MASTERS``.
     params
         The channel.
     contact, server_period_s, dof

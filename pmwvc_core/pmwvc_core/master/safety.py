@@ -19,6 +19,8 @@ Everything that is a limit on the force is also a limit on its way to zero: lett
 never a step. Works on floats and on arrays; in a batch every run has its own state.
 """
 
+from typing import Any
+
 import numpy as np
 
 from pmwvc_core.master.safety_states import (
@@ -79,7 +81,7 @@ class SafetyLimiter:
         self.ready: Flag = False
         self._gain: Value = 0.0  # share of the force that is let through
         self._push: Value = 1.0  # share of what pushes, while damping
-        self._events: Value = 0
+        self._events: Any = 0  # an int, or integers per run
         self._faulty: Flag = False
         self._damped: Flag = False
         self._trouble: Flag = False
@@ -182,10 +184,11 @@ class SafetyLimiter:
     def _limit(self, f: Value) -> tuple[Value, Flag]:
         """Shorten the force, then its change; also tell whether that made a difference."""
         wanted = limit_length(f, self.params.max_force)
-        change: Value = wanted - self.f
+        change = wanted - self.f
         length = root(squared(change))
         slewed = length > self._slew
-        self.f = where(slewed, self.f + change * (self._slew / where(slewed, length, 1.0)), wanted)
+        part = change * (self._slew / where(slewed, length, 1.0))
+        self.f = where(slewed, self.f + part, wanted)
         return self.f, slewed | (squared(f) > self._longest)
 
     def _count(self, trouble: Flag, limited: Flag) -> None:

@@ -17,7 +17,7 @@ back, both from force times velocity at that port. The wave signals themselves a
 from collections.abc import Sequence
 
 from pmwvc_core.numeric import Value, dot, maximum
-from pmwvc_core.params import ServerParams
+from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.server.couplings.sampled import push_object
 from pmwvc_core.server.environments import make_environment
 from pmwvc_core.server.seats import Seat, ServerController
@@ -27,8 +27,8 @@ from pmwvc_core.wave.packet import FLAG_DIRECT
 class DirectServer(ServerController):
     """Avatars that stand where the devices stood when they last reported.
 
-    Before that the object has come here exactly, under the last forces held. ``xd_s`` is the velocity
-    as reported.
+    Before that the object has come here exactly, under the last forces held. ``xd_s`` is the
+    velocity as reported.
     """
 
     flags = FLAG_DIRECT
@@ -89,6 +89,9 @@ class DirectMaster:
     def energy_v_rx(self) -> Value:
         """As ``energy_v_m``."""
         return self.energy_v_m
+
+    def configure(self, params: MasterParams) -> None:
+        """Nothing to take over: this controller has no parameters of its own."""
 
     def receive(self, wave: Value) -> None:
         """Take the newest force [N]."""

@@ -16,8 +16,8 @@ from typing import TypeVar
 
 import numpy as np
 
+from pmwvc_core.controllers import make_master, make_server
 from pmwvc_core.master.client import Client
-from pmwvc_core.master.port import make_master
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Value, dot
@@ -25,7 +25,6 @@ from pmwvc_core.params import whole_ratio
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.plant.task import Task
-from pmwvc_core.server.port import make_server
 from pmwvc_core.server.service import Service
 from pmwvc_core.simulation.buffers import (
     ServerBuffer,
