@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A small closed loop around the server objects, written out by hand, to be compared with printed numbers.
+"""A small closed loop around the server objects, written out by hand, for printed numbers.
 
-Two undamped devices, first-order filter, rate drop, hold and whole-frame delays are a dozen lines here and share
-nothing with the core; only the server is the real one. Order of events in a frame: send the filter's output of the
-last tick, serve the packet sent ``delay`` frames ago, take the answer sent ``delay`` frames ago, M ticks.
+Two undamped devices, first-order filter, rate drop, hold and whole-frame delays are a dozen lines
+here and share nothing with the core; only the server is the real one. Order of events in a frame:
+send the filter's output of the last tick, serve the packet sent ``delay`` frames ago, take the
+answer sent ``delay`` frames ago, M ticks.
 
-A loop's state is an array ``(runs, states)``. Stepping the identity through one frame gives the monodromy matrix.
+A loop's state is an array ``(runs, states)``. Stepping the identity through one frame gives the
+monodromy matrix.
 """
 
 from dataclasses import dataclass
@@ -145,8 +147,9 @@ class Loop:
     def rigid_motions(self):
         """Return the columns of what moves without force, which is no instability.
 
-        With waves a device's position acts on nothing, so each one and the object's is a translation of its own;
-        with direct coupling all move together. Then uniform motion, with waves of sqrt(b/2) times the velocity.
+        With waves a device's position acts on nothing, so each one and the object's is a
+        translation of its own; with direct coupling all move together. Then uniform motion, with
+        waves of sqrt(b/2) times the velocity.
         """
         direct, delay = self.scheme.direct, self.scheme.delay
         runs = 1 if direct else 3
@@ -167,7 +170,7 @@ class Loop:
         return self.layout.join(moved).T
 
     def spectral_radius(self):
-        """Return the largest |eigenvalue| of the monodromy matrix on the quotient by rigid motions."""
+        """Return the largest |eigenvalue| of a frame on the quotient by rigid motions."""
         a, rigid = self.monodromy(), self.rigid_motions()
         still, drifting = rigid[:, :-1], rigid[:, -1:]
         scale = np.abs(a).max()

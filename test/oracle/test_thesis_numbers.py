@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Largest stable stiffness of two users on one cube (App. B, Figs. 2 and 3), for each coupling.
 
-The numbers were computed elsewhere from exact multirate matrices; the figures of the dissertation show the same
-regions for ``one_frame_late`` when its cut-off is read as the pole in rad/s.
+The numbers were computed elsewhere from exact multirate matrices; the figures of the dissertation
+show the same regions for ``one_frame_late`` when its cut-off is read as the pole in rad/s.
 """
 
 import numpy as np
@@ -66,7 +66,7 @@ def test_reading_the_cut_off_as_3_db_at_50_hz_leaves_nothing_stable():
 
 
 class _AsPrinted:
-    """App. B, Eq. 14 with the sign it has in print: the control that must miss the printed figure."""
+    """App. B, Eq. 14 with the sign it has in print: a control that must miss the figure."""
 
     def __init__(self, coupling):
         self.coupling = coupling

@@ -146,8 +146,9 @@ class Grip:
         length = root(k * k + a * g)
         p1 = where(k > 0.0, (k + length) / a, g / _nonzero(length - k))
         way = _nonzero(p1 - p0)
-        normal = 0.5 * self.stiffness * p1 * p1 / way + self.damping * p1 / h
-        slope = 0.5 * h * self.stiffness * p1 * (p1 - 2.0 * p0) / (way * way) + self.damping
+        share = p1 / way  # of the way that is inside; no squares, they vanish for tiny numbers
+        normal = 0.5 * self.stiffness * p1 * share + self.damping * p1 / h
+        slope = 0.5 * h * self.stiffness * share * (2.0 - share) + self.damping
         return normal, way / h, slope
 
     def advance(self, answer: Answer, period: Value) -> Value:

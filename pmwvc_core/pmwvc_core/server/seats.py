@@ -52,12 +52,9 @@ class Seat:
         self.energy_u_s: Value = 0.0  # [J] since the start
         self.energy_v_s: Value = 0.0  # [J]
 
-    def silence(self) -> None:
+    def silence(self, zero: Value) -> None:
         """Forget the signals of the last step; the energies stay."""
-        self.xd_s = 0.0 * self.xd_s
-        self.f_s = 0.0 * self.f_s
-        self.u_s = 0.0 * self.u_s
-        self.v_s = 0.0 * self.v_s
+        self.xd_s = self.f_s = self.u_s = self.v_s = zero
 
 
 class ServerController(ABC):
@@ -100,7 +97,10 @@ class ServerController(ABC):
         seat = self.seats[i]
         if seat.present:
             self.leave(i)
-        seat.silence()
+        zero = 0.0 * position  # gives signals and object their shape
+        seat.silence(zero)
+        self.body.x = self.body.x + zero
+        self.body.xd = self.body.xd + zero
         seat.contact.attach(position - self.body.x)
         seat.x_s = self._place(seat)
         seat.offset = seat.x_s - position
@@ -111,7 +111,7 @@ class ServerController(ABC):
         seat = self.seats[i]
         if seat.present:
             self.dissipated = self.dissipated + seat.contact.detach()
-            seat.silence()
+            seat.silence(0.0 * seat.f_s)
             seat.present = False
 
     def _place(self, seat: Seat) -> Value:

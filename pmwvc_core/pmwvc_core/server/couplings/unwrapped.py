@@ -7,9 +7,10 @@
     xd_s = [sqrt(2 b) u_s - K (x' - x_o) + B xd_o] / (b + B + g K),     x_s = x' + g xd_s
 
 with x' the position without the new velocity and g what that weighs in the position: h (backward
-Euler, x' = x_s), h/2 (trapezoid, x' = x_s + h xd_s/2), 0 (forward Euler, x' = x_s + h xd_s, as printed). Before that
-the object has come here exactly, under the last f_s held. What it does next is not foreseen, so energy
-balances for a wall (backward Euler: never below zero) but not for a light object.
+Euler, x' = x_s), h/2 (trapezoid, x' = x_s + h xd_s/2), 0 (forward Euler, x' = x_s + h xd_s, as
+printed). Before that the object has come here exactly, under the last f_s held. What it does next
+is not foreseen, so energy balances for a wall (backward Euler: never below zero) but not for a
+light object.
 """
 
 from collections.abc import Sequence
