@@ -174,7 +174,7 @@ class MasterLoop:
         if place >= self.answer_tick and not self._answered:
             self._answered = True
             self.client.receive(self._clock())
-            if not self._coupled and self.inbox.heard():
+            if not self._coupled and self.client.ready():
                 self._coupled = True
                 self.device.couple()
 

@@ -9,7 +9,7 @@ packet comes in. Time is an argument (integer nanoseconds of any monotonic clock
 
 from pmwvc_core.master.port import MasterController
 from pmwvc_core.master.safety import SafetyLimiter
-from pmwvc_core.numeric import Flag, Value, where
+from pmwvc_core.numeric import Flag, Value, truth, where
 from pmwvc_core.wave.inbox import Inbox
 from pmwvc_core.wave.packet import FLAG_LEAVING, FLAG_LIMITED, Packer, WavePacket
 
@@ -39,9 +39,13 @@ class Client:
         self.f_asked: Value = 0.0
         self._events_sent = 0
 
-    def coupled(self) -> Flag:
-        """Tell whether the server has ever answered: from then on there is something to feel."""
-        return self.inbox.heard()
+    def ready(self) -> bool:
+        """Tell whether the server has answered and the soft start is over.
+
+        From then on a simulated hand may act: it meets what the controller renders. Before, it
+        would push the device away from its avatar against a force that is still held back.
+        """
+        return truth(self.safety.ready)
 
     def send(self, now_ns: int, *, leaving: bool = False) -> WavePacket:
         """Return the packet of this frame start: the filter's output after the last tick."""

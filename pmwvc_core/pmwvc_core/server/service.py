@@ -92,7 +92,8 @@ class Service:
             wave = inbox.take(now_ns)
             silent = inbox.silent(now_ns)
             if self.presence[user] is not Presence.ABSENT:
-                if truth(silent) and truth(inbox.silence_s(now_ns) > self.release_s):
+                late = truth(inbox.silence_s(now_ns) > self.release_s)
+                if inbox.heard() and truth(silent) and late:
                     self.leave(user)
                 else:
                     quiet = truth(silent)

@@ -139,7 +139,7 @@ class _Seat:
     def tick(self, now_ns: int, tick_s: float) -> dict[str, Value]:
         """Advance hand, controller and device by one tick; return the signals to trace."""
         x, xd = self.device.read()
-        f_h = self.operator.step(x, xd) if self.client.coupled() else self.operator.hold()
+        f_h = self.operator.step(x, xd) if self.client.ready() else self.operator.hold()
         f_applied = self.client.step(x, xd, now_ns)
         self.energy_device = self.energy_device + dot(f_applied, xd) * tick_s
         self.energy_hand = self.energy_hand + dot(f_h, xd) * tick_s
@@ -219,6 +219,7 @@ class SessionBatch:
         """Send, serve and receive, where this tick starts a frame."""
         for seat in self.seats:
             if tick % seat.rate_drop == 0:
+                seat.client.controller.measure(*seat.device.read())
                 seat.up.send(seat.client.send(now_ns), now_ns)
         if tick % self.server_ticks == 0:
             for seat in self.seats:

@@ -27,6 +27,7 @@ STRUCTURAL = {
     "offset",
     "sweep_s",
     "timeout_s",
+    "soft_start_s",
     "release_s",
 }
 
