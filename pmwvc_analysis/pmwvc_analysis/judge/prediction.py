@@ -8,7 +8,9 @@ like a spring K = 2b/tau and a mass M = b tau/2 in series with what is touched:
     1/k_felt = 1/K_contact + tau/(2b),          mass_felt = b tau/2.
 
 In a steady press with force F the device stands F tau/(2b) ahead of its avatar, besides what the
-contact yields.
+contact yields. With ``one_step_delay`` the avatar moves by the force of the step before: once the
+force F has been built up it stands F T_VE/b further in than its waves say, which counts as a lag
+of -2 T_VE.
 """
 
 import math
@@ -107,6 +109,8 @@ def lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
     phase = LIVE_PHASE_S if live else 0.0
     lag += network_s(user.link_up, scenario.server.period_s, phase)
     lag += network_s(user.link_down, master.frame_s, phase)
+    if scenario.server.coupling == "one_step_delay":  # the avatar runs F T/b ahead: see module
+        lag -= 2.0 * scenario.server.period_s
     return float(lag)
 
 
