@@ -1,0 +1,249 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server as a whole: joining, leaving, accounts, names, shapes."""
+
+import copy
+import itertools
+
+import numpy as np
+import pytest
+
+from pmwvc_core.controllers import make_server
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.params.server import COUPLINGS
+
+H, B_W = 0.008, 25.0
+CONTACTS = ("bilateral", "grip")
+
+
+def make(users, *, coupling="implicit", contact="grip", dof=1, environment="cube", **values):
+    return make_server(
+        "pmwvc",
+        ServerParams(coupling=coupling, environment=environment),
+        [ContactParams(contact=contact, **values)] * users,
+        [B_W] * users,
+        dof=dof,
+        sides=[-1 if i % 2 == 0 else 1 for i in range(users)],
+    )
+
+
+def stored(server):
+    return server.kinetic + server.potential
+
+
+def squeeze(server, steps, *, force=1.0, users=(0, 1)):
+    """Press from both sides with ``force`` N for some steps."""
+    waves = [0.0] * len(server.seats)
+    for i in users:
+        waves[i] = (force if i % 2 == 0 else -force) / np.sqrt(2 * B_W)
+    for _ in range(steps):
+        server.step(waves)
+
+
+@pytest.mark.parametrize("coupling", COUPLINGS)
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_joining_stores_no_energy_and_makes_no_force(coupling, contact):
+    server = make(4, coupling=coupling, contact=contact)
+    server.join(0, -0.03)
+    server.join(1, 0.03)
+    squeeze(server, 800)
+    before = stored(server), server.x_o, list(server.f_s)
+    server.join(2, -0.01)
+    server.join(3, 0.2)
+    assert stored(server) == before[0]
+    assert server.x_o == before[1]
+    assert server.f_s == before[2]
+    assert server.f_s[2] == server.f_s[3] == 0.0
+    assert server.present == [True] * 4
+
+
+@pytest.mark.parametrize("coupling", COUPLINGS)
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_a_silent_late_joiner_is_not_felt_while_nothing_moves(coupling, contact):
+    with_guest, without = (make(3, coupling=coupling, contact=contact) for _ in range(2))
+    for server in (with_guest, without):
+        server.join(0, -0.03)
+        server.join(1, 0.03)
+        squeeze(server, 3000)
+    with_guest.join(2, -0.03)
+    for server in (with_guest, without):
+        squeeze(server, 500)
+    assert with_guest.f_s[2] == pytest.approx(0.0, abs=1e-9)
+    assert with_guest.f_s[:2] == pytest.approx(without.f_s[:2], abs=1e-9)
+    assert with_guest.x_o == pytest.approx(without.x_o, abs=1e-9)
+
+
+@pytest.mark.parametrize("coupling", COUPLINGS)
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_leaving_drops_the_spring_and_nothing_more(coupling, contact):
+    server = make(2, coupling=coupling, contact=contact)
+    server.join(0, -0.03)
+    server.join(1, 0.03)
+    squeeze(server, 2000)
+    total, spring = stored(server), server.seats[1].contact.energy
+    lost = server.dissipated
+    assert spring == pytest.approx(0.5 * 1.0**2 / 500.0)
+    server.leave(1)
+    assert stored(server) == pytest.approx(total - spring)
+    assert server.dissipated == pytest.approx(lost + spring)
+    assert server.present == [True, False]
+    assert server.contact[1] is False
+    assert server.f_s[1] == 0.0
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_those_who_stay_keep_a_quiet_cube_when_one_leaves_and_comes_back(contact):
+    server = make(3, contact=contact, contact_stiffness=2000.0)
+    for i, position in enumerate((-0.03, 0.03, -0.03)):
+        server.join(i, position)
+    squeeze(server, 1500, users=(0, 1, 2))
+    server.leave(2)
+    squeeze(server, 1500)
+    speeds = [server.xd_o]
+    server.join(2, server.x_o - 0.03)
+    for _ in range(200):
+        squeeze(server, 1)
+        speeds.append(server.xd_o)
+    assert server.f_s[:2] == pytest.approx([1.0, -1.0], abs=1e-2)
+    assert np.abs(np.diff(speeds)).max() < 1e-3
+    assert np.abs(server.f_s[2]) < 1e-2
+
+
+def test_energy_keeps_its_account_through_coming_and_going():
+    rng = np.random.default_rng(11)
+    server = make(4, contact_stiffness=3000.0, contact_damping=4.0)
+    for n in range(600):
+        if n % 7 == 0:
+            i = int(rng.integers(4))
+            before = stored(server)
+            if server.present[i] and rng.random() < 0.5:
+                server.leave(i)
+            else:
+                server.join(i, float(rng.normal(0.0, 0.05)))  # anew where already seated
+            assert stored(server) <= before
+        server.step(rng.normal(0.0, 0.5, 4).tolist())
+        taken = sum(server.energy_u_s) - sum(server.energy_v_s)
+        assert stored(server) + server.dissipated == pytest.approx(
+            taken, abs=1e-12 * sum(server.energy_u_s)
+        )
+    assert server.dissipated > 0.0
+
+
+def test_nobody_hears_from_an_empty_seat():
+    server = make(2)
+    server.join(0, -0.03)
+    returned = server.step([0.3, 5.0])
+    assert returned[1] == 0.0
+    assert server.energy_u_s[1] == server.energy_v_s[1] == 0.0
+    server.leave(1)  # nobody there: nothing happens
+    assert server.dissipated >= 0.0
+
+
+def test_without_users_the_cube_glides_on():
+    server = make(1)
+    server.body.xd = 0.1
+    for _ in range(10):
+        assert server.step([0.0]) == [0.0]
+    assert server.x_o == pytest.approx(0.1 * 10 * H)
+
+
+def test_avatar_and_device_share_a_frame_but_for_a_constant():
+    """With equal impedances at both ends the avatar goes where the waves say the device goes."""
+    server = make(1, gap_m=0.005)
+    server.join(0, -0.01)
+    assert server.offset[0] == pytest.approx(-0.035 + 0.01)
+    start = server.x_s[0]
+    for _ in range(100):
+        server.step([-0.2])
+    assert server.x_s[0] - start == pytest.approx(100 * H * np.sqrt(2 / B_W) * -0.2)
+    assert server.offset[0] == pytest.approx(-0.025)
+
+
+def test_the_contacts_own_impedance_goes_first():
+    server = make_server(
+        "pmwvc",
+        ServerParams(),
+        [ContactParams(impedance=40.0), ContactParams()],
+        [25.0, 30.0],
+        dof=1,
+        sides=[-1, 1],
+    )
+    assert [seat.b for seat in server.seats] == [40.0, 30.0]
+
+
+def test_wrong_names_and_counts_are_told():
+    one = [ContactParams()]
+    with pytest.raises(ParameterError, match="controller = 'foo': must be one of pmwvc, direct"):
+        make_server("foo", ServerParams(), one, [25.0], dof=1, sides=[1])
+    with pytest.raises(ParameterError, match="1 contacts, 2 impedances, 1 sides"):
+        make_server("pmwvc", ServerParams(), one, [25.0, 25.0], dof=1, sides=[1])
+
+
+def test_a_copy_is_a_snapshot():
+    server = make(2)
+    server.join(0, -0.03)
+    server.join(1, 0.03)
+    squeeze(server, 100)
+    twin = copy.deepcopy(server)
+    squeeze(server, 50)
+    squeeze(twin, 50)
+    assert (twin.x_o, twin.f_s, twin.dissipated) == (server.x_o, server.f_s, server.dissipated)
+
+
+@pytest.mark.parametrize(
+    ("coupling", "environment", "contact"),
+    list(itertools.product(COUPLINGS, ("cube", "wall"), CONTACTS)),
+)
+def test_one_axis_runs_on_plain_floats(coupling, environment, contact):
+    server = make(2, coupling=coupling, contact=contact, environment=environment)
+    server.join(0, -0.03)
+    server.join(1, 0.03)
+    rng = np.random.default_rng(5)
+    for wave in rng.normal(0.0, 0.3, (50, 2)).tolist():
+        server.step(wave)
+    lists = (server.x_s, server.xd_s, server.f_s, server.v_s, server.energy_u_s)
+    values = [server.x_o, server.xd_o, server.kinetic, server.potential, server.dissipated]
+    assert {type(value) for value in [*values, *itertools.chain(*lists)]} == {float}
+
+
+@pytest.mark.parametrize("coupling", COUPLINGS)
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_axes_across_do_what_one_axis_does_alone(coupling, contact):
+    """Two-sided contacts do not mix the axes; a grip's axis 0 does not hear the others."""
+    rng = np.random.default_rng(6)
+    waves = rng.normal(0.0, 0.3, (60, 2, 3))
+    space = make(2, coupling=coupling, contact=contact, dof=3)
+    line = make(2, coupling=coupling, contact=contact)
+    for server, at in ((space, np.array([0.03, 0.0, 0.0])), (line, 0.03)):
+        server.join(0, -at)
+        server.join(1, at)
+    for wave in waves:
+        space.step(list(wave))
+        line.step(wave[:, 0].tolist())
+        np.testing.assert_allclose([f[0] for f in space.f_s], line.f_s, atol=1e-10)
+        np.testing.assert_allclose(space.x_o[0], line.x_o, atol=1e-12)
+
+
+@pytest.mark.parametrize("coupling", COUPLINGS)
+@pytest.mark.parametrize("contact", CONTACTS)
+@pytest.mark.parametrize("wave", [0.0, 5e-324, -1e-200, 1e-160, 1e4, -1e4])
+def test_finite_waves_get_finite_answers(coupling, contact, wave):
+    server = make(2, coupling=coupling, contact=contact, contact_stiffness=0.0)
+    server.join(0, -0.03)
+    server.join(1, 0.03)
+    for n in range(40):
+        returned = server.step([wave, -wave if n % 2 else wave])
+        assert np.isfinite([*returned, server.x_o, server.dissipated]).all()
+
+
+def test_waves_that_die_away_never_divide_by_zero():
+    """Depths shrink through the smallest numbers there are; their squares vanish first."""
+    server = make(2, coupling="implicit", contact_stiffness=1e5, contact_damping=0.0)
+    server.join(0, -0.03)
+    server.join(1, 0.03)
+    wave = 1.0
+    while wave > 0.0:
+        returned = server.step([wave, -0.9 * wave])
+        assert np.isfinite(returned).all()
+        wave *= 0.3
