@@ -8,6 +8,7 @@ Same topics, types and blocks; what virtual time does not have (echoes, lateness
 import itertools
 import time
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,7 +23,13 @@ from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.traces import PacketTraces, ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.simulation.traces import (
+    FateTraces,
+    PacketTraces,
+    ServerTraces,
+    SessionTraces,
+    UserTraces,
+)
 from pmwvc_core.wave.packet import FLAG_DIRECT, WavePacket
 
 SERVER_EPOCH = 1000
@@ -93,11 +100,18 @@ def _all(types: Any, traces: SessionTraces, scenario: Scenario, start: int) -> I
         for user in scenario.users
         for way in ("up", "down")
     }
-    for link, fates in traces.fates.items():
+    for link, all_fates in traces.fates.items():
+        fates = _until(all_fates, _ns(traces.duration_s))
         for at_ns, message in fate_blocks(types, fates, start):
             yield Outgoing(at_ns, "/netem/fates", schemas.PACKET_FATE, message)
         for at_ns, message in state_blocks(types, fates, links[link], start, seed=scenario.seed):
             yield Outgoing(at_ns, "/netem/links", schemas.LINK_STATE, message)
+
+
+def _until(fates: FateTraces, end_ns: int) -> FateTraces:
+    """Return fates in which what is still under way at the end of the session has not come out."""
+    out_ns = np.where(fates.time_out_ns < end_ns, fates.time_out_ns, 0)
+    return replace(fates, time_out_ns=out_ns)
 
 
 def _epoch(traces: SessionTraces, name: str) -> int:

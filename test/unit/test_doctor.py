@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the doctor finds in recordings."""
+
+import shutil
+
+import handmade
+import numpy as np
+import pytest
+
+from pmwvc_analysis.doctor import PROBLEM, WARNING, check_recording, exit_code
+from pmwvc_analysis.judge.consistency import inconsistencies
+from pmwvc_analysis.recording.from_traces import record_traces
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("session")
+    record_traces(place, handmade.session(duration_s=0.8), handmade.scenario(duration_s=0.8))
+    return place
+
+
+def recorded(place, traces):
+    record_traces(place, traces, handmade.scenario(duration_s=traces.duration_s))
+    return check_recording(place)
+
+
+def texts(findings, status):
+    return "\n".join(finding.text for finding in findings if finding.status == status)
+
+
+def test_a_sound_recording_is_sound(folder):
+    findings = check_recording(folder)
+    assert {finding.check for finding in findings} == {"file", "missing", "physics"}
+    assert exit_code(findings) == 0
+
+
+def test_a_declared_loss_is_a_warning(tmp_path):
+    traces = handmade.session(duration_s=0.8)
+    packets = traces.packets["/user1/wave_up"]
+    for name in ("time_s", "epoch", "seq", "sent_ns", "wave", "integral", "energy"):
+        setattr(packets, name, np.delete(getattr(packets, name), [10, 11], axis=0))
+    findings = recorded(tmp_path / "a", traces)
+    assert "/user1/wave_up: 2 of 100 missing" in texts(findings, WARNING)
+    assert exit_code(findings) == 2
+
+
+def test_packets_missing_behind_a_link_are_told_from_lost_ones(tmp_path):
+    traces = handmade.session(duration_s=0.8)
+    packets = traces.packets["/server/user1/wave_up"]
+    for name in ("time_s", "epoch", "seq", "sent_ns", "wave", "integral", "energy"):
+        setattr(packets, name, np.delete(getattr(packets, name), [10, 11], axis=0))
+    traces.fates["user1/up"].fate[10] = 1
+    traces.fates["user1/up"].time_out_ns[10] = 0
+    findings = recorded(tmp_path / "a", traces)
+    assert "1 packets that user1/up delivered" in texts(findings, WARNING)
+
+
+@pytest.mark.parametrize(
+    ("break_it", "words"),
+    [
+        (lambda t: t.users[0].u_m.__imul__(1.01), "at the master"),
+        (lambda t: t.users[0].xd_m.__imul__(-1.0), r"F xd is not (|u|^2 - |v|^2)/2 at the master"),
+        (lambda t: t.users[1].energy["v_m"].__imul__(1.01), "user2: the energy of v_m"),
+        (lambda t: t.server.f_s[0].__imul__(1.01), "user1: F is not sqrt(b/2) (u - v) at the s"),
+        (lambda t: t.server.energy_u_s[1].__imul__(1.01), "user2: the energy of u_s"),
+        (lambda t: t.users[0].x_m.__setitem__(50, np.nan), "user1: x_m has 1 values"),
+    ],
+)
+def test_physics_that_does_not_add_up_is_a_problem(tmp_path, break_it, words):
+    traces = handmade.session(duration_s=0.8)
+    break_it(traces)
+    findings = recorded(tmp_path / "a", traces)
+    assert words in texts(findings, PROBLEM)
+    assert exit_code(findings) == 3
+
+
+def test_a_force_that_safety_limited_does_not_count_against_the_port():
+    traces = handmade.session()
+    user = traces.users[0]
+    user.f_applied[2000:] *= 0.5
+    user.u_m[2000:] *= 0.9
+    user.energy["u_m"] = np.cumsum(user.u_m[::8, 0] ** 2) * 0.004
+    assert inconsistencies(traces, handmade.scenario()) == []
+
+
+def test_a_cut_file_is_damaged_and_still_looked_at(folder, tmp_path):
+    place = tmp_path / "cut"
+    shutil.copytree(folder, place)
+    file = place / "session.mcap"
+    file.write_bytes(file.read_bytes()[:-30_000])
+    findings = check_recording(place)
+    assert "it was not closed" in texts(findings, PROBLEM)
+    assert any(finding.check == "physics" for finding in findings)
+    assert exit_code(findings) == 3
+
+
+def test_a_folder_without_metadata_is_a_warning(folder, tmp_path):
+    shutil.copy(folder / "session.mcap", tmp_path)
+    findings = check_recording(tmp_path)
+    assert "rosbag2 cannot open" in texts(findings, WARNING)
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_what_is_no_recording_is_a_problem(tmp_path, there):
+    place = tmp_path if there else tmp_path / "nowhere"
+    assert exit_code(check_recording(place)) == 3

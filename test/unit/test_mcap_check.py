@@ -1,0 +1,146 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The structural check of MCAP files: each kind of damage is found by the check made for it.
+
+The files are written without checksums, so that no checksum finds the damage first.
+"""
+
+import io
+import struct
+
+import pytest
+from mcap.writer import CompressionType, Writer
+
+from pmwvc_analysis.recording import mcap_records as mcap
+from pmwvc_analysis.recording.mcap_check import check_bytes
+
+MESSAGES = 40
+
+
+def written(*, crcs=False, compression=CompressionType.NONE, attachment=True):
+    """The bytes of a file with two channels in four chunks."""
+    stream = io.BytesIO()
+    writer = Writer(
+        stream,
+        chunk_size=500,
+        compression=compression,
+        enable_crcs=crcs,
+        enable_data_crcs=crcs,
+    )
+    writer.start("ros2", "test")
+    schema = writer.register_schema("a/msg/B", "ros2msg", b"int32 x\n")
+    channels = [writer.register_channel(f"/topic{i}", "cdr", schema) for i in range(2)]
+    writer.add_metadata("session", {"source": "live"})
+    for place in range(MESSAGES):
+        writer.add_message(channels[place % 2], 1000 + place, bytes(20), 1000 + place, place)
+    if attachment:
+        writer.add_attachment(1, 2, "notes", "text/plain", b"something")
+    writer.finish()
+    return stream.getvalue()
+
+
+def found(data, opcode, place=0):
+    """The offset of a record at the top level."""
+    end = len(data) - len(mcap.MAGIC)
+    records = [r for r in mcap.records(data, len(mcap.MAGIC), end) if r.opcode == opcode]
+    return records[place].offset
+
+
+def patched(data, offset, form, value):
+    changed = bytearray(data)
+    struct.pack_into(form, changed, offset, value)
+    return bytes(changed)
+
+
+def problems(data):
+    return "\n".join(check_bytes(data).problems)
+
+
+@pytest.mark.parametrize("compression", [CompressionType.NONE, CompressionType.ZSTD])
+def test_a_sound_file_has_no_problem(compression):
+    structure = check_bytes(written(crcs=True, compression=compression))
+    assert structure.problems == []
+    assert structure.notes == []
+    assert structure.messages == MESSAGES
+
+
+def test_missing_checksums_are_named_but_no_damage():
+    structure = check_bytes(written())
+    assert structure.whole
+    assert "no checksum of the summary" in structure.notes
+    assert "no checksum of the data section" in structure.notes
+
+
+P = mcap.PREFIX
+DAMAGE = {
+    # what: (record, its place, offset in it, form, value), words in the finding
+    "statistics: messages": ((mcap.STATISTICS, 0, P, "<Q", 7), "statistics say 7 for messages"),
+    "statistics: schemas": ((mcap.STATISTICS, 0, P + 8, "<H", 3), "3 for schemas"),
+    "statistics: chunks": ((mcap.STATISTICS, 0, P + 22, "<I", 9), "9 for chunks"),
+    "statistics: times": ((mcap.STATISTICS, 0, P + 26, "<Q", 5), "5 for first-time"),
+    "statistics: per channel": ((mcap.STATISTICS, 0, P + 48, "<Q", 1), "per channel differently"),
+    "chunk index: offset": ((mcap.CHUNK_INDEX, 0, P + 16, "<Q", 77), "does not fit its chunk"),
+    "chunk index: time": ((mcap.CHUNK_INDEX, 0, P, "<Q", 1), "does not fit its chunk"),
+    "chunk index: message index": (
+        (mcap.CHUNK_INDEX, 0, P + 38, "<Q", 3),
+        "names wrong message indexes",
+    ),
+    "message index: time": ((mcap.MESSAGE_INDEX, 0, P + 6, "<Q", 3), "does not fit its chunk"),
+    "message index: offset": ((mcap.MESSAGE_INDEX, 1, P + 14, "<Q", 3), "does not fit its chunk"),
+    "message index: channel": ((mcap.MESSAGE_INDEX, 0, P, "<H", 9), "does not fit its chunk"),
+    "metadata index": ((mcap.METADATA_INDEX, 0, P, "<Q", 8), "an index names a metadata record"),
+    "attachment index": ((mcap.ATTACHMENT_INDEX, 0, P + 8, "<Q", 8), "names a attachment record"),
+    "summary offset: start": ((mcap.SUMMARY_OFFSET, 0, P + 1, "<Q", 5), "names the schema records"),
+    "summary offset: length": ((mcap.SUMMARY_OFFSET, 3, P + 9, "<Q", 5), "the chunk-index records"),
+    "footer: summary": ((mcap.FOOTER, 0, P, "<Q", 30), "footer says the summary starts at byte 30"),
+    "footer: offsets": ((mcap.FOOTER, 0, P + 8, "<Q", 31), "the summary offsets start at byte 31"),
+    "repeated schema": ((mcap.SCHEMA, 0, P + 6, "<B", 90), "schema 1 differs in the summary"),
+    "repeated channel": ((mcap.CHANNEL, 0, P + 8, "<B", 90), "channel 1 differs in the summary"),
+    "chunk: first time": ((mcap.CHUNK, 0, P, "<Q", 5), "names times its messages do not have"),
+    "chunk: size": ((mcap.CHUNK, 0, P + 16, "<Q", 5), "bytes, not 5"),
+    "chunk: checksum": ((mcap.CHUNK, 0, P + 24, "<I", 5), "the checksum of the chunk"),
+    "data section: checksum": ((mcap.DATA_END, 0, P, "<I", 5), "checksum of the data section"),
+    "summary: checksum": ((mcap.FOOTER, 0, P + 16, "<I", 5), "the checksum of the summary"),
+    "attachment: content": ((mcap.ATTACHMENT, 0, P, "<B", 90), "checksum of an attachment"),
+    "record: length": ((mcap.CHUNK, 1, 1, "<Q", 1 << 40), "are left"),
+    "record: kind": ((mcap.CHUNK, 1, 0, "<B", 1), "the header has to come first"),
+    "data end: gone": ((mcap.DATA_END, 0, 0, "<B", 0x80), "record in the data section"),
+}
+
+
+@pytest.mark.parametrize("what", DAMAGE)
+def test_damage_is_found_where_it_is(what):
+    (opcode, place, offset, form, value), words = DAMAGE[what]
+    data = written()
+    assert words in problems(patched(data, found(data, opcode, place) + offset, form, value))
+
+
+def test_a_message_moved_to_another_channel_is_found():
+    data = written()
+    chunk = found(data, mcap.CHUNK, 1)
+    start = data.index(bytes([mcap.MESSAGE]) + struct.pack("<Q", 42), chunk)
+    assert "channel 9, which comes nowhere" in problems(patched(data, start + P, "<H", 9))
+
+
+def test_magic_is_wanted_at_both_ends():
+    data = written()
+    assert "does not begin as" in problems(b"X" + data[1:])
+    assert "was not closed" in problems(data[:-1])
+
+
+def test_a_file_that_stops_before_its_summary_is_said_to_be_unfinished():
+    data = written()
+    assert "there is no data-end record" in problems(data[: found(data, mcap.DATA_END)])
+
+
+@pytest.mark.parametrize("data", [b"", b"\x89MCAP0\r\n", bytes(100), b"\x89MCAP0\r\n" * 2])
+def test_what_is_no_mcap_file_is_said_so(data):
+    assert not check_bytes(data).whole
+
+
+def test_a_long_list_of_problems_is_shortened():
+    data = written()
+    for place in range(2):
+        offset = found(data, mcap.CHANNEL, place)
+        data = patched(data, offset + P + 2, "<H", 7)
+    assert len(check_bytes(data).problems) <= 51

@@ -1,0 +1,144 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The report, and the last step of a session that writes it."""
+
+import json
+import re
+from html.parser import HTMLParser
+
+import handmade
+import numpy as np
+import pytest
+
+from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.session_files import finish
+from pmwvc_analysis.show.report import render
+from pmwvc_analysis.show.text import cell, quantity
+
+VOID = {"meta", "img", "br"}
+
+
+class Page(HTMLParser):
+    """Checks that elements close in order; keeps the text and what is loaded from elsewhere."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.words, self.sources = [], [], []
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in VOID:
+            self.open.append(tag)
+        self.sources += [value for name, value in attributes if name in ("src", "href")]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if not self.open or self.open[-1] not in ("style", "script"):
+            self.words.append(data)
+
+    @property
+    def text(self):
+        return re.sub(r"\s+", " ", " ".join(self.words))
+
+
+def page(traces, scenario):
+    return Page(render(traces, scenario, summary(traces, scenario), []))
+
+
+def test_the_verdict_comes_first_in_plain_words():
+    text = page(handmade.session(), handmade.scenario()).text
+    verdict = text.index("Stable: every motion beyond the person's own dies out.")
+    assert verdict < text.index("Prediction") < text.index("Figures")
+    assert "user1: the channel never gave out more energy than it had got." in text
+
+
+def test_a_channel_that_gave_out_energy_is_named_with_amount_and_time():
+    text = page(handmade.session(gain=1.2), handmade.scenario()).text
+    assert re.search(r"user1: the channel gave out more .*, up by [\d.]+ mJ at 3\.99 s\.", text)
+
+
+def test_an_unstable_session_says_why():
+    traces = handmade.oscillating(handmade.session(), rms_m_s=0.02, hertz=9.0)
+    text = page(traces, handmade.scenario()).text
+    assert "Not stable, sustained oscillation: user1's device keeps oscillating with" in text
+    assert "Predicted stable, but it was not" in text
+
+
+def test_events_are_listed_in_order():
+    traces = handmade.session()
+    traces.events = [
+        {"time_s": 2.5, "who": "server", "what": "killed by SIGKILL"},
+        {"time_s": None, "who": "recorder", "what": "session.mcap ends early"},
+    ]
+    text = page(traces, handmade.scenario()).text
+    assert text.index("ends early") < text.index("killed by SIGKILL")
+
+
+def test_what_comes_from_files_cannot_become_markup():
+    traces = handmade.session()
+    traces.events = [{"time_s": 1.0, "who": "<script>x</script>", "what": "<b>"}]
+    found = render(traces, handmade.scenario(), summary(traces, handmade.scenario()), [])
+    assert "<script>x" not in found
+
+
+@pytest.mark.parametrize("missing", ["server", "a user", "fates", "scenario", "everything"])
+def test_parts_may_be_missing(missing):
+    traces, scenario = handmade.session(), handmade.scenario()
+    if missing in ("server", "everything"):
+        traces.server = None
+    if missing == "a user":
+        del traces.users[1]
+    if missing in ("fates", "everything"):
+        traces.fates, traces.packets, traces.counts = {}, {}, {}
+    if missing == "everything":
+        traces.users = []
+    if missing in ("scenario", "everything"):
+        scenario = None
+    text = page(traces, scenario).text
+    assert ("Passivity cannot be judged" in text) == (missing in ("server", "everything"))
+    assert ("Prediction" in text) == (scenario is not None)
+
+
+def test_finish_writes_summary_report_and_plots(tmp_path):
+    traces, scenario = handmade.session(duration_s=1.6), handmade.scenario(duration_s=1.6)
+    record_traces(tmp_path, traces, scenario)
+    result = finish(tmp_path)
+    assert json.loads((tmp_path / "summary.json").read_text()) == result
+    assert result["source"] == "simulated"
+    found = Page((tmp_path / "report.html").read_text())
+    plots = {path.stem for path in (tmp_path / "plots").iterdir()}
+    assert plots == {"positions", "forces", "energy", "network"}
+    assert len(found.sources) == len(plots)
+    assert all(source.startswith("data:image/png;base64,") for source in found.sources)
+    assert "Nothing is missing in the recording." in found.text
+    assert "master.impedance 25.0" in found.text
+
+
+def test_finish_judges_what_it_is_given(tmp_path):
+    traces, scenario = handmade.session(duration_s=1.6), handmade.scenario(duration_s=1.6)
+    assert finish(tmp_path, traces, scenario)["scenario"] == "press"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.0, "0 J"), (1.234, "1.23 J"), (-2e-3, "-2 mJ"), (4.5e-7, "450 nJ"), (None, "–"),
+     (float("nan"), "–")],
+)  # fmt: skip
+def test_quantities_read_well(value, text):
+    assert quantity(value, "J") == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(None, "–"), (True, "yes"), (3, "3"), (0.012345, "0.0123"), ([1.0, None], "1, –")],
+)
+def test_cells_read_well(value, text):
+    assert cell(value) == text
+
+
+def test_cells_are_scaled():
+    assert cell(np.float64(0.002).item(), 1e3) == "2"
