@@ -8,7 +8,6 @@ loop has said goodbye. Exit code 0: asked to stop; 2: a setting, file or device 
 one line; 1: a mistake of ours, with its traceback.
 """
 
-import os
 import contextlib
 import os
 import signal
