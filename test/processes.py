@@ -199,8 +199,20 @@ class Peer:
     ) -> list[Any]:
         """Subscribe; return the list that messages go to."""
         messages: list[Any] = []
-        self.node.create_subscription(kind, topic, messages.append, _qos(reliable), raw=raw)
+        self.subscribe(kind, topic, messages.append, reliable=reliable, raw=raw)
         return messages
+
+    def subscribe(
+        self,
+        kind: Any,
+        topic: str,
+        callback: Callable[[Any], None],
+        *,
+        reliable: bool = False,
+        raw: bool = False,
+    ) -> None:
+        """Subscribe."""
+        self.node.create_subscription(kind, topic, callback, _qos(reliable), raw=raw)
 
     def publisher(self, kind: Any, topic: str, *, reliable: bool = False) -> Any:
         """Make a publisher."""

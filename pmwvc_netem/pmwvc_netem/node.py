@@ -37,6 +37,7 @@ class Netem:
     """
 
     def __init__(self, node: Node) -> None:
+        self._node = node
         self._relay: Relay | None = None
         self._settings = Settings(node, self._change)
         made = [_lane(node, route) for route in self._settings.routes]
@@ -45,11 +46,11 @@ class Netem:
         self._reports = Reports(node, self._lanes, seed=self._settings.seed)
         self._relay = Relay(node, self._lanes, inlets, self._reports)
         publish_health(node, self._health)
-        names = ", ".join(lane.name for lane in self._lanes)
-        node.get_logger().info(f"relaying {len(self._lanes)} links: {names}")
 
     def run(self, stop: threading.Event) -> None:
         """Relay."""
+        names = ", ".join(lane.name for lane in self._lanes)
+        self._node.get_logger().info(f"relaying {len(self._lanes)} links: {names}")
         if self._relay is not None:
             self._relay.run(stop)
 

@@ -30,9 +30,8 @@ def _normal(delay_s: float, deviation_s: float, loss: float) -> LinkParams:
     return LinkParams(delay_s=delay_s, jitter="normal", jitter_s=deviation_s, loss=loss)
 
 
-def _between(low_s: float, high_s: float, loss: float) -> LinkParams:
-    middle, half = (low_s + high_s) / 2, (high_s - low_s) / 2
-    return LinkParams(delay_s=middle, jitter="uniform", jitter_s=half, loss=loss)
+def _uniform(delay_s: float, half_width_s: float, loss: float) -> LinkParams:
+    return LinkParams(delay_s=delay_s, jitter="uniform", jitter_s=half_width_s, loss=loss)
 
 
 def _same(link: LinkParams, basis: str) -> Preset:
@@ -69,17 +68,17 @@ PRESETS = {
         "802.11ax: 1 ms and 2 ms in the median, 99 % below 10 ms; moments of that log-normal",
     ),
     "5g_sa_campus": Preset(
-        _between(6e-3, 16e-3, 5e-4),
-        _between(4e-3, 10e-3, 5e-4),
+        _uniform(11e-3, 5e-3, 5e-4),
+        _uniform(7e-3, 3e-3, 5e-4),
         "stand-alone campus network: range of 95 % of the packets; loss estimated",
     ),
     "5g_nsa_public": Preset(
-        _between(10e-3, 18e-3, 1e-3),
-        _between(7e-3, 12e-3, 1e-3),
+        _uniform(14e-3, 4e-3, 1e-3),
+        _uniform(9.5e-3, 2.5e-3, 1e-3),
         "public network, drive test; loss estimated",
     ),
-    "lte": Preset(_between(13e-3, 37e-3, 1e-3), _between(7e-3, 23e-3, 1e-3), "estimate"),
+    "lte": Preset(_uniform(25e-3, 12e-3, 1e-3), _uniform(15e-3, 8e-3, 1e-3), "estimate"),
     "geo": _same(_normal(300e-3, 10e-3, 2e-3), "geostationary satellite: round trip about 600 ms"),
-    "iss": _same(_between(420e-3, 430e-3, 1e-3), "relay satellites to low orbit"),
-    "lunar": _same(_between(1.275, 1.285, 1e-3), "light to the Moon, one way"),
+    "iss": _same(_uniform(425e-3, 5e-3, 1e-3), "relay satellites to low orbit"),
+    "lunar": _same(_uniform(1.28, 5e-3, 1e-3), "light to the Moon, one way"),
 }

@@ -187,9 +187,10 @@ def test_a_packet_survives_the_way_through_a_message(packet):
 
 
 @pytest.mark.parametrize("dof", [1, 2, 3, 6])
-def test_the_size_of_a_packet_is_that_of_its_message(dof):
+def test_the_size_of_a_packet_is_that_of_its_message_in_whole_words(dof):
     message = messages.wave(LIVE, a_packet(0.5 if dof == 1 else np.ones(dof)), STAMP_NS)
-    assert len(serialize_message(message)) == size_bytes(dof)
+    size = len(serialize_message(message))
+    assert size_bytes(dof) == size + -size % 4
 
 
 def test_a_float_stands_for_every_axis():

@@ -93,5 +93,8 @@ class Packer:
 
 
 def size_bytes(dof: int) -> int:
-    """Return the size of a serialized Wave message: 102 bytes and three values per axis (CDR)."""
-    return 102 + 24 * dof
+    """Return the size of a Wave message as it arrives, filled up to whole words of 4 bytes.
+
+    Serialized (CDR) it has 102 bytes and three values per axis; the transport (RTPS) fills it up.
+    """
+    return 104 + 24 * dof

@@ -1,0 +1,305 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The relay as a process, over real DDS: what goes in comes out, and the record tells it all."""
+
+import signal
+import time
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from processes import NodeProcess, ros
+from rclpy.serialization import serialize_message
+from std_msgs.msg import String
+
+from pmwvc_core.network.link import FateKind, Link, stream_of
+from pmwvc_core.params import LinkParams
+from pmwvc_core.runtime import messages
+from pmwvc_core.wave.packet import WavePacket, size_bytes
+from pmwvc_msgs.msg import LinkState, PacketFate, Wave
+
+pytestmark = pytest.mark.integration
+LIVE = messages.live_types()
+NETEM = "pmwvc_netem.node"
+UP = ("/user1/wave_up", "/server/user1/wave_up")
+DOWN = ("/server/user1/wave_down", "/user1/wave_down")
+
+
+class Line:
+    """Both ends of one relayed topic of Waves, and the record of its link."""
+
+    def __init__(self, peer, link="user1/up", topics=UP, epoch=11):
+        self.peer, self.link, self.epoch = peer, link, epoch
+        self.publisher = peer.publisher(Wave, topics[0])
+        self.sent = []  # (time before publishing [ns], bytes), by number - 1
+        self.received = []  # (time of arrival [ns], bytes)
+        self.blocks = peer.collect(PacketFate, "/netem/fates", reliable=True)
+        self.states = peer.collect(LinkState, "/netem/links", reliable=True)
+        peer.subscribe(Wave, topics[1], self._receive, raw=True)
+
+    def _receive(self, message):
+        self.received.append((time.monotonic_ns(), message))
+
+    def meet(self):
+        """Wait until both ends and the record are joined: until a packet has come through.
+
+        The first ones may find no relay yet: then they are not in its record.
+        """
+        self.peer.until(lambda: self.states and self.publisher.get_subscription_count())
+        self.peer.until(lambda: self.send() and self.received)
+        self.peer.until(self.settled)
+
+    def send(self, count=1):
+        for _ in range(count):
+            packet = WavePacket(self.epoch, len(self.sent) + 1, 5, 0.008, 0.5, 0.1, 0.2, 0.3)
+            message = serialize_message(messages.wave(LIVE, packet, time.time_ns()))
+            self.sent.append((time.monotonic_ns(), message))
+            self.publisher.publish(message)
+        return count
+
+    def send_in_bursts(self, bursts, size=40):
+        """Send; after each burst wait until all of it is in the record."""
+        for _ in range(bursts):
+            self.send(size)
+            self.peer.until(self.settled)
+
+    def settled(self):
+        """Tell whether every packet since the first recorded one is in the record."""
+        numbers = [row["seq"] for row in self.originals()]
+        return bool(numbers) and len(numbers) == len(self.sent) - min(numbers) + 1
+
+    def records(self):
+        """Return the record as a list of dictionaries, in the order of ``first``."""
+        names = ("epoch", "seq", "bytes", "time_in_ns", "time_due_ns", "time_out_ns", "fate")
+        blocks = sorted((b for b in self.blocks if b.link == self.link), key=lambda b: b.first)
+        rows = []
+        for block in blocks:
+            assert block.first == len(rows) + 1  # nothing missing, nothing twice
+            columns = [getattr(block, name) for name in names]
+            rows += [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
+        return rows
+
+    def state_after(self, count):
+        """Wait for the link's report on as many packets."""
+        found = self.peer.until(
+            lambda: [s for s in self.states if s.link == self.link and s.in_count == count]
+        )
+        return found[0]
+
+    def originals(self):
+        return [row for row in self.records() if row["fate"] != FateKind.DUPLICATE]
+
+
+def same(arrived, sent):
+    """Tell whether a message arrived as it was sent; the transport fills it up to whole words."""
+    return arrived[: len(sent)] == sent and len(arrived) - len(sent) < 4
+
+
+def expected_fates(params, stream, count):
+    """Return what the core's link makes of as many packets, by number."""
+    link = Link(params, seed=stream)
+    return [link.send(None, 0)[0].kind for _ in range(count)]
+
+
+def test_what_goes_in_comes_out_once_in_order_unchanged_and_not_early():
+    delay_s = 0.012
+    parameters = {"user1.link.up": LinkParams(delay_s=delay_s)}
+    with ros() as peer, NodeProcess(NETEM, parameters) as netem:
+        line = Line(peer)
+        line.meet()
+        line.send_in_bursts(5)
+        peer.until(lambda: same(line.received[-1][1], line.sent[-1][1]))
+        assert len(line.received) > 200
+        through = line.sent[-len(line.received) :]
+        for (sent_ns, sent), (arrived_ns, arrived) in zip(through, line.received, strict=True):
+            assert same(arrived, sent)
+            assert arrived_ns - sent_ns >= delay_s * 1e9
+        for row in line.records():
+            assert row["time_due_ns"] - row["time_in_ns"] == delay_s * 1e9
+            assert row["time_out_ns"] >= row["time_due_ns"]
+            assert (row["epoch"], row["bytes"]) == (line.epoch, size_bytes(1))
+        assert netem.stop() == 0
+
+
+def test_live_fates_are_those_of_the_core_for_the_same_seed():
+    """Each direction of each user has a stream of its own: four different series."""
+    params = LinkParams(loss=0.3, duplicate=0.2)
+    users = ["user1", "user2"]
+    parameters = {"seed": 5, "users": users, "link.up": params, "link.down": params}
+    series = []
+    with ros() as peer, NodeProcess(NETEM, parameters):
+        for index, user in enumerate(users):
+            for number, direction in enumerate(("up", "down")):
+                ends = (f"/{user}/wave_{direction}", f"/server/{user}/wave_{direction}")
+                topics = ends if direction == "up" else ends[::-1]
+                line = Line(peer, f"{user}/{direction}", topics)
+                line.meet()
+                line.send_in_bursts(2)
+                rows = sorted(line.originals(), key=lambda row: row["seq"])
+                numbers = [row["seq"] for row in rows]
+                assert numbers == list(range(numbers[0], len(line.sent) + 1))
+                fates = [FateKind(row["fate"]) for row in rows]
+                stream = stream_of(5, index, number)
+                assert fates == expected_fates(params, stream, len(fates))
+                series.append(tuple(fates[:80]))
+                copies = sum(row["fate"] == FateKind.DUPLICATE for row in line.records())
+                assert copies == line.state_after(len(fates)).duplicated
+    assert len(set(series)) == 4
+
+
+def test_settings_change_while_running_and_wrong_ones_are_refused():
+    with ros() as peer, NodeProcess(NETEM, {"users": ["user1", "user2"]}):
+        line = Line(peer)
+        line.meet()
+        assert peer.set_parameters("/netem", {"user1.link.up.loss": 1}) == [""]
+        line.send_in_bursts(1, size=10)
+        assert {row["fate"] for row in line.originals()[-10:]} == {FateKind.LOST}
+        assert peer.set_parameters(
+            "/netem",
+            {
+                "user1.link.up.loss": 1.5,
+                "user1.link.up.jitter": "sometimes",
+                "seed": 3,
+                "user1.link.up.jitter_s": -1.0,
+            },
+        ) == [
+            "Parameter user1.link.up.loss out of range Min: 0.0, Max: 1.0, value: 1.5",
+            "user1.link.up.jitter = 'sometimes': must be one of none, uniform, normal, trace",
+            "Trying to set a read-only parameter: seed.",
+            "Parameter user1.link.up.jitter_s out of range Min: 0.0, Max: 10.0, value: -1.0",
+        ]
+        (refusal,) = peer.set_parameters("/netem", {"preset": "wifi"})
+        assert refusal.startswith("preset = 'wifi': must be one of none, ideal, lan")
+        line.send_in_bursts(1, size=10)
+        assert {row["fate"] for row in line.originals()[-10:]} == {FateKind.LOST}
+        assert peer.set_parameters("/netem", {"link.up.delay_s": 0.5}) == [""]
+        peer.until(lambda: {s.link for s in line.states if s.delay_s == 0.5} == LINKS_UP)
+        assert peer.set_parameters("/netem", {"preset": "thesis_lan_16"}) == [""]
+        peer.until(lambda: {s.link for s in line.states if s.delay_s == 0.016} == LINKS)
+        assert {s.loss for s in line.states if s.delay_s == 0.016} == {0.0}
+
+
+LINKS_UP = {"user1/up", "user2/up"}
+LINKS = LINKS_UP | {"user1/down", "user2/down"}
+
+
+def test_a_delay_trace_that_cannot_be_read_is_refused_while_running(tmp_path):
+    trace = tmp_path / "delays.csv"
+    trace.write_text("time,delay\n0,0.01\n0.1,0.02\n")
+    with ros() as peer, NodeProcess(NETEM):
+        (refusal,) = peer.set_parameters("/netem", {"user1.link.up.jitter": "trace"})
+        assert refusal.startswith("user1.link.up.trace_file: ")
+        wanted = {"user1.link.up.trace_file": str(trace), "user1.link.up.jitter": "trace"}
+        assert peer.set_parameters("/netem", wanted) == ["", ""]
+        line = Line(peer)
+        line.meet()
+        delays_ns = {row["time_due_ns"] - row["time_in_ns"] for row in line.originals()}
+        assert delays_ns <= {10_000_000, 20_000_000}
+
+
+def test_any_other_topic_is_relayed_too():
+    parameters = {
+        "link_names": ["chat"],
+        "links.chat.type": "std_msgs/msg/String",
+        "links.chat.from": "/words",
+        "links.chat.to": "/heard",
+        "links.chat.reliable": True,
+        "links.chat.delay_s": 0.005,
+    }
+    with ros() as peer, NodeProcess(NETEM, parameters):
+        heard = peer.collect(String, "/heard", reliable=True)
+        states = peer.collect(LinkState, "/netem/links", reliable=True)
+        publisher = peer.publisher(String, "/words", reliable=True)
+        words = iter(range(1_000_000))
+
+        def speak():
+            publisher.publish(String(data=f"word {next(words)}"))
+            return heard
+
+        peer.until(lambda: publisher.get_subscription_count() and speak())
+        first = int(heard[0].data.removeprefix("word "))
+        for _ in range(20):
+            speak()
+        count = next(words) - first
+        peer.until(lambda: len(heard) == count and states)
+        assert [w.data for w in heard] == [f"word {first + n}" for n in range(count)]
+        assert {state.link for state in states} == {"chat"}
+
+
+def test_what_is_no_message_is_recorded_and_the_relay_goes_on():
+    with ros() as peer, NodeProcess(NETEM) as netem:
+        line = Line(peer)
+        line.meet()
+        for junk in (b"\x00\x01\x00\x00", b"\x00\x01\x00\x00" + bytes(20)):
+            line.publisher.publish(junk)
+        peer.until(
+            lambda: sum(row["fate"] == FateKind.INVALID for row in line.records()) == 2,
+        )
+        line.send()
+        peer.until(lambda: same(line.received[-1][1], line.sent[-1][1]))
+        assert netem.stop() == 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_in_order_with_the_record_complete(number):
+    """Packets under way are in the record too, as never come out."""
+    with ros() as peer, NodeProcess(NETEM) as netem:
+        line = Line(peer)
+        line.meet()
+        assert peer.set_parameters("/netem", {"link.up.delay_s": 60.0}) == [""]
+        known = len(line.sent)
+        line.send(10)
+        peer.until(lambda: any(s.link == line.link and s.queued == 10 for s in line.states))
+        assert netem.stop(number) == 0
+        assert "Traceback" not in netem.output
+        peer.until(lambda: len(line.originals()) == known + 10)
+        late = line.originals()[-10:]
+        assert all(row["time_out_ns"] == 0 and row["time_due_ns"] for row in late)
+
+
+def test_links_and_health_are_reported():
+    with ros() as peer, NodeProcess(NETEM, {"preset": "lte"}):
+        states = peer.collect(LinkState, "/netem/links", reliable=True)
+        health = peer.collect(DiagnosticArray, "/diagnostics", reliable=True)
+        peer.until(lambda: health and len(states) >= 8)
+        up = [state for state in states if state.link == "user1/up"]
+        assert np.diff([state.seq for state in up]).tolist() == [1] * (len(up) - 1)
+        assert (up[0].delay_s, up[0].jitter, up[0].jitter_s) == (0.025, "uniform", 0.012)
+        (status,) = health[0].status
+        assert (status.name, status.level) == ("/netem", b"\x00")
+        assert status.message == "relaying 2 links"
+        values = {entry.key: entry.value for entry in status.values}
+        assert values["user1/up"] == "in 0, out 0, lost 0, dropped 0, under way 0, invalid 0"
+
+
+@pytest.mark.parametrize(
+    ("parameters", "text"),
+    [
+        ({"link.up.loss": 2.0}, r"^netem: link\.up\.loss = 2\.0: must be 0\.\.1$"),
+        ({"link.up.los": 0.5}, r"^netem: link\.up\.los: .* did you mean link\.up\.loss\?$"),
+        ({"preset": "wifi_god"}, r"^netem: preset = 'wifi_god': must be one of "),
+        ({"users": ["a b"]}, r"^netem: users: 'a b' must be letters, digits and _$"),
+        ({"users": ["a", "a"]}, r"^netem: users: 'a' is there twice$"),
+        ({"type": "no_such/msg/Thing"}, r"^netem: type = 'no_such/msg/Thing': must be package"),
+        ({"link_names": ["a"]}, r"^netem: links\.a\.from, links\.a\.to: must be two topics$"),
+        ({"link.up.jitter": "trace", "link.up.trace_file": "/no/such"}, r"/no/such: cannot be"),
+    ],
+)
+def test_a_wrong_setting_ends_it_with_one_line_and_code_2(parameters, text):
+    with NodeProcess(NETEM, parameters) as netem:
+        netem.await_output(text)
+        assert netem.wait() == 2
+        assert len(netem.lines) == 1
+
+
+def test_paused_it_relays_nothing_until_it_is_started():
+    from std_srvs.srv import Trigger
+
+    with ros() as peer, NodeProcess(NETEM, {"start.paused": True}):
+        states = peer.collect(LinkState, "/netem/links", reliable=True)
+        health = peer.collect(DiagnosticArray, "/diagnostics", reliable=True)
+        peer.until(lambda: len(health) == 2)
+        assert states == []
+        assert peer.call(Trigger, "/netem/start", Trigger.Request()).message == "started"
+        peer.until(lambda: states)
+        assert peer.call(Trigger, "/netem/start", Trigger.Request()).message == "already running"
