@@ -171,7 +171,7 @@ class SafetyLimiter:
         gain = where(recovers, 0.0, self._gain)
         gain = where(released, _down(gain, self._tick_s / LET_GO_S), _up(gain, self._rise))
         self._gain = gain = where(through, gain, 0.0)
-        self.ready = self.ready | (gain >= 1.0)
+        self.ready = self.ready | ((gain >= 1.0) & (damped ^ True))
         self._damped = damped
 
     def _damping(self, f: Value, xd: Value, speed: Value) -> Value:

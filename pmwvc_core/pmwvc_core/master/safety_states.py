@@ -85,7 +85,7 @@ def text_of(cause: int, limits: SafetyParams, run: int = 0) -> str:
     """Return a cause in words, empty when all is well."""
     texts = {
         Cause.NONE: "",
-        Cause.WAITING: "waiting for the server's first answer",
+        Cause.WAITING: "waiting for the server's first answer or a working device",
         Cause.SOFT_START: "soft start",
         Cause.SILENT: "server silent: damping only",
         Cause.RELEASED: "server silent: let go",
@@ -100,9 +100,9 @@ def text_of(cause: int, limits: SafetyParams, run: int = 0) -> str:
 
 def whole(value: Any) -> int | Integers:
     """Return an int for a single run, and for a batch an array of integers ``(runs, 1)``."""
-    if isinstance(value, np.ndarray) and value.ndim > 1:
-        return value.astype(np.int64)
-    return int(np.max(value))
+    if not isinstance(value, np.ndarray):
+        return int(value)
+    return value.astype(np.int64) if value.ndim > 1 else int(value.item())
 
 
 def _number(limit: Value, run: int) -> str:

@@ -106,7 +106,7 @@ class SimulatedDevice:
             x, xd = self._rub(force)
         else:
             x, xd = self._motion.advance(self.x, self.xd, force)
-        stopped = absolute(x) > self._reach
+        stopped = absolute(x) >= self._reach
         if anywhere(stopped):
             x = clip(x, -self._reach, self._reach)
             xd = where(stopped, 0.0 * xd, xd)

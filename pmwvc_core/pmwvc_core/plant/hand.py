@@ -26,7 +26,7 @@ comes in is the work of the moving target and of the squeezing force, ``effort_j
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.numeric import Array, Value, dot
+from pmwvc_core.numeric import Array, Value, dot, maximum, where
 from pmwvc_core.params import OperatorParams
 from pmwvc_core.plant.devices import along_first_axis
 from pmwvc_core.plant.forces import Operator, rows_of
@@ -62,8 +62,9 @@ class Hand(Operator):
     """The five-parameter hand carrying out a task.
 
     Its target is the task's plus its own side of the object, ``side * half_width``; it starts
-    where the device is and closes the gap as the task says. While it closes, a force that grows
-    to ``squeeze`` presses the arm inwards, along ``-side``.
+    where the device is and closes the gap as the task says. While it closes, a force grows that
+    presses the arm inwards, along ``-side``: a handle fixed at the target is then held with
+    ``squeeze`` (if the grip is at least as stiff as the arm).
 
     Parameters
     ----------
@@ -102,7 +103,10 @@ class Hand(Operator):
         self._task = task
         self._face = side * half_width
         self._gap = start - self._face
-        self._squeeze = -side * params.squeeze
+        # The arm's spring takes k/K of it back when the grip gives way: press that much harder.
+        firm = maximum(params.grip_stiffness, params.stiffness)
+        give = params.stiffness / where(firm > 0.0, firm, 1.0)
+        self._squeeze = -side * params.squeeze * (1.0 + give)
         self._stiffness, self._damping, self._mass = params.stiffness, params.damping, params.mass
         self._inertia = (
             2.0 * params.mass + tick_s * params.damping + 0.5 * tick_s**2 * params.stiffness

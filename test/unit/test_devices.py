@@ -1,0 +1,219 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated device moves as mass, damper, friction and stops do."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import integrate, signal
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import DeviceParams
+from pmwvc_core.plant import SimulatedDevice
+from pmwvc_core.plant.motion import SERIES_BELOW, motion
+
+TICK_S = 0.001
+masses = st.floats(0.01, 10.0)
+dampings = st.one_of(st.just(0.0), st.floats(1e-9, 1e4))
+forces = st.floats(-20.0, 20.0)
+speeds = st.floats(-2.0, 2.0)
+
+
+def device(*, tick_s=TICK_S, dof=1, x=0.0, xd=0.0, **params):
+    made = SimulatedDevice(DeviceParams(**{"workspace_m": 1e3} | params), tick_s=tick_s, dof=dof)
+    made.place(x)
+    made.xd = xd + 0.0 * made.xd
+    return made
+
+
+@given(masses, dampings, forces, speeds)
+def test_a_tick_is_the_zero_order_hold_of_mass_and_damper(mass, damping, force, xd):
+    a = np.array([[0.0, 1.0], [0.0, -damping / mass]])
+    b = np.array([[0.0], [1.0 / mass]])
+    phi, gamma, *_ = signal.cont2discrete((a, b, np.eye(2), np.zeros((2, 1))), TICK_S)
+    made = device(mass=mass, damping=damping, x=0.1, xd=xd)
+    made.step(force, 0.0)
+    expected = phi @ [0.1, xd] + gamma[:, 0] * force
+    scale = 1.0 + abs(force) / mass
+    np.testing.assert_allclose([made.x, made.xd], expected, rtol=1e-12, atol=1e-14 * scale)
+
+
+def test_the_coefficients_have_no_seam_where_series_and_closed_form_meet():
+    z = SERIES_BELOW * np.array([[1.0 - 1e-9], [1.0], [1.0 + 1e-9]])
+    f_x = np.asarray(motion(1.0, z, 1.0).f_x).ravel()
+    np.testing.assert_allclose(f_x, f_x[1], rtol=1e-9)
+    np.testing.assert_allclose(f_x, ((z + np.expm1(-z)) / z**2).ravel(), rtol=1e-13)
+
+
+def test_without_damping_a_constant_force_gives_a_parabola():
+    made = device(mass=0.25, damping=0.0)
+    for _ in range(1000):
+        made.step(1.5, 0.5)
+    assert made.xd == pytest.approx(4.0, rel=1e-12)
+    assert made.x == pytest.approx(2.0, rel=1e-12)
+
+
+def test_the_controllers_force_pushes_back():
+    made = device()
+    made.step(0.0, 1.0)
+    assert made.x < 0.0 and made.xd < 0.0
+
+
+def test_a_damped_device_approaches_force_over_damping():
+    made = device(mass=0.1, damping=2.0)
+    for _ in range(2000):
+        made.step(1.0, 0.0)
+    assert made.xd == pytest.approx(0.5, rel=1e-12)
+
+
+@given(masses, dampings, forces, speeds, st.floats(0.0, 10.0))
+def test_friction_and_damping_only_take_energy(mass, damping, force, xd, friction):
+    made = device(mass=mass, damping=damping, friction=friction, xd=xd)
+    for push in (force, -force, 0.5 * force):
+        before, start = 0.5 * mass * made.xd**2, made.x
+        made.step(push, 0.0)
+        work = push * (made.x - start)
+        after = 0.5 * mass * made.xd**2
+        assert after <= before + work + 1e-12 * (1.0 + before + abs(work))
+
+
+def test_frictions_share_of_the_energy_is_force_times_path():
+    made = device(mass=0.2, friction=0.3, xd=0.5)
+    before = 0.5 * 0.2 * 0.5**2
+    for _ in range(100):
+        made.step(0.1, 0.0)
+    left = 0.5 * 0.2 * made.xd**2
+    assert made.xd > 0.0
+    assert before - left == pytest.approx((0.3 - 0.1) * made.x, rel=1e-12)
+
+
+@given(dampings.filter(lambda b: b < 1e3), st.floats(0.05, 1.0), st.floats(0.001, 1.0))
+def test_friction_stops_the_device_where_the_closed_form_says(damping, mass, friction):
+    xd = 0.9 * TICK_S * friction / mass  # stops within the tick
+    made = device(mass=mass, damping=damping, friction=friction, xd=xd)
+    made.step(0.0, 0.0)
+    assert made.xd == 0.0
+    r = damping * xd / friction
+    if r < 1e-3:
+        stop = mass * xd**2 / (2.0 * friction) * (1.0 - 2.0 * r / 3.0)
+    else:
+        stop = mass * xd / damping * (1.0 - math.log1p(r) / r)
+    assert made.x == pytest.approx(stop, rel=1e-5)
+
+
+def test_a_force_below_friction_holds_nothing_and_moves_nothing():
+    made = device(friction=0.5)
+    for _ in range(10):
+        made.step(0.5, 0.0)
+    assert made.x == 0.0 and made.xd == 0.0
+    made.step(0.6, 0.0)
+    assert made.x > 0.0
+
+
+def test_a_turn_within_a_tick_matches_a_fine_integration():
+    mass, damping, friction, xd, force = 0.1, 3.0, 0.4, 0.004, -1.5
+
+    def slope(_, state):
+        return [state[1], (force - damping * state[1] - friction * np.sign(state[1])) / mass]
+
+    def stop(_, state):
+        return state[1]
+
+    stop.terminal = True
+    first = integrate.solve_ivp(slope, (0, TICK_S), [0.0, xd], events=stop, rtol=1e-12, atol=1e-15)
+    rest_s = TICK_S - first.t[-1]
+    assert rest_s > 0.0
+    a = damping / mass
+    end = (force + friction) / damping
+    made = device(mass=mass, damping=damping, friction=friction, xd=xd)
+    made.step(force, 0.0)
+    assert made.xd == pytest.approx(end * (1 - math.exp(-a * rest_s)), rel=1e-8)
+    moved = end * (rest_s - (1 - math.exp(-a * rest_s)) / a)
+    assert made.x == pytest.approx(first.y[0, -1] + moved, rel=1e-7)
+
+
+@given(forces, speeds, st.floats(-0.0999, 0.0999))
+def test_a_stop_takes_all_of_the_motion_and_gives_none(force, xd, x):
+    made = device(mass=0.1, workspace_m=0.1, x=x, xd=xd)
+    for _ in range(200):
+        before, start = 0.05 * made.xd**2, made.x
+        made.step(force, 0.0)
+        assert abs(made.x) <= 0.1
+        work = force * (made.x - start)
+        assert 0.05 * made.xd**2 <= before + work + 1e-12
+        if abs(made.x) == 0.1:
+            assert made.xd == 0.0
+
+
+def test_a_device_cannot_start_outside_its_workspace():
+    with pytest.raises(ParameterError, match=r"0\.3.*outside its workspace of \+-0\.2 m"):
+        SimulatedDevice(DeviceParams(), tick_s=TICK_S, dof=1).place(0.3)
+
+
+def test_the_encoder_shows_the_nearest_step():
+    made = device(encoder_step_m=0.01)
+    for x, shown in ((0.0149, 0.01), (0.0151, 0.02), (-0.0149, -0.01), (-0.0151, -0.02)):
+        made.place(x)
+        assert made.read() == (pytest.approx(shown), 0.0)
+    assert made.x == -0.0151
+
+
+def test_a_difference_of_readings_is_the_mean_velocity_of_the_tick():
+    made = device(velocity="euler", mass=0.25)
+    speeds = []
+    for _ in range(5):
+        made.step(1.0, 0.0)
+        speeds.append(made.read()[1])
+    true = 4.0 * TICK_S * (np.arange(5) + 0.5)
+    np.testing.assert_allclose(speeds, true, rtol=1e-9)
+    made.place(0.5)
+    assert made.read() == (0.5, 0.0)
+
+
+def test_a_coarse_encoder_makes_a_difference_of_whole_steps():
+    made = device(velocity="euler", encoder_step_m=1e-4, xd=0.03)
+    steps = []
+    for _ in range(200):
+        made.step(0.0, 0.0)
+        steps.append(made.read()[1] * TICK_S / 1e-4)
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
+    assert set(np.round(steps)) == {0.0, 1.0}
+    assert np.mean(steps) == pytest.approx(0.3, abs=0.01)
+
+
+def test_a_place_along_one_axis_leaves_the_others_at_zero():
+    made = device(dof=3)
+    made.place(0.1)
+    np.testing.assert_array_equal(made.x, [0.1, 0.0, 0.0])
+    made.place(np.array([0.1, 0.2, 0.3]))
+    np.testing.assert_array_equal(made.x, [0.1, 0.2, 0.3])
+    made.place(np.array([[0.1], [0.2]]))
+    np.testing.assert_array_equal(made.x, [[0.1, 0.0, 0.0], [0.2, 0.0, 0.0]])
+
+
+def test_a_batch_is_its_runs_side_by_side():
+    rng = np.random.default_rng(11)
+    rows = [
+        {"mass": 0.1, "damping": 0.0, "friction": 0.0, "workspace_m": 0.05},
+        {"mass": 0.5, "damping": 4.0, "friction": 0.4, "workspace_m": 0.2},
+        {"mass": 0.2, "damping": 1e-6, "friction": 1.0, "workspace_m": 0.01},
+    ]
+    steps = (0.0, 1e-4, 1e-5)
+    rows = [row | {"encoder_step_m": step} for row, step in zip(rows, steps, strict=True)]
+    stacked = {name: np.array([[row[name]] for row in rows]) for name in rows[0]}
+    batch = device(velocity="euler", **stacked)
+    singles = [device(velocity="euler", **row) for row in rows]
+    for force in 3.0 * rng.standard_normal((400, 3, 1)):
+        batch.step(force, 0.2)
+        for single, push in zip(singles, force[:, 0], strict=True):
+            single.step(float(push), 0.2)
+        np.testing.assert_allclose(
+            np.ravel(batch.x), [single.x for single in singles], rtol=1e-12, atol=1e-15
+        )
+        np.testing.assert_allclose(
+            np.ravel(batch.read()[1]), [s.read()[1] for s in singles], rtol=1e-9, atol=1e-9
+        )
+    assert all(isinstance(single.x, float) for single in singles)

@@ -1,0 +1,311 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Operators push as they say; a hand gives no energy but the work of its will."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import signal
+
+from pmwvc_core.errors import ParameterError, RecordingError
+from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
+from pmwvc_core.plant import SimulatedDevice, make_operator
+
+TICK_S = 0.001
+HALF = 0.03
+device_masses = st.floats(0.05, 1.0)
+grips = st.fixed_dictionaries(
+    {
+        "mass": st.floats(0.1, 3.0),
+        "damping": st.floats(0.0, 20.0),
+        "stiffness": st.floats(0.0, 200.0),
+        "grip_stiffness": st.floats(0.0, 1000.0),
+        "grip_damping": st.floats(0.0, 40.0),
+    }
+)
+
+
+def operator(kind, *, task="free", side=-1, start=None, dof=1, tick_s=TICK_S, **params):
+    times = {"grip_s": 0.1, "grip_rise_s": 0.2, "move_s": 0.5, "move_rise_s": 0.5}
+    return make_operator(
+        OperatorParams(kind=kind, **params),
+        TaskParams(kind=task, **times),
+        side=side,
+        half_width=HALF,
+        tick_s=tick_s,
+        dof=dof,
+        start=side * HALF if start is None else start,
+    )
+
+
+def forces(made, ticks, x=0.0, xd=0.0):
+    return np.array([made.step(x, xd) for _ in range(ticks)])
+
+
+def device(mass, *, x=0.0, dof=1):
+    made = SimulatedDevice(DeviceParams(mass=mass, workspace_m=1e6), tick_s=TICK_S, dof=dof)
+    made.place(x)
+    return made
+
+
+def test_nobody_and_a_constant_force():
+    assert not forces(operator("none"), 5).any()
+    np.testing.assert_array_equal(forces(operator("constant", force=-1.5), 5), -1.5)
+
+
+def test_a_sinusoid_starts_at_phase_zero():
+    made = forces(operator("sinusoid", force=2.0, frequency_hz=5.0), 1000)
+    np.testing.assert_allclose(made, 2.0 * np.sin(2 * np.pi * 5.0 * TICK_S * np.arange(1000)))
+
+
+def test_a_chirp_sweeps_as_scipys_does_and_goes_on_in_one_phase():
+    made = forces(
+        operator("chirp", force=1.0, frequency_hz=1.3, frequency_end_hz=40.0, sweep_s=1.0), 3000
+    )
+    first = signal.chirp(TICK_S * np.arange(1000), 1.3, 1.0, 40.0, phi=-90)
+    np.testing.assert_allclose(made[:1000], first, atol=1e-9)
+    largest_step = 2 * np.pi * 40.0 * TICK_S
+    assert np.abs(np.diff(made)).max() <= largest_step  # also at the start of a new sweep
+
+
+def test_time_stands_still_while_an_operator_holds():
+    made = operator("sinusoid")
+    assert [made.hold() for _ in range(5)] == [0.0] * 5
+    np.testing.assert_array_equal(forces(made, 50), forces(operator("sinusoid"), 50))
+
+
+def test_work_is_force_times_displacement():
+    made, moving = operator("constant", force=2.0), device(0.25)
+    for _ in range(101):
+        moving.step(made.step(moving.x, moving.xd), 0.0)
+    kinetic_before_last = 0.5 * 0.25 * (8.0 * 0.1) ** 2
+    assert made.work_j == pytest.approx(kinetic_before_last, rel=1e-12)
+
+
+def energies(hand, moving, params, device_mass):
+    """Return kinetic and grip-spring energy, less what the held damper owes (see plant.hand)."""
+    e, w = hand.y - moving.x, hand.yd - moving.xd
+    beta = params["grip_damping"] + params["grip_stiffness"] * TICK_S / 2
+    return (
+        0.5 * device_mass * moving.xd**2
+        + 0.5 * params["mass"] * hand.yd**2
+        + 0.5 * params["stiffness"] * hand.y**2
+        + 0.5 * params["grip_stiffness"] * e**2
+        - 0.25 * beta * TICK_S * w**2
+    )
+
+
+@given(grips, device_masses, st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=60))
+def test_grip_and_arm_change_their_energy_by_exactly_what_dampers_take(params, mass, pushes):
+    """With the target at rest, what the device's own force brings is all that comes in."""
+    hand, moving = operator("hand", start=0.0, side=-1, **params), device(mass)
+    hand._face, hand._gap = 0.0, 0.0
+    hand._target, hand._closing = hand._aim(0)
+    for f_m in pushes:
+        before = energies(hand, moving, params, mass)
+        x, y, w = moving.x, hand.y, hand.yd - moving.xd
+        moving.step(hand.step(moving.x, moving.xd), f_m)
+        w_mean = 0.5 * (w + hand.yd - moving.xd)
+        taken = params["grip_damping"] * TICK_S * w_mean**2
+        taken += params["damping"] * (hand.y - y) ** 2 / TICK_S
+        change = energies(hand, moving, params, mass) - before
+        work = -f_m * (moving.x - x)
+        scale = 1e-12 * (1.0 + abs(before))
+        assert change == pytest.approx(work - taken, rel=1e-8, abs=scale)
+
+
+def radius(force, arm_mass, device_mass):
+    """Return the spectral radius of a free device and a free arm joined by a held grip force."""
+    columns = []
+    for x, xd, y, yd in np.eye(4):
+        f = force(y - x, yd - xd)
+        columns.append(
+            [
+                x + TICK_S * xd + TICK_S**2 / 2 * f / device_mass,
+                xd + TICK_S * f / device_mass,
+                y + TICK_S * yd - TICK_S**2 / 2 * f / arm_mass,
+                yd - TICK_S * f / arm_mass,
+            ]
+        )
+    return np.abs(np.linalg.eigvals(np.array(columns).T)).max()
+
+
+@pytest.mark.parametrize("mass", [0.05, 0.25, 1.0])
+@pytest.mark.parametrize("grip_stiffness", [100.0, 375.0, 1000.0])
+def test_a_grip_without_damper_keeps_its_energy_where_a_spring_held_naively_gains(
+    mass, grip_stiffness
+):
+    grip = operator("hand", grip_stiffness=grip_stiffness, grip_damping=0.0)._grip
+    # Two eigenvalues at 1 (free motion, a double root) are known to about the root of rounding.
+    assert radius(grip.force, 0.8, mass) < 1.0 + 1e-7
+    naive = radius(lambda lead, rate: grip_stiffness * lead, 0.8, mass)
+    assert naive > 1.0 + 0.2 * grip_stiffness * TICK_S**2 / mass
+
+
+@given(grips, device_masses)
+def test_a_hand_left_alone_comes_to_rest_and_does_no_lasting_work(params, mass):
+    params = params | {"stiffness": 50.0 + params["stiffness"], "damping": 5.0 + params["damping"]}
+    params |= {"grip_stiffness": 100.0 + params["grip_stiffness"], "grip_damping": 5.0}
+    hand, moving = operator("hand", **params), device(mass, x=-HALF)
+    moving.xd = 0.3
+    start = 0.5 * mass * 0.3**2
+    for _ in range(6000):
+        moving.step(hand.step(moving.x, moving.xd), 0.0)
+        assert hand.work_j <= 1e-12
+        assert 0.5 * mass * moving.xd**2 <= start * (1.0 + 1e-9)
+    assert moving.x == pytest.approx(-HALF, abs=1e-3)
+    assert abs(moving.xd) < 0.02
+
+
+@given(grips, device_masses, st.sampled_from([-1, 1]), st.integers(0, 2**32 - 1))
+def test_a_hand_at_work_gives_no_more_than_its_effort(params, mass, side, seed):
+    """Whatever pushes back: work on the device never exceeds will plus what was stored."""
+    rng = np.random.default_rng(seed)
+    params = params | {"grip_damping": params["grip_damping"] + 0.1}
+    hand = operator("hand", task="carry", side=side, squeeze=2.0, **params)
+    moving = device(mass, x=side * HALF)
+    beta = params["grip_damping"] + params["grip_stiffness"] * TICK_S / 2
+    for f_m in rng.normal(0.0, 3.0, 300).cumsum() * 0.1:
+        moving.step(hand.step(moving.x, moving.xd), f_m)
+        w = hand.yd - moving.xd
+        owed = 0.25 * beta * TICK_S * w**2  # the grip's, see plant.hand
+        given_now = hand.work_j + dot_last(hand, moving)
+        assert given_now <= hand.effort_j + owed + 1e-9 * (1.0 + abs(hand.effort_j))
+
+
+def dot_last(hand, moving):
+    """Return the work of the tick just done, which the hand books with its next step."""
+    return hand._f_h * (moving.x - hand._x)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_closed_hand_holds_a_fixed_handle_with_the_squeezing_force(side):
+    hand = operator("hand", task="hold", side=side, squeeze=1.25)
+    squeezed = [hand.step(side * HALF, 0.0) for _ in range(8000)]
+    assert not np.any(squeezed[:100])  # open until grip_s
+    assert squeezed[-1] == pytest.approx(-side * 1.25, rel=1e-3)
+
+
+def test_a_hand_closes_the_gap_it_starts_with():
+    hand = operator("hand", task="hold", start=-HALF - 0.02, squeeze=0.0)
+    moving = device(0.25, x=-HALF - 0.02)
+    for _ in range(3000):
+        moving.step(hand.step(moving.x, moving.xd), 2.0 * moving.xd)
+    assert moving.x == pytest.approx(-HALF, abs=1e-4)
+
+
+def test_two_hands_carry_the_target_each_on_its_side():
+    hands = [operator("hand", task="carry", side=side, squeeze=0.0) for side in (-1, 1)]
+    moving = [device(0.25, x=side * HALF) for side in (-1, 1)]
+    for _ in range(1100):
+        for hand, each in zip(hands, moving, strict=True):
+            each.step(hand.step(each.x, each.xd), 0.0)
+    np.testing.assert_allclose(
+        [moving[0].x + HALF, moving[1].x - HALF], TaskParams().distance_m, atol=0.02
+    )
+    assert moving[1].x - moving[0].x == pytest.approx(2 * HALF, rel=1e-9)
+
+
+def test_a_grip_too_stiff_for_the_tick_is_refused_with_the_limit():
+    with pytest.raises(ParameterError, match=r"200 N s/m: must be < 94\.\d+ N s/m"):
+        operator("hand", grip_damping=200.0, grip_stiffness=0.0)
+    with pytest.raises(ParameterError, match="make the grip softer or the tick shorter"):
+        operator("hand", tick_s=0.02)
+
+
+def test_a_hand_in_three_axes_works_along_the_first():
+    single = operator("hand", task="carry")
+    hand = operator("hand", task="carry", dof=3)
+    for _ in range(800):
+        f = hand.step(np.array([-HALF, 0.0, 0.0]), np.zeros(3))
+        np.testing.assert_allclose(f, [single.step(-HALF, 0.0), 0.0, 0.0], atol=1e-15)
+    assert hand.effort_j == pytest.approx(single.effort_j)
+
+
+@pytest.mark.parametrize("kind", ["constant", "sinusoid", "chirp", "hand"])
+def test_a_batch_is_its_runs_side_by_side(kind):
+    rows = [
+        {"force": f, "frequency_hz": 3.0 * f, "squeeze": f, "mass": f, "grip_stiffness": 300.0 * f}
+        for f in (0.5, 1.0, 2.0)
+    ]
+    stacked = {name: np.array([[row[name]] for row in rows]) for name in rows[0]}
+    batch = operator(kind, task="carry", **stacked)
+    singles = [operator(kind, task="carry", **row) for row in rows]
+    rng = np.random.default_rng(5)
+    for x, xd in rng.normal(0.0, 0.01, (600, 2)):
+        together = batch.step(np.full((3, 1), x), np.full((3, 1), xd))
+        alone = [single.step(x, xd) for single in singles]
+        np.testing.assert_allclose(np.ravel(together), alone, rtol=1e-12, atol=1e-15)
+        assert all(isinstance(f, float) for f in alone)
+    np.testing.assert_allclose(np.ravel(batch.work_j), [s.work_j for s in singles], rtol=1e-9)
+
+
+def playing(tmp_path, kind, values, **params):
+    np.save(tmp_path / "recorded.npy", values)
+    options = {"file": str(tmp_path / "recorded.npy"), "columns": "0", "fade_s": 0.0}
+    return operator(kind, **(options | params))
+
+
+def test_a_recorded_force_is_played_tick_by_tick_again_or_once(tmp_path):
+    wanted = np.sin(np.arange(50))
+    again = forces(playing(tmp_path, "playback_force", wanted), 120)
+    np.testing.assert_allclose(again, np.resize(wanted, 120), atol=1e-12)
+    once = forces(playing(tmp_path, "playback_force", wanted, repeat=False), 120)
+    np.testing.assert_allclose(once, [*wanted, *np.zeros(70)], atol=1e-12)
+
+
+def test_a_recorded_motion_pulls_the_handle_along(tmp_path):
+    time_s = TICK_S * np.arange(2000)
+    wanted = 0.02 * np.sin(2 * np.pi * time_s)
+    hand, moving = playing(tmp_path, "playback_motion", wanted), device(0.1, x=-HALF)
+    path = []
+    for _ in range(4000):
+        path.append(moving.x)
+        moving.step(hand.step(moving.x, moving.xd), 0.0)
+    np.testing.assert_allclose(np.array(path[2000:]) + HALF, wanted, atol=5e-4)
+
+
+def test_a_recorded_motion_that_ends_holds_on_where_it_ended(tmp_path):
+    hand = playing(tmp_path, "playback_motion", np.linspace(0.0, 0.01, 100), repeat=False)
+    moving = device(0.1, x=-HALF)
+    for _ in range(3000):
+        moving.step(hand.step(moving.x, moving.xd), 0.0)
+    assert moving.x == pytest.approx(-HALF + 0.01, abs=1e-6)
+
+
+def test_a_recorded_hand_from_a_real_teleoperator_stays_in_hand(recorded_data):
+    hand = operator(
+        "playback_motion",
+        file=str(recorded_data / "tue_spring.mat"),
+        columns="handRef",
+        rate_hz=2000.0,
+        scale=0.075,
+        grip_stiffness=1000.0,
+    )
+    moving = device(0.05, x=-HALF)
+    path = []
+    for _ in range(5000):
+        path.append(moving.x)
+        moving.step(hand.step(moving.x, moving.xd), 0.0)
+    assert 0.010 < np.abs(np.array(path) + HALF).max() < 0.015
+
+
+def test_a_recording_needs_one_column_or_one_per_axis(tmp_path):
+    values = np.tile([1.0, 2.0], (10, 1))
+    with pytest.raises(RecordingError, match="are 2 columns for 3 axes; give one column"):
+        playing(tmp_path, "playback_force", values, columns="0,1", dof=3)
+    made = playing(tmp_path, "playback_force", values, columns="0,1", dof=2)
+    np.testing.assert_allclose(made.step(np.zeros(2), np.zeros(2)), [1.0, 2.0])
+    made = playing(tmp_path, "playback_force", values, columns="1", dof=2)
+    np.testing.assert_allclose(made.step(np.zeros(2), np.zeros(2)), [2.0, 0.0])
+
+
+def test_forces_on_floats_stay_floats():
+    for kind in ("none", "constant", "sinusoid", "chirp", "hand"):
+        made = operator(kind, task="carry")
+        assert type(made.hold()) is float
+        assert all(type(made.step(0.0, 0.0)) is float for _ in range(3))
+        assert math.isfinite(made.work_j)
