@@ -250,10 +250,13 @@ def test_refusals_are_reported_with_reason_and_way_out(monkeypatch: pytest.Monke
 
     monkeypatch.setattr(pacing, "_libc", Unprivileged)
     monkeypatch.setattr(os, "sched_setscheduler", forbid)
+    monkeypatch.setattr(os, "listdir", lambda _: ["1"])  # one thread that is not Python's
     monkeypatch.setattr("gc.freeze", lambda: None)
     assert str(request_real_time(20)) == (
         "real time: timer slack 1 ns granted; frozen garbage collector granted; "
         "SCHED_FIFO 20 refused (Operation not permitted; raise the user's rtprio limit); "
+        "SCHED_FIFO of the middleware refused "
+        "(Operation not permitted; raise the user's rtprio limit); "
         "memory lock refused (Cannot allocate memory; raise the user's memlock limit)"
     )
 
@@ -289,7 +292,10 @@ def test_real_system_grants_or_refuses_each_request_and_raises_nothing() -> None
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
     )
     lines = result.stdout.splitlines()
-    assert lines[0] == "SCHED_FIFO 20, frozen garbage collector, memory lock, timer slack 1 ns"
+    assert lines[0] == (
+        "SCHED_FIFO 20, SCHED_FIFO of the middleware, frozen garbage collector, memory lock, "
+        "timer slack 1 ns"
+    )
     assert lines[2]
 
 

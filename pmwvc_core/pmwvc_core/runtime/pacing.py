@@ -7,6 +7,7 @@ lateness does not add up, and loops of several processes on one machine keep the
 Nothing here knows what a tick computes; no control law belongs in this file.
 """
 
+import contextlib
 import ctypes
 import errno
 import gc
@@ -157,8 +158,9 @@ def request_real_time(priority: int) -> RealTimeReport:
     """Ask for what makes the calling thread wake in time; a refusal is reported, never raised.
 
     Timer slack and scheduling class belong to the calling thread, so call this from the loop's own
-    thread; threads and processes it starts later do not inherit the class. Memory is locked and
-    the garbage collector's survivors are frozen for the whole process, so call it after set-up.
+    thread; threads and processes it starts later do not inherit the class. The threads of the
+    middleware, without which no packet comes in, go one step below. Memory is locked and the
+    garbage collector's survivors are frozen for the whole process, so call it after set-up.
 
     Parameters
     ----------
@@ -170,6 +172,7 @@ def request_real_time(priority: int) -> RealTimeReport:
     for name, ask in (
         ("timer slack 1 ns", _set_timer_slack),
         (f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)),
+        ("SCHED_FIFO of the middleware", lambda: _set_foreign_fifo(max(priority - 1, 1))),
         ("memory lock", _lock_memory),
         ("frozen garbage collector", _freeze_garbage),
     ):
@@ -202,6 +205,16 @@ def _set_timer_slack() -> None:
 def _set_fifo(priority: int) -> None:
     policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
     os.sched_setscheduler(0, policy, os.sched_param(priority))
+
+
+def _set_foreign_fifo(priority: int) -> None:
+    """Raise the threads that Python has not started: here those of the middleware."""
+    ours = {thread.native_id for thread in threading.enumerate()}
+    policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+    for task in map(int, os.listdir("/proc/self/task")):
+        if task not in ours:
+            with contextlib.suppress(ProcessLookupError):  # it has ended meanwhile
+                os.sched_setscheduler(task, policy, os.sched_param(priority))
 
 
 def _lock_memory() -> None:
