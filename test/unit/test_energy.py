@@ -73,6 +73,17 @@ def test_a_late_server_step_is_balanced_when_it_really_ran():
     assert up.balance_j[-2] == pytest.approx((DELAY_FRAMES + 1) * IN_FLIGHT_J, rel=1e-9)
 
 
+def test_work_done_on_the_hand_is_no_restart():
+    traces = handmade.session()
+    user = traces.users[0]
+    user.xd_m = user.xd_m + 0.1 * np.cos(2 * np.pi * user.time_s)[:, np.newaxis]
+    work = np.cumsum(np.sum(user.f_applied * user.xd_m, axis=-1)) * user.tick_s
+    user.energy["device"] = work[TICKS - 1 :: TICKS]
+    assert np.diff(user.energy["device"]).min() < 0.0
+    found = user_energies(traces)[0].joint
+    np.testing.assert_allclose(found.energy_in_j[1:], work[TICKS - 1 : -1 : TICKS], atol=1e-12)
+
+
 def test_running_sums_go_on_over_a_restart():
     np.testing.assert_allclose(running(np.array([0.0, 2.0, 3.0, 0.5, 1.0])), [0, 2, 3, 3.5, 4.0])
 

@@ -215,3 +215,31 @@ def test_ticks_that_are_not_recorded_are_counted():
     traces = session()
     traces.users[0].tick[2000:] += 16
     assert judged(traces)["users"][0]["ticks_missing"] == 16
+
+
+def test_an_avatar_that_starts_elsewhere_is_compared_from_there():
+    traces = session()
+    traces.server.x_s[0] -= 0.03
+    user = judged(traces)["users"][0]
+    assert user["drift_m"] == pytest.approx(DRIFT_M)
+    assert user["coherency_rms_m"] < 1e-3
+
+
+@pytest.mark.parametrize("absent", [True, False])
+def test_a_user_that_comes_back_has_a_new_avatar(absent):
+    traces = session()
+    packets = traces.packets["/server/user1/wave_up"]
+    packets.epoch[packets.time_s > 3.0] += 5
+    traces.server.x_s[0][traces.server.time_s > 3.0] += 0.05
+    if absent:
+        traces.server.state[0][(traces.server.time_s > 2.5) & (traces.server.time_s < 3.004)] = 0
+    user = judged(traces)["users"][0]
+    assert user["coherency_rms_m"] < 1e-3
+    assert user["drift_m"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_what_is_before_the_first_packet_does_not_count():
+    traces = session()
+    traces.server.state[0][:3] = 3
+    traces.server.x_s[0][:3] = 0.5
+    assert judged(traces)["users"][0]["coherency_rms_m"] < 1e-3

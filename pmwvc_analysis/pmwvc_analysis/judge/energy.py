@@ -123,7 +123,7 @@ def half_square(wave: Array) -> Array:
 
 
 def running(sums: Array) -> Array:
-    """Return running sums that go on where they started again at zero (a user that left and came back)."""
+    """Return sums that only grow, going on where a user that left and came back began at zero."""
     result = sums.copy()
     for row in np.flatnonzero(np.diff(sums) < 0.0) + 1:
         result[row:] += result[row - 1] - (result[row] - sums[row])
@@ -142,7 +142,7 @@ def anchored(user: UserTraces, per_tick: Array, at_block_ends: Array | None) -> 
     last = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s) - 1
     blocks = np.clip(np.searchsorted(last, np.arange(len(sums))), 0, len(last) - 1)
     ends = np.clip(last, 0, len(sums) - 1)
-    return sums + (running(at_block_ends) - sums[ends])[blocks]
+    return sums + (at_block_ends - sums[ends])[blocks]
 
 
 def _at(times: Array, user: UserTraces, sums: Array) -> Array:

@@ -25,6 +25,7 @@ Where device and avatar start apart (grip), that constant distance is taken out 
 and ``drift``.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
 
+COUPLED = 2
 PREDICTION_KEYS = ("spectral_radius", "stable", "k_max", "aliasing_gain", "k_felt", "mass_felt")
 
 
@@ -81,7 +83,9 @@ def _user(
 ) -> dict[str, Any]:
     server, duration = traces.server, traces.duration_s
     place = server.users.index(user.name) if server and user.name in server.users else None
-    apart = separation(user, server, place) if server is not None and place is not None else None
+    apart = None
+    if server is not None and place is not None:
+        apart = separation(user, server, place, joins_s=_joins(traces, user.name))
     return {
         "name": user.name,
         "passive": balance.passive if balance else None,
@@ -112,28 +116,37 @@ def _last_balance(balance: energy.UserEnergy | None) -> float | None:
     return shape.number(sum(float(part.balance_j[-1]) for part in parts))
 
 
-def separation(user: UserTraces, server: ServerTraces, place: int) -> tuple[Array, Array] | None:
-    """Return the times of the server's steps with the user coupled, and x_m - x_s then [m].
+def separation(
+    user: UserTraces, server: ServerTraces, place: int, *, joins_s: Sequence[float] = ()
+) -> tuple[Array, Array] | None:
+    """Return the times of the server's steps with the user there, and x_m - x_s then [m].
 
-    A user that joined again has a new avatar: the distance at joining is taken out of each stay.
+    A user that joins again (at ``joins_s``, or after having been absent) has a new avatar: in each
+    stay the distance at its first coupled step is taken out, and what is before that is left out.
     """
-    coupled = (
-        (server.state[place] > 0)
-        & (server.time_s >= user.time_s[0])
-        & (server.time_s <= user.time_s[-1])
-    )
-    if not coupled.any():
-        return None
-    rows = np.flatnonzero(coupled)
-    ticks = np.clip(
-        np.searchsorted(user.time_s, server.time_s[rows] - 0.5 * user.tick_s),
-        0,
-        len(user.time_s) - 1,
-    )
-    apart = user.x_m[ticks] - server.x_s[place][rows]
-    for stay in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) > 1) + 1):
-        apart[stay] -= apart[stay[0]].copy()
-    return server.time_s[rows], apart
+    times, state = server.time_s, server.state[place]
+    there = (state > 0) & (times >= user.time_s[0]) & (times <= user.time_s[-1])
+    starts = np.flatnonzero(np.diff(there.astype(int), prepend=0) > 0)
+    starts = np.union1d(starts, np.searchsorted(times, np.asarray(joins_s) - 0.5 * user.tick_s))
+    ticks = np.searchsorted(user.time_s, times - 0.5 * user.tick_s)
+    apart = user.x_m[np.clip(ticks, 0, len(user.time_s) - 1)] - server.x_s[place]
+    kept = np.zeros(len(times), dtype=bool)
+    for stay in np.split(np.arange(len(times)), starts.astype(int)):
+        coupled = np.flatnonzero(there[stay] & (state[stay] == COUPLED))
+        if len(coupled):
+            since = stay[coupled[0] :]
+            apart[since] -= apart[since[0]].copy()
+            kept[since] = there[since]
+    return (times[kept], apart[kept]) if kept.any() else None
+
+
+def _joins(traces: SessionTraces, name: str) -> list[float]:
+    """Return when the first packet of each start of a master came to the server [s]."""
+    packets = traces.packets.get(f"/server/{name}/wave_up")
+    if packets is None:
+        return []
+    _, first = np.unique(packets.epoch, return_index=True)
+    return [float(packets.time_s[row]) for row in first]
 
 
 def ticks_missing(user: UserTraces) -> int:
