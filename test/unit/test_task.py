@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The task: smooth, periodic, and where it says it is."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pmwvc_core.params import TaskParams
+from pmwvc_core.plant import Task
+from pmwvc_core.plant.task import minimum_jerk
+
+STEP_S = 1e-6
+tasks = st.builds(
+    TaskParams,
+    kind=st.just("carry"),
+    move_s=st.floats(0.0, 5.0),
+    distance_m=st.floats(-0.2, 0.2),
+    move_rise_s=st.floats(0.1, 5.0),
+    rest_s=st.floats(0.0, 5.0),
+    grip_s=st.floats(0.0, 5.0),
+    grip_rise_s=st.floats(0.1, 5.0),
+)
+
+
+def test_a_minimum_jerk_move_begins_and_ends_at_rest_and_is_fastest_half_way():
+    assert minimum_jerk(-1.0) == minimum_jerk(0.0) == (0.0, 0.0)
+    assert minimum_jerk(1.0) == minimum_jerk(2.0) == (1.0, 0.0)
+    assert minimum_jerk(0.5) == pytest.approx((0.5, 1.875))
+
+
+def test_carrying_goes_there_and_back_with_pauses():
+    task = Task(TaskParams(kind="carry", move_s=4.0, distance_m=0.05, move_rise_s=3.0, rest_s=1.0))
+    at = {0.0: 0.0, 4.0: 0.0, 5.5: 0.025, 7.0: 0.05, 7.9: 0.05, 9.5: 0.025, 11.0: 0.0, 15.0: 0.05}
+    for time_s, place in at.items():
+        assert task.target(time_s)[0] == pytest.approx(place, abs=1e-12), time_s
+    assert task.target(5.5)[1] == pytest.approx(0.05 * 1.875 / 3.0)
+    assert task.target(9.5)[1] == pytest.approx(-0.05 * 1.875 / 3.0)
+
+
+@given(tasks, st.floats(0.0, 40.0))
+def test_velocities_are_the_slopes_of_positions(params, time_s):
+    task = Task(params)
+    for value in (task.target, task.closing):
+        slope = (value(time_s + STEP_S)[0] - value(time_s - STEP_S)[0]) / (2.0 * STEP_S)
+        assert value(time_s)[1] == pytest.approx(slope, abs=2e-3)
+
+
+@given(tasks, st.floats(0.0, 40.0))
+def test_the_target_stays_on_its_way_and_hands_close_once(params, time_s):
+    task = Task(params)
+    low, high = sorted((0.0, params.distance_m))
+    assert low - 1e-12 <= task.target(time_s)[0] <= high + 1e-12
+    closing = [task.closing(t)[0] for t in np.linspace(0.0, time_s, 20)]
+    assert all(0.0 <= share <= 1.0 for share in closing)
+    assert closing == sorted(closing)
+
+
+@pytest.mark.parametrize(("kind", "closes"), [("free", 0.0), ("hold", 1.0), ("carry", 1.0)])
+def test_only_carrying_moves_and_a_free_hand_does_not_close(kind, closes):
+    task = Task(TaskParams(kind=kind))
+    assert task.closing(100.0) == (closes, 0.0)
+    moved = any(task.target(time_s)[0] for time_s in np.linspace(0.0, 30.0, 100))
+    assert moved == (kind == "carry")
