@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from pmwvc_bringup.scenarios import folders
 from pmwvc_core.errors import PmwvcError
 
 SESSIONS = "sessions"
@@ -107,14 +108,15 @@ def node_environment(
 ) -> dict[str, str]:
     """Return the environment of the session's nodes.
 
-    UDP and not shared memory: nothing of a killed node stays in ``/dev/shm``. Only this machine
-    discovers the nodes, unless the user says otherwise.
+    They meet on this machine only, over the loopback interface, unless the user says otherwise;
+    never over shared memory, of which a killed node leaves files behind.
     """
-    chosen = {
-        "AMENT_PREFIX_PATH": sys.prefix,
-        "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-    }
+    given = {name: value for name, value in environment.items() if value}
+    chosen = {"AMENT_PREFIX_PATH": sys.prefix, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+    if given.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST").upper() == "LOCALHOST":
+        given.pop("ROS_AUTOMATIC_DISCOVERY_RANGE", None)
+        chosen["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SYSTEM_DEFAULT"
+        chosen["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(folders()[0] / "this_machine.xml")
     fixed = {
         "ROS_DOMAIN_ID": str(domain),
         "ROS_LOG_DIR": str(log_folder.resolve()),
@@ -122,4 +124,4 @@ def node_environment(
         "PYTHONUNBUFFERED": "1",
         "PYTHONSAFEPATH": "1",  # a file in the user's folder never stands in for a module
     }
-    return {**chosen, **{k: v for k, v in environment.items() if v or k not in chosen}, **fixed}
+    return {**chosen, **given, **fixed}

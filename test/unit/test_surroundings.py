@@ -5,6 +5,7 @@
 import os
 import socket
 import sys
+from xml.etree import ElementTree
 
 import pytest
 
@@ -54,8 +55,22 @@ def test_the_users_choices_win_where_they_are_choices(tmp_path):
     found = node_environment(given, domain=7, log_folder=tmp_path)
     assert found["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"
     assert found["FASTDDS_BUILTIN_TRANSPORTS"] == "UDPv4"
+    assert "FASTRTPS_DEFAULT_PROFILES_FILE" not in found
     assert found["ROS_LOG_DIR"] == str(tmp_path)
     assert (found["ROS_DOMAIN_ID"], found["HOME"]) == ("7", "/me")
+
+
+@pytest.mark.parametrize("given", [{}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "localhost"}])
+def test_nodes_meet_on_this_machine_without_shared_memory(tmp_path, given):
+    found = node_environment(given, domain=7, log_folder=tmp_path)
+    assert found["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SYSTEM_DEFAULT"
+    profile = ElementTree.parse(found["FASTRTPS_DEFAULT_PROFILES_FILE"]).getroot()
+    assert {element.text for element in profile.iter() if "address" in element.tag} == {
+        "127.0.0.1"
+    }
+    assert [element.text for element in profile.iter() if element.tag.endswith("type")] == [
+        "UDPv4"
+    ]
 
 
 def test_an_empty_variable_is_no_choice(tmp_path):
