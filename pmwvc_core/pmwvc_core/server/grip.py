@@ -24,7 +24,10 @@ from pmwvc_core.server.contacts import Answer
 
 
 def _nonzero(value: Value) -> Value:
-    """Return a divisor for a branch that will not be chosen where the value is zero."""
+    """Return a divisor for a branch that will not be chosen where the value is zero.
+
+    What is divided by must not be a square: squares of small depths vanish before the depths do.
+    """
     return where(value > 0.0, value, 1.0)
 
 
@@ -131,8 +134,9 @@ class Grip:
         gamma = 0.5 * self.stiffness * p0 * p0 / (h * b)
         length = root(beta * beta + 4.0 * gamma)
         speed = where(beta > 0.0, 2.0 * gamma / _nonzero(beta + length), 0.5 * (length - beta))
-        push = 0.5 * self.stiffness * p0 * p0 / (h * _nonzero(speed))
-        return push - self.damping * p0 / h, -speed, push / _nonzero(speed)
+        share = p0 / _nonzero(h * speed)  # of the way that is inside
+        normal = 0.5 * self.stiffness * p0 * share - self.damping * p0 / h
+        return normal, -speed, 0.5 * h * self.stiffness * share * share
 
     def _entering(self, p0: Value, c: Value, b: Value, h: Value) -> tuple[Value, Value, Value]:
         """Inside at the end only: p1 is the positive root of a p^2 - 2 k p = g, g >= 0.
@@ -146,7 +150,7 @@ class Grip:
         length = root(k * k + a * g)
         p1 = where(k > 0.0, (k + length) / a, g / _nonzero(length - k))
         way = _nonzero(p1 - p0)
-        share = p1 / way  # of the way that is inside; no squares, they vanish for tiny numbers
+        share = p1 / way  # of the way that is inside
         normal = 0.5 * self.stiffness * p1 * share + self.damping * p1 / h
         slope = 0.5 * h * self.stiffness * share * (2.0 - share) + self.damping
         return normal, way / h, slope
