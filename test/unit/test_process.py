@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a node's process ends: in order by a signal, in one line by a refusal, loudly by our mistake."""
+"""How the process of a node ends: by a signal in order, by a refusal in one line, else loudly."""
 
 import os
 import signal
@@ -109,7 +109,7 @@ def test_a_mistake_in_a_service_ends_the_work(capfd):
 
     work = Work(run=lambda stop: stop.wait(WITHIN_S), build=with_timer)
     assert run(work) == 1
-    assert work.happened == ["run", "close"]
+    assert work.happened[-1] == "close"  # it may end even before it runs
     assert "ZeroDivisionError: ours" in capfd.readouterr().err
 
 
