@@ -26,8 +26,7 @@ from pmwvc_core.numeric import Value, dot
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.messages import TraceBlock
 from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time
-from pmwvc_core.wave.packet import WavePacket
-from pmwvc_core.wave.receiver import Receiver
+from pmwvc_core.wave.packet import FLAG_DIRECT, WavePacket
 from pmwvc_master.devices import DeviceSample, HapticDevice
 
 ANSWER_S = (
@@ -87,10 +86,8 @@ class MasterLoop:
         dof: int,
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        if not isinstance(client.inbox, Receiver):
-            raise TypeError("a live loop needs a receiver that takes packets one by one")
         self.client = client
-        self.inbox: Receiver = client.inbox
+        self.inbox = client.inbox
         self.device = device
         self.wires = wires
         self.tick_s = tick_s
@@ -100,6 +97,7 @@ class MasterLoop:
         self.motion_tick = min(2, rate_drop - 1)
         self.health = Health()
         self.missed = 0
+        self.foreign = 0  # packets of another kind of controller
         self.energy_device: Value = 0.0  # [J] that the device force took from the hand
         self.energy_hand: Value = 0.0  # [J] that the hand gave
         self.report: RealTimeReport | None = None
@@ -170,7 +168,10 @@ class MasterLoop:
     def _listen(self, place: int) -> None:
         """Take in what has arrived; once a frame let the controller have the newest of it."""
         while (packet := self.wires.take()) is not None:
-            self.inbox.push(packet, self._clock())
+            if (packet.flags ^ self.client.controller.flags) & FLAG_DIRECT:
+                self.foreign += 1
+            else:
+                self.inbox.push(packet, self._clock())
         if place >= self.answer_tick and not self._answered:
             self._answered = True
             self.client.receive(self._clock())

@@ -92,6 +92,7 @@ class Server:
         missed, self._missed = loop.missed - self._missed, loop.missed
         self._looked_s = now
         values |= {"missed deadlines": loop.missed, "steps": loop.steps}
+        values["packets of another controller"] = loop.foreign
         values["real time"] = str(loop.report or "not asked for yet")
         silent = []
         for user, name in enumerate(self.names):
@@ -105,14 +106,13 @@ class Server:
         return (WARN if missed or silent else OK), text, values
 
 
-def _user_values(name: str, presence: Presence, inbox: object) -> dict[str, object]:
+def _user_values(name: str, presence: Presence, inbox: Receiver) -> dict[str, object]:
     values: dict[str, object] = {f"{name}: state": presence.name.lower()}
-    if isinstance(inbox, Receiver):
-        trip = inbox.round_trip_s
-        values[f"{name}: packets lost"] = inbox.lost
-        values[f"{name}: round trip [ms]"] = "unknown" if trip is None else f"{trip * 1e3:.1f}"
-        for verdict in Verdict:
-            values[f"{name}: packets {verdict.value}"] = inbox.counts[verdict]
+    trip = inbox.round_trip_s
+    values[f"{name}: packets lost"] = inbox.lost
+    values[f"{name}: round trip [ms]"] = "unknown" if trip is None else f"{trip * 1e3:.1f}"
+    for verdict in Verdict:
+        values[f"{name}: packets {verdict.value}"] = inbox.counts[verdict]
     return values
 
 

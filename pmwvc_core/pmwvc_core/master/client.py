@@ -9,9 +9,9 @@ packet comes in. Time is an argument (integer nanoseconds of any monotonic clock
 
 from pmwvc_core.master.port import MasterController
 from pmwvc_core.master.safety import SafetyLimiter
-from pmwvc_core.numeric import Flag, Value, truth, where
-from pmwvc_core.wave.inbox import Inbox
+from pmwvc_core.numeric import Flag, Value, truth
 from pmwvc_core.wave.packet import FLAG_LEAVING, FLAG_LIMITED, Packer, WavePacket
+from pmwvc_core.wave.receiver import Receiver
 
 
 class Client:
@@ -30,7 +30,12 @@ class Client:
     """
 
     def __init__(
-        self, controller: MasterController, safety: SafetyLimiter, *, inbox: Inbox, packer: Packer
+        self,
+        controller: MasterController,
+        safety: SafetyLimiter,
+        *,
+        inbox: Receiver,
+        packer: Packer,
     ) -> None:
         self.controller = controller
         self.safety = safety
@@ -65,7 +70,10 @@ class Client:
     def receive(self, now_ns: int) -> None:
         """Hand the newest wave to the controller; a silent server becomes a matched damper."""
         wave = self.inbox.take(now_ns)
-        self.controller.receive(where(self.inbox.silent(now_ns), wave * 0.0, wave))
+        if self.inbox.silent(now_ns):
+            self.controller.silence()
+        else:
+            self.controller.receive(wave)
 
     def step(self, x: Value, xd: Value, now_ns: int, *, sensed: Flag = True) -> Value:
         """Advance one tick and return the force the device may render [N].

@@ -12,9 +12,8 @@ import enum
 from collections.abc import Sequence
 from typing import Any
 
-from pmwvc_core.numeric import Value, truth, where
+from pmwvc_core.numeric import Value
 from pmwvc_core.server.port import ServerController
-from pmwvc_core.wave.inbox import Inbox
 from pmwvc_core.wave.packet import FLAG_DIRECT, FLAG_LEAVING, Packer, WavePacket
 from pmwvc_core.wave.receiver import Receiver, Verdict
 
@@ -45,7 +44,7 @@ class Service:
         self,
         server: ServerController,
         *,
-        inboxes: Sequence[Inbox],
+        inboxes: Sequence[Receiver],
         packers: Sequence[Packer],
         release_s: float = 1.0,
     ) -> None:
@@ -57,10 +56,7 @@ class Service:
 
     def deliver(self, user: int, packet: WavePacket, now_ns: int) -> Verdict:
         """Take one packet of a user in; a first one, or one of a new life, joins the user."""
-        inbox = self.inboxes[user]
-        if not isinstance(inbox, Receiver):
-            raise TypeError("only a single run takes packets one by one")
-        verdict = inbox.push(packet, now_ns)
+        verdict = self.inboxes[user].push(packet, now_ns)
         if verdict not in (Verdict.ACCEPTED, Verdict.NEW_EPOCH):
             return verdict
         if packet.flags & FLAG_LEAVING:
@@ -90,15 +86,9 @@ class Service:
         received: list[Any] = []
         for user, inbox in enumerate(self.inboxes):
             wave = inbox.take(now_ns)
-            silent = inbox.silent(now_ns)
-            if self.presence[user] is not Presence.ABSENT:
-                late = truth(inbox.silence_s(now_ns) > self.release_s)
-                if inbox.heard() and truth(silent) and late:
-                    self.leave(user)
-                else:
-                    quiet = truth(silent)
-                    self.presence[user] = Presence.DAMPING if quiet else Presence.COUPLED
-            wave = where(silent, wave * 0.0, wave)
+            if inbox.silent(now_ns):
+                wave = wave * 0.0
+            self._note_presence(user, now_ns)
             received.append((inbox.position(), wave) if direct else wave)
         answers = self.server.step(received)
         return [
@@ -113,3 +103,14 @@ class Service:
             )
             for user in range(len(self.inboxes))
         ]
+
+    def _note_presence(self, user: int, now_ns: int) -> None:
+        """Say what a present user is to the server; take it out after too long a silence."""
+        if self.presence[user] is Presence.ABSENT:
+            return
+        inbox = self.inboxes[user]
+        if inbox.silence_s(now_ns) > self.release_s:
+            self.leave(user)
+        else:
+            quiet = inbox.silent(now_ns)
+            self.presence[user] = Presence.DAMPING if quiet else Presence.COUPLED

@@ -45,8 +45,8 @@ class Path:
         self.sent.append(packet)
         self.fates += self.link.send(packet, now_ns, size_bytes=self._size_bytes)
 
-    def collect(self, now_ns: int) -> None:
-        """Hand everything that has arrived by now to the receiver."""
-        for packet, _ in self.link.arrivals(now_ns):
-            self.receiver.push(packet, now_ns)
-            self.arrived.append((packet, now_ns))
+    def collect(self, now_ns: int) -> list[WavePacket]:
+        """Return what has arrived by now, in the order of arrival."""
+        packets = [packet for packet, _ in self.link.arrivals(now_ns)]
+        self.arrived += [(packet, now_ns) for packet in packets]
+        return packets

@@ -203,8 +203,6 @@ class SessionBatch:
 
     def run(self, progress: Callable[[float], None]) -> None:
         """Step from the first tick to the last."""
-        for user, seat in enumerate(self.seats):
-            self.service.join(user, seat.device.x)
         for tick in range(self.ticks):
             self._frame_events(tick, tick * self.tick_ns)
             for seat, buffer in zip(self.seats, self.user_buffers, strict=True):
@@ -222,8 +220,9 @@ class SessionBatch:
                 seat.client.controller.measure(*seat.device.read())
                 seat.up.send(seat.client.send(now_ns), now_ns)
         if tick % self.server_ticks == 0:
-            for seat in self.seats:
-                seat.up.collect(now_ns)
+            for user, seat in enumerate(self.seats):
+                for packet in seat.up.collect(now_ns):
+                    self.service.deliver(user, packet, now_ns)
             for seat, packet in zip(self.seats, self.service.step(now_ns), strict=True):
                 if packet is not None:
                     seat.down.send(packet, now_ns)
@@ -232,7 +231,8 @@ class SessionBatch:
             self.server_buffer.write(step, self.service.server, self.service.presence, target)
         for seat in self.seats:
             if tick % seat.rate_drop == 0:
-                seat.down.collect(now_ns)
+                for packet in seat.down.collect(now_ns):
+                    seat.down.receiver.push(packet, now_ns)
                 seat.client.receive(now_ns)
 
     def _note(self, seat: _Seat, buffer: UserBuffer, block: int) -> None:

@@ -5,7 +5,6 @@
 from pmwvc_core.wave.aliasing import delay_of, warnings_of, worst_case_gain
 from pmwvc_core.wave.filter_design import design, half_power_hz, pole_of
 from pmwvc_core.wave.filters import AntiAliasing
-from pmwvc_core.wave.inbox import Inbox
 from pmwvc_core.wave.ledger import EnergyLedger, PortLedger
 from pmwvc_core.wave.packet import (
     FLAG_DIRECT,
@@ -32,7 +31,6 @@ __all__ = [
     "AntiAliasing",
     "EnergyLedger",
     "Hold",
-    "Inbox",
     "Packer",
     "PortLedger",
     "Receiver",

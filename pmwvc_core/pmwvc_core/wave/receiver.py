@@ -41,7 +41,7 @@ class Verdict(enum.Enum):
 
 
 class Receiver:
-    """The receiving end of one direction; an :class:`~pmwvc_core.wave.inbox.Inbox`.
+    """The receiving end of one direction.
 
     One bad packet cannot lock the receiver: a wild number or epoch makes the true packets look
     old, but once nothing was accepted for the time of silence, 8 of them in a row are believed.
