@@ -106,6 +106,7 @@ class Master:
             "reason": client.safety.reason,
             "safety events": client.safety.events,
             "packets lost": inbox.lost,
+            "packets of another controller": loop.foreign,
             "round trip [ms]": "unknown" if trip is None else f"{trip * 1e3:.1f}",
             "real time": str(loop.report or "not asked for yet"),
         }

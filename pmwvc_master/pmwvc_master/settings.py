@@ -25,6 +25,7 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
 from pmwvc_core.simulation.scenario import DEFAULTS, SIDE, TOP
+from pmwvc_core.wave.limits import largest_wave
 from pmwvc_core.wave.packet import Packer
 from pmwvc_core.wave.receiver import Receiver
 from pmwvc_master.devices import DeviceSetup
@@ -66,7 +67,12 @@ class MasterSettings:
         return Client(
             self.make_controller(self.master),
             self.make_safety(self.safety),
-            inbox=Receiver(self.dof, period_s=self.period_s, timeout_s=self.safety.timeout_s),
+            inbox=Receiver(
+                self.dof,
+                period_s=self.period_s,
+                timeout_s=self.safety.timeout_s,
+                max_wave=largest_wave(self.controller, self.master.impedance),
+            ),
             packer=Packer(epoch, period=self.master.frame_s),
         )
 

@@ -18,7 +18,7 @@ from pmwvc_core.plant.task import Task
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time
 from pmwvc_core.server.service import Presence, Service
-from pmwvc_core.wave.packet import WavePacket
+from pmwvc_core.wave.packet import FLAG_DIRECT, WavePacket
 
 PHASE_NS = 2_000_000
 PRIORITY = 20
@@ -78,6 +78,7 @@ class ServerLoop:
         self.period_s = period_s
         self.steps = 0
         self.missed = 0
+        self.foreign = 0  # packets of another kind of controller
         self.target_m = 0.0
         self.health = Health()
         self.report: RealTimeReport | None = None
@@ -98,7 +99,10 @@ class ServerLoop:
         self.missed += tick.skipped
         for user in self._users:
             while (packet := self.wires.take(user)) is not None:
-                self.service.deliver(user, packet, self._clock())
+                if (packet.flags ^ self.service.server.flags) & FLAG_DIRECT:
+                    self.foreign += 1
+                else:
+                    self.service.deliver(user, packet, self._clock())
         if not self.steps and all(p is Presence.ABSENT for p in self.service.presence):
             return
         answers = self.service.step(self._clock())

@@ -26,6 +26,7 @@ from pmwvc_core.plant.task import Task
 from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
 from pmwvc_core.server.service import Service
 from pmwvc_core.simulation.scenario import DEFAULTS, SIDE, TOP
+from pmwvc_core.wave.limits import largest_wave
 from pmwvc_core.wave.packet import Packer
 from pmwvc_core.wave.receiver import Receiver
 
@@ -100,7 +101,12 @@ class ServerSettings:
         return Service(
             controller,
             inboxes=[
-                Receiver(self.dof, period_s=user.port.frame_s, timeout_s=self.watchdog.timeout_s)
+                Receiver(
+                    self.dof,
+                    period_s=user.port.frame_s,
+                    timeout_s=self.watchdog.timeout_s,
+                    max_wave=largest_wave(self.controller, user.impedance),
+                )
                 for user in self.users
             ],
             packers=[Packer(epoch, period=self.server.period_s) for _ in self.users],

@@ -1,0 +1,31 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What no legal end of a channel ever sends: the receiver refuses more.
+
+Whatever is adjustable stays inside its range, so a device renders at most ``FORCE_N`` and moves at
+most at ``VELOCITY_M_S`` while it is coupled; u = (F + b xd)/sqrt(2b) then bounds what a master
+emits, and a passive server returns no more.
+"""
+
+import math
+
+from pmwvc_core.params import SafetyParams, specs
+
+FORCE_N = float(specs(SafetyParams)["max_force"].high or math.inf)
+VELOCITY_M_S = float(specs(SafetyParams)["fault_velocity"].high or math.inf)
+DIRECT = 1000.0  # [m/s] up or [N] down: beyond any device, for the direct coupling
+
+
+def largest_wave(controller: str, impedance: float) -> float:
+    """Return the longest wave that can be meant [sqrt(W)], for one controller by name.
+
+    Parameters
+    ----------
+    controller
+        Name of the controller; ``direct`` sends no waves but velocities and forces.
+    impedance
+        Wave impedance of the port [N s/m].
+    """
+    if controller == "direct":
+        return DIRECT
+    return (FORCE_N + impedance * VELOCITY_M_S) / math.sqrt(2.0 * impedance)

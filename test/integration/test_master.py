@@ -1,0 +1,227 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The master node as a process of its own; the test plays the server."""
+
+import contextlib
+import math
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from processes import NodeProcess, ros
+from std_srvs.srv import Trigger
+
+from pmwvc_core.params import MasterParams, OperatorParams, SafetyParams
+from pmwvc_core.runtime import messages
+from pmwvc_core.runtime.polling import WAVE_QOS
+from pmwvc_core.wave.packet import FLAG_LEAVING, Packer
+from pmwvc_msgs.msg import MasterTrace, Wave
+
+pytestmark = [pytest.mark.integration]
+
+MODULE = "pmwvc_master.node"
+USER = ("-r", "__ns:=/user1")
+TICKS = MasterParams().rate_drop
+FRAME_S = MasterParams().frame_s
+STEP_N = (
+    SafetyParams().max_slew * MasterParams().tick_s + 1e-9
+)  # largest change of force in a tick
+
+
+@contextlib.contextmanager
+def master(peer, **parameters):
+    """A master with a constant operator, seen by ``peer``: trace blocks and waves."""
+    values = {"operator": OperatorParams(kind="constant", force=1.0)}
+    values |= {name.replace("__", "."): value for name, value in parameters.items()}
+    blocks = peer.collect(MasterTrace, "/user1/trace")
+    waves = peer.collect(Wave, "/user1/wave_up")
+    with NodeProcess(MODULE, values, arguments=USER) as process:
+        peer.until(lambda: (blocks and waves) or process.process.poll() is not None)
+        yield process, blocks, waves
+
+
+class Server:
+    """The test as server: answers whenever asked to, well or badly."""
+
+    def __init__(self, peer):
+        self.types = messages.live_types()
+        self.packer = Packer(42, period=FRAME_S)
+        self.out = peer.node.create_publisher(Wave, "/user1/wave_down", WAVE_QOS)
+        peer.until(lambda: self.out.get_subscription_count())
+
+    def message(self, wave=0.0):
+        packet = self.packer.pack(wave, 0.0, 1_000_000 * self.packer.seq)
+        return messages.wave(self.types, packet, 0)
+
+    def answer(self, wave=0.0):
+        self.out.publish(self.message(wave))
+
+    def send(self, **fields):
+        """A packet with fields changed."""
+        message = self.message()
+        for name, value in fields.items():
+            setattr(message, name, value)
+        self.out.publish(message)
+
+
+def signal(blocks, name):
+    return np.concatenate([np.array(getattr(block, name)) for block in blocks])
+
+
+def diagnosed(statuses, name):
+    """The newest values of a node's health."""
+    found = [s for array in statuses for s in array.status if s.name == name]
+    return {pair.key: pair.value for pair in found[-1].values} if found else {}
+
+
+def test_alone_it_renders_no_force_and_does_not_move():
+    with ros() as peer, master(peer) as (process, blocks, waves):
+        peer.until(lambda: len(blocks) > 100)
+        assert {block.state for block in blocks} == {MasterTrace.STARTING}
+        assert not signal(blocks, "f_applied").any()
+        assert np.ptp(signal(blocks, "x")) == 0.0
+        assert not any(any(wave.wave) for wave in waves)
+        assert process.stop() == 0
+
+
+def test_ticks_are_consecutive_and_every_frame_has_one_packet():
+    with ros() as peer, master(peer) as (_, blocks, waves):
+        peer.until(lambda: len(blocks) > 150)
+        ticks = np.concatenate([block.first_tick + np.arange(len(block.x)) for block in blocks])
+        missed = blocks[-1].missed - blocks[0].missed
+        assert np.all(np.diff(ticks) >= 1)
+        assert ticks[-1] - ticks[0] + 1 == len(ticks) + missed
+        assert np.all(np.diff([block.seq for block in blocks]) == 1)
+        peer.until(lambda: waves[-1].sent_ns > blocks[150].start_ns)
+        inside = [w for w in waves if blocks[50].start_ns < w.sent_ns < blocks[150].start_ns]
+        frames = round((blocks[150].start_ns - blocks[50].start_ns) * 1e-9 / FRAME_S)
+        assert frames - missed <= len(inside) <= frames
+        assert np.all(np.diff([wave.seq for wave in inside]) == 1)
+
+
+def test_force_comes_with_the_server_and_turns_to_damping_without_it():
+    with ros() as peer, master(peer) as (_, blocks, waves):
+        server = Server(peer)
+        while not any(block.state == MasterTrace.COUPLED for block in blocks):
+            waves.clear()
+            peer.until(lambda: waves)
+            server.answer()
+        peer.until(lambda: blocks[-1].state == MasterTrace.DAMPING)
+        force = signal(blocks, "f_applied")
+        assert np.abs(force).max() > 0.0
+        assert np.abs(np.diff(force)).max() <= STEP_N
+        peer.until(lambda: not signal(blocks[-5:], "f_applied").any())  # let go in the end
+        damping = [block for block in blocks if block.state == MasterTrace.DAMPING]
+        work = signal(damping, "f_applied") * signal(damping, "xd")
+        assert work[TICKS * 4 :].min() >= 0.0  # takes energy only
+
+
+def test_broken_packets_are_counted_and_change_nothing():
+    with ros() as peer, master(peer) as (process, blocks, _):
+        statuses = peer.collect(DiagnosticArray, "/diagnostics")
+        server = Server(peer)
+        for _ in range(3):
+            server.send(wave=[math.nan])
+            server.send(wave=[math.inf])
+            server.send(wave=[0.1, 0.2])
+            server.send(wave=[])
+            server.send(period=0.5)
+            server.send(seq=0)
+            blocks.clear()
+            peer.until(lambda: blocks)  # its queue holds ten
+        expected = {"not finite": "6", "wrong length": "6", "wrong period": "3", "malformed": "3"}
+        peer.until(
+            lambda: all(
+                diagnosed(statuses, "/user1/master").get(f"packets {verdict}") == count
+                for verdict, count in expected.items()
+            )
+        )
+        assert {block.state for block in blocks} == {MasterTrace.STARTING}
+        assert not signal(blocks, "f_applied").any()
+        server.answer()
+        server.send(wave=[math.nan])
+        peer.until(lambda: diagnosed(statuses, "/user1/master")["packets new epoch"] == "1")
+        assert np.isfinite(signal(blocks, "f_applied")).all()
+        assert process.process.poll() is None
+
+
+@pytest.mark.parametrize(
+    ("parameters", "text"),
+    [
+        ({"device.plugin": "touch"}, r"'touch': not installed; installed are: .*simulated"),
+        ({"device.mass": -1.0}, r"device.mass = -1.0: must be > 0 kg"),
+        ({"device.mas": 1.0}, r"device.mas: there is no such parameter; did you mean device.mass"),
+        ({"side": 0}, r"side = 0: must be -1 or 1"),
+        ({"dof": 9}, r"dof = 9: must be 1..3"),
+        ({"operator.kind": "playback_force", "operator.file": "/nowhere.csv"}, r"/nowhere.csv"),
+    ],
+)
+def test_a_wrong_setting_ends_it_with_one_clear_line(parameters, text):
+    with NodeProcess(MODULE, parameters, arguments=USER) as process:
+        process.await_output(text)
+        assert process.wait() == 2
+        assert "Traceback" not in process.output
+
+
+def test_stopped_it_says_goodbye_with_its_last_packet():
+    with ros() as peer, master(peer) as (process, _, waves):
+        peer.until(lambda: len(waves) > 10)
+        assert process.stop() == 0
+        peer.until(lambda: waves[-1].flags & FLAG_LEAVING)
+        assert [bool(wave.flags & FLAG_LEAVING) for wave in waves].count(True) == 1
+
+
+def test_a_parameter_changes_while_it_runs_or_is_refused_with_the_reason():
+    with ros() as peer, master(peer) as (_, blocks, _):
+        node = "/user1/master"
+        assert peer.set_parameters(node, {"master.impedance": -3.0}) == [
+            "master.impedance = -3.0: must be > 0 N s/m"
+        ]
+        assert peer.set_parameters(node, {"master.impedance": 10.0, "safety.max_force": 2.0}) == [
+            "",
+            "",
+        ]
+        assert peer.set_parameters(node, {"master.rate_drop": 4})[0] != ""
+        count = len(blocks)
+        peer.until(lambda: len(blocks) > count + 20)
+
+
+def test_a_paused_master_waits_for_the_start():
+    with ros() as peer:
+        waves = peer.collect(Wave, "/user1/wave_up")
+        with NodeProcess(MODULE, {"start.paused": True}, arguments=USER):
+            response = peer.call(Trigger, "/user1/master/start", Trigger.Request())
+            assert response.success
+            first = peer.until(lambda: waves)[0]
+            assert first.seq <= 2
+
+
+def test_a_device_behind_topics_gets_force_only_while_its_pose_is_fresh():
+    with ros() as peer:
+        poses = peer.node.create_publisher(PoseStamped, "/user1/device/measured_cp", WAVE_QOS)
+        wrenches = peer.collect(WrenchStamped, "/user1/device/servo_cf")
+        with master(peer, device__plugin="ros_topic") as (process, blocks, waves):
+            server = Server(peer)
+            peer.until(lambda: poses.get_subscription_count())
+            x = 0.0
+
+            def move():
+                """One pose and one answer per packet of the master."""
+                nonlocal x
+                waves.clear()
+                peer.until(lambda: waves)
+                x += 0.0005
+                pose = PoseStamped()
+                pose.header.stamp = peer.node.get_clock().now().to_msg()
+                pose.pose.position.x = x
+                poses.publish(pose)
+                server.answer()
+
+            assert not signal(blocks, "f_applied").any()
+            while not any(wrench.wrench.force.x < -0.05 for wrench in wrenches):
+                move()
+            peer.until(lambda: blocks[-1].state == MasterTrace.STARTING)
+            peer.until(lambda: not signal(blocks[-3:], "f_applied").any())
+            assert not blocks[-1].hand_force_known
+            assert process.stop() == 0

@@ -1,0 +1,245 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Server and masters as processes, joined by remapping: coupling, faults, rejoining."""
+
+import contextlib
+import math
+import signal
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from processes import NodeProcess, ros
+from visualization_msgs.msg import Marker, MarkerArray
+
+from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams
+from pmwvc_core.runtime import messages
+from pmwvc_core.runtime.polling import WAVE_QOS
+from pmwvc_core.wave.packet import FLAG_DIRECT, Packer
+from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
+
+pytestmark = [pytest.mark.integration]
+
+SIDES = {"user1": -1, "user2": 1}
+STEP_N = (
+    SafetyParams().max_slew * MasterParams().tick_s + 1e-9
+)  # largest change of force in a tick
+BILATERAL = {"server.contact": "bilateral", "server.object_damping": 20.0}
+
+
+def start_server(**parameters):
+    values = {"users": list(SIDES)} | {n.replace("__", "."): v for n, v in parameters.items()}
+    return NodeProcess("pmwvc_server.node", values)
+
+
+def start_master(user, **parameters):
+    """A master of a user who presses on the object with 1 N, without a network between."""
+    side = SIDES[user]
+    values = {
+        "side": side,
+        "operator": OperatorParams(kind="constant", force=-side * 1.0),
+        "device": DeviceParams(damping=10.0, workspace_m=5.0),  # drifts slowly when let go
+    }
+    values |= {name.replace("__", "."): value for name, value in parameters.items()}
+    ends = [f"wave_{way}:=/server/{user}/wave_{way}" for way in ("up", "down")]
+    arguments = ["-r", f"__ns:=/{user}", "-r", ends[0], "-r", ends[1]]
+    return NodeProcess("pmwvc_master.node", values, arguments=arguments)
+
+
+class Session:
+    """A server and two masters, what they publish, and waiting for it."""
+
+    def __init__(self, stack, peer, **parameters):
+        self.stack, self.peer, self.parameters = stack, peer, parameters
+        self.steps = peer.collect(ServerTrace, "/server/trace")
+        self.blocks = {user: peer.collect(MasterTrace, f"/{user}/trace") for user in SIDES}
+        self.server = stack.enter_context(start_server(**parameters))
+        self.masters = {}
+        for user in SIDES:
+            self.start(user)
+
+    def start(self, user):
+        shared = {k: v for k, v in self.parameters.items() if k in ("controller", "dof")}
+        self.masters[user] = self.stack.enter_context(start_master(user, **shared))
+
+    def until_states(self, user1, user2):
+        """Wait until both masters are in a state."""
+        wanted = {"user1": user1, "user2": user2}
+        self.peer.until(
+            lambda: all(b and b[-1].state == wanted[u] for u, b in self.blocks.items())
+        )
+
+    def steps_more(self, count):
+        """Wait for some more steps of the server."""
+        seen = len(self.steps)
+        self.peer.until(lambda: len(self.steps) >= seen + count)
+
+    def settled(self):
+        """Wait until both press with 1 N and nothing moves any more."""
+
+        def rests():
+            last = self.steps[-25:]
+            return len(last) == 25 and all(
+                abs(abs(force) - 1.0) < 0.01 for step in (last[0], last[-1]) for force in step.f_s
+            )
+
+        self.peer.until(rests)
+
+    def force(self, user, since=0):
+        """Applied force, tick by tick, with the places where ticks are missing."""
+        blocks = self.blocks[user][since:]
+        force = np.concatenate([np.array(block.f_applied) for block in blocks])
+        ticks = np.concatenate(
+            [block.first_tick + np.arange(len(block.f_applied)) for block in blocks]
+        )
+        return force, np.diff(ticks) == 1
+
+
+@contextlib.contextmanager
+def session(**parameters):
+    with contextlib.ExitStack() as stack:
+        peer = stack.enter_context(ros())
+        yield Session(stack, peer, **parameters)
+
+
+def no_step_of_force(run, user, since=0):
+    force, consecutive = run.force(user, since)
+    return np.abs(np.diff(force))[consecutive].max() <= STEP_N
+
+
+@pytest.mark.parametrize("controller", ["pmwvc", "direct"])
+def test_two_users_press_the_cube_and_feel_what_they_press(controller):
+    with session(controller=controller, **BILATERAL) as run:
+        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
+        run.settled()
+        run.steps_more(50)
+        run.settled()
+        last = run.steps[-25:]
+        assert np.ptp([step.x_o[0] for step in last]) < 1e-4
+        for user, sign in (("user1", 1.0), ("user2", -1.0)):
+            force, _ = run.force(user, since=-10)
+            assert force == pytest.approx(np.full(len(force), sign), abs=0.02)
+        steps = [step.step for step in run.steps]
+        assert np.all(np.diff(steps) == 1)
+        assert list(last[-1].state) == [ServerTrace.COUPLED] * 2
+        assert [m.stop() for m in run.masters.values()] == [0, 0]
+        run.peer.until(lambda: list(run.steps[-1].state) == [ServerTrace.ABSENT] * 2)
+        assert run.server.stop() == 0
+        assert "user1 left" in run.server.output
+
+
+def test_a_killed_server_leaves_the_masters_damping_and_a_new_one_couples_them_again():
+    with session(**BILATERAL) as run:
+        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
+        run.settled()
+        run.server.process.send_signal(signal.SIGKILL)
+        run.until_states(MasterTrace.DAMPING, MasterTrace.DAMPING)
+        count = {user: len(blocks) for user, blocks in run.blocks.items()}
+        run.server = run.stack.enter_context(start_server(**BILATERAL))
+        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
+        run.steps.clear()
+        run.settled()
+        assert run.steps[-1].step > run.steps[0].step
+        for user in SIDES:
+            damping = [b for b in run.blocks[user] if b.state == MasterTrace.DAMPING]
+            assert damping and damping[0].reason
+            assert no_step_of_force(run, user, since=max(count[user] - 200, 0))
+
+
+def test_a_killed_master_leaves_a_steady_cube_and_comes_back():
+    with session(**BILATERAL) as run:
+        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
+        run.settled()
+        before = run.steps[-1]
+        run.masters["user2"].process.send_signal(signal.SIGKILL)
+        run.peer.until(lambda: run.steps[-1].state[1] == ServerTrace.DAMPING)
+        run.peer.until(lambda: run.steps[-1].state[1] == ServerTrace.ABSENT)
+        gone = [step for step in run.steps if step.step > before.step]
+        # 1 N against an object damping of 20 N s/m: 50 mm/s at most, and no stored force let loose
+        assert max(abs(step.xd_o[0]) for step in gone) < 0.06
+        assert no_step_of_force(run, "user1")
+        run.blocks["user2"].clear()
+        run.start("user2")
+        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
+        run.settled()
+        assert no_step_of_force(run, "user1")
+        assert no_step_of_force(run, "user2")
+        epochs = {block.epoch for block in run.blocks["user2"]}
+        assert len(epochs) == 1
+
+
+def test_packets_of_a_rogue_publisher_are_counted_and_harmless():
+    with session(**BILATERAL) as run:
+        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
+        run.settled()
+        statuses = run.peer.collect(DiagnosticArray, "/diagnostics")
+        types = messages.live_types()
+        out = run.peer.node.create_publisher(Wave, "/server/user1/wave_up", WAVE_QOS)
+        run.peer.until(lambda: out.get_subscription_count() >= 1)
+        true = run.peer.collect(Wave, "/server/user1/wave_up")
+        run.peer.until(lambda: true)
+        count = len(run.steps)
+        packer = Packer(5, period=MasterParams().frame_s)
+
+        def send(**fields):
+            message = messages.wave(types, packer.pack(0.0, 0.0, 0), 0)
+            for name, value in fields.items():
+                setattr(message, name, value)
+            out.publish(message)
+
+        old = true[0]
+        for _ in range(10):
+            send(wave=[math.nan])
+            send(wave=[1e300])
+            send(wave=[0.1, 0.2, 0.3])
+            send(epoch=old.epoch, seq=old.seq, sent_ns=old.sent_ns)
+            send(flags=FLAG_DIRECT)
+            run.steps_more(1)
+
+        def counted():
+            found = [s for array in statuses for s in array.status if s.name == "/server"]
+            values = {pair.key: pair.value for pair in found[-1].values} if found else {}
+            refused = ("not finite", "wrong length", "too large", "duplicate")
+            names = [f"user1: packets {verdict}" for verdict in refused]
+            return all(
+                int(values.get(name, 0)) for name in (*names, "packets of another controller")
+            )
+
+        run.peer.until(counted)
+        run.settled()
+        after = run.steps[count:]
+        assert np.isfinite([step.f_s for step in after]).all()
+        assert max(abs(step.f_s[0]) for step in after) < 1.5
+        assert no_step_of_force(run, "user1")
+
+
+def test_the_scene_is_shown_to_whoever_looks():
+    with session(**BILATERAL) as run:
+        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
+        scenes = run.peer.collect(MarkerArray, "/markers")
+        last = run.peer.until(lambda: scenes and scenes[-1])
+        names = {marker.ns: marker for marker in last.markers}
+        assert {"object", "target", "user1/avatar", "user1/force"} <= set(names)
+        assert all(marker.header.frame_id == "world" for marker in last.markers)
+        assert names["user2/avatar"].action == Marker.ADD
+        assert names["user1/avatar"].pose.position.x < names["user2/avatar"].pose.position.x
+
+
+@pytest.mark.parametrize(
+    ("parameters", "text"),
+    [
+        ({"server.object_mass": -2.0}, r"server.object_mass = -2.0: must be > 0 kg"),
+        (
+            {"server.coupling": "explicit"},
+            r"server.coupling = 'explicit': must be one of implicit",
+        ),
+        ({"users": ["user1", "user1"]}, r"users = .*: must be 1 to 8 different names"),
+        ({"user1.server.contact_stifness": 1.0}, r"did you mean user1.server.contact_stiffness"),
+        ({"controller": "magic"}, r"controller = 'magic': must be one of pmwvc, direct"),
+    ],
+)
+def test_a_wrong_setting_ends_the_server_with_one_clear_line(parameters, text):
+    with NodeProcess("pmwvc_server.node", parameters) as process:
+        process.await_output(text)
+        assert process.wait() == 2
+        assert "Traceback" not in process.output
