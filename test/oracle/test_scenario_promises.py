@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every scenario keeps what its file promises: simulated in full, judged as a session is."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_bringup import scenarios
+from pmwvc_core.simulation.session import simulate_one
+
+
+@functools.cache
+def ran(name, *settings):
+    """Return traces and summary of a scenario."""
+    scenario = scenarios.load(name, settings_texts=settings)
+    traces = simulate_one(scenario)
+    return traces, summary(traces, scenario)
+
+
+def forces(result):
+    return [user["force_final_n"] for user in result["users"]]
+
+
+@pytest.mark.parametrize("name", ["carry_0ms", "carry_16ms", "carry_24ms"])
+def test_carrying_is_a_firm_grip_far_from_the_limits(name):
+    _, result = ran(name)
+    assert result["stable"]
+    assert result["object"]["position_final_m"] == pytest.approx(0.0, abs=0.001)
+    assert result["object"]["path_error_rms_m"] < 0.01
+    for user, force in zip(result["users"], forces(result), strict=True):
+        assert user["passive"]
+        assert 1.0 < abs(force) < 2.0
+        assert user["force_peak_n"] < 0.6 * 3.3
+        assert user["safety_events"] == 0
+
+
+def test_the_cube_is_carried_there_and_back():
+    traces, _ = ran("carry_16ms")
+    path = traces.server.x_o[:, 0]
+    assert path.max() == pytest.approx(0.05, abs=0.002)
+    assert path[0] == 0.0
+    assert traces.server.contact[0][-1] and traces.server.contact[1][-1]
+
+
+def test_delay_is_felt_as_distance_between_hand_and_avatar():
+    """F tau / (2 b), with tau longer by twice the delay."""
+    drifts = [ran(f"carry_{ms}ms")[1]["users"][0] for ms in (0, 16, 24)]
+    compliance = [user["drift_m"] / user["force_final_n"] for user in drifts]
+    assert compliance[1] - compliance[0] == pytest.approx(0.032 / 50.0, rel=0.02)
+    assert compliance[2] - compliance[0] == pytest.approx(0.048 / 50.0, rel=0.02)
+
+
+def test_direct_coupling_works_without_delay_and_vibrates_with_it():
+    assert ran("direct_0ms")[1]["stable"]
+    _, result = ran("direct_16ms")
+    assert result["instability"] == "limited by safety"
+    for user in result["users"]:
+        assert user["safety_events"] > 3
+        assert user["force_peak_n"] <= 3.3 * (1 + 1e-12)
+
+
+def test_a_stiff_cube_needs_the_loop_to_be_solved():
+    assert ran("stiff_24ms")[1]["stable"]
+    assert not ran("stiff_24ms", "server.coupling=one_step_delay")[1]["stable"]
+
+
+@pytest.mark.parametrize("name", [f"thesis_controlled_{ms}ms" for ms in (0, 16, 24)])
+def test_controlled_forces_settle_at_one_newton_and_two_millimetres(name):
+    traces, result = ran(name)
+    assert result["stable"]
+    assert forces(result) == pytest.approx([1.0, -1.0], abs=0.001)
+    for x_s, side in zip(traces.server.x_s, (-1, 1), strict=True):
+        assert x_s[-1, 0] == pytest.approx(side * (0.03 - 0.002), abs=1e-5)
+    assert np.abs(traces.server.x_o).max() < 1e-9
+
+
+def test_three_hands_balance_over_unequal_links():
+    _, result = ran("three_users")
+    assert result["stable"]
+    assert sum(forces(result)) == pytest.approx(0.0, abs=0.1)
+    assert min(map(abs, forces(result))) > 0.5
+    assert {link["lost"] > 0 for link in result["links"] if "user3" in link["name"]} == {True}
+
+
+def test_the_wall_is_met_and_holds_the_hand():
+    traces, result = ran("wall")
+    assert result["stable"]
+    (force,) = forces(result)
+    contact = traces.server.contact[0]
+    assert not contact[0] and contact[-1]
+    depth = traces.server.x_s[0][-1, 0] + 0.03
+    assert depth == pytest.approx(force / 1000.0, rel=0.01)
+
+
+def test_recorded_hands_carry_the_cube_to_and_fro_twice():
+    traces, result = ran("playback")
+    assert result["stable"]
+    path = traces.server.x_o[:, 0]
+    assert path.max() == pytest.approx(0.02, abs=0.002)
+    away = path > 0.01
+    assert np.count_nonzero(away[1:] & ~away[:-1]) == 2
