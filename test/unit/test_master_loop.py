@@ -10,7 +10,7 @@ import pytest
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.master.client import Client
 from pmwvc_core.master.port import make_master
-from pmwvc_core.master.safety import SafetyLimiter
+from pmwvc_core.master.safety import SafetyLimiter, SafetyState
 from pmwvc_core.params import ContactParams, MasterParams, SafetyParams
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.wave.packet import FLAG_LEAVING, Packer
@@ -156,8 +156,18 @@ def test_there_is_no_force_before_the_server_has_answered():
     assert set(rig.device.forces) == {0.0}
     assert rig.device.couplings == 0
     rig.answer()
-    rig.ticks(*range(40, 80))
+    rig.ticks(*range(40, 60))
     assert rig.device.forces[-1] > 0.0
+
+
+def test_the_hand_begins_once_when_the_force_is_there():
+    rig = Rig()
+    rig.ticks(*range(40))
+    for grid in range(40, 1200):
+        rig.answer()
+        rig.tick(grid)
+        full = rig.loop.client.safety.state == SafetyState.COUPLED
+        assert rig.device.couplings <= full
     assert rig.device.couplings == 1
 
 
