@@ -67,7 +67,9 @@ def force(frames: np.ndarray) -> np.ndarray:
     return FORCE_N * 0.5 * (1.0 - np.cos(np.pi * share))
 
 
-def session(*, duration_s: float = 4.0, users: int = 2, dof: int = 1, gain: float = 1.0) -> SessionTraces:
+def session(
+    *, duration_s: float = 4.0, users: int = 2, dof: int = 1, gain: float = 1.0
+) -> SessionTraces:
     """The session; ``gain`` other than 1 makes the way up give out ``gain``^2 times the energy."""
     frames = np.arange(round(duration_s / FRAME_S))
     names = [f"user{i + 1}" for i in range(users)]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Is a recording whole, complete, and does its physics add up?
+"""What is wrong with a recording: is it whole, complete, and does its physics add up.
 
 Three kinds of findings: the file (structure of the MCAP, metadata), what is missing (per topic and
 publisher), and physics: numbers that are finite, ports that obey F = sqrt(b/2) (u - v), running
@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pmwvc_analysis.judge.consistency import inconsistencies
+from pmwvc_analysis.recording.content import read_content
 from pmwvc_analysis.recording.mcap_check import check_file
-from pmwvc_analysis.recording.reader import read_content, read_scenario, read_session
+from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.recording.topics import relayed
 from pmwvc_core.errors import PmwvcError, RecordingError
 

@@ -41,7 +41,8 @@ def finish(
     """
     from pmwvc_analysis.judge.verdicts import summary
     from pmwvc_analysis.recording.reader import read_scenario, read_session
-    from pmwvc_analysis.show import figures, report
+    from pmwvc_analysis.show.figures import draw_all
+    from pmwvc_analysis.show.report import render
 
     folder = Path(folder)
     scenario = scenario or read_scenario(folder)
@@ -49,10 +50,8 @@ def finish(
     result = summary(traces, scenario)
     try:
         write_summary(folder, result)
-        pictures = figures.draw_all(traces, scenario, folder / PLOTS)
-        (folder / REPORT).write_text(
-            report.render(traces, scenario, result, pictures), encoding="utf-8"
-        )
+        pictures = draw_all(traces, scenario, folder / PLOTS)
+        (folder / REPORT).write_text(render(traces, scenario, result, pictures), encoding="utf-8")
     except OSError as error:
         raise RecordingError(f"cannot write into {folder}: {error.strerror or error}") from error
     return result

@@ -13,7 +13,9 @@ from pmwvc_analysis.judge.energy import TOLERANCE_J, Balance, running, user_ener
 def test_a_pure_delay_holds_what_is_in_flight():
     for entry in user_energies(handmade.session()):
         assert entry.up.balance_j[-1] == pytest.approx(DELAY_FRAMES * IN_FLIGHT_J, rel=1e-9)
-        assert entry.down.balance_j[-1] == pytest.approx((DELAY_FRAMES + 1) * IN_FLIGHT_J, rel=1e-9)
+        assert entry.down.balance_j[-1] == pytest.approx(
+            (DELAY_FRAMES + 1) * IN_FLIGHT_J, rel=1e-9
+        )
         assert entry.passive
 
 

@@ -33,9 +33,7 @@ def test_positions_are_in_millimetres_with_one_line_each():
     assert list(drawn) == [
         "target", "object", "user1 device", "user2 device", "user1 avatar", "user2 avatar"
     ]  # fmt: skip
-    np.testing.assert_allclose(
-        drawn["user1 device"].get_ydata(), traces.users[0].x_m[:, 0] * 1e3
-    )
+    np.testing.assert_allclose(drawn["user1 device"].get_ydata(), traces.users[0].x_m[:, 0] * 1e3)
 
 
 def test_an_avatar_that_is_absent_is_not_drawn():

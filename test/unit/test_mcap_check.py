@@ -90,9 +90,18 @@ DAMAGE = {
     "message index: channel": ((mcap.MESSAGE_INDEX, 0, P, "<H", 9), "does not fit its chunk"),
     "metadata index": ((mcap.METADATA_INDEX, 0, P, "<Q", 8), "an index names a metadata record"),
     "attachment index": ((mcap.ATTACHMENT_INDEX, 0, P + 8, "<Q", 8), "names a attachment record"),
-    "summary offset: start": ((mcap.SUMMARY_OFFSET, 0, P + 1, "<Q", 5), "names the schema records"),
-    "summary offset: length": ((mcap.SUMMARY_OFFSET, 3, P + 9, "<Q", 5), "the chunk-index records"),
-    "footer: summary": ((mcap.FOOTER, 0, P, "<Q", 30), "footer says the summary starts at byte 30"),
+    "summary offset: start": (
+        (mcap.SUMMARY_OFFSET, 0, P + 1, "<Q", 5),
+        "names the schema records",
+    ),
+    "summary offset: length": (
+        (mcap.SUMMARY_OFFSET, 3, P + 9, "<Q", 5),
+        "the chunk-index records",
+    ),
+    "footer: summary": (
+        (mcap.FOOTER, 0, P, "<Q", 30),
+        "footer says the summary starts at byte 30",
+    ),
     "footer: offsets": ((mcap.FOOTER, 0, P + 8, "<Q", 31), "the summary offsets start at byte 31"),
     "repeated schema": ((mcap.SCHEMA, 0, P + 6, "<B", 90), "schema 1 differs in the summary"),
     "repeated channel": ((mcap.CHANNEL, 0, P + 8, "<B", 90), "channel 1 differs in the summary"),

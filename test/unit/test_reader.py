@@ -37,13 +37,11 @@ def raw(folder):
 
 
 def rewritten(found, folder, change=lambda kind, message: message):
-    """Write messages into a new folder, decoded ones passed through ``change`` (None: left out)."""
+    """Write messages into a new folder, each passed through ``change`` (None: left out)."""
     store = schemas.typestore()
     with SessionWriter(folder) as writer:
         for message in found:
-            content = change(
-                message.topic, store.deserialize_cdr(message.data, message.type_name)
-            )
+            content = change(message.topic, store.deserialize_cdr(message.data, message.type_name))
             if content is not None:
                 writer.add_topic(Topic(message.topic, message.type_name, True, 10))
                 data = bytes(store.serialize_cdr(content, message.type_name))

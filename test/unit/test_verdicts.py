@@ -21,9 +21,7 @@ USER_KEYS = set(
     "avatar_force_final_n coherency_rms_m drift_m ticks ticks_missing tick_rate_hz lateness_us "
     "compute_us safety_events".split()
 )
-LINK_KEYS = set(
-    "name sent received lost duplicated reordered dropped delay_s rate_hz".split()
-)
+LINK_KEYS = set("name sent received lost duplicated reordered dropped delay_s rate_hz".split())
 PREDICTION_KEYS = set("spectral_radius stable k_max aliasing_gain k_felt mass_felt".split())
 PERCENTILES = {"p50", "p99", "max"}
 
@@ -86,9 +84,7 @@ def test_a_user_only_the_server_knows_does_no_harm():
     assert len(judged(traces)["users"]) == 1
 
 
-@pytest.mark.parametrize(
-    ("share", "instability"), [(0.9, None), (1.2, "sustained oscillation")]
-)
+@pytest.mark.parametrize(("share", "instability"), [(0.9, None), (1.2, "sustained oscillation")])
 @pytest.mark.parametrize("hertz", [3.0, 20.0, 200.0])
 def test_an_oscillation_counts_from_a_millimetre_per_second(hertz, share, instability):
     traces = oscillating(session(), rms_m_s=share * OSCILLATION_M_S, hertz=hertz)

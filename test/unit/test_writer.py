@@ -82,7 +82,9 @@ def test_a_chunk_is_at_most_256_kib(tmp_path):
         writer.add_topic(TOPIC)
         write_some(writer, 3 * CHUNK_BYTES // len(packet(1)), step_ns=1000)
     with writer.path.open("rb") as stream:
-        sizes = [chunk.uncompressed_size for chunk in make_reader(stream).get_summary().chunk_indexes]
+        sizes = [
+            chunk.uncompressed_size for chunk in make_reader(stream).get_summary().chunk_indexes
+        ]
     assert CHUNK_BYTES - 200 < max(sizes) <= CHUNK_BYTES
 
 

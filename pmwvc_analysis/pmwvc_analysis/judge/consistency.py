@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Do the numbers of a recording fit each other?
+"""Whether the numbers of a recording fit each other.
 
 At a port with impedance b, F = sqrt(b/2) (u - v) and xd = (u + v)/sqrt(2b) hold for every sample;
-so does F xd = (|u|^2 - |v|^2)/2. The running sums that master and server keep have to be the sums of
-the waves they recorded.
+so does F xd = (|u|^2 - |v|^2)/2. The running sums that master and server keep have to be the sums
+of the waves they recorded.
 """
 
 import numpy as np

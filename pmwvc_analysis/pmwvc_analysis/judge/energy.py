@@ -146,6 +146,6 @@ def anchored(user: UserTraces, per_tick: Array, at_block_ends: Array | None) -> 
 
 
 def _at(times: Array, user: UserTraces, sums: Array) -> Array:
-    """Return a sum per tick at other times: all ticks that have begun before (by a hair: times are rounded)."""
+    """Return a sum per tick at other times: of all ticks begun before (times are rounded)."""
     count = np.searchsorted(user.time_s, times - 0.001 * user.tick_s)
     return np.concatenate([[0.0], sums])[count]

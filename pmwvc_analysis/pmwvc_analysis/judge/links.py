@@ -34,7 +34,7 @@ def _from_fates(fates: FateTraces, duration_s: float) -> dict[str, Any]:
         "duplicated": int((fates.fate == DUPLICATE).sum()),
         "reordered": int(reordered(fates).sum()),
         "dropped": int(np.isin(fates.fate, DROPPED).sum()),
-        "delay_s": percentiles((fates.time_out_ns - fates.time_in_ns)[out] * 1e-9),
+        "delay_s": percentiles((fates.time_out_ns - fates.time_in_ns)[out].astype(float) * 1e-9),
         "rate_hz": number(out.sum() / duration_s) if duration_s > 0.0 else None,
     }
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the scenario's numbers promise before the session: aliasing, the passivity bound, and how the link feels.
+"""What a scenario's numbers promise: aliasing, the passivity bound, and how the link feels.
 
 The lag tau of the wave path, once around (network both ways, anti-aliasing filter, hold), acts
 like a spring K = 2b/tau and a mass M = b tau/2 in series with what is touched:
@@ -59,7 +59,7 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, float | bool | No
 
 
 def aliasing_gain(user: User) -> float:
-    """Return the largest factor by which packets can hold more energy than the wave they sample."""
+    """Return the largest ratio of a packet's energy to that of the wave it samples."""
     master = user.master
     return float(
         aliasing.worst_case_gain(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
@@ -73,10 +73,9 @@ def parts_passive(user: User, scenario: Scenario) -> bool:
     energy exactly; ``one_step_delay`` is passive for K T_VE + 2B <= b (backward Euler). The other
     couplings have no such bound.
     """
-    server, _contact = scenario.server, user.contact
     if float(user.master.impedance) * user.master.tick_s / float(user.device.mass) >= 2.0:
         return False
-    if server.coupling == "implicit":
+    if scenario.server.coupling == "implicit":
         return True
     return one_step_bound(user, scenario) is True
 
@@ -115,9 +114,10 @@ def lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
 
 
 def network_s(link: LinkParams, period_s: float, phase_s: float) -> float:
-    """Return how old a packet is when its receiver looks: receivers look once a period, ``phase_s`` into it.
+    """Return how old a packet is when its receiver looks at it [s].
 
-    With jitter the mean: half a period on top of the delay.
+    Receivers look once a period, ``phase_s`` into it. With jitter the mean: half a period on top
+    of the delay.
     """
     if link.jitter != "none":
         return max(phase_s, link.delay_s + period_s / 2.0)
@@ -129,25 +129,27 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the prediction in sentences, for a terminal and for the report."""
     if scenario.controller == "direct":
         return [
-            "Direct coupling: nothing keeps it passive; expect instability as delay or stiffness grows."
+            "Direct coupling: nothing keeps it passive; expect instability as delay or stiffness "
+            "grows."
         ]
     values = prediction(scenario, live=live)
     found = []
     for user in scenario.users:
         tau, b = lag_s(user, scenario, live=live), float(user.master.impedance)
         found.append(
-            f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; it feels like a spring of "
-            f"{2 * b / tau:.0f} N/m and {b * tau / 2:.2f} kg in between."
+            f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; it feels like a spring "
+            f"of {2 * b / tau:.0f} N/m and {b * tau / 2:.2f} kg in between."
         )
     gain = values["aliasing_gain"]
     if gain is not None and gain > ALIASING_BOUND:
         found.append(
-            f"Packets may carry up to {gain:.2f} times the energy they sample: the filter lets aliasing through."
+            f"Packets may carry up to {gain:.2f} times the energy they sample: the filter lets "
+            "aliasing through."
         )
     for user in scenario.users:
         if one_step_bound(user, scenario) is False:
             found.append(
-                f"{user.name}: K T + 2B is above b; the one-step-delay coupling may give out energy."
+                f"{user.name}: K T + 2B > b: the one-step-delay coupling may give out energy."
             )
     found.append(
         "Stable: every part is passive."
@@ -175,17 +177,14 @@ def came_true(scenario: Scenario, summary: dict[str, Any]) -> list[str]:
     live = summary["source"] == "live"
     entries = {entry["name"]: entry for entry in summary["users"]}
     for user in scenario.users:
-        entry = entries.get(user.name)
-        force = entry and entry["force_final_n"]
-        if (
-            not isinstance(force, float)
-            or abs(force) < 0.2
-            or not isinstance(entry["drift_m"], float)
-        ):
+        entry = entries.get(user.name, {})
+        force, drift = entry.get("force_final_n"), entry.get("drift_m")
+        if not isinstance(force, float) or not isinstance(drift, float) or abs(force) < 0.2:
             continue
-        expected = force * lag_s(user, scenario, live=live) / (2.0 * float(user.master.impedance))
+        lag, b = lag_s(user, scenario, live=live), float(user.master.impedance)
+        expected, was = force * lag / (2.0 * b) * 1e3, drift * 1e3
         found.append(
-            f"{user.name}: the device was expected {expected * 1e3:+.2f} mm from its avatar at the end, "
-            f"it was {entry['drift_m'] * 1e3:+.2f} mm."
+            f"{user.name}: the device was expected {expected:+.2f} mm from its avatar at the end, "
+            f"it was {was:+.2f} mm."
         )
     return found

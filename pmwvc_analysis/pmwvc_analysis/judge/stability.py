@@ -44,7 +44,7 @@ COUPLED, FAULT = 1, 3
 
 @dataclass(frozen=True)
 class Verdict:
-    """Stable, or the kind of instability, what showed it, and the strongest late oscillation [m/s]."""
+    """Stable or the kind of instability, what showed it, the strongest late oscillation [m/s]."""
 
     instability: str | None
     why: str
@@ -58,7 +58,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Motion:
-    """A velocity to be judged: ``(row, dof)`` [m/s] every ``period_s``, and what counts as on purpose or noise."""
+    """A velocity to be judged, ``(row, dof)`` [m/s], and what in it is on purpose or noise."""
 
     name: str
     time_s: Array
@@ -92,14 +92,14 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
 
 @dataclass(frozen=True)
 class Strength:
-    """Median RMS velocity of the last third [m/s], and the last sixth against the one in the middle."""
+    """Median RMS velocity of the last third [m/s]; the last sixth over that in the middle."""
 
     late_m_s: float
     growth: float
 
 
 def strength(motion: Motion, duration_s: float) -> Strength:
-    """Return how strong the motion beyond the person's own is, and whether it grows or dies out."""
+    """Return how strong motion beyond the person's own is, and whether it grows or dies out."""
     windows = max(1, round(WINDOW_S / motion.period_s))
     count = len(motion.velocity) // windows
     if count < 6 or not np.isfinite(motion.velocity).all():
@@ -118,7 +118,7 @@ def strength(motion: Motion, duration_s: float) -> Strength:
 
 
 def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:
-    """Return the part of a velocity above a frequency, forward and backward filtered (no delay)."""
+    """Return the part of a velocity above a frequency, filtered both ways: no delay."""
     from scipy import signal
 
     if band_hz * period_s >= 0.45 or len(velocity) < 30:
@@ -222,12 +222,15 @@ def _limited(traces: SessionTraces) -> str:
             return f"{user.name}: safety fault at {user.block_time_s[faults[0]]:.2f} s ({reason})"
         share, events = _shortened(user, traces.duration_s)
         if share > 0.05 and events >= 3:
-            return f"{user.name}: the force was limited {events} times, {share:.0%} of the second half"
+            return (
+                f"{user.name}: the force was limited {events} times, "
+                f"{share:.0%} of the second half"
+            )
     return ""
 
 
 def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:
-    """Return in which share of the coupled second half the force was limited, and how often that began."""
+    """Return in which share of the second half the force was limited, and how often anew."""
     asked, applied = (
         np.linalg.norm(user.f_m, axis=-1),
         np.linalg.norm(user.f_m - user.f_applied, axis=-1),

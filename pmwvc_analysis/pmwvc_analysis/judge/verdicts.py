@@ -5,10 +5,10 @@
 Vectors are a number for one axis and a list for several; ``*_final_*`` are means over the last 0.5
 s; what cannot be told is null.
 
-=============================  =========================================================================
-``stable``, ``instability``    stability.py ``passive``                    no energy balance below
-zero beyond rounding (energy.py); null without waves
-                               of both ends
+=============================  ====================================================================
+``stable``, ``instability``    stability.py
+``passive``                    no energy balance below zero beyond rounding (energy.py); null where
+                               the trace of one end is missing
 ``energy_up_min_j``            lowest energy balance of the way up; null without waves
 ``energy_down_min_j``          the same for the way down
 ``energy_balance_j``           what the channel had kept or turned to heat at the end, both ways
@@ -19,7 +19,7 @@ zero beyond rounding (energy.py); null without waves
 ``ticks_missing``              ticks between the first and the last that are not in the recording
 ``velocity_rms_m_s``           of the object, over the session
 ``path_error_rms_m``           RMS of object less target, over the session
-=============================  =========================================================================
+=============================  ====================================================================
 
 Where device and avatar start apart (grip), that constant distance is taken out of ``coherency``
 and ``drift``.
@@ -150,7 +150,7 @@ def _joins(traces: SessionTraces, name: str) -> list[float]:
 
 
 def ticks_missing(user: UserTraces) -> int:
-    """Return how many ticks between the first and the last of each run of the master are not recorded."""
+    """Return how many ticks between the first and the last of a master's runs are not recorded."""
     steps = np.diff(user.tick)
     return int((steps[steps > 1] - 1).sum())
 

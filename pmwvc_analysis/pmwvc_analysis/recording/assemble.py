@@ -199,13 +199,13 @@ def fate_traces(link: str, messages: Messages) -> FateTraces:
 
 
 _LINK_NUMBERS = (
-    "in_count out_count lost duplicated reordered queued dropped delay_mean delay_min delay_max delay_error_max "
-    "rate_hz delay_s jitter_s loss duplicate rate_limit_bps"
+    "in_count out_count lost duplicated reordered queued dropped delay_mean delay_min delay_max "
+    "delay_error_max rate_hz delay_s jitter_s loss duplicate rate_limit_bps"
 ).split()
 
 
 def link_states(messages: Messages, *, zero_ns: int) -> dict[str, Array]:
-    """Return counts, delays and settings of one link over time, by the field names of LinkState."""
+    """Return counts, delays and settings of a link over time, by the names of LinkState."""
     stamps = np.array([nanoseconds(message.stamp) for message in messages], dtype=np.int64)
     order = np.argsort(stamps, kind="stable")
     columns = {

@@ -37,5 +37,5 @@ def seconds(ros_ns: Integers, zero_ns: int) -> Array:
 
 
 def first(starts: Sequence[int]) -> int:
-    """Return the start of a session: the earliest start of any publisher [ns], 0 when there is none."""
+    """Return the start of a session: the earliest of any publisher [ns], 0 without one."""
     return min(starts, default=0)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Traces of a single run (simulated or replayed) written as the session folder a live run would leave.
+"""Traces of a single run, simulated or replayed, written as the folder a live run leaves.
 
 Same topics, types and blocks; what virtual time does not have (echoes, lateness) is zero.
 """
@@ -170,7 +170,9 @@ def _server_steps(types: Any, server: ServerTraces, start: int) -> Iterator[Outg
     each = ("x_s", "xd_s", "f_s", "u_s", "v_s", "state", "contact", "energy_u_s", "energy_v_s")
     whole = ("x_o", "xd_o", "target", "kinetic", "potential", "dissipated")
     for row, time_s in enumerate(server.time_s):
-        fields = {name: [array[row] for array in getattr(server, name)] for name in each}
+        fields: dict[str, Any] = {
+            name: [array[row] for array in getattr(server, name)] for name in each
+        }
         fields |= {name: getattr(server, name)[row] for name in whole}
         message = build.server_trace(
             types,
@@ -193,7 +195,7 @@ def _packets(
     up = kind == "wave_up"
     master = next(user.master for user in scenario.users if user.name == owner)
     period = master.frame_s if up else scenario.server.period_s
-    positions = _positions(traces, owner, packets.sent_ns * 1e-9, up=up)
+    positions = _positions(traces, owner, packets.sent_ns.astype(float) * 1e-9, up=up)
     flags = FLAG_DIRECT if scenario.controller == "direct" else 0
     for row, time_s in enumerate(packets.time_s):
         sent_ns = int(packets.sent_ns[row])

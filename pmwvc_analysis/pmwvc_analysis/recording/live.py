@@ -67,8 +67,10 @@ class BackgroundWriter:
         return self.report()
 
     def report(self) -> list[str]:
-        """Return what is missing in the recording and why, one line each; empty when nothing is."""
-        found = [f"{topic}: {count} did not fit the queue" for topic, count in self.overrun.items()]
+        """Return what is missing in the recording and why, one line each."""
+        found = [
+            f"{topic}: {count} did not fit the queue" for topic, count in self.overrun.items()
+        ]
         if self.writer.problem:
             found.append(f"{self.writer.problem}; {self.writer.refused} messages not written")
         return found + self.writer.counter.lines()
@@ -76,7 +78,8 @@ class BackgroundWriter:
     def _losses(self) -> dict[str, str]:
         counter = self.writer.counter
         return {
-            topic: f"{counter.messages[topic]} messages, {counter.missing(topic)} numbers missing, "
+            topic: f"{counter.messages[topic]} messages, "
+            f"{counter.missing(topic)} numbers missing, "
             f"{self.overrun[topic]} not queued"
             for topic in counter.messages
         }

@@ -1,17 +1,19 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Is an MCAP file whole? Every length, checksum, index and count, by the specification.
+"""Whether an MCAP file is whole: every length, checksum, index and count is right.
 
 Checked are: magic at both ends; that records fill the file; checksum, size and content of every
-chunk; the checksum of the data section; message indexes against the messages, chunk indexes against
-chunks and message indexes; metadata and attachment indexes; repeated schemas and channels;
+chunk; the checksum of the data section; message indexes against the messages, chunk indexes
+against chunks and message indexes; metadata and attachment indexes; repeated schemas and channels;
 statistics; summary offsets; the checksum of the summary; the footer. Checksums that a writer left
 out (0) are named.
 """
 
+import importlib
 import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from pmwvc_analysis.recording import mcap_records as mcap
 from pmwvc_analysis.recording.mcap_summary import Seen, check_summary
@@ -151,7 +153,9 @@ def _check_content(record: mcap.Record, seen: Seen) -> int | None:
     return None
 
 
-def _same(known: dict[int, bytes], number: int, record: mcap.Record, what: str, seen: Seen) -> None:
+def _same(
+    known: dict[int, bytes], number: int, record: mcap.Record, what: str, seen: Seen
+) -> None:
     if known.setdefault(number, bytes(record.content)) != bytes(record.content):
         seen.problem(f"at byte {record.offset}: {what} is not what it was before")
 
@@ -196,9 +200,8 @@ def unpack(packed: bytes, compression: str, size: int) -> bytes:
 
         return zstandard.ZstdDecompressor().decompress(packed, max_output_size=max(size, 1))
     if compression == "lz4":
-        import lz4.frame
-
-        content: bytes = lz4.frame.decompress(packed)
+        frame: Any = importlib.import_module("lz4.frame")
+        content: bytes = frame.decompress(packed)
         return content
     raise ValueError(f"unknown compression {compression!r}")
 

@@ -9,7 +9,9 @@ from dataclasses import dataclass, field
 
 from pmwvc_analysis.recording import mcap_records as mcap
 
-ChunkFacts = tuple[int, int, int, str, int, int]  # first, last, size, compression, packed, unpacked
+ChunkFacts = tuple[
+    int, int, int, str, int, int
+]  # first, last, size, compression, packed, unpacked
 
 
 @dataclass

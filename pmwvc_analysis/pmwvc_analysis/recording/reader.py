@@ -8,43 +8,18 @@ alike. Message definitions come from the file itself.
 
 import json
 from collections import defaultdict
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pmwvc_analysis.recording import assemble, clock, schemas
+from pmwvc_analysis.recording.content import Content, Seen, read_content
 from pmwvc_analysis.recording.losses import topic_counts
-from pmwvc_analysis.recording.recover import RawMessage, Salvage
-from pmwvc_analysis.recording.recover import messages as salvaged
-from pmwvc_analysis.recording.sequence import GapCounter
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
-
-Seen = tuple[int, Any]  # log time [ns] and decoded message
-FOREIGN = "rosbag2"
-
-
-@dataclass
-class Content:
-    """Decoded messages by topic, and what else the files say."""
-
-    by_topic: dict[str, list[Seen]] = field(default_factory=lambda: defaultdict(list))
-    types: dict[str, str] = field(default_factory=dict)
-    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    counter: GapCounter = field(default_factory=GapCounter)
-    events: list[dict[str, Any]] = field(default_factory=list)
-
-    def of_type(self, type_name: str) -> dict[str, list[Seen]]:
-        """Return the topics of one type that have messages."""
-        return {
-            t: self.by_topic[t]
-            for t, kind in self.types.items()
-            if kind == type_name and self.by_topic[t]
-        }
 
 
 def read_session(folder: str | Path) -> SessionTraces:
@@ -106,81 +81,6 @@ def read_scenario(folder: str | Path) -> Scenario | None:
     return parse_scenario(yaml.safe_load(path.read_text(encoding="utf-8")), source=str(path))
 
 
-def read_content(folder: Path) -> Content:
-    """Return the decoded messages of every file of a recording; a damaged file as far as it is whole."""
-    if not folder.exists():
-        raise RecordingError(f"{folder} does not exist")
-    content = Content()
-    try:
-        _read_whole(folder, content)
-        return content
-    except Exception as error:  # rosbags raises many kinds for a damaged file
-        reason = str(error) or type(error).__name__
-    files = sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]
-    if not files:
-        raise RecordingError(f"{folder} holds no recording that can be read: {reason}")
-    content = Content()
-    for path in files:
-        salvage = Salvage()
-        decode = _Decoder(salvage)
-        for message in salvaged(path, salvage):
-            _take(content, message, decode)
-        content.metadata.update(salvage.metadata)
-        if salvage.end:
-            what = f"{path.name} ends early ({salvage.end}); everything before is read"
-            content.events.append({"time_s": None, "who": "recorder", "what": what})
-    return content
-
-
-def _read_whole(folder: Path, content: Content) -> None:
-    from rosbags.highlevel import AnyReader
-
-    with AnyReader([folder]) as reader:
-        for connection in reader.connections:
-            content.counter.topic(connection.topic)
-        for connection, log_ns, data in reader.messages():
-            raw = RawMessage(connection.topic, connection.msgtype, log_ns, log_ns, bytes(data))
-            _take(content, raw, reader.deserialize)
-    for path in sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]:
-        content.metadata.update(_file_metadata(path))
-
-
-def _file_metadata(path: Path) -> dict[str, dict[str, str]]:
-    from mcap.reader import make_reader
-
-    with open(path, "rb") as stream:
-        return {
-            record.name: dict(record.metadata) for record in make_reader(stream).iter_metadata()
-        }
-
-
-class _Decoder:
-    """Decodes messages by the schemas met in the file itself."""
-
-    def __init__(self, salvage: Salvage) -> None:
-        self.salvage = salvage
-        self.stores: dict[str, Any] = {}
-
-    def __call__(self, data: bytes, type_name: str) -> Any:
-        if type_name not in self.stores:
-            self.stores[type_name] = schemas.store_of(self.salvage.schemas[type_name], type_name)
-        return self.stores[type_name].deserialize_cdr(data, type_name)
-
-
-def _take(content: Content, raw: RawMessage, decode: Any) -> None:
-    content.counter.add(raw.topic, raw.type_name, raw.data)
-    if raw.type_name not in schemas.OUR_TYPES:
-        return
-    try:
-        message = decode(raw.data, raw.type_name)
-    except Exception as error:  # a message that is no message: counted, reported, passed over
-        what = f"{raw.topic}: a message cannot be decoded ({error or type(error).__name__})"
-        content.events.append({"time_ns": raw.log_ns, "who": "recorder", "what": what})
-        return
-    content.types[raw.topic] = raw.type_name
-    content.by_topic[raw.topic].append((raw.log_ns, message))
-
-
 def _add_network(traces: SessionTraces, content: Content, zero_ns: int) -> None:
     """Fill in packets, fates and link states."""
     for topic, seen in content.of_type(schemas.WAVE).items():
@@ -229,7 +129,7 @@ def _duration(
 
 
 def _events(folder: Path, content: Content, zero_ns: int) -> list[dict[str, Any]]:
-    """Return what reading found and what the runner noted (``events.json``), on the session's time line."""
+    """Return what reading found and what the runner noted (``events.json``)."""
     found = list(content.events)
     path = folder / "events.json"
     if path.is_file():

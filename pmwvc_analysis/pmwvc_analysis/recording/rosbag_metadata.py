@@ -77,7 +77,7 @@ def dump(content: Any) -> str:
 
 
 def write(folder: Path, content: Mapping[str, Any]) -> None:
-    """Replace the folder's ``metadata.yaml`` in one step, so that a reader never sees half of it."""
+    """Replace the folder's ``metadata.yaml`` in one step: a reader never sees half of it."""
     target = folder / "metadata.yaml"
     temporary = folder / ".metadata.yaml.tmp"
     try:

@@ -25,7 +25,8 @@ PACKET_FATE = "pmwvc_msgs/msg/PacketFate"
 OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, LINK_STATE, PACKET_FATE)
 
 _PRIMITIVES = frozenset(
-    "bool byte char float32 float64 int8 uint8 int16 uint16 int32 uint32 int64 uint64 string wstring".split()
+    "bool byte char float32 float64 int8 uint8 int16 uint16 int32 uint32 int64 uint64 string "
+    "wstring".split()
 )
 _SEPARATOR = "=" * 80
 
@@ -37,8 +38,8 @@ def _message_folders(package: str) -> Iterator[Path]:
     for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
         if prefix:
             yield Path(prefix) / "share" / package / "msg"
-    for prefix in (Path(sys.prefix), *here.parents):
-        yield prefix / "share" / package / "msg"
+    for place in (Path(sys.prefix), *here.parents):
+        yield place / "share" / package / "msg"
 
 
 @functools.cache
@@ -63,8 +64,8 @@ def message_text(type_name: str) -> str:
         text: str = store.generate_msgdef(full, ros_version=2)[0]
         return text.split(_SEPARATOR)[0]
     raise RecordingError(
-        f"no definition of message {type_name}: neither a source tree nor a share folder of a built "
-        "workspace holds it; run 'make setup' or source the workspace"
+        f"no definition of message {type_name}: neither a source tree nor a share folder of a "
+        "built workspace holds it; run 'make setup' or source the workspace"
     )
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sequence numbers, read from the bytes of a message, and the count of what is missing between them.
+"""Sequence numbers, read from a message's bytes, and the count of what is missing.
 
 Each publisher numbers what it sends: packets and blocks by ``seq``, server steps by ``step``,
 fates by the number of their first record. A number that never came, between the first and the last
@@ -23,7 +23,7 @@ _U64 = struct.Struct("<Q")
 
 @dataclass(frozen=True)
 class Numbered:
-    """What a message says of its place: publisher (epoch or link) and the numbers ``first .. first + count - 1``."""
+    """A message's place: publisher (epoch or link), and ``count`` numbers from ``first`` on."""
 
     stream: str
     first: int
@@ -42,7 +42,7 @@ def _after_string(body: bytes, offset: int) -> tuple[str, int]:
 
 
 def peek(type_name: str, data: bytes) -> Numbered | None:
-    """Return the numbers of a serialized message of ours, or None (another type, or not a whole message).
+    """Return the numbers of a serialized message, or None: another type, or not a whole message.
 
     Offsets follow from the field order in the ``.msg`` files: the numbers come right after the
     stamps.
@@ -147,7 +147,8 @@ class GapCounter:
     def lines(self, topics: Iterable[str] | None = None) -> list[str]:
         """Return one line of text per topic and publisher where numbers are missing."""
         return [
-            f"{topic}: {stream.missing} of {stream.missing + stream.seen} missing (publisher {name})"
+            f"{topic}: {stream.missing} of {stream.missing + stream.seen} missing "
+            f"(publisher {name})"
             for topic in (self.streams if topics is None else topics)
             for name, stream in self.streams.get(topic, {}).items()
             if stream.missing

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The topics of a session: name, type and quality of service, from the names of users and links."""
+"""The topics of a session from the names of users and links: name, type, quality of service."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from pmwvc_analysis.recording import schemas
 
 @dataclass(frozen=True)
 class Topic:
-    """One recorded topic; ``depth`` is the publisher's history, ``essential`` topics are waited for."""
+    """One recorded topic; ``depth`` is the publisher's, ``essential`` ones are waited for."""
 
     name: str
     type_name: str
@@ -89,7 +89,7 @@ def _split(link: str) -> tuple[str, str]:
 
 
 def relayed(topic: str) -> tuple[str, str] | None:
-    """Return the link and the input topic of a topic that comes out of a link, given that the link exists.
+    """Return the link that a topic comes out of, and the topic that feeds it.
 
     ``/server/user1/wave_up`` comes out of ``user1/up``, fed by ``/user1/wave_up``;
     ``/user1/wave_down`` out of ``user1/down``, fed by ``/server/user1/wave_down``.

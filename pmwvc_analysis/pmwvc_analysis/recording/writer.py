@@ -157,7 +157,7 @@ class SessionWriter:
         )
 
     def flush(self) -> None:
-        """End the chunk and hand everything to the system; stop in good order when space runs out."""
+        """End the chunk and hand it to the system; stop in good order when space runs out."""
         if self.problem or self._closed:
             return
         self._guarded(self._writer.flush)
@@ -169,7 +169,8 @@ class SessionWriter:
         if (free := self._free_bytes()) is not None and free < self._reserve:
             self._finish()
             self.problem = (
-                f"recording stopped: {free >> 20} MiB left on the disk, {self._reserve >> 20} MiB are kept free; "
+                f"recording stopped: {free >> 20} MiB left on the disk, {self._reserve >> 20} MiB "
+                "are kept free; "
                 "everything up to here is kept"
             )
 
@@ -219,18 +220,21 @@ class SessionWriter:
         )
 
     def _guarded(self, action: Any) -> None:
-        """Do something with the file; the first failure ends the recording at its last whole chunk."""
+        """Do something with the file; the first failure ends the recording."""
         if self.problem:
             return
         try:
             action()
         except OSError as error:
-            self.problem = f"recording stopped: {error.strerror or error}; kept up to the last whole chunk ({self._good} bytes)"
+            self.problem = (
+                f"recording stopped: {error.strerror or error}; "
+                f"kept up to the last whole chunk ({self._good} bytes)"
+            )
             self.refused += sum(self.counter.messages.values()) - sum(self._kept.values())
             self._cut_back()
 
     def _cut_back(self) -> None:
-        """Drop what is behind the last whole chunk, through a handle without half-written buffers."""
+        """Drop what is behind the last whole chunk, past the half-written buffer."""
         raw = getattr(self._file, "raw", None)
         with contextlib.suppress(OSError, ValueError):
             descriptor = raw.fileno() if raw is not None else self._file.fileno()

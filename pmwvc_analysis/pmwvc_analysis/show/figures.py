@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The figures of a session: motion and force. Energy, network and timing are in ``more_figures``.
+"""The figures of a session: motion and force; the others are in ``channel_figures``.
 
 A figure whose signals were not recorded is left out.
 """
@@ -80,11 +80,14 @@ def motion(traces: SessionTraces, scenario: Scenario | None) -> Any:
                 color=colours[user.name],
                 label=f"{user.name} device",
             )
-        for place, name in enumerate(server.users if server is not None else []):
+        if server is None:
+            continue
+        for place, name in enumerate(server.users):
             avatar = np.where(server.state[place] > 0, server.x_s[place][:, axis], np.nan)
             axes.plot(
                 server.time_s, avatar * 1e3, color=colours[name], ls="--", label=f"{name} avatar"
             )
+    for axis, axes in enumerate(rows):
         axes.set_ylabel("position [mm]" if dof == 1 else f"{style.AXES[axis]} [mm]")
         style.legend(axes)
     rows[-1].set_xlabel("time [s]")
@@ -137,30 +140,32 @@ FIGURES: dict[str, tuple[Draw, str, str]] = {
     "positions": (
         motion,
         "Positions",
-        "Solid: the devices in the users' hands. Dashed: their avatars in the shared world. Black: the object; dotted "
-        "grey: where it is to be brought. A device ahead of its avatar is the link's own compliance.",
+        "Solid: the devices in the users' hands. Dashed: their avatars in the shared world. "
+        "Black: the object; dotted grey: where it is to be brought. A device ahead of its avatar "
+        "is the link's own compliance.",
     ),
     "forces": (
         forces,
         "Forces",
-        "What the hand exerts on the device, what the device renders, and the contact force at the avatar (along the "
-        "axis of the task). At rest the last two agree.",
+        "What the hand exerts on the device, what the device renders, and the contact force at "
+        "the avatar (along the axis of the task). At rest the last two agree.",
     ),
     "energy": (
         energy,
         "Energy balance of the channel",
-        "What went into each direction of the link, less what came out. A passive channel never is below zero; where "
-        "it is, the stretch is hatched.",
+        "What went into each direction of the link, less what came out. A passive channel never "
+        "is below zero; where it is, the stretch is hatched.",
     ),
     "network": (
         network,
         "Network",
-        "Each dot is a packet: when it came to the link, and how long it took. Crosses at the bottom are packets that "
-        "were lost or dropped.",
+        "Each dot is a packet: when it came to the link, and how long it took. Crosses at the "
+        "bottom are packets that were lost or dropped.",
     ),
     "loop": (
         loop,
         "Force loop",
-        "How late each tick of the force loop woke up. Its deadlines are absolute, so lateness does not add up.",
+        "How late each tick of the force loop woke up. Its deadlines are absolute, so lateness "
+        "does not add up.",
     ),
 }

@@ -83,7 +83,7 @@ def verdict_lines(
         found.append(
             (
                 False,
-                f"The recording misses {missing} numbered messages or packets; see the last table.",
+                f"The recording misses {missing} numbered messages; see the last table.",
             )
         )
     elif summary["recording"]["messages"]:

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How all figures look: colours that colour-blind readers can tell apart, units on every axis, a line of parameters.
+"""How all figures look: colours for colour-blind readers, a title, a line of parameters.
 
 Users differ by colour, what is drawn of a user by line style: never by colour alone.
 """
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
 
 # After Okabe and Ito; black is the object's.
+Share = Literal["none", "col"]
 USERS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#7A5195", "#8C6D1F")
 OBJECT = "#222222"
 TARGET = "#7F7F7F"
@@ -55,18 +56,18 @@ def colours(traces: SessionTraces) -> dict[str, str]:
 
 
 def canvas(
-    rows: int, *, title: str, note: str, row_in: float = 2.4, share: str = "col"
+    rows: int, *, title: str, note: str, row_in: float = 2.4, share: Share = "col"
 ) -> tuple[Any, list[Any]]:
-    """Return a figure and its rows of axes, titled and noted; used within ``matplotlib.rc_context``."""
+    """Return a figure and its rows of axes, titled and noted."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH_IN, 1.1 + row_in * rows), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, 1, sharex=share, squeeze=False)[:, 0]
+    axes: Any = figure.subplots(rows, 1, sharex=share, squeeze=False)
     figure.suptitle(title, x=0.01, ha="left", fontsize=13, fontweight="bold")
     figure.supxlabel(note, x=0.01, ha="left", fontsize=8, color="#555555")
-    return figure, list(axes)
+    return figure, list(axes[:, 0])
 
 
 def save(figure: Any, path: Path) -> Path:
@@ -103,7 +104,7 @@ def shade(axes: Any, spans: Sequence[tuple[float, float]], *, label: str) -> Non
 def spans(
     flags: np.typing.NDArray[np.bool_], time_s: Array, *, join_s: float
 ) -> list[tuple[float, float]]:
-    """Return the stretches of time in which a flag is set; those closer than ``join_s`` are one."""
+    """Return the stretches of time with a flag set; those closer than ``join_s`` are one."""
     rows = np.flatnonzero(flags)
     if not len(rows):
         return []

@@ -16,14 +16,12 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> str:
     size = abs(value)
     if size < 1e-12:
         return f"0 {unit}"
-    for factor, prefix in _PREFIXES:
-        if size >= factor:
-            break
+    factor, prefix = next((p for p in _PREFIXES if size >= p[0]), _PREFIXES[-1])
     return f"{value / factor:.{digits}g} {prefix}{unit}"
 
 
 def cell(value: Any, scale: float = 1.0, digits: int = 3) -> str:
-    """Return what stands in a table cell: a number scaled and rounded, each of several, a word for a flag."""
+    """Return what stands in a table cell: numbers scaled and rounded, flags as words."""
     if value is None:
         return NOTHING
     if isinstance(value, bool):
