@@ -1,0 +1,153 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sessions in virtual time: the same bits every time, batches equal single runs, the
+dissertation's numbers."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_bringup.scenarios import load
+from pmwvc_core.network.link import Link, stream_of
+from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.simulation.session import simulate, simulate_one
+from pmwvc_core.wave.packet import size_bytes
+
+SHORT = {
+    "name": "short",
+    "duration_s": 1.5,
+    "controller": "pmwvc",
+    "users": 2,
+    "task": {"kind": "hold", "grip_s": 0.1, "grip_rise_s": 0.2},
+}
+
+
+def arrays_of(traces):
+    """Every array of a session, in a fixed order."""
+    for part in (*traces.users, traces.server, *traces.packets.values(), *traces.fates.values()):
+        for field in dataclasses.fields(part):
+            value = getattr(part, field.name)
+            values = value.values() if isinstance(value, dict) else value
+            if isinstance(value, np.ndarray):
+                yield f"{field.name}", value
+            elif isinstance(value, (list, dict)):
+                for each in values:
+                    if isinstance(each, np.ndarray):
+                        yield f"{field.name}", each
+
+
+def test_a_session_run_twice_is_identical_to_the_last_bit():
+    scenario = parse_scenario(
+        SHORT | {"link": {"delay_s": 0.01, "jitter": "normal", "jitter_s": 0.003, "loss": 0.1}}
+    )
+    first, second = simulate_one(scenario), simulate_one(scenario)
+    count = 0
+    for (name, one), (_, other) in zip(arrays_of(first), arrays_of(second), strict=True):
+        assert one.tobytes() == other.tobytes(), name
+        count += one.size
+    assert count > 50_000
+
+
+def test_another_seed_gives_another_session():
+    scenario = parse_scenario(SHORT | {"link": {"loss": 0.2}})
+    other = dataclasses.replace(scenario, seed=scenario.seed + 1)
+    fates = [simulate_one(s).fates["user1/up"].fate for s in (scenario, other)]
+    assert not np.array_equal(*fates)
+
+
+@pytest.mark.parametrize("dof", [1, 3])
+@pytest.mark.parametrize("coupling", ["implicit", "one_step_delay"])
+@pytest.mark.parametrize("contact", ["grip", "bilateral"])
+def test_a_batch_equals_its_single_runs(dof, coupling, contact):
+    base = SHORT | {
+        "dof": dof,
+        "link": {"delay_s": 0.008, "loss": 0.05},
+        "server": {"coupling": coupling, "contact": contact},
+    }
+    scenarios = [
+        parse_scenario(base, overrides=values)
+        for values in (
+            {"server.contact_stiffness": 400, "master.impedance": 20},
+            {"server.contact_stiffness": 300, "user2.device.mass": 0.4},
+            {"server.object_mass": 1.0, "operator.stiffness": 50, "master.filter.pole_rad_s": 70},
+        )
+    ]
+    batched = simulate(scenarios)
+    for scenario, together in zip(scenarios, batched, strict=True):
+        alone = simulate_one(scenario)
+        for (name, one), (_, other) in zip(arrays_of(alone), arrays_of(together), strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12, err_msg=name)
+
+
+def test_results_come_in_the_order_asked_for_whatever_the_batches():
+    scenarios = [
+        parse_scenario(SHORT | {"duration_s": duration}, overrides={"server.object_mass": mass})
+        for duration, mass in ((0.2, 1.0), (0.1, 1.0), (0.2, 2.0), (0.1, 2.0))
+    ]
+    shares = []
+    kept = simulate(scenarios, keep=lambda traces: traces.duration_s, progress=shares.append)
+    assert kept == [0.2, 0.1, 0.2, 0.1]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+# App. B Fig. 5. The lag of the wave path (filter 19.5 ms, packet 1 ms, hold 7 ms, network) less
+# the 2 T_VE by which the avatar of the one-step-delay coupling runs ahead.
+@pytest.mark.parametrize(("delay_ms", "lag_ms"), [(0, 27.5), (16, 59.5), (24, 75.5)])
+@pytest.mark.parametrize(("coupling", "ahead_ms"), [("one_step_delay", 16), ("implicit", 0)])
+def test_the_controlled_experiment_settles_where_the_closed_form_says(
+    delay_ms, lag_ms, coupling, ahead_ms
+):
+    scenario = load(
+        f"thesis_controlled_{delay_ms}ms",
+        settings_texts=[f"server.coupling={coupling}"],
+        duration_s=8.0,
+    )
+    traces = simulate_one(scenario)
+    result = summary(traces, scenario)
+    assert result["stable"]
+    press = [np.abs(traces.server.f_s[i][-1, 0]) / 500.0 for i in range(2)]
+    assert press == pytest.approx([2e-3, 2e-3], rel=1e-6)
+    for user, sign in zip(result["users"], (1, -1), strict=True):
+        assert user["passive"]
+        assert user["force_final_n"] == pytest.approx(sign, rel=1e-6)
+        assert user["avatar_force_final_n"] == pytest.approx(sign, rel=1e-6)
+        lead_m = (lag_ms - ahead_ms) * 1e-3 / (2 * 25.0)
+        assert user["drift_m"] == pytest.approx(sign * lead_m, abs=1.5e-5)
+
+
+def test_direct_coupling_over_a_delay_is_unstable_and_cut_by_safety():
+    scenario = load("direct_16ms")
+    traces = simulate_one(scenario)
+    result = summary(traces, scenario)
+    assert (result["stable"], result["instability"]) == (False, "limited by safety")
+    for user in traces.users:
+        limit = scenario.users[0].safety.max_force
+        assert np.abs(user.f_applied).max() <= limit * (1 + 1e-12)
+        assert np.abs(user.f_m).max() > limit  # without the limit it would have been more
+
+
+def test_a_stiff_cube_over_a_delay_needs_the_implicit_server():
+    stable = load("stiff_24ms")
+    assert summary(simulate_one(stable), stable)["stable"]
+    naive = load("stiff_24ms", settings_texts=["server.coupling=one_step_delay"])
+    assert not summary(simulate_one(naive), naive)["stable"]
+
+
+def test_the_links_of_a_session_have_the_fates_of_the_link_alone():
+    scenario = parse_scenario(SHORT | {"link": {"loss": 0.2, "duplicate": 0.1, "delay_s": 0.005}})
+    seen = simulate_one(scenario).fates["user2/down"]
+    link = Link(scenario.users[1].link_down, seed=stream_of(scenario.seed, 1, 1))
+    times = seen.time_in_ns[seen.fate != 2]
+    alone = [f for time in times for f in link.send(None, int(time), size_bytes=size_bytes(1))]
+    assert [int(fate.kind) for fate in alone] == seen.fate.tolist()
+    assert {0, 1, 2} == set(seen.fate.tolist())
+
+
+def test_nothing_moves_and_no_energy_flows_when_nobody_acts():
+    scenario = parse_scenario(SHORT | {"operator": {"kind": "none"}})
+    traces = simulate_one(scenario)
+    assert not traces.server.x_o.any()
+    assert all(not user.f_applied.any() and not user.u_m.any() for user in traces.users)
