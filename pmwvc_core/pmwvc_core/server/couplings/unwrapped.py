@@ -9,8 +9,7 @@
 with x' the position without the new velocity and g what that weighs in the position: h (backward
 Euler, x' = x_s), h/2 (trapezoid, x' = x_s + h xd_s/2), 0 (forward Euler, x' = x_s + h xd_s, as
 printed). Before that the object has come here exactly, under the last f_s held. What it does next
-is not foreseen, so energy balances for a wall (backward Euler: never below zero) but not for a
-light object.
+is not foreseen. At a wall the port is passive for g = h and h/2, and for g = 0 while B >= K h/2.
 """
 
 from collections.abc import Sequence
