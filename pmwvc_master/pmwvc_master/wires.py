@@ -92,7 +92,9 @@ class RosWires:
         )
 
     def publish_motion(self, sample: DeviceSample, f: Value, due_ns: int) -> None:
-        """Publish velocity and force of the device."""
+        """Publish velocity and force of the device, to those who watch."""
+        if not (self._twist.get_subscription_count() or self._wrench.get_subscription_count()):
+            return
         stamp = messages.time_message(self._types, _ros_time(due_ns))
         twist, wrench = TwistStamped(), WrenchStamped()
         for message in (twist, wrench):

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, WrenchStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from processes import NodeProcess, ros
 from std_srvs.srv import Trigger
 
@@ -162,6 +162,21 @@ def test_a_wrong_setting_ends_it_with_one_clear_line(parameters, text):
         process.await_output(text)
         assert process.wait() == 2
         assert "Traceback" not in process.output
+
+
+def test_watchers_see_velocity_and_the_force_on_the_hand():
+    with ros() as peer:
+        twists = peer.collect(TwistStamped, "/user1/measured_cv")
+        wrenches = peer.collect(WrenchStamped, "/user1/measured_cf")
+        with master(peer) as (_, blocks, waves):
+            server = Server(peer)
+            while not any(wrench.wrench.force.x < -0.01 for wrench in wrenches):
+                waves.clear()
+                peer.until(lambda: waves)
+                server.answer()
+            assert twists[-1].header.frame_id == "user1/device"
+            on_the_hand = wrenches[-1].wrench.force.x
+            peer.until(lambda: -on_the_hand in signal(blocks, "f_applied"))
 
 
 def test_stopped_it_says_goodbye_with_its_last_packet():
