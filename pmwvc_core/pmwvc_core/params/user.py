@@ -110,7 +110,7 @@ class OperatorParams(Validated):
     columns: str = parameter(
         "",
         "-",
-        "playback: column names or numbers, or variable path; comma separated",
+        "playback: column names or numbers (from 0), or variable path; comma separated",
         read_only=True,
     )
     time_column: str = parameter(
