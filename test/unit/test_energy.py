@@ -104,3 +104,11 @@ def test_without_the_server_there_is_no_balance():
     traces = handmade.session()
     traces.server = None
     assert user_energies(traces) == []
+
+
+def test_a_tick_counts_when_it_really_ran():
+    traces = handmade.session()
+    for user in traces.users:
+        user.lateness_s[-2 * TICKS :] = 2 * FRAME_S  # all that is late brings nothing any more
+    up = user_energies(traces)[0].up
+    assert up.balance_j[-1] == pytest.approx((DELAY_FRAMES - 1) * IN_FLIGHT_J, rel=1e-9)

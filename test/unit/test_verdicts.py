@@ -239,3 +239,22 @@ def test_what_is_before_the_first_packet_does_not_count():
     traces.server.state[0][:3] = 3
     traces.server.x_s[0][:3] = 0.5
     assert judged(traces)["users"][0]["coherency_rms_m"] < 1e-3
+
+
+def test_a_server_that_goes_on_without_the_users_does_not_count():
+    traces = session()
+    gone = traces.server.time_s > 3.8
+    for user in traces.users:
+        kept = user.time_s <= 3.8
+        for name in ("time_s", "tick", "lateness_s", "compute_s"):
+            setattr(user, name, getattr(user, name)[kept])
+        for name in ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m"):
+            setattr(user, name, getattr(user, name)[kept])
+    for place in range(2):
+        traces.server.f_s[place][gone] = 0.0
+        traces.server.state[place][gone] = 0
+    traces.server.x_o[gone] = 0.1
+    result = judged(traces)
+    assert result["users"][0]["avatar_force_final_n"] == pytest.approx(FORCE_N)
+    assert result["users"][0]["drift_m"] == pytest.approx(DRIFT_M)
+    assert result["object"]["position_final_m"] == pytest.approx(0.0)

@@ -11,7 +11,7 @@ down, likewise, E_down = sum_n |v_s|^2 T_VE / 2 - sum_k |v_m|^2 T_c / 2. A chann
 wastes energy has a balance >= 0 at every instant; one below zero has given out energy that it
 never got.
 
-What counts when: a tick counts once it has begun, a server step counts with its whole period at
+What counts when: a tick counts once it has run, a server step counts with its whole period at
 its start. A server step answers packets sent before it, and a master expands values sent before,
 so cause is never behind effect. A late server step is taken at the time it really ran.
 
@@ -146,6 +146,7 @@ def anchored(user: UserTraces, per_tick: Array, at_block_ends: Array | None) -> 
 
 
 def _at(times: Array, user: UserTraces, sums: Array) -> Array:
-    """Return a sum per tick at other times: of all ticks begun before (times are rounded)."""
-    count = np.searchsorted(user.time_s, times - 0.001 * user.tick_s)
+    """Return a sum per tick at other times: of all ticks that ran before (times are rounded)."""
+    ran = np.maximum.accumulate(user.time_s + user.lateness_s)
+    count = np.searchsorted(ran, times - 0.001 * user.tick_s)
     return np.concatenate([[0.0], sums])[count]

@@ -24,16 +24,9 @@ def axes(values: Array) -> float | list[float | None] | None:
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-def late(
-    time_s: Array, duration_s: float, window_s: float = FINAL_S
-) -> np.typing.NDArray[np.bool_]:
-    """Tell which rows lie in the last part of the session."""
-    return time_s >= duration_s - window_s - 1e-9
-
-
-def final(values: Array, time_s: Array, duration_s: float) -> float | list[float | None] | None:
-    """Return the mean over the last 0.5 s, per axis; None when nothing was recorded then."""
-    rows = values[late(time_s, duration_s)]
+def final(values: Array, time_s: Array, end_s: float) -> float | list[float | None] | None:
+    """Return the mean over the 0.5 s before ``end_s``, per axis; None when there is nothing."""
+    rows = values[(time_s >= end_s - FINAL_S - 1e-9) & (time_s <= end_s + 1e-9)]
     return axes(rows.mean(axis=0)) if len(rows) else axes(np.full(values.shape[-1], np.nan))
 
 

@@ -87,7 +87,7 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
         if found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s) and found.growth > 0.5:
             why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
             return Verdict("sustained oscillation", why, strongest)
-    return Verdict(None, "every motion beyond the person's own dies out", strongest)
+    return Verdict(None, "motion beyond the person's own dies out", strongest)
 
 
 @dataclass(frozen=True)

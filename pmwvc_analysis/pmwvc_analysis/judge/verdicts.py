@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """``summary.json``: the verdicts and numbers of one session, the same keys whatever its source.
 
-Vectors are a number for one axis and a list for several; ``*_final_*`` are means over the last 0.5
-s; what cannot be told is null.
+Vectors are a number for one axis and a list for several; what cannot be told is null.
+``*_final_*`` are means over the last 0.5 s of a user's own ticks: a server goes on a little after
+the users have left.
 
 =============================  ====================================================================
 ``stable``, ``instability``    stability.py
@@ -15,7 +16,7 @@ s; what cannot be told is null.
 ``force_final_n``, ``_peak_``  force rendered by the device (f_applied); the peak is a length
 ``avatar_force_final_n``       contact force on the avatar
 ``coherency_rms_m``            RMS of x_m - x_s at the server's steps while the user is coupled
-``drift_m``                    mean of x_m - x_s over the last 0.5 s
+``drift_m``                    mean of x_m - x_s over the last 0.5 s of the user
 ``ticks_missing``              ticks between the first and the last that are not in the recording
 ``velocity_rms_m_s``           of the object, over the session
 ``path_error_rms_m``           RMS of object less target, over the session
@@ -72,7 +73,7 @@ def _object(traces: SessionTraces) -> dict[str, Any]:
     if server is None:
         return {"position_final_m": None, "velocity_rms_m_s": None, "path_error_rms_m": None}
     return {
-        "position_final_m": shape.final(server.x_o, server.time_s, traces.duration_s),
+        "position_final_m": shape.final(server.x_o, server.time_s, _end_s(traces.users, server)),
         "velocity_rms_m_s": shape.rms(server.xd_o),
         "path_error_rms_m": shape.rms(server.x_o - server.target),
     }
@@ -81,7 +82,7 @@ def _object(traces: SessionTraces) -> dict[str, Any]:
 def _user(
     user: UserTraces, traces: SessionTraces, balance: energy.UserEnergy | None
 ) -> dict[str, Any]:
-    server, duration = traces.server, traces.duration_s
+    server, end_s = traces.server, float(user.time_s[-1])
     place = server.users.index(user.name) if server and user.name in server.users else None
     apart = None
     if server is not None and place is not None:
@@ -92,13 +93,13 @@ def _user(
         "energy_up_min_j": balance.up.minimum_j if balance and balance.up else None,
         "energy_down_min_j": balance.down.minimum_j if balance and balance.down else None,
         "energy_balance_j": _last_balance(balance),
-        "force_final_n": shape.final(user.f_applied, user.time_s, duration),
+        "force_final_n": shape.final(user.f_applied, user.time_s, end_s),
         "force_peak_n": shape.number(np.linalg.norm(user.f_applied, axis=-1).max()),
-        "avatar_force_final_n": shape.final(server.f_s[place], server.time_s, duration)
+        "avatar_force_final_n": shape.final(server.f_s[place], server.time_s, end_s)
         if server is not None and place is not None
         else None,
         "coherency_rms_m": shape.rms(apart[1]) if apart else None,
-        "drift_m": shape.final(apart[1], apart[0], duration) if apart else None,
+        "drift_m": shape.final(apart[1], apart[0], end_s) if apart else None,
         "ticks": len(user.tick),
         "ticks_missing": ticks_missing(user),
         "tick_rate_hz": tick_rate_hz(user),
@@ -106,6 +107,11 @@ def _user(
         "compute_us": shape.percentiles(user.compute_s, 1e6),
         "safety_events": int(user.safety_events),
     }
+
+
+def _end_s(users: Sequence[UserTraces], server: ServerTraces) -> float:
+    """Return when the last user ended; without any, when the server did [s]."""
+    return max((float(user.time_s[-1]) for user in users), default=float(server.time_s[-1]))
 
 
 def _last_balance(balance: energy.UserEnergy | None) -> float | None:

@@ -9,6 +9,7 @@ import numpy as np
 from pmwvc_analysis.judge.energy import Balance, UserEnergy, user_energies
 from pmwvc_analysis.recording.losses import DROPPED, LOST
 from pmwvc_analysis.show import style
+from pmwvc_analysis.show.text import quantity
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import FateTraces, SessionTraces
@@ -25,11 +26,13 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Any:
         note=style.note(traces, scenario),
     )
     colours = style.colours(traces)
+    largest = max(float(np.abs(b.balance_j).max()) for e in balances for _, b, _ in _lines(e))
+    unit, scale = ("J", 1.0) if largest >= 1.0 else ("mJ", 1e3)
     for axes, entry in zip(rows, balances, strict=True):
         for label, balance, dashes in _lines(entry):
             axes.plot(
                 balance.time_s,
-                balance.balance_j * 1e3,
+                balance.balance_j * scale,
                 color=colours[entry.name],
                 ls=dashes,
                 label=label,
@@ -39,10 +42,10 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Any:
                 style.spans(balance.violated, balance.time_s, join_s=0.1),
                 label=f"{label}: more out than in",
             )
-            _mark_minimum(axes, balance)
+            _mark_minimum(axes, balance, scale)
         axes.axhline(0.0, color=style.OBJECT, lw=0.9)
         axes.set_title(entry.name, color=colours[entry.name], fontweight="bold")
-        axes.set_ylabel("balance [mJ]")
+        axes.set_ylabel(f"balance [{unit}]")
         style.legend(axes)
     rows[-1].set_xlabel("time [s]")
     return figure
@@ -54,20 +57,28 @@ def _lines(entry: UserEnergy) -> list[tuple[str, Balance, str]]:
     return [("up", entry.up, "-"), ("down", entry.down, "--")]
 
 
-def _mark_minimum(axes: Any, balance: Balance) -> None:
+def _mark_minimum(axes: Any, balance: Balance, scale: float) -> None:
     if balance.passive or balance.minimum_time_s is None:
         return
-    place = (balance.minimum_time_s, balance.minimum_j * 1e3)
+    place = (balance.minimum_time_s, balance.minimum_j * scale)
     axes.plot(*place, marker="v", color=style.ALARM, ms=7)
-    text = f"{balance.minimum_j * 1e3:.3g} mJ"
     axes.annotate(
-        text, place, xytext=(6, 4), textcoords="offset points", color=style.ALARM, fontsize=9
+        quantity(balance.minimum_j, "J"),
+        place,
+        xytext=(-8, 0),
+        textcoords="offset points",
+        ha="right",
+        va="center",
+        color=style.ALARM,
+        fontsize=9,
+        fontweight="bold",
     )
 
 
 def network(traces: SessionTraces, scenario: Scenario | None) -> Any:
     """Draw the delay of every packet and what became of the others, one row per link."""
-    links = {name: fates for name, fates in sorted(traces.fates.items()) if len(fates.number)}
+    names = sorted(traces.fates, key=lambda name: (name.rpartition("/")[0], name.endswith("down")))
+    links = {name: traces.fates[name] for name in names if len(traces.fates[name].number)}
     if not links:
         return None
     figure, rows = style.canvas(
@@ -160,5 +171,6 @@ def loop(traces: SessionTraces, scenario: Scenario | None) -> Any:
     over_time.legend(
         loc="upper left", bbox_to_anchor=(1.005, 1.02), markerscale=6, borderaxespad=0.0
     )
-    often.legend(loc="upper right")
+    often.legend(loc="upper left")
+    often.set_ylim(0.7, 40.0 * often.get_ylim()[1])  # room for the legend
     return figure

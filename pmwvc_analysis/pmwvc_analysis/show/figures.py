@@ -120,15 +120,10 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Any:
             )
         low, high = axes.get_ylim()
         limit = limits.get(user.name, np.inf)
-        if max(-low, high) > 0.7 * limit:
-            for sign in (-1.0, 1.0):
-                axes.axhline(
-                    sign * limit,
-                    color=style.ALARM,
-                    lw=1.0,
-                    ls=":",
-                    label="limit" if sign > 0 else None,
-                )
+        near = [edge for edge, seen in ((-limit, -low), (limit, high)) if seen > 0.7 * limit]
+        for place, edge in enumerate(near):
+            label = None if place else "limit"
+            axes.axhline(edge, color=style.ALARM, lw=1.0, ls=":", label=label)
         axes.set_title(user.name, color=tint, fontweight="bold")
         axes.set_ylabel("force [N]")
         style.legend(axes)

@@ -135,6 +135,6 @@ def note(traces: SessionTraces, scenario: Scenario | None) -> str:
         parts.append(f"coupling {scenario.server.coupling.replace('_', ' ')}")
     contact = user.contact
     parts += [f"K = {contact.contact_stiffness:g} N/m", f"B = {contact.contact_damping:g} N s/m"]
-    up, down = user.link_up.delay_s * 1e3, user.link_down.delay_s * 1e3
-    parts += [f"delay {up:g}/{down:g} ms", f"seed {scenario.seed}"]
+    ways = [f"{u.link_up.delay_s * 1e3:g}/{u.link_down.delay_s * 1e3:g}" for u in scenario.users]
+    parts += [f"delay {', '.join(dict.fromkeys(ways))} ms", f"seed {scenario.seed}"]
     return " · ".join(parts)

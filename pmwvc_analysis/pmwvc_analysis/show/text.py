@@ -28,10 +28,7 @@ def cell(value: Any, scale: float = 1.0, digits: int = 3) -> str:
         return "yes" if value else "no"
     if isinstance(value, list):
         return ", ".join(cell(entry, scale, digits) for entry in value)
-    if isinstance(value, (int, float)):
-        return (
-            f"{value * scale:.{digits}g}"
-            if isinstance(value, float) or scale != 1.0
-            else str(value)
-        )
+    if isinstance(value, float):
+        number = value * scale
+        return f"{number:.0f}" if abs(number) >= 10**digits else f"{number:.{digits}g}"
     return str(value)
