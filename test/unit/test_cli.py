@@ -139,12 +139,12 @@ def test_a_simulation_is_told_in_words(pmwvc):
 def test_options_reach_the_session(pmwvc, tmp_path):
     result = pmwvc(
         "simulate", "carry_16ms", "--duration", "0.5", "--users", "3", "--out", "short",
-        "--set", "link.delay_s=0.04", "--set", "user2.operator.squeeze=2",
+        "--set", "link.delay_s=0.04", "--set", "user2.operator.squeeze=5",
     )  # fmt: skip
     assert result.returncode == 0, result.stderr
     kept = yaml.safe_load((tmp_path / "short" / "scenario.yaml").read_text("utf-8"))
     assert (kept["users"], kept["duration_s"], kept["link"]["up"]["delay_s"]) == (3, 0.5, 0.04)
-    assert kept["user2"]["operator"]["squeeze"] == 2.0
+    assert kept["user2"]["operator"]["squeeze"] == 5.0
 
 
 def test_the_doctor_looks_at_everything_and_says_how_it_is(pmwvc):
