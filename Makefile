@@ -25,6 +25,9 @@ lint: setup  ## format, lint and type checks
 bench: setup  ## timing of the loop and of the core, with numbers
 	@$(PY) test/bench/run.py
 
+docs: setup  ## docs/parameters.md from the parameters themselves
+	@$(PY) tools/write_reference.py
+
 lock: setup  ## new lock file after editing tools/requirements.in
 	@.venv/bin/uv pip compile -q --system-certs --universal --generate-hashes --no-header \
 		--python-version 3.11 tools/requirements.in -o tools/requirements.txt
@@ -32,4 +35,4 @@ lock: setup  ## new lock file after editing tools/requirements.in
 clean:  ## remove environment, build and caches (sessions stay)
 	rm -rf .venv .ros .hypothesis .pytest_cache .ruff_cache .mypy_cache
 
-.PHONY: help setup run test lint bench lock clean
+.PHONY: help setup run test lint bench docs lock clean

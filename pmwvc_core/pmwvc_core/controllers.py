@@ -1,14 +1,18 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Controllers by name: the one place that knows both the wave controller and its rivals.
+"""Controllers by name: the one place that knows both the wave controller and its rivals."""
 
-Whoever chooses a controller by name imports from here, so that all of them are there.
-"""
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
 
-from pmwvc_core.master.port import MASTERS, MasterController, make_master
-from pmwvc_core.params import MasterParams
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.master.port import MasterController, WaveMaster
+from pmwvc_core.numeric import Value
+from pmwvc_core.params import ContactParams, MasterParams, ServerParams
 from pmwvc_core.rivals.direct import DirectMaster, DirectServer
-from pmwvc_core.server.port import SERVERS, ServerController, make_server
+from pmwvc_core.server.factory import make_seats
+from pmwvc_core.server.port import WaveServer
+from pmwvc_core.server.seats import Seat, ServerController
 
 __all__ = [
     "MASTERS",
@@ -19,10 +23,64 @@ __all__ = [
     "make_server",
 ]
 
+Maker = TypeVar("Maker")
+MASTERS: Mapping[str, Callable[[MasterParams], MasterController]] = {
+    "pmwvc": WaveMaster,
+    "direct": lambda params: DirectMaster(tick_s=params.tick_s),
+}
+SERVERS: Mapping[str, Callable[[ServerParams, Sequence[Seat]], ServerController]] = {
+    "pmwvc": WaveServer,
+    "direct": DirectServer,
+}
 
-def _direct_master(params: MasterParams) -> MasterController:
-    return DirectMaster(tick_s=params.tick_s)
+
+def make_master(controller: str, params: MasterParams) -> MasterController:
+    """Return the master's end of a controller by name, at rest.
+
+    Raises
+    ------
+    ParameterError
+        Naming the controllers there are.
+    """
+    return _known(controller, MASTERS)(params)
 
 
-MASTERS["direct"] = _direct_master
-SERVERS["direct"] = DirectServer
+def make_server(
+    controller: str,
+    server: ServerParams,
+    contacts: Sequence[ContactParams],
+    impedances: Sequence[Value],
+    *,
+    dof: int,
+    sides: Sequence[int],
+) -> ServerController:
+    """Return the server's end of a controller by name, with nobody seated.
+
+    Parameters
+    ----------
+    controller
+        A name in ``SERVERS``.
+    server
+        The environment and its coupling.
+    contacts
+        One per user.
+    impedances
+        Wave impedance of each user's master [N s/m]: used where the contact names none of its own.
+    dof
+        Number of axes.
+    sides
+        -1 (left of the object) or +1 (right), one per user.
+
+    Raises
+    ------
+    ParameterError
+        Naming the controllers there are, or where the numbers of users differ.
+    """
+    make = _known(controller, SERVERS)
+    return make(server, make_seats(server, contacts, impedances, dof=dof, sides=sides))
+
+
+def _known(controller: str, makers: Mapping[str, Maker]) -> Maker:
+    if controller not in makers:
+        raise ParameterError(f"controller = {controller!r}: must be one of {', '.join(makers)}")
+    return makers[controller]

@@ -50,13 +50,7 @@ class MasterSettings:
 
     def make_controller(self, master: MasterParams) -> MasterController:
         """Return a controller at rest."""
-        return make_master(
-            self.controller,
-            master,
-            contact=self.contact,
-            server_period_s=self.period_s,
-            dof=self.dof,
-        )
+        return make_master(self.controller, master)
 
     def make_safety(self, safety: SafetyParams) -> SafetyLimiter:
         """Return the limits, force at zero."""

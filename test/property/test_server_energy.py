@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.server import make_server
 
 stiffnesses = st.one_of(st.just(0.0), st.floats(1e-2, 1e6))
 dampings = st.one_of(st.just(0.0), st.floats(1e-2, 200.0))

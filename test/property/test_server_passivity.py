@@ -7,8 +7,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.server import make_server
 
 
 def port_account(params, contact, waves):

@@ -4,9 +4,9 @@
 
 import pytest
 
+from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COUPLINGS
-from pmwvc_core.server import make_server
 from pmwvc_core.server.cube import Cube
 from pmwvc_core.server.environments import ENVIRONMENTS, Wall, make_environment
 

@@ -7,11 +7,11 @@ import threading
 
 import pytest
 
+from pmwvc_core.controllers import make_master
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.master.client import Client
-from pmwvc_core.master.port import make_master
 from pmwvc_core.master.safety import SafetyLimiter, SafetyState
-from pmwvc_core.params import ContactParams, MasterParams, SafetyParams
+from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.wave.packet import FLAG_LEAVING, Packer
 from pmwvc_core.wave.receiver import Receiver
@@ -82,7 +82,7 @@ class Rig:
         self.device, self.wires, self.now_ns = Device(), Wires(), 0
         self.server = Packer(99, period=FRAME_S)
         client = Client(
-            make_master("pmwvc", master, contact=ContactParams(), server_period_s=FRAME_S, dof=1),
+            make_master("pmwvc", master),
             SafetyLimiter(SafetyParams(), tick_s=0.001, packet_s=FRAME_S),
             inbox=Receiver(1, period_s=FRAME_S, timeout_s=0.03),
             packer=Packer(7, period=master.frame_s),

@@ -12,7 +12,6 @@ from pmwvc_core.controllers import MASTERS, make_master
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master import SafetyLimiter, WaveMaster
 from pmwvc_core.params import (
-    ContactParams,
     DeviceParams,
     FilterParams,
     MasterParams,
@@ -170,9 +169,7 @@ def test_a_batch_is_its_runs_side_by_side():
 
 def test_controllers_are_made_by_name():
     for name in MASTERS:
-        made = make_master(
-            name, MasterParams(), contact=ContactParams(), server_period_s=0.008, dof=1
-        )
+        made = make_master(name, MasterParams())
         made.measure(0.1, 0.0)
         made.receive(0.0)
         made.applied(made.step(0.1, 0.0))
@@ -180,7 +177,7 @@ def test_controllers_are_made_by_name():
         made.silence()
         made.configure(MasterParams(impedance=30.0))
     with pytest.raises(ParameterError, match="controller = 'wave': must be one of pmwvc, direct"):
-        make_master("wave", MasterParams(), contact=ContactParams(), server_period_s=0.008, dof=1)
+        make_master("wave", MasterParams())
 
 
 def test_a_tick_of_hand_device_port_and_limits_keeps_no_memory():

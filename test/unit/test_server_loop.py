@@ -4,10 +4,10 @@
 
 import pytest
 
+from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.plant.task import Task
 from pmwvc_core.runtime.pacing import Tick
-from pmwvc_core.server.port import make_server
 from pmwvc_core.server.service import Presence, Service
 from pmwvc_core.wave.packet import FLAG_LEAVING, Packer
 from pmwvc_core.wave.receiver import Receiver

@@ -3,15 +3,13 @@
 """The client end: wave port, safety limits, and both in one object with receiver and sender."""
 
 from pmwvc_core.master.client import Client
-from pmwvc_core.master.port import MASTERS, MasterController, WaveMaster, make_master
+from pmwvc_core.master.port import MasterController, WaveMaster
 from pmwvc_core.master.safety import SafetyLimiter, SafetyState
 
 __all__ = [
-    "MASTERS",
     "Client",
     "MasterController",
     "SafetyLimiter",
     "SafetyState",
     "WaveMaster",
-    "make_master",
 ]

@@ -21,10 +21,8 @@ Not here: limits (``safety``), packets, time.
 """
 
 import math
-from collections.abc import Callable
 from typing import Protocol
 
-from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import (
     Value,
     absolute,
@@ -37,7 +35,7 @@ from pmwvc_core.numeric import (
     squared,
     where,
 )
-from pmwvc_core.params import ContactParams, MasterParams
+from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.filters import AntiAliasing
 from pmwvc_core.wave.rates import Hold
 from pmwvc_core.wave.transform import decode_master, encode_master
@@ -219,37 +217,3 @@ class WaveMaster:
     def position(self) -> Value:
         """Return the position last measured [m]."""
         return self._x
-
-
-# By the name of the controller; ``controllers`` adds what is built from more than this package.
-MASTERS: dict[str, Callable[[MasterParams], MasterController]] = {"pmwvc": WaveMaster}
-
-
-def make_master(
-    controller: str,
-    params: MasterParams,
-    *,
-    contact: ContactParams,
-    server_period_s: float,
-    dof: int,
-) -> MasterController:
-    """Return the master's end of a controller by name, at rest.
-
-    Parameters
-    ----------
-    controller
-        A name in ``MASTERS``.
-    params
-        The channel.
-    contact, server_period_s, dof
-        What the server was told of this user, its period [s] and the number of axes, for
-        controllers with a model of the other side.
-
-    Raises
-    ------
-    ParameterError
-        Naming the controllers there are.
-    """
-    if controller not in MASTERS:
-        raise ParameterError(f"controller = {controller!r}: must be one of {', '.join(MASTERS)}")
-    return MASTERS[controller](params)

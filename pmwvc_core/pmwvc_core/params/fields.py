@@ -160,7 +160,7 @@ class Validated:
         return found or self.conflicts()
 
     def conflicts(self) -> list[str]:
-        """Return what is wrong between fields that are each right (override where there is any)."""
+        """Return what is wrong between fields that are each right (none unless overridden)."""
         return []
 
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The server end: wave ports, couplings (the algebraic loop), contact laws, the object."""
 
-from pmwvc_core.server.port import SERVERS, ServerController, WaveServer, make_server
+from pmwvc_core.server.port import WaveServer
+from pmwvc_core.server.seats import ServerController
 
-__all__ = ["SERVERS", "ServerController", "WaveServer", "make_server"]
+__all__ = ["ServerController", "WaveServer"]

@@ -111,13 +111,7 @@ class _Seat:
             dof=dof,
         )
         self.client = Client(
-            make_master(
-                scenario.controller,
-                master,
-                contact=contact,
-                server_period_s=server.period_s,
-                dof=dof,
-            ),
+            make_master(scenario.controller, master),
             SafetyLimiter(safety, tick_s=tick_s, packet_s=server.period_s),
             inbox=self.down.receiver,
             packer=Packer(index + 1, period=frame_s),
@@ -139,7 +133,9 @@ class _Seat:
     def tick(self, now_ns: int, tick_s: float) -> dict[str, Value]:
         """Advance hand, controller and device by one tick; return the signals to trace."""
         x, xd = self.device.read()
-        f_h = self.operator.step(x, xd) if self.client.ready() else self.operator.hold()
+        # The hand is in touch with the device itself, not with what its encoder shows.
+        acts = self.client.ready()
+        f_h = self.operator.step(self.device.x, self.device.xd) if acts else self.operator.hold()
         f_applied = self.client.step(x, xd, now_ns)
         self.energy_device = self.energy_device + dot(f_applied, xd) * tick_s
         self.energy_hand = self.energy_hand + dot(f_h, xd) * tick_s

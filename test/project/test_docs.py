@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The documentation names what exists."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+from pmwvc_bringup.scenarios import known
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+
+
+def test_the_parameter_page_is_what_the_parameters_say():
+    spec = importlib.util.spec_from_file_location("page", ROOT / "tools" / "write_reference.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    written = (ROOT / "docs" / "parameters.md").read_text("utf-8")
+    assert written == module.page(), "run make docs"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_between_pages_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)#]+)", page.read_text("utf-8")):
+        if "://" not in target:
+            assert (page.parent / target).exists(), target
+
+
+def test_the_readme_names_every_scenario_and_every_document():
+    text = (ROOT / "README.md").read_text("utf-8")
+    for name in known():
+        assert f"`{name}`" in text
+    for page in (ROOT / "docs").glob("*.md"):
+        assert f"docs/{page.name}" in text
+
+
+def test_every_message_field_is_documented():
+    text = (ROOT / "docs" / "messages.md").read_text("utf-8")
+    for file in (ROOT / "pmwvc_msgs" / "msg").glob("*.msg"):
+        assert f"## {file.stem}" in text
