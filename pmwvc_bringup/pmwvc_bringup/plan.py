@@ -109,6 +109,7 @@ def _server(scenario: Scenario) -> dict[str, Any]:
         "task": scenario.task,
         "safety.timeout_s": max(user.safety.timeout_s for user in scenario.users),
         "safety.release_s": max(user.safety.release_s for user in scenario.users),
+        "safety.soft_start_s": max(user.safety.soft_start_s for user in scenario.users),
     }
     for user in scenario.users:
         found[f"{user.name}.side"] = user.side

@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Protocol
 
-from pmwvc_core.plant.task import Task
+from pmwvc_core.plant.task import ShownTarget
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time
 from pmwvc_core.server.service import Presence, Service
@@ -44,8 +44,8 @@ class ServerLoop:
     ----------
     service
         Receivers, membership, environment and senders.
-    task
-        Where the object is to be brought; its time counts from the moment all users are there.
+    target
+        Where the object is to be brought.
     wires
         The outside.
     period_s
@@ -57,8 +57,6 @@ class ServerLoop:
     ----------
     steps
         Steps made so far.
-    target_m
-        Where the object is to be now, on axis 0 [m].
     changes
         Users whose presence changed, with the new one; another thread takes them out.
     """
@@ -66,27 +64,25 @@ class ServerLoop:
     def __init__(
         self,
         service: Service,
-        task: Task,
+        target: ShownTarget,
         *,
         wires: Wires,
         period_s: float,
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         self.service = service
-        self.task = task
+        self.target = target
         self.wires = wires
         self.period_s = period_s
         self.steps = 0
         self.missed = 0
         self.foreign = 0  # packets of another kind of controller
-        self.target_m = 0.0
         self.health = Health()
         self.report: RealTimeReport | None = None
         self.changes: deque[tuple[int, Presence]] = deque(maxlen=1000)
         self._clock = clock
         self._users = range(len(service.inboxes))
         self._before = list(service.presence)
-        self._together: int | None = None  # step at which all users were first coupled
 
     def run(self, stop: threading.Event) -> None:
         """Step in this thread until ``stop`` is set."""
@@ -110,19 +106,11 @@ class ServerLoop:
             if answer is not None:
                 self.wires.send(user, answer)
         self.steps += 1
-        self._aim()
+        self.target.step(together=self.service.together())
         self._notice()
         compute_ns = self._clock() - tick.woke_ns
         self.health.add(tick.lateness_ns, compute_ns)
         self.wires.publish_trace(self, tick, compute_ns * 1e-9)
-
-    def _aim(self) -> None:
-        """Move the target once all users are there."""
-        presence = self.service.presence
-        if self._together is None and all(p is Presence.COUPLED for p in presence):
-            self._together = self.steps
-        elapsed = 0 if self._together is None else self.steps - self._together
-        self.target_m, _ = self.task.target(elapsed * self.period_s)
 
     def _notice(self) -> None:
         """Note who came, fell silent or left."""

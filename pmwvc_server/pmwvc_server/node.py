@@ -49,7 +49,7 @@ class Server:
         epoch = secrets.randbits(64) or 1
         self.loop = ServerLoop(
             settings.make_service(epoch),
-            settings.make_task(),
+            settings.make_target(),
             wires=RosWires(node, self.names, dof=settings.dof, epoch=epoch),
             period_s=settings.server.period_s,
         )

@@ -22,7 +22,7 @@ from pmwvc_core.params import (
     TaskParams,
     Validated,
 )
-from pmwvc_core.plant.task import Task
+from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
 from pmwvc_core.server.service import Service
 from pmwvc_core.simulation.scenario import DEFAULTS, SIDE, TOP
@@ -55,10 +55,11 @@ class PortParams(Validated):
 
 @dataclass(frozen=True)
 class WatchdogParams(Validated):
-    """When a user counts as silent, and as gone: the same times as at the masters."""
+    """When a user counts as silent, as gone, and begins to act: the same times as at the masters."""
 
     timeout_s: float = _same_as(SafetyParams, "timeout_s")
     release_s: float = _same_as(SafetyParams, "release_s")
+    soft_start_s: float = _same_as(SafetyParams, "soft_start_s")
 
 
 @dataclass(frozen=True)
@@ -113,9 +114,13 @@ class ServerSettings:
             release_s=self.watchdog.release_s,
         )
 
-    def make_task(self) -> Task:
-        """Return the task whose target is shown."""
-        return Task(self.task)
+    def make_target(self) -> ShownTarget:
+        """Return the target of the task."""
+        return ShownTarget(
+            Task(self.task),
+            period_s=self.server.period_s,
+            soft_start_s=self.watchdog.soft_start_s,
+        )
 
 
 def declare_settings(node: Node) -> ServerSettings:

@@ -56,7 +56,7 @@ class RosWires:
     def publish_trace(self, loop: ServerLoop, tick: Tick, compute_s: float) -> None:
         """Publish the step just made."""
         server = loop.service.server
-        target = [loop.target_m, *[0.0] * (self._dof - 1)]
+        target = [loop.target.position_m, *[0.0] * (self._dof - 1)]
         self._trace.publish(
             messages.server_trace(
                 self._types,

@@ -6,7 +6,7 @@ import pytest
 
 from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams, TaskParams
-from pmwvc_core.plant.task import Task
+from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.server.service import Presence, Service
 from pmwvc_core.wave.packet import FLAG_LEAVING, Packer
@@ -15,6 +15,7 @@ from pmwvc_server.loop import ServerLoop
 
 PERIOD_S = 0.008
 PERIOD_NS = 8_000_000
+SOFT_START_S = 0.16
 TASK = TaskParams(kind="carry", move_s=0.0, move_rise_s=1.0, distance_m=0.05)
 
 
@@ -42,9 +43,7 @@ class Rig:
     def __init__(self):
         self.wires, self.now_ns, self.grid = Wires(2), 0, 0
         contacts = [ContactParams(contact="bilateral")] * 2
-        server = make_server(
-            "pmwvc", ServerParams(), contacts, [25.0, 25.0], dof=1, sides=[-1, 1]
-        )
+        server = make_server("pmwvc", ServerParams(), contacts, [25.0, 25.0], dof=1, sides=[-1, 1])
         service = Service(
             server,
             inboxes=[Receiver(1, period_s=PERIOD_S, timeout_s=0.03) for _ in range(2)],
@@ -52,7 +51,11 @@ class Rig:
         )
         self.masters = [Packer(epoch, period=PERIOD_S) for epoch in (1, 2)]
         self.loop = ServerLoop(
-            service, Task(TASK), wires=self.wires, period_s=PERIOD_S, clock=lambda: self.now_ns
+            service,
+            ShownTarget(Task(TASK), period_s=PERIOD_S, soft_start_s=SOFT_START_S),
+            wires=self.wires,
+            period_s=PERIOD_S,
+            clock=lambda: self.now_ns,
         )
 
     def send(self, user, wave=0.0, *, flags=0):
@@ -152,7 +155,9 @@ def test_who_comes_and_goes_is_told_in_order():
 def test_the_target_rests_until_all_are_there():
     rig = Rig()
     rig.step(0, times=200)
-    assert rig.loop.target_m == 0.0
+    assert rig.loop.target.position_m == 0.0
     rig.step(0, 1, times=1 + round(0.5 / PERIOD_S))
-    elapsed_s = round(0.5 / PERIOD_S) * PERIOD_S
-    assert rig.loop.target_m == Task(TASK).target(elapsed_s)[0] > 0.0
+    moving_s = round(0.5 / PERIOD_S) * PERIOD_S - SOFT_START_S
+    expected = Task(TASK).target(moving_s)[0]
+    assert rig.loop.target.position_m == pytest.approx(expected, rel=1e-9)
+    assert expected > 0.0

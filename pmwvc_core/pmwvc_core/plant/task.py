@@ -51,3 +51,36 @@ class Task:
             return 0.0, 0.0
         share, slope = minimum_jerk((time_s - self.params.grip_s) / self.params.grip_rise_s)
         return share, slope / self.params.grip_rise_s
+
+
+class ShownTarget:
+    """The target as the server shows it.
+
+    The hands begin once the force is there (``master.client``), so the target begins when all users
+    have been together for the length of the soft start.
+
+    Parameters
+    ----------
+    task
+        Where the target is to be.
+    period_s
+        Time step of the server [s].
+    soft_start_s
+        How long the masters take until their hands begin [s].
+    """
+
+    def __init__(self, task: Task, *, period_s: float, soft_start_s: float) -> None:
+        self.position_m = 0.0
+        self._task = task
+        self._period_s = period_s
+        self._time_s: float | None = None
+        self._soft_start_s = soft_start_s
+
+    def step(self, *, together: bool) -> float:
+        """Return the position [m] for a step, told whether all users are there now."""
+        if self._time_s is not None:
+            self._time_s += self._period_s
+        elif together:
+            self._time_s = -self._soft_start_s
+        self.position_m = 0.0 if self._time_s is None else self._task.target(self._time_s)[0]
+        return self.position_m

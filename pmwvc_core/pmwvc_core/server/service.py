@@ -78,6 +78,10 @@ class Service:
             self.server.leave(user)
         self.presence[user] = Presence.ABSENT
 
+    def together(self) -> bool:
+        """Tell whether every user is there."""
+        return all(presence is Presence.COUPLED for presence in self.presence)
+
     def step(self, now_ns: int) -> list[WavePacket | None]:
         """Advance the environment by its period; return each user's answer (None for an absent
         one).

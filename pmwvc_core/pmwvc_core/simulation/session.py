@@ -24,7 +24,7 @@ from pmwvc_core.numeric import Value, dot
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.plant.operators import make_operator
-from pmwvc_core.plant.task import Task
+from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.server.service import Service
 from pmwvc_core.simulation.buffers import (
     ServerBuffer,
@@ -166,7 +166,11 @@ class SessionBatch:
         self.seats = [
             _Seat([s.users[i] for s in scenarios], scenarios, i) for i in range(len(first.users))
         ]
-        self.task = Task(first.task)
+        self.target = ShownTarget(
+            Task(first.task),
+            period_s=first.server.period_s,
+            soft_start_s=max(user.safety.soft_start_s for user in first.users),
+        )
         server = make_server(
             first.controller,
             stack([s.server for s in scenarios]),
@@ -222,7 +226,7 @@ class SessionBatch:
             for seat, packet in zip(self.seats, self.service.step(now_ns), strict=True):
                 if packet is not None:
                     seat.down.send(packet, now_ns)
-            target, _ = self.task.target(now_ns * 1e-9)
+            target = self.target.step(together=self.service.together())
             step = tick // self.server_ticks
             self.server_buffer.write(step, self.service.server, self.service.presence, target)
         for seat in self.seats:
