@@ -1,0 +1,162 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The recorder as a process of its own; the test publishes a session's topics."""
+
+import signal
+
+import pytest
+import yaml
+from processes import NodeProcess, ros
+
+from pmwvc_analysis.recording.mcap_check import check_file
+from pmwvc_analysis.recording.reader import read_session
+from pmwvc_analysis.recording.recover import Salvage, messages
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.runtime import messages as build
+from pmwvc_core.wave.packet import WavePacket
+from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
+
+pytestmark = pytest.mark.integration
+MODULE = "pmwvc_analysis.recorder_node"
+TYPES = build.live_types()
+UP = "/user1/wave_up"
+
+
+class Session:
+    """Publishers on every topic of one user without an emulated network."""
+
+    def __init__(self, peer):
+        self.peer = peer
+        self.waves = {t: peer.publisher(Wave, t) for t in (UP, "/user1/wave_down")}
+        self.trace = peer.publisher(MasterTrace, "/user1/trace", reliable=True)
+        self.server = peer.publisher(ServerTrace, "/server/trace", reliable=True)
+        self.sent = 0
+
+    def send(self, count, *, skip=()):
+        """Publish waves, numbered on; those in ``skip`` are left out."""
+        for _ in range(count):
+            self.sent += 1
+            if self.sent not in skip:
+                packet = WavePacket(9, self.sent, 8 * self.sent, 0.008, 0.5, 0.1, 0.2, 0.3)
+                self.waves[UP].publish(build.wave(TYPES, packet, 8_000_000 * self.sent))
+
+    def in_file(self, folder, count):
+        """Wait until the recorder has flushed so many messages."""
+
+        def flushed():
+            path = folder / "metadata.yaml"
+            if not path.is_file():
+                return False
+            content = yaml.safe_load(path.read_text())["rosbag2_bagfile_information"]
+            return content["message_count"] >= count
+
+        self.peer.until(flushed)
+
+
+def recorder(place, **parameters):
+    values = {"folder": str(place), "users": ["user1"], "netem": False, "people": False}
+    return NodeProcess(MODULE, values | parameters)
+
+
+def recorded(folder):
+    salvage = Salvage()
+    return list(messages(folder / "session.mcap", salvage)), salvage
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_everything_published_is_recorded(tmp_path, number):
+    folder = tmp_path / "a"
+    with ros() as peer, recorder(folder) as process:
+        session = Session(peer)
+        process.await_output("^ready$")
+        session.send(200)
+        session.in_file(folder, 200)
+        assert process.stop(number) == 0
+        assert process.output == "ready"
+    found, salvage = recorded(folder)
+    assert [message.topic for message in found] == [UP] * 200
+    assert [message.log_ns for message in found] == sorted(m.log_ns for m in found)
+    assert salvage.metadata["session"] == {"source": "live"}
+    assert salvage.metadata["losses"][UP] == "200 messages, 0 numbers missing, 0 not queued"
+    assert check_file(folder / "session.mcap").whole
+    traces = read_session(folder)
+    assert traces.packets[UP].seq.tolist() == list(range(1, 201))
+    assert traces.counts["/server/trace"] == {"messages": 0, "missing": 0}
+
+
+def test_it_is_not_ready_before_every_topic_has_a_publisher(tmp_path):
+    with ros() as peer, recorder(tmp_path / "a") as process:
+        publisher = peer.publisher(Wave, UP)
+        peer.until(publisher.get_subscription_count)
+        assert process.lines == []
+        Session(peer)
+        process.await_output("^ready$")
+
+
+def test_what_is_missing_is_said_at_the_end(tmp_path):
+    with ros() as peer, recorder(tmp_path / "a") as process:
+        session = Session(peer)
+        process.await_output("^ready$")
+        session.send(20, skip=(7, 8, 12))
+        session.in_file(tmp_path / "a", 17)
+        assert process.stop() == 0
+        assert "/user1/wave_up: 3 of 20 missing" in process.output
+
+
+def test_a_killed_recorder_leaves_what_it_flushed(tmp_path):
+    folder = tmp_path / "a"
+    with ros() as peer, recorder(folder) as process:
+        session = Session(peer)
+        process.await_output("^ready$")
+        session.send(100)
+        session.in_file(folder, 100)
+        assert process.stop(signal.SIGKILL) == -signal.SIGKILL
+    found, salvage = recorded(folder)
+    assert len(found) == 100
+    assert salvage.end is not None
+    assert any("ends early" in event["what"] for event in read_session(folder).events)
+
+
+def test_a_full_disk_is_reported_and_the_recorder_stays(tmp_path):
+    folder = tmp_path / "a"
+    with ros() as peer, recorder(folder, reserve_mib=2**40) as process:
+        session = Session(peer)
+        process.await_output("^ready$")
+        session.send(10)
+        assert process.process.poll() is None
+        assert process.stop() == 0
+        assert "are kept free" in process.output
+    assert check_file(folder / "session.mcap").whole
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"folder": ""}, "folder is empty"),
+        ({"users": ["user 1"]}, "users = 'user 1'"),
+        ({"reserve_mib": -1}, "reserve_mib = -1"),
+        ({"folders": "x"}, "folders"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused_in_one_line(tmp_path, parameters, words):
+    with recorder(tmp_path / "a", **parameters) as process:
+        assert process.wait() == 2
+        assert words in process.output
+        assert len(process.lines) == 1
+
+
+def test_a_recording_is_never_overwritten(tmp_path):
+    (tmp_path / "session.mcap").write_bytes(b"something")
+    with recorder(tmp_path) as process:
+        assert process.wait() == 2
+        assert "never overwritten" in process.output
+    assert (tmp_path / "session.mcap").read_bytes() == b"something"
+
+
+def test_a_session_without_messages_says_so(tmp_path):
+    with ros() as peer, recorder(tmp_path / "a") as process:
+        Session(peer)
+        process.await_output("^ready$")
+        assert process.stop() == 0
+    with pytest.raises(RecordingError, match="holds no message of a session"):
+        read_session(tmp_path / "a")
