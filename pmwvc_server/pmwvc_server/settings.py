@@ -55,7 +55,7 @@ class PortParams(Validated):
 
 @dataclass(frozen=True)
 class WatchdogParams(Validated):
-    """When a user counts as silent, as gone, and begins to act: the same times as at the masters."""
+    """When a user counts as silent, as gone, and begins to act: the times of the masters."""
 
     timeout_s: float = _same_as(SafetyParams, "timeout_s")
     release_s: float = _same_as(SafetyParams, "release_s")

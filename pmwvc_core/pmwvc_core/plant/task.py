@@ -56,8 +56,8 @@ class Task:
 class ShownTarget:
     """The target as the server shows it.
 
-    The hands begin once the force is there (``master.client``), so the target begins when all users
-    have been together for the length of the soft start.
+    The hands begin once the force is there (``master.client``), so the target begins when all
+    users have been together for the length of the soft start.
 
     Parameters
     ----------
