@@ -105,7 +105,7 @@ class MasterLoop:
         self._clock = clock
         self._block = Block(rate_drop, dof)
         self._done = Block(rate_drop, dof)
-        self._first: int | None = None
+        self._first = -1  # grid number of the first tick
         self._frame = -1
         self._answered = False
         self._coupled = False
@@ -136,7 +136,7 @@ class MasterLoop:
     def tick(self, tick: Tick) -> None:
         """Run one tick of the grid."""
         frame, place = divmod(tick.grid, self.ticks)
-        if self._first is None:
+        if self._first < 0:
             if place:
                 return  # begin with a whole frame
             self._first = tick.grid

@@ -82,10 +82,10 @@ class RosWires:
                 first_tick=block.first_tick,
                 period=loop.tick_s,
                 dof=self._dof,
-                state=safety.state,
-                reason=safety.reason,
+                state=int(safety.state),
+                reason=str(safety.reason),
                 missed=loop.missed,
-                safety_events=safety.events,
+                safety_events=int(safety.events),
                 hand_force_known=self._hand_force_known,
                 energy=energy,
             )

@@ -38,6 +38,7 @@ def master(peer, **parameters):
     waves = peer.collect(Wave, "/user1/wave_up")
     with NodeProcess(MODULE, values, arguments=USER) as process:
         peer.until(lambda: (blocks and waves) or process.process.poll() is not None)
+        assert process.process.poll() is None, process.output
         yield process, blocks, waves
 
 
@@ -210,6 +211,40 @@ def test_a_paused_master_waits_for_the_start():
             assert response.success
             first = peer.until(lambda: waves)[0]
             assert first.seq <= 2
+
+
+def test_a_runaway_device_is_left_without_force_until_rearmed():
+    with ros() as peer:
+        poses = peer.node.create_publisher(PoseStamped, "/user1/device/measured_cp", WAVE_QOS)
+        twists = peer.node.create_publisher(TwistStamped, "/user1/device/measured_cv", WAVE_QOS)
+        with master(peer, device__plugin="ros_topic") as (_, blocks, waves):
+            server = Server(peer)
+            peer.until(lambda: poses.get_subscription_count() and twists.get_subscription_count())
+
+            def move_until(condition, velocity):
+                """One sample of the device and one answer per packet, until it is so."""
+                while not condition():
+                    waves.clear()
+                    peer.until(lambda: waves)
+                    twist = TwistStamped()
+                    twist.twist.linear.x = velocity
+                    twists.publish(twist)
+                    poses.publish(PoseStamped())
+                    server.answer()
+
+            def state_is(wanted):
+                return lambda: blocks[-1].state == wanted
+
+            move_until(state_is(MasterTrace.COUPLED), 0.02)
+            assert blocks[-1].f_applied[-1] == pytest.approx(25.0 * 0.02, rel=0.05)
+            move_until(state_is(MasterTrace.FAULT), 2.0)
+            move_until(lambda: not signal(blocks[-3:], "f_applied").any(), 0.02)
+            assert blocks[-1].state == MasterTrace.FAULT
+            assert peer.call(Trigger, "/user1/master/rearm", Trigger.Request()).success
+            count = len(blocks)
+            move_until(state_is(MasterTrace.COUPLED), 0.02)
+            force = signal(blocks[count:], "f_applied")
+            assert np.abs(np.diff(force)).max() <= STEP_N
 
 
 def test_a_device_behind_topics_gets_force_only_while_its_pose_is_fresh():

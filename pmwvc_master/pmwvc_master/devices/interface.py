@@ -9,7 +9,7 @@ stands between controller and device, the same for all devices. Vendor libraries
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal, Protocol, TypeAlias
 
 from pmwvc_core.numeric import Value
@@ -42,13 +42,13 @@ class DeviceSample:
     """What a device senses at one tick.
 
     ``valid`` is False where position or velocity cannot be trusted (nothing came, or too long
-    ago): the loop then asks for no force. ``f_h`` is the hand's force on the device, NaN where
-    it is not known.
+    ago): the loop then asks for no force. ``f_h`` is the hand's force on the device, zero where
+    ``hand_force_known`` is False.
     """
 
     x: Value = 0.0  # [m]
     xd: Value = 0.0  # [m/s]
-    f_h: Value = field(default=float("nan"))  # [N]
+    f_h: Value = 0.0  # [N]
     valid: bool = True
 
 

@@ -41,9 +41,8 @@ class RosTopicDevice:
         self._node = setup.node
         self._axes = _AXES[: setup.dof]
         self._zero = signal([0.0] * setup.dof, setup.dof)
-        unknown = signal([float("nan")] * setup.dof, setup.dof)
         start = signal([setup.start_m, *[0.0] * (setup.dof - 1)], setup.dof)
-        self._sample = DeviceSample(x=start, xd=self._zero, f_h=unknown, valid=False)
+        self._sample = DeviceSample(x=start, xd=self._zero, f_h=self._zero, valid=False)
         self._pose_ns: int | None = None
         self._stamp_ns = 0
         self._twist_ns: int | None = None

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What server and master make of the parameters they were given."""
+
+import contextlib
+
+import pytest
+from processes import ros
+from rclpy.parameter import Parameter
+
+from pmwvc_bringup import plan
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import ContactParams, MasterParams
+from pmwvc_core.runtime.parameter_values import values_of
+from pmwvc_core.runtime.parameters import refuse_unknown
+from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_master.settings import declare_settings as declare_master
+from pmwvc_server.settings import declare_settings as declare_server
+
+pytestmark = [pytest.mark.integration]
+
+SCENARIO = {
+    "name": "unequal",
+    "duration_s": 1.0,
+    "controller": "pmwvc",
+    "users": 3,
+    "master": {"impedance": 20.0},
+    "server": {"contact_stiffness": 700.0, "gap_m": 0.01, "object_size_m": 0.08},
+    "user2": {"master": {"impedance": 40.0, "rate_drop": 10}, "server": {"impedance": 30.0}},
+    "user3": {"server": {"contact_stiffness": 900.0}, "side": -1},
+}
+
+
+@contextlib.contextmanager
+def node(parameters):
+    """A node that was given parameters, as the session runner writes them."""
+    overrides = []
+    for name, value in parameters.items():
+        flat = values_of(name, value) if hasattr(value, "__dataclass_fields__") else {name: value}
+        overrides += [Parameter(n, value=v) for n, v in flat.items() if v != [] and v is not None]
+    options = {"automatically_declare_parameters_from_overrides": True}
+    with ros(parameter_overrides=overrides, **options) as peer:
+        yield peer.node
+
+
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory):
+    """The nodes the session runner would start."""
+    scenario = parse_scenario(SCENARIO)
+    nodes = plan.nodes(scenario, folder=tmp_path_factory.mktemp("session"), paused=False)
+    return scenario, {node.file_name: dict(node.parameters) for node in nodes}
+
+
+def test_the_server_knows_every_user_as_the_scenario_does(planned):
+    scenario, parameters = planned
+    parameters["server"].pop("start.paused")
+    with node(parameters["server"]) as given:
+        settings = declare_server(given)
+        refuse_unknown(given)
+    assert settings.server == scenario.server
+    assert settings.task == scenario.task
+    for user, wanted in zip(settings.users, scenario.users, strict=True):
+        assert user.name == wanted.name
+        assert user.side == wanted.side
+        assert user.contact == wanted.contact
+        assert user.impedance == wanted.server_impedance
+        assert user.port.frame_s == wanted.master.frame_s
+    assert [user.impedance for user in settings.users] == [20.0, 30.0, 20.0]
+
+
+def test_a_master_knows_its_user_as_the_scenario_does(planned):
+    scenario, parameters = planned
+    for wanted in scenario.users:
+        values = {k: v for k, v in parameters[wanted.name].items() if k != "start.paused"}
+        with node(values) as given:
+            settings = declare_master(given, lambda _: None, lambda _: None)
+            refuse_unknown(given)
+        assert settings.master == wanted.master
+        assert settings.contact == wanted.contact
+        assert settings.device == wanted.device
+        assert settings.operator == wanted.operator
+        setup = settings.device_setup(None)
+        assert setup.start_m == pytest.approx(wanted.side * (0.04 + 0.01))
+        assert setup.half_width_m == pytest.approx(0.04)
+
+
+def test_at_the_server_a_user_has_what_all_have_until_told_otherwise():
+    values = {
+        "users": ["anna", "ben"],
+        "server.contact_stiffness": 700.0,
+        "master.impedance": 20.0,
+        "ben.server.contact_stiffness": 900.0,
+        "ben.master.impedance": 40.0,
+    }
+    with node(values) as given:
+        anna, ben = declare_server(given).users
+    assert anna.contact == ContactParams(contact_stiffness=700.0)
+    assert ben.contact == ContactParams(contact_stiffness=900.0)
+    assert (anna.impedance, ben.impedance) == (20.0, 40.0)
+    assert (anna.side, ben.side) == (-1, 1)
+    assert anna.port.rate_drop == MasterParams().rate_drop
+
+
+@pytest.mark.parametrize(
+    ("values", "text"),
+    [
+        ({"user1.side": 0}, r"user1.side = 0: must be -1 or 1"),
+        ({"user2.server.contact_damping": -1.0}, r"user2.server.contact_damping = -1.0"),
+        ({"user2.master.rate_drop": 0}, r"user2.master.rate_drop = 0"),
+    ],
+)
+def test_a_wrong_value_is_named_with_its_user(values, text):
+    with node(values) as given, pytest.raises(ParameterError, match=text):
+        declare_server(given)
