@@ -25,7 +25,7 @@ lint: setup  ## format, lint and type checks
 bench: setup  ## timing of the loop and of the core, with numbers
 	@$(PY) test/bench/run.py
 
-docs: setup  ## docs/parameters.md from the parameters themselves
+docs: setup  ## reference pages from their sources
 	@$(PY) tools/write_reference.py
 
 lock: setup  ## new lock file after editing tools/requirements.in

@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Write ``docs/parameters.md`` from the parameter dataclasses: ``make docs``."""
+"""Write ``docs/parameters.md`` and ``docs/messages.md`` from their sources: ``make docs``."""
 
 from pathlib import Path
 
 from pmwvc_core.runtime.reference import docs_table, reference_page
 from pmwvc_core.simulation.scenario import DEFAULTS, SHARED_GROUPS, TOP, USER_GROUPS
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "parameters.md"
-HEAD = """# Parameters
+ROOT = Path(__file__).resolve().parents[1]
+
+PARAMETERS_HEAD = """# Parameters
 
 Dotted names, used alike in scenario files, `--set`, ROS parameters and reports. `user2.` in front of a name of the
 second part means that user only; `link.delay_s` (directly below `link`) means both directions. This page is written
@@ -17,20 +18,83 @@ by `make docs`.
 
 ## What all users share
 """
-EACH = """
+EACH_USER = """
 ## What each user has for itself
 
 `side` (`user1.side`): -1 or 1, the side of the object a user is on; -1 pushes towards +x. Users alternate by default.
 """
+MESSAGES_HEAD = """# Topics and messages
+
+One namespace per user; names inside a node are relative. The second part of this page is written by `make docs` from
+`pmwvc_msgs/msg`.
+
+| topic | type | from | to | quality of service |
+|---|---|---|---|---|
+| `/user1/wave_up` | Wave | master | netem | best effort, keep last 10, volatile |
+| `/server/user1/wave_up` | Wave | netem | server | same |
+| `/server/user1/wave_down` | Wave | server | netem | same |
+| `/user1/wave_down` | Wave | netem | master | same |
+| `/user1/trace` | MasterTrace | master | recorder, viewers | reliable, keep last 256 |
+| `/server/trace` | ServerTrace | server | recorder, viewers | same |
+| `/netem/links` | LinkState | netem | recorder, viewers | same |
+| `/netem/fates` | PacketFate | netem | recorder | same |
+| `/user1/measured_cv`, `/user1/measured_cf` | TwistStamped, WrenchStamped | master | viewers | best effort, packet rate |
+| `/markers` | MarkerArray (frame `world`, 30 Hz) | server | RViz, Foxglove | reliable |
+| `/diagnostics` | DiagnosticArray (1 Hz) | all | people | reliable |
+
+With the device plug-in `ros_topic` a master also reads `/user1/device/measured_cp` (PoseStamped) and, where there is
+one, `/user1/device/measured_cv` (TwistStamped), and writes `/user1/device/servo_cf` (WrenchStamped) every tick.
+
+Without the emulator the two sides are joined by remapping: start the server with
+`-r /server/user1/wave_up:=/user1/wave_up -r /server/user1/wave_down:=/user1/wave_down`.
+
+| service | type | node | what it does |
+|---|---|---|---|
+| `~/start` | std_srvs/Trigger | master, server, netem | begin, where `start.paused` is true |
+| `~/rearm` | std_srvs/Trigger | master | leave the fault state; the force starts from zero |
+
+A best-effort publisher and a reliable subscriber do not connect, silently: subscribe to waves with best effort.
+"""
 
 
-def page() -> str:
-    """Return the text of the reference page."""
+def parameters_page() -> str:
+    """Return the text of the parameter page."""
     shared = {prefix: kind for prefix, (_, kind) in SHARED_GROUPS.items()}
     each = {prefix: kind for prefix, (_, kind) in USER_GROUPS.items()}
-    parts = [HEAD, docs_table(TOP, DEFAULTS), reference_page(shared), EACH, reference_page(each)]
+    return _joined(
+        PARAMETERS_HEAD,
+        docs_table(TOP, DEFAULTS),
+        reference_page(shared),
+        EACH_USER,
+        reference_page(each),
+    )
+
+
+def messages_page() -> str:
+    """Return the text of the page on topics and messages."""
+    files = sorted((ROOT / "pmwvc_msgs" / "msg").glob("*.msg"))
+    return _joined(MESSAGES_HEAD, *(_message(file) for file in files))
+
+
+def _message(file: Path) -> str:
+    head, rows = [], []
+    for line in file.read_text("utf-8").splitlines():
+        field, _, comment = line.partition("#")
+        if not field.strip():
+            head += [comment.strip()] if "SPDX" not in comment else []
+        else:
+            kind, name = field.split(maxsplit=1)
+            rows.append(f"| `{name.strip()}` | {kind} | {comment.strip().replace('|', chr(92) + '|')} |")
+    text = " ".join(part for part in head if part)
+    return "\n".join([f"## {file.stem}", "", text, "", "| field | type | |", "|---|---|---|", *rows])
+
+
+def _joined(*parts: str) -> str:
     return "\n".join(part.strip("\n") + "\n" for part in parts)
 
 
+PAGES = {"parameters.md": parameters_page, "messages.md": messages_page}
+
 if __name__ == "__main__":
-    PAGE.write_text(page(), "utf-8")
+    for name, page in PAGES.items():
+        (ROOT / "docs" / name).write_text(page(), "utf-8")
