@@ -29,9 +29,8 @@ from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_
 from pmwvc_core.wave.packet import FLAG_DIRECT, WavePacket
 from pmwvc_master.devices import DeviceSample, HapticDevice
 
-ANSWER_S = (
-    0.004  # after the frame start: the server's step at 2 ms and two ways through a relay fit
-)
+# After the frame start: the server's step at 2 ms and two ways through a relay fit in.
+ANSWER_S = 0.004
 PRIORITY = 20
 
 
