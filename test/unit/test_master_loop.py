@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """When the force loop does what, on an invented grid: no clock, no ROS."""
 
+import math
 import sys
 import threading
 
@@ -226,25 +227,25 @@ def test_a_device_that_fails_is_set_to_zero_and_the_server_told(monkeypatch):
 
 def test_a_device_that_senses_nothing_is_given_no_force():
     rig = Rig()
-    rig.answer()
+    rig.answer(-0.05)
     rig.ticks(*range(8, 40))
     assert rig.device.forces[-1] != 0.0
     rig.device.sample.valid = False
     rig.device.sample.xd = float("nan")
     for grid in range(40, 64):
-        rig.answer()
+        rig.answer(-0.05)
         rig.tick(grid)
     assert rig.device.forces[-1] == 0.0
     rig.device.sample.valid = True
     rig.device.sample.xd = 0.02
     before = 0.0
     for grid in range(64, 600):
-        rig.answer()
+        rig.answer(-0.05)
         rig.tick(grid)
         force = rig.device.forces[-1]
         assert abs(force - before) <= SafetyParams().max_slew * 0.001 + 1e-9
         before = force
-    assert before == pytest.approx(25.0 * 0.02, rel=1e-2)
+    assert before == pytest.approx(25.0 * 0.02 + math.sqrt(50.0) * 0.05, rel=1e-2)
 
 
 def test_a_running_loop_keeps_no_memory():
