@@ -115,6 +115,20 @@ def test_a_changed_bit_anywhere_is_found(data, share, bit):
     assert not check_bytes(bytes(changed)).whole
 
 
+@settings(max_examples=100)
+@given(share=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
+def test_a_changed_bit_never_gives_back_a_wrong_message(data, tmp_path_factory, share, bit):
+    path = tmp_path_factory.getbasetemp() / "whole.mcap"
+    path.write_bytes(data)
+    originals = [message.data for message in messages(path, Salvage())]
+    ends = [8, *(end for end, _ in whole_chunks(data))]
+    changed = bytearray(data)
+    changed[int(ends[0] + share * (ends[-1] - ends[0]))] ^= 1 << bit  # somewhere in the chunks
+    path.write_bytes(changed)
+    found = [message.data for message in messages(path, Salvage())]
+    assert found == originals[: len(found)]
+
+
 def test_the_file_itself_is_whole(data):
     structure = check_bytes(data)
     assert structure.problems == []

@@ -85,6 +85,14 @@ DAMAGE = {
         (mcap.CHUNK_INDEX, 0, P + 38, "<Q", 3),
         "names wrong message indexes",
     ),
+    "chunk index: length of indexes": (
+        (mcap.CHUNK_INDEX, 0, P + 56, "<Q", 3),
+        "names a wrong length of indexes",
+    ),
+    "message index: gone": (
+        (mcap.MESSAGE_INDEX, 1, 0, "<B", 0x81),
+        "has messages that no index names",
+    ),
     "message index: time": ((mcap.MESSAGE_INDEX, 0, P + 6, "<Q", 3), "does not fit its chunk"),
     "message index: offset": ((mcap.MESSAGE_INDEX, 1, P + 14, "<Q", 3), "does not fit its chunk"),
     "message index: channel": ((mcap.MESSAGE_INDEX, 0, P, "<H", 9), "does not fit its chunk"),

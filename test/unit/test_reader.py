@@ -145,7 +145,7 @@ def test_a_hand_that_is_not_known_is_not_a_number(folder, tmp_path):
 
 
 def test_energies_go_on_when_a_master_starts_again(folder, tmp_path):
-    half = 60
+    half = 100  # blocks, while the force rises
 
     def restarted(topic, message):
         if topic == "/user1/trace" and message.seq > half:
@@ -219,14 +219,16 @@ def test_what_the_runner_noted_is_on_the_time_line_of_the_session(folder, tmp_pa
     assert event["who"] == "server"
 
 
-def test_a_clock_that_is_set_does_not_bend_the_time_line(folder, tmp_path):
+@pytest.mark.parametrize(("seconds", "blocks"), [(3600, range(101, 126)), (-3600, range(5, 9))])
+def test_a_clock_that_is_set_does_not_bend_the_time_line(folder, tmp_path, seconds, blocks):
     def stepped(topic, message):
-        if topic == "/user1/trace" and message.seq > 100:
-            message.stamp.sec += 3600
+        if topic == "/user1/trace" and message.seq in blocks:
+            message.stamp.sec += seconds
         return message
 
     found = read_session(rewritten(raw(folder), tmp_path / "b", stepped))
-    np.testing.assert_allclose(np.diff(found.users[0].time_s), 0.001, atol=1e-9)
+    np.testing.assert_allclose(found.users[0].time_s, np.arange(1000) * 0.001, atol=1e-6)
+    assert found.server.time_s[0] == pytest.approx(0.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("what", ["nothing", "no messages", "no such folder"])

@@ -94,8 +94,10 @@ def test_an_oscillation_counts_from_a_millimetre_per_second(hertz, share, instab
 
 
 def test_an_oscillation_that_dies_out_is_stable():
-    traces = oscillating(session(), rms_m_s=5e-3, hertz=10.0, rate_per_s=-1.0)
-    assert judged(traces)["stable"]
+    dying = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-1.0)
+    lasting = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-0.1)
+    assert judged(dying)["stable"]
+    assert not judged(lasting)["stable"]
 
 
 def test_a_burst_is_stable():
@@ -189,8 +191,11 @@ def test_packets_are_counted_by_their_fates():
     fates.fate[30] = 3
     fates.time_out_ns[30] = 0
     fates.time_out_ns[50] += 20_000_000  # overtaken by the two behind it
+    fates.fate[60] = 2  # a copy of the one before
+    fates.seq[60] = fates.seq[59]
     link = next(x for x in judged(traces)["links"] if x["name"] == "user1/up")
-    assert (link["sent"], link["lost"], link["dropped"]) == (500, 10, 1)
+    assert (link["sent"], link["lost"], link["dropped"]) == (499, 10, 1)
+    assert (link["received"], link["duplicated"]) == (487, 1)
     assert link["reordered"] == 1
     assert link["delay_s"]["max"] == pytest.approx(0.036)
 
