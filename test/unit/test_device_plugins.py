@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Devices by name: what is installed, and what is said of one that cannot be used."""
 
+import re
 import sys
 import types
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import pytest
 
@@ -109,3 +111,17 @@ def test_a_device_of_other_axes_is_refused(lab):
 def test_the_ros_device_needs_a_node():
     with pytest.raises(DeviceError, match="needs a ROS node"):
         plugins.make_device("ros_topic", setup())
+
+
+def test_the_device_of_the_documentation_works(lab):
+    text = (Path(__file__).resolve().parents[2] / "docs" / "devices.md").read_text("utf-8")
+    [source] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(compile(source, "docs/devices.md", "exec"), vars(sys.modules["lab_devices"]))
+    device = plugins.make_device("stick", setup())
+    device.open()
+    device.write(-1.0)
+    for _ in range(1000):
+        sample = device.read(0)
+    assert sample.xd == pytest.approx(5.0)  # 1 N on 0.2 kg for 1 s
+    device.stop()
+    assert device.read(0).xd == sample.xd
