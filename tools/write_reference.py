@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
+# ruff: noqa: E501 (lines of Markdown)
 """Write ``docs/parameters.md`` and ``docs/messages.md`` from their sources: ``make docs``."""
 
 from pathlib import Path
