@@ -25,12 +25,14 @@ from pmwvc_analysis.recording.topics import Topic, session_topics
 from pmwvc_analysis.recording.writer import RESERVE_BYTES, SessionWriter
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
+from pmwvc_core.runtime.pacing import request_reception
 from pmwvc_core.runtime.parameters import declare_names, declare_value
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_core.runtime.process import ERROR, OK, publish_health, run_node
 
 POLL_S = 0.005  # well below what the subscriptions' queues hold
 LINGER_S = 0.2  # after being asked to stop: what was just sent still arrives
+RECEPTION_PRIORITY = 5  # below the loops whose packets these are
 DEPTH = 512  # about four seconds of a topic at the packet rate
 
 
@@ -57,6 +59,7 @@ class Recorder:
 
     def run(self, stop: threading.Event) -> None:
         """Receive until asked to stop, and a little longer."""
+        request_reception(RECEPTION_PRIORITY)
         while not stop.wait(POLL_S):
             self._take_all()
             if not self._ready and self._all_matched():

@@ -167,15 +167,27 @@ def request_real_time(priority: int) -> RealTimeReport:
     priority
         Priority asked for under SCHED_FIFO, 1 to 99.
     """
-    granted = []
-    refused = {}
-    for name, ask in (
+    return _asked(
         ("timer slack 1 ns", _set_timer_slack),
         (f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)),
         ("SCHED_FIFO of the middleware", lambda: _set_foreign_fifo(max(priority - 1, 1))),
         ("memory lock", _lock_memory),
         ("frozen garbage collector", _freeze_garbage),
-    ):
+    )
+
+
+def request_reception(priority: int) -> RealTimeReport:
+    """Ask for a middleware that takes packets in whatever else the machine does; see above.
+
+    For programs without a loop of their own: they may be late, but nothing overflows meanwhile.
+    """
+    return _asked(("SCHED_FIFO of the middleware", lambda: _set_foreign_fifo(priority)))
+
+
+def _asked(*requests: tuple[str, Callable[[], None]]) -> RealTimeReport:
+    granted = []
+    refused = {}
+    for name, ask in requests:
         try:
             ask()
         except OSError as error:
