@@ -49,7 +49,11 @@ class Interrupts:
     @contextmanager
     def caught(self) -> Iterator["Interrupts"]:
         """Count signals inside the block instead of dying of them."""
-        before = {number: signal.signal(number, self._take) for number in self.SIGNALS}
+        before = {
+            number: signal.signal(number, self._take)
+            for number in self.SIGNALS
+            if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN  # nohup
+        }
         try:
             yield self
         finally:
@@ -94,6 +98,7 @@ class LiveSession:
         """
         (self.folder / "scenario.yaml").write_text(to_yaml(self.scenario), "utf-8")
         with self.interrupts.caught(), own_domain(os.environ) as domain:
+            self.console.print(f"other ROS programs see it with ROS_DOMAIN_ID={domain}")
             logs = self.folder / "nodes"
             environment = node_environment(os.environ, domain=domain, log_folder=logs / "ros")
             try:

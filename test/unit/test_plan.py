@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The nodes of a session follow from the scenario, and so do the topics between them."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from pmwvc_analysis.recording.topics import session_topics
+from pmwvc_bringup import plan, scenarios
+from pmwvc_core.params import ContactParams, LinkParams, MasterParams
+from pmwvc_core.runtime.parameter_values import built
+
+
+def parameters_of(node):
+    """Return the parameters of a node's file by dotted name."""
+
+    def flat(values, prefix=""):
+        for name, value in values.items():
+            if isinstance(value, dict):
+                yield from flat(value, f"{prefix}{name}.")
+            else:
+                yield f"{prefix}{name}", value
+
+    return dict(flat(yaml.safe_load(node.parameter_file())["/**"]["ros__parameters"]))
+
+
+@pytest.fixture
+def scenario():
+    return scenarios.load(
+        "three_users", settings_texts=["user2.master.impedance=30", "user3.link.down.loss=0.5"]
+    )
+
+
+@pytest.fixture
+def nodes(scenario, tmp_path):
+    return {node.name: node for node in plan.nodes(scenario, folder=tmp_path, paused=True)}
+
+
+def test_the_recorder_is_there_first_and_the_masters_last(nodes):
+    masters = ["user1 master", "user2 master", "user3 master"]
+    assert list(nodes) == ["recorder", "netem", "server", *masters]
+    assert [node.ros_name for node in nodes.values()][2:4] == ["/server", "/user1/master"]
+
+
+def test_all_but_the_recorder_wait_for_the_start(nodes):
+    waiting = {name for name, node in nodes.items() if node.parameters.get("start.paused")}
+    assert waiting == nodes.keys() - {"recorder"}
+
+
+def test_every_node_gets_what_the_scenario_says(scenario, nodes):
+    user = scenario.users[1]
+    master, server = (parameters_of(nodes[name]) for name in ("user2 master", "server"))
+    netem = parameters_of(nodes["netem"])
+    assert built("master", MasterParams, master) == user.master
+    assert server["user2.master.impedance"] == user.server_impedance == 30.0
+    assert built("user2.server", ContactParams, server) == user.contact
+    assert server["users"] == netem["users"] == ["user1", "user2", "user3"]
+    for each in scenario.users:
+        assert built(f"{each.name}.link.up", LinkParams, netem) == each.link_up
+        assert built(f"{each.name}.link.down", LinkParams, netem) == each.link_down
+
+
+def test_topics_waited_for_are_those_recorded(scenario):
+    users = [user.name for user in scenario.users]
+    links = [f"{user}/{direction}" for user in users for direction in ("up", "down")]
+    recorded = {topic.name for topic in session_topics(users, links=links)}
+    assert plan.topic_ends(scenario).keys() == recorded
+
+
+def test_a_node_is_started_in_its_namespace_with_its_file(nodes):
+    words = nodes["user2 master"].command(Path("/x/user2.yaml"))
+    assert words[1:3] == ["-m", "pmwvc_master.node"]
+    assert words[3:] == [
+        "--ros-args", "-r", "__ns:=/user2", "--params-file", "/x/user2.yaml",
+    ]  # fmt: skip
