@@ -18,7 +18,8 @@ an argument.
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Protocol
 
 from pmwvc_core.master.client import Client
@@ -51,10 +52,13 @@ class Wires(Protocol):
 
 
 class Block(TraceBlock):
-    """The ticks of one frame, with number and due time of the first."""
+    """The ticks of one frame: number and due time of the first, how things stood at the end."""
 
     first_tick = 0
     start_ns = 0
+    state = 0
+    reason = ""
+    energy: Mapping[str, Value] = MappingProxyType({})
 
 
 class MasterLoop:
@@ -129,8 +133,8 @@ class MasterLoop:
             self.device.stop()
         finally:
             self.wires.send(self.client.send(self._clock(), leaving=True))
+            self._close_block()
             self._publish_block(self._done)
-            self._publish_block(self._block)
 
     def tick(self, tick: Tick) -> None:
         """Run one tick of the grid."""
@@ -213,9 +217,22 @@ class MasterLoop:
         )
 
     def _close_block(self) -> None:
-        """Set the current block aside for publishing and go on with the other one."""
+        """Set the current block aside for publishing and go on with the other one.
+
+        It is published when the next frame is under way: state and energies are noted now.
+        """
         if self._block.count:
             self._publish_block(self._done)  # still there only after a skip
+            controller, safety, block = self.client.controller, self.client.safety, self._block
+            block.state, block.reason = int(safety.state), str(safety.reason)
+            block.energy = {
+                "u_m": controller.energy_u_m,
+                "u_tx": controller.energy_u_tx,
+                "v_rx": controller.energy_v_rx,
+                "v_m": controller.energy_v_m,
+                "device": self.energy_device,
+                "hand": self.energy_hand,
+            }
             self._block, self._done = self._done, self._block
 
     def _publish_block(self, block: Block) -> None:

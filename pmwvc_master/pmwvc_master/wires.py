@@ -61,16 +61,6 @@ class RosWires:
     def publish_trace(self, block: Block, loop: MasterLoop) -> None:
         """Publish the ticks of a frame."""
         self._seq += 1
-        client = loop.client
-        controller, safety = client.controller, client.safety
-        energy = {
-            "u_m": controller.energy_u_m,
-            "u_tx": controller.energy_u_tx,
-            "v_rx": controller.energy_v_rx,
-            "v_m": controller.energy_v_m,
-            "device": loop.energy_device,
-            "hand": loop.energy_hand,
-        }
         self._trace.publish(
             messages.master_trace(
                 self._types,
@@ -82,12 +72,12 @@ class RosWires:
                 first_tick=block.first_tick,
                 period=loop.tick_s,
                 dof=self._dof,
-                state=int(safety.state),
-                reason=str(safety.reason),
+                state=block.state,
+                reason=block.reason,
                 missed=loop.missed,
-                safety_events=int(safety.events),
+                safety_events=int(loop.client.safety.events),
                 hand_force_known=self._hand_force_known,
-                energy=energy,
+                energy=block.energy,
             )
         )
 

@@ -59,6 +59,7 @@ class Wires:
         self.arrived = []
         self.sent = []
         self.blocks = []
+        self.energies = []
         self.motions = 0
 
     def take(self):
@@ -70,6 +71,7 @@ class Wires:
     def publish_trace(self, block, loop):
         series = {name: list(values) for name, values in block.series().items()}
         self.blocks.append((block.first_tick, block.start_ns, series))
+        self.energies.append(block.energy)
 
     def publish_motion(self, sample, f, due_ns):
         self.motions += 1
@@ -127,6 +129,24 @@ def test_one_packet_and_one_trace_block_leave_per_frame(rate_drop):
     assert [first for first, *_ in rig.wires.blocks] == [rate_drop * i for i in range(11)]
     assert [len(series["x"]) for *_, series in rig.wires.blocks] == [rate_drop] * 10 + [1]
     assert rig.wires.motions in (10, 11)
+
+
+def test_the_energies_of_a_block_are_those_at_its_end():
+    rig = Rig()
+    for grid in range(33):
+        if grid % TICKS == 2:
+            rig.answer(0.3)
+        rig.tick(grid)
+    rig.loop.leave()
+    assert len(rig.wires.blocks) == 5
+    sums = {"u_m": 0.0, "v_m": 0.0, "device": 0.0}
+    for (_, _, series), energy in zip(rig.wires.blocks, rig.wires.energies, strict=True):
+        for name in ("u_m", "v_m"):
+            sums[name] += sum(wave**2 for wave in series[name]) * 0.001 / 2
+        rows = zip(series["f_applied"], series["xd"], strict=True)
+        sums["device"] += sum(f * xd for f, xd in rows) * 0.001
+        assert {name: energy[name] for name in sums} == pytest.approx(sums)
+    assert min(sums["u_m"], sums["v_m"]) > 0.0
 
 
 def test_a_skipped_tick_splits_the_block_and_shows_in_the_numbers():
