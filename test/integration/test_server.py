@@ -14,7 +14,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import WAVE_QOS
+from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS
 from pmwvc_core.wave.packet import FLAG_DIRECT, Packer
 from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
 
@@ -46,13 +46,20 @@ def start_master(user, **parameters):
     return NodeProcess("pmwvc_master.node", values, arguments=arguments)
 
 
+def record(peer, kind, topic):
+    """Every message of a trace: also a busy test must not lose one."""
+    messages = []
+    peer.node.create_subscription(kind, topic, messages.append, TRACE_QOS)
+    return messages
+
+
 class Session:
     """A server and two masters, what they publish, and waiting for it."""
 
     def __init__(self, stack, peer, **parameters):
         self.stack, self.peer, self.parameters = stack, peer, parameters
-        self.steps = peer.collect(ServerTrace, "/server/trace")
-        self.blocks = {user: peer.collect(MasterTrace, f"/{user}/trace") for user in SIDES}
+        self.steps = record(peer, ServerTrace, "/server/trace")
+        self.blocks = {user: record(peer, MasterTrace, f"/{user}/trace") for user in SIDES}
         self.server = stack.enter_context(start_server(**parameters))
         self.masters = {}
         for user in SIDES:
