@@ -253,11 +253,11 @@ def test_refusals_are_reported_with_reason_and_way_out(monkeypatch: pytest.Monke
     monkeypatch.setattr(os, "listdir", lambda _: ["1"])  # one thread that is not Python's
     monkeypatch.setattr("gc.freeze", lambda: None)
     assert str(request_real_time(20)) == (
-        "real time: timer slack 1 ns granted; frozen garbage collector granted; "
+        "real time: frozen garbage collector granted; timer slack 1 ns granted; "
+        "memory lock refused (Cannot allocate memory; raise the user's memlock limit); "
         "SCHED_FIFO 20 refused (Operation not permitted; raise the user's rtprio limit); "
         "SCHED_FIFO of the middleware refused "
-        "(Operation not permitted; raise the user's rtprio limit); "
-        "memory lock refused (Cannot allocate memory; raise the user's memlock limit)"
+        "(Operation not permitted; raise the user's rtprio limit)"
     )
 
 

@@ -167,12 +167,13 @@ def request_real_time(priority: int) -> RealTimeReport:
     priority
         Priority asked for under SCHED_FIFO, 1 to 99.
     """
+    # What takes long comes before the priority: it would hold up every other loop of the machine.
     return _asked(
+        ("memory lock", _lock_memory),
+        ("frozen garbage collector", _freeze_garbage),
         ("timer slack 1 ns", _set_timer_slack),
         (f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)),
         ("SCHED_FIFO of the middleware", lambda: _set_foreign_fifo(max(priority - 1, 1))),
-        ("memory lock", _lock_memory),
-        ("frozen garbage collector", _freeze_garbage),
     )
 
 
