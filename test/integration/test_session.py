@@ -70,6 +70,12 @@ def test_everything_is_recorded_from_first_to_last(carried):
     assert traces.server.step[0] in (0, 1)
 
 
+def test_the_doctor_finds_nothing_wrong_with_the_recording(carried):
+    words = [ROOT / "pmwvc", "doctor", carried.folder]
+    result = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout
+
+
 def test_the_loops_run_at_their_rates(carried):
     for user in carried.summary()["users"]:
         assert user["tick_rate_hz"] == pytest.approx(1000.0, rel=0.02)
