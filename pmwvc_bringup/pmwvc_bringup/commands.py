@@ -170,7 +170,7 @@ def _finished(console: Console, folder: Path, scenario: Scenario | None) -> str:
 def _verdict(summary: dict[str, Any]) -> list[str]:
     """Return the result in sentences, one line for the session and one per user."""
     state = "stable" if summary["stable"] else f"not stable: {summary['instability']}"
-    found = [f"{summary['scenario']}: {state}"]
+    found = [f"{summary['scenario'] or 'session'}: {state}"]
     for user in summary["users"]:
         passive = {True: "passive", False: "NOT passive", None: "passivity unknown"}
         parts = [f"{passive[user['passive']]}"]
