@@ -7,9 +7,8 @@ import json
 import handmade
 import numpy as np
 import pytest
-from handmade import DRIFT_M, FORCE_N, oscillating, session
+from handmade import DRIFT_M, FORCE_N, session
 
-from pmwvc_analysis.judge.stability import OSCILLATION_M_S
 from pmwvc_analysis.judge.verdicts import summary
 
 KEYS = set(
@@ -82,106 +81,6 @@ def test_a_user_only_the_server_knows_does_no_harm():
     traces = session()
     del traces.users[1]
     assert len(judged(traces)["users"]) == 1
-
-
-@pytest.mark.parametrize(("share", "instability"), [(0.9, None), (1.2, "sustained oscillation")])
-@pytest.mark.parametrize("hertz", [3.0, 20.0, 200.0])
-def test_an_oscillation_counts_from_a_millimetre_per_second(hertz, share, instability):
-    traces = oscillating(session(), rms_m_s=share * OSCILLATION_M_S, hertz=hertz)
-    result = judged(traces)
-    assert result["instability"] == instability
-    assert result["stable"] is (instability is None)
-
-
-def test_an_oscillation_that_dies_out_is_stable():
-    dying = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-1.0)
-    lasting = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-0.1)
-    assert judged(dying)["stable"]
-    assert not judged(lasting)["stable"]
-
-
-def test_a_burst_is_stable():
-    traces = oscillating(session(), rms_m_s=0.1, hertz=30.0, during_s=(3.0, 3.2))
-    assert judged(traces)["stable"]
-
-
-def test_an_oscillation_that_grows_has_diverged():
-    traces = oscillating(session(), rms_m_s=0.05, hertz=10.0, rate_per_s=1.0)
-    assert judged(traces)["instability"] == "diverged"
-
-
-def test_a_number_that_is_none_has_diverged():
-    traces = session()
-    traces.server.x_o[300:] = np.nan
-    assert judged(traces)["instability"] == "diverged"
-
-
-@pytest.mark.parametrize(("position_m", "stable"), [(0.19, True), (0.31, False)])
-def test_leaving_the_workspace_has_diverged(position_m, stable):
-    traces = session()
-    traces.users[1].x_m[-100:] = position_m
-    assert judged(traces)["stable"] is stable
-
-
-def test_an_object_drifting_evenly_is_stable():
-    traces = session()
-    traces.server.x_o += 0.02 * traces.server.time_s[:, np.newaxis]
-    traces.server.xd_o += 0.02
-    assert judged(traces)["stable"]
-
-
-def test_a_fault_is_named_as_safety():
-    traces = session()
-    traces.users[0].state[400:] = 3
-    traces.users[0].reason[400:] = ["speed"] * 100
-    assert judged(traces)["instability"] == "limited by safety"
-
-
-def test_force_shortened_again_and_again_is_named_as_safety():
-    traces = session()
-    user = traces.users[0]
-    shortened = np.sin(2 * np.pi * 5.0 * user.time_s) > 0.5
-    user.f_applied = np.where(shortened[:, np.newaxis], 0.5 * user.f_m, user.f_m)
-    assert judged(traces)["instability"] == "limited by safety"
-
-
-def test_force_shortened_once_is_no_instability():
-    traces = session()
-    user = traces.users[0]
-    once = (user.time_s > 2.5) & (user.time_s < 2.8)
-    user.f_applied = np.where(once[:, np.newaxis], 0.5 * user.f_m, user.f_m)
-    assert judged(traces)["stable"]
-
-
-@pytest.mark.parametrize(
-    ("operator", "stable"),
-    [
-        ({"operator__kind": "sinusoid", "operator__frequency_hz": 3.0}, True),
-        ({"operator__kind": "constant"}, False),
-    ],
-)
-def test_what_the_operator_does_on_purpose_is_no_oscillation(operator, stable):
-    traces = oscillating(session(), rms_m_s=0.05, hertz=3.0)
-    assert judged(traces, **operator)["stable"] is stable
-
-
-def test_a_hand_that_carries_moves_on_purpose_below_two_hertz():
-    carry = {"operator__kind": "hand", "task__kind": "carry"}
-    slow = oscillating(session(), rms_m_s=0.05, hertz=0.7)
-    fast = oscillating(session(), rms_m_s=0.05, hertz=7.0)
-    assert judged(slow, **carry)["stable"]
-    assert judged(fast, **carry)["instability"] == "sustained oscillation"
-
-
-def test_the_steps_of_an_encoder_are_no_oscillation():
-    step_m = 20e-6
-    traces = session()
-    user = traces.users[0]
-    noise = np.random.default_rng(3).uniform(-0.5, 0.5, user.x_m.shape) * step_m
-    user.xd_m = user.xd_m + np.diff(noise, axis=0, prepend=0.0) / user.tick_s
-    encoder = {"device__encoder_step_m": step_m, "device__velocity": "euler"}
-    assert judged(traces, **encoder)["stable"]
-    assert not judged(traces)["stable"]
 
 
 def test_packets_are_counted_by_their_fates():

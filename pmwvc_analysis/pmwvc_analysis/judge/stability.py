@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Was the session stable? Judged from the motion itself, not from a model.
+"""Whether a session was stable, judged from the motion itself, not from a model.
 
 In this order:
 
@@ -9,7 +9,8 @@ In this order:
     outside of it, or the oscillation (below) grows: at least twice as strong at the end as in the
     middle, and beyond 50 mm/s.
 ``limited by safety``
-    a safety layer reached its fault state, or shortened the force of a coupled device again and
+    a safety layer reached its fault state, fell back to damping for speed three times or more in
+    the second half of the session, or shortened the force of a coupled device again and
     again: in more than a twentieth of the second half of the session, in three or more separate
     events.
 ``sustained oscillation``
@@ -17,29 +18,22 @@ In this order:
     most of the last third of the session, and it does not halve from the middle of the session to
     its end.
 
-What is the person's own: everything below ``band_hz`` of the operator, in which hands move on
-purpose (for a target that rests, below half a hertz). A hand that moves in steps, an object let go
-or contact made for the first time give short bursts of fast motion; a median over quarter-second
-windows passes over them.
+What is the person's own, and how the rest is measured: oscillation.py.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_core.numeric import Array
-from pmwvc_core.params import OperatorParams
-from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_analysis.judge.oscillation import motions, strength
+from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces, UserTraces
 
 OSCILLATION_M_S = 1e-3
 GROWN_M_S = 50e-3
-WINDOW_S = 0.25
 DEFAULT_WORKSPACE_M = 0.2
-DEFAULT_BAND_HZ = 8.0
-REST_BAND_HZ = 0.5
-COUPLED, FAULT = 1, 3
+COUPLED, DAMPING, FAULT = 1, 2, 3
+SILENT = "server silent"  # the reason that is the network's and not the motion's
 
 
 @dataclass(frozen=True)
@@ -56,23 +50,12 @@ class Verdict:
         return self.instability is None
 
 
-@dataclass(frozen=True)
-class Motion:
-    """A velocity to be judged, ``(row, dof)`` [m/s], and what in it is on purpose or noise."""
-
-    name: str
-    time_s: Array
-    period_s: float
-    velocity: Array
-    band_hz: float
-    noise_m_s: float = 0.0
-
-
 def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     """Judge one session."""
     outside = _outside(traces, scenario)
-    motions = _motions(traces, scenario)
-    strengths = [(strength(motion, traces.duration_s), motion) for motion in motions]
+    strengths = [
+        (strength(motion, traces.duration_s), motion) for motion in motions(traces, scenario)
+    ]
     strongest = max((s.late_m_s for s, _ in strengths), default=0.0)
     if outside:
         return Verdict("diverged", outside, strongest)
@@ -88,106 +71,6 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
             why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
             return Verdict("sustained oscillation", why, strongest)
     return Verdict(None, "motion beyond the person's own dies out", strongest)
-
-
-@dataclass(frozen=True)
-class Strength:
-    """Median RMS velocity of the last third [m/s]; the last sixth over that in the middle."""
-
-    late_m_s: float
-    growth: float
-
-
-def strength(motion: Motion, duration_s: float) -> Strength:
-    """Return how strong motion beyond the person's own is, and whether it grows or dies out."""
-    windows = max(1, round(WINDOW_S / motion.period_s))
-    count = len(motion.velocity) // windows
-    if count < 6 or not np.isfinite(motion.velocity).all():
-        return Strength(0.0, 0.0)
-    fast = beyond(motion.velocity, motion.period_s, motion.band_hz)
-    squares = np.sum(fast * fast, axis=-1)[: count * windows].reshape(count, windows)
-    levels = np.sqrt(squares.mean(axis=1))
-    middles = motion.time_s[: count * windows].reshape(count, windows).mean(axis=1)
-
-    def median(start: float, end: float) -> float:
-        rows = levels[(middles >= start * duration_s) & (middles < end * duration_s)]
-        return float(np.median(rows)) if len(rows) else 0.0
-
-    late, middle = median(5 / 6, 1.01), median(3 / 6, 4 / 6)
-    return Strength(min(late, median(4 / 6, 1.01)), late / middle if middle > 0.0 else math.inf)
-
-
-def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:
-    """Return the part of a velocity above a frequency, filtered both ways: no delay."""
-    from scipy import signal
-
-    if band_hz * period_s >= 0.45 or len(velocity) < 30:
-        return np.zeros_like(velocity)
-    sos = signal.butter(4, band_hz, "highpass", fs=1.0 / period_s, output="sos")
-    pad = min(len(velocity) - 1, round(3.0 / (band_hz * period_s)))
-    result: Array = signal.sosfiltfilt(sos, velocity, axis=0, padtype="odd", padlen=pad)
-    return result
-
-
-def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: bool) -> float:
-    """Return the frequency below which this operator moves on purpose.
-
-    A minimum-jerk move of duration D has next to nothing above 6/D. A sinusoid brings harmonics
-    where contact is made and broken. A recorded person moves and trembles up to 10 Hz.
-    """
-    if operator.kind == "hand":
-        return max(2.0, 6.0 / move_rise_s) if moves else REST_BAND_HZ
-    if operator.kind == "sinusoid":
-        return max(REST_BAND_HZ, 3.5 * operator.frequency_hz)
-    if operator.kind == "chirp":
-        return 1.5 * max(operator.frequency_hz, operator.frequency_end_hz)
-    if operator.kind.startswith("playback"):
-        return 10.0
-    return REST_BAND_HZ
-
-
-def _bands(scenario: Scenario | None, names: list[str]) -> dict[str, float]:
-    """Return each user's band; the object and the others move with the fastest hand."""
-    if scenario is None:
-        return dict.fromkeys(names, DEFAULT_BAND_HZ)
-    moves = scenario.task.kind == "carry"
-    rise = scenario.task.move_rise_s
-    band = max(operator_band_hz(user.operator, rise, moves=moves) for user in scenario.users)
-    return dict.fromkeys(names, band)
-
-
-def _motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
-    names = [user.name for user in traces.users]
-    server = traces.server
-    bands = _bands(scenario, names + (server.users if server else []) + ["object"])
-    known = {user.name: user for user in scenario.users} if scenario else {}
-    found = [
-        Motion(
-            f"{user.name}'s device",
-            user.time_s,
-            user.tick_s,
-            user.xd_m,
-            bands[user.name],
-            _noise(known.get(user.name)),
-        )
-        for user in traces.users
-    ]
-    if server is not None:
-        found.append(
-            Motion("the object", server.time_s, server.period_s, server.xd_o, bands["object"])
-        )
-    return found
-
-
-def _noise(user: User | None) -> float:
-    """Return twice the RMS of the velocity that an encoder's steps alone make [m/s].
-
-    The difference of two positions, each uniform within a step q, over one tick: q / (tick sqrt
-    6).
-    """
-    if user is None or user.device.velocity != "euler":
-        return 0.0
-    return 2.0 * user.device.encoder_step_m / (user.master.tick_s * math.sqrt(6.0))
 
 
 def _outside(traces: SessionTraces, scenario: Scenario | None) -> str:
@@ -220,6 +103,9 @@ def _limited(traces: SessionTraces) -> str:
         if len(faults):
             reason = user.reason[faults[0]] or "no reason given"
             return f"{user.name}: safety fault at {user.block_time_s[faults[0]]:.2f} s ({reason})"
+        braked = _braked(user, traces.duration_s)
+        if braked >= 3:
+            return f"{user.name}: the device was braked for its speed {braked} times"
         share, events = _shortened(user, traces.duration_s)
         if share > 0.05 and events >= 3:
             return (
@@ -227,6 +113,13 @@ def _limited(traces: SessionTraces) -> str:
                 f"{share:.0%} of the second half"
             )
     return ""
+
+
+def _braked(user: UserTraces, duration_s: float) -> int:
+    """Return how often, in the second half, the limits fell back to damping by themselves."""
+    silent = np.array([reason.startswith(SILENT) for reason in user.reason], dtype=bool)
+    damped = (user.state == DAMPING) & ~silent & (user.block_time_s > duration_s / 2)
+    return int((np.diff(damped.astype(int), prepend=0) > 0).sum())
 
 
 def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:

@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How strong the motion beyond the person's own is.
+
+What is the person's own: everything below ``band_hz`` of the operator, in which hands move on
+purpose (for a target that rests, below half a hertz). A hand that moves in steps, an object let go
+or contact made for the first time give short bursts of fast motion; a median over quarter-second
+windows passes over them.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_core.numeric import Array
+from pmwvc_core.params import OperatorParams
+from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.simulation.traces import SessionTraces
+
+WINDOW_S = 0.25
+DEFAULT_BAND_HZ = 8.0
+REST_BAND_HZ = 0.5
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A velocity to be judged, ``(row, dof)`` [m/s], and what in it is on purpose or noise."""
+
+    name: str
+    time_s: Array
+    period_s: float
+    velocity: Array
+    band_hz: float
+    noise_m_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Strength:
+    """Median RMS velocity of the last third [m/s]; the last sixth over that in the middle."""
+
+    late_m_s: float
+    growth: float
+
+
+def strength(motion: Motion, duration_s: float) -> Strength:
+    """Return how strong motion beyond the person's own is, and whether it grows or dies out."""
+    windows = max(1, round(WINDOW_S / motion.period_s))
+    count = len(motion.velocity) // windows
+    if count < 6 or not np.isfinite(motion.velocity).all():
+        return Strength(0.0, 0.0)
+    fast = beyond(motion.velocity, motion.period_s, motion.band_hz)
+    squares = np.sum(fast * fast, axis=-1)[: count * windows].reshape(count, windows)
+    levels = np.sqrt(squares.mean(axis=1))
+    middles = motion.time_s[: count * windows].reshape(count, windows).mean(axis=1)
+
+    def median(start: float, end: float) -> float:
+        rows = levels[(middles >= start * duration_s) & (middles < end * duration_s)]
+        return float(np.median(rows)) if len(rows) else 0.0
+
+    late, middle = median(5 / 6, 1.01), median(3 / 6, 4 / 6)
+    return Strength(min(late, median(4 / 6, 1.01)), late / middle if middle > 0.0 else math.inf)
+
+
+def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:
+    """Return the part of a velocity above a frequency, filtered both ways: no delay."""
+    from scipy import signal
+
+    if band_hz * period_s >= 0.45 or len(velocity) < 30:
+        return np.zeros_like(velocity)
+    sos = signal.butter(4, band_hz, "highpass", fs=1.0 / period_s, output="sos")
+    pad = min(len(velocity) - 1, round(3.0 / (band_hz * period_s)))
+    result: Array = signal.sosfiltfilt(sos, velocity, axis=0, padtype="odd", padlen=pad)
+    return result
+
+
+def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: bool) -> float:
+    """Return the frequency below which this operator moves on purpose.
+
+    A minimum-jerk move of duration D has next to nothing above 6/D. A sinusoid brings harmonics
+    where contact is made and broken. A recorded person moves and trembles up to 10 Hz.
+    """
+    if operator.kind == "hand":
+        return max(2.0, 6.0 / move_rise_s) if moves else REST_BAND_HZ
+    if operator.kind == "sinusoid":
+        return max(REST_BAND_HZ, 3.5 * operator.frequency_hz)
+    if operator.kind == "chirp":
+        return 1.5 * max(operator.frequency_hz, operator.frequency_end_hz)
+    if operator.kind.startswith("playback"):
+        return 10.0
+    return REST_BAND_HZ
+
+
+def _bands(scenario: Scenario | None, names: list[str]) -> dict[str, float]:
+    """Return each user's band; the object and the others move with the fastest hand."""
+    if scenario is None:
+        return dict.fromkeys(names, DEFAULT_BAND_HZ)
+    moves = scenario.task.kind == "carry"
+    rise = scenario.task.move_rise_s
+    band = max(operator_band_hz(user.operator, rise, moves=moves) for user in scenario.users)
+    return dict.fromkeys(names, band)
+
+
+def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
+    """Return what is judged of a session: the motion of every device and of the object."""
+    names = [user.name for user in traces.users]
+    server = traces.server
+    bands = _bands(scenario, names + (server.users if server else []) + ["object"])
+    known = {user.name: user for user in scenario.users} if scenario else {}
+    found = [
+        Motion(
+            f"{user.name}'s device",
+            user.time_s,
+            user.tick_s,
+            user.xd_m,
+            bands[user.name],
+            _noise(known.get(user.name)),
+        )
+        for user in traces.users
+    ]
+    if server is not None:
+        found.append(
+            Motion("the object", server.time_s, server.period_s, server.xd_o, bands["object"])
+        )
+    return found
+
+
+def _noise(user: User | None) -> float:
+    """Return twice the RMS of the velocity that an encoder's steps alone make [m/s].
+
+    The difference of two positions, each uniform within a step q, over one tick: q / (tick sqrt
+    6).
+    """
+    if user is None or user.device.velocity != "euler":
+        return 0.0
+    return 2.0 * user.device.encoder_step_m / (user.master.tick_s * math.sqrt(6.0))

@@ -1,0 +1,153 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What counts as stable, and what as which instability."""
+
+import handmade
+import numpy as np
+import pytest
+from handmade import oscillating, session
+
+from pmwvc_analysis.judge.oscillation import motions, strength
+from pmwvc_analysis.judge.stability import OSCILLATION_M_S, verdict
+
+
+def judged(traces, **overrides):
+    """The kind of instability, None for stable."""
+    return verdict(traces, handmade.scenario(**overrides)).instability
+
+
+@pytest.mark.parametrize(("share", "instability"), [(0.9, None), (1.2, "sustained oscillation")])
+@pytest.mark.parametrize("hertz", [3.0, 20.0, 200.0])
+def test_an_oscillation_counts_from_a_millimetre_per_second(hertz, share, instability):
+    traces = oscillating(session(), rms_m_s=share * OSCILLATION_M_S, hertz=hertz)
+    assert judged(traces) == instability
+
+
+def test_an_oscillation_that_dies_out_is_stable():
+    dying = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-1.0)
+    lasting = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-0.1)
+    assert judged(dying) is None
+    assert judged(lasting) is not None
+
+
+def test_a_burst_is_stable():
+    traces = oscillating(session(), rms_m_s=0.1, hertz=30.0, during_s=(3.0, 3.2))
+    assert judged(traces) is None
+
+
+def test_an_oscillation_that_grows_has_diverged():
+    traces = oscillating(session(), rms_m_s=0.05, hertz=10.0, rate_per_s=1.0)
+    assert judged(traces) == "diverged"
+
+
+def test_a_number_that_is_none_has_diverged():
+    traces = session()
+    traces.server.x_o[300:] = np.nan
+    assert judged(traces) == "diverged"
+
+
+@pytest.mark.parametrize(("position_m", "stable"), [(0.19, True), (0.31, False)])
+def test_leaving_the_workspace_has_diverged(position_m, stable):
+    traces = session()
+    traces.users[1].x_m[-100:] = position_m
+    assert (judged(traces) is None) is stable
+
+
+def test_an_object_drifting_evenly_is_stable():
+    traces = session()
+    traces.server.x_o += 0.02 * traces.server.time_s[:, np.newaxis]
+    traces.server.xd_o += 0.02
+    assert judged(traces) is None
+
+
+def test_a_fault_is_named_as_safety():
+    traces = session()
+    traces.users[0].state[400:] = 3
+    traces.users[0].reason[400:] = ["speed"] * 100
+    assert judged(traces) == "limited by safety"
+
+
+@pytest.mark.parametrize(
+    ("times", "reason", "instability"),
+    [
+        (3, "faster than 1 m/s: damping only", "limited by safety"),
+        (2, "faster than 1 m/s: damping only", None),
+        (9, "server silent: damping only", None),
+    ],
+)
+def test_being_braked_again_and_again_is_named_as_safety(times, reason, instability):
+    traces = session()
+    user = traces.users[0]
+    for place in range(times):
+        user.state[300 + 10 * place] = 2
+        user.reason[300 + 10 * place] = reason
+    assert judged(traces) == instability
+
+
+def test_force_shortened_again_and_again_is_named_as_safety():
+    traces = session()
+    user = traces.users[0]
+    shortened = np.sin(2 * np.pi * 5.0 * user.time_s) > 0.5
+    user.f_applied = np.where(shortened[:, np.newaxis], 0.5 * user.f_m, user.f_m)
+    assert judged(traces) == "limited by safety"
+
+
+def test_force_shortened_once_is_no_instability():
+    traces = session()
+    user = traces.users[0]
+    once = (user.time_s > 2.5) & (user.time_s < 2.8)
+    user.f_applied = np.where(once[:, np.newaxis], 0.5 * user.f_m, user.f_m)
+    assert judged(traces) is None
+
+
+@pytest.mark.parametrize(
+    ("operator", "stable"),
+    [
+        ({"operator__kind": "sinusoid", "operator__frequency_hz": 3.0}, True),
+        ({"operator__kind": "constant"}, False),
+    ],
+)
+def test_what_the_operator_does_on_purpose_is_no_oscillation(operator, stable):
+    traces = oscillating(session(), rms_m_s=0.05, hertz=3.0)
+    assert (judged(traces, **operator) is None) is stable
+
+
+def test_a_hand_that_carries_moves_on_purpose_below_two_hertz():
+    carry = {"operator__kind": "hand", "task__kind": "carry"}
+    slow = oscillating(session(), rms_m_s=0.05, hertz=0.7)
+    fast = oscillating(session(), rms_m_s=0.05, hertz=7.0)
+    assert judged(slow, **carry) is None
+    assert judged(fast, **carry) == "sustained oscillation"
+
+
+def test_the_steps_of_an_encoder_are_no_oscillation():
+    step_m = 20e-6
+    traces = session()
+    user = traces.users[0]
+    noise = np.random.default_rng(3).uniform(-0.5, 0.5, user.x_m.shape) * step_m
+    user.xd_m = user.xd_m + np.diff(noise, axis=0, prepend=0.0) / user.tick_s
+    encoder = {"device__encoder_step_m": step_m, "device__velocity": "euler"}
+    assert judged(traces, **encoder) is None
+    assert judged(traces) is not None
+
+
+def test_a_verdict_says_what_showed_it():
+    traces = oscillating(session(), rms_m_s=20e-3, hertz=40.0)
+    found = verdict(traces, None)
+    assert not found.stable
+    assert found.why == "user1's device keeps oscillating with 20.0 mm/s"
+    assert found.oscillation_m_s == pytest.approx(0.02, rel=0.01)
+
+
+def test_strength_is_an_rms_over_all_axes_and_growth_a_ratio():
+    traces = oscillating(session(dof=3), rms_m_s=20e-3, hertz=40.0, rate_per_s=0.5)
+    traces.users[0].xd_m[:, 1] = traces.users[0].xd_m[:, 0]
+    found = strength(motions(traces, None)[0], traces.duration_s)
+    assert found.growth == pytest.approx(np.exp(0.5 * 4.0 / 3.0), rel=0.05)
+    late = 20e-3 * np.sqrt(2.0) * np.exp(0.5 * (3.33 - 2.0))
+    assert found.late_m_s == pytest.approx(late, rel=0.1)
+
+
+def test_a_session_too_short_to_tell_is_not_called_unstable():
+    traces = oscillating(session(duration_s=0.8), rms_m_s=20e-3, hertz=10.0)
+    assert judged(traces) is None
