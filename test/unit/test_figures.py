@@ -53,7 +53,7 @@ def test_energy_is_what_was_judged():
     traces = handmade.session()
     figure = energy(traces, None)
     expected = user_energies(traces)[1].down.balance_j * 1e3
-    np.testing.assert_allclose(lines(figure, 1)["down"].get_ydata(), expected)
+    np.testing.assert_allclose(lines(figure, 1)["down, to the hand"].get_ydata(), expected)
 
 
 @pytest.mark.parametrize(("gain", "marked"), [(1.0, False), (1.2, True)])

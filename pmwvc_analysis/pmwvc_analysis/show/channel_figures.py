@@ -40,7 +40,7 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Any:
             style.shade(
                 axes,
                 style.spans(balance.violated, balance.time_s, join_s=0.1),
-                label=f"{label}: more out than in",
+                label=f"{label}:\nmore out than in",
             )
             _mark_minimum(axes, balance, scale)
         axes.axhline(0.0, color=style.OBJECT, lw=0.9)
@@ -54,7 +54,7 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Any:
 def _lines(entry: UserEnergy) -> list[tuple[str, Balance, str]]:
     if entry.up is None or entry.down is None:
         return [("both ways", entry.joint, "-")]
-    return [("up", entry.up, "-"), ("down", entry.down, "--")]
+    return [("up, to the object", entry.up, "-"), ("down, to the hand", entry.down, "--")]
 
 
 def _mark_minimum(axes: Any, balance: Balance, scale: float) -> None:
