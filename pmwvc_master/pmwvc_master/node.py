@@ -26,6 +26,7 @@ from pmwvc_master.plugins import make_device
 from pmwvc_master.settings import declare_settings
 from pmwvc_master.wires import RosWires
 
+FAREWELL_PERIODS = 3
 STATES = ("starting", "coupled", "damping", "fault")
 
 
@@ -68,9 +69,11 @@ class Master:
         self.loop.run(stop)
 
     def close(self) -> None:
-        """Give the device back."""
+        """Give the device back; leave the server the time to take the goodbye."""
         self.device.stop()
         self.device.close()
+        # A reader may forget what it has not yet taken of a writer that is gone.
+        time.sleep(FAREWELL_PERIODS * self.settings.period_s)
 
     def _change_master(self, params: MasterParams) -> None:
         controller = self.loop.client.controller

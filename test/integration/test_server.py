@@ -131,6 +131,9 @@ def test_two_users_press_the_cube_and_feel_what_they_press(controller):
         assert list(last[-1].state) == [ServerTrace.COUPLED] * 2
         assert [m.stop() for m in run.masters.values()] == [0, 0]
         run.peer.until(lambda: list(run.steps[-1].state) == [ServerTrace.ABSENT] * 2)
+        assert not any(
+            ServerTrace.DAMPING in step.state for step in run.steps
+        )  # they said goodbye
         assert run.server.stop() == 0
         assert "user1 left" in run.server.output
 

@@ -74,7 +74,9 @@ class RosTopicDevice:
         sample = self._sample
         if self._twist_ns is None or now_ns - self._twist_ns > STALE_S * 1e9:
             span_ns = stamp_ns - self._stamp_ns
-            if 0 < span_ns <= STALE_S * 1e9:
+            if self._pose_ns is None:  # the first pose says nothing of a velocity
+                sample.xd = self._zero
+            elif 0 < span_ns <= STALE_S * 1e9:
                 sample.xd = (x - sample.x) / (span_ns * 1e-9)
             elif span_ns:
                 sample.xd = self._zero
