@@ -32,7 +32,8 @@ def dot(left: Value, right: Value) -> Value:
     """
     product = left * right
     if isinstance(product, np.ndarray) and product.ndim:
-        return product.sum(axis=-1, keepdims=True)
+        summed: Array = product.sum(axis=-1, keepdims=True)
+        return summed
     return product
 
 

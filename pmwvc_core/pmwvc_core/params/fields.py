@@ -85,7 +85,7 @@ class Spec:
         return None if inside else f"{value!r}: must be {self.range_text()}"
 
 
-def parameter(  # noqa: ANN201 (dataclasses.field has no useful type)
+def parameter(
     default: float | int | bool | str | None,
     unit: str,
     description: str,
@@ -97,7 +97,7 @@ def parameter(  # noqa: ANN201 (dataclasses.field has no useful type)
     below: float | None = None,
     choices: Sequence[str] = (),
     read_only: bool = False,
-):
+) -> Any:
     """Declare a dataclass field that is a parameter.
 
     ``kind`` is needed only where the default is ``None`` (an optional parameter).
@@ -130,7 +130,7 @@ def groups(owner: Any) -> Mapping[str, type]:
     }
 
 
-def group(kind: type):  # noqa: ANN201 (dataclasses.field has no useful type)
+def group(kind: type) -> Any:
     """Declare a dataclass field that is a nested group of parameters."""
     return dataclasses.field(default_factory=kind, metadata={"group": kind})
 

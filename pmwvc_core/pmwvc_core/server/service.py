@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pmwvc_core.numeric import Value
-from pmwvc_core.server.port import ServerController
+from pmwvc_core.server.seats import ServerController
 from pmwvc_core.wave.packet import FLAG_DIRECT, FLAG_LEAVING, Packer, WavePacket
 from pmwvc_core.wave.receiver import Receiver, Verdict
 

@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.simulation.paths import Path
-from pmwvc_core.simulation.traces import FateTraces, PacketTraces, ServerTraces, UserTraces
+from pmwvc_core.simulation.traces import (
+    FateTraces,
+    Integers,
+    PacketTraces,
+    ServerTraces,
+    UserTraces,
+)
 from pmwvc_core.wave.packet import WavePacket
 
 SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
@@ -38,7 +44,11 @@ class UserBuffer:
             self.signals[name][tick] = value
 
     def write_block(
-        self, block: int, state: Value, reason: str | Sequence[str], **energies: Value
+        self,
+        block: int,
+        state: int | Integers,
+        reason: str | Sequence[str],
+        **energies: Value,
     ) -> None:
         """Write what is noted once a frame."""
         self.state[block] = state
@@ -55,7 +65,7 @@ class UserBuffer:
         return UserTraces(
             name=self.name,
             tick_s=tick_s,
-            time_s=numbers * tick_s,
+            time_s=numbers.astype(np.float64) * tick_s,
             tick=numbers,
             lateness_s=np.zeros(ticks),
             compute_s=np.zeros(ticks),
@@ -90,9 +100,11 @@ class ServerBuffer:
         self.object["x_o"][step] = server.x_o
         self.object["xd_o"][step] = server.xd_o
         self.object["target"][step, :, 0] = target
-        for name, arrays in (*self.each.items(), *self.energy.items(), ("contact", self.contact)):
+        for name, arrays in (*self.each.items(), *self.energy.items()):
             for array, value in zip(arrays, getattr(server, name), strict=True):
                 array[step] = value
+        for touching, value in zip(self.contact, server.contact, strict=True):
+            touching[step] = value
         for array, value in zip(self.state, presence, strict=True):
             array[step] = value
         for name, array in self.stored.items():
@@ -113,7 +125,7 @@ class ServerBuffer:
         return ServerTraces(
             users=self.users,
             period_s=period_s,
-            time_s=numbers * period_s,
+            time_s=numbers.astype(np.float64) * period_s,
             step=numbers + 1,
             contact=contact,
             state=[array.copy() for array in self.state],

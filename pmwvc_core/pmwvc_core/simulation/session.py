@@ -12,7 +12,7 @@ live loop is.
 """
 
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -65,7 +65,7 @@ def simulate(
     progress
         Called with the share done, 0..1.
     """
-    results: list = [None] * len(scenarios)
+    results: list[Any] = [None] * len(scenarios)
     done = 0
     for members in batches(scenarios, largest=LARGEST_BATCH):
         batch = SessionBatch([scenarios[i] for i in members])
@@ -223,9 +223,9 @@ class SessionBatch:
             for user, seat in enumerate(self.seats):
                 for packet in seat.up.collect(now_ns):
                     self.service.deliver(user, packet, now_ns)
-            for seat, packet in zip(self.seats, self.service.step(now_ns), strict=True):
-                if packet is not None:
-                    seat.down.send(packet, now_ns)
+            for seat, answer in zip(self.seats, self.service.step(now_ns), strict=True):
+                if answer is not None:
+                    seat.down.send(answer, now_ns)
             target = self.target.step(together=self.service.together())
             step = tick // self.server_ticks
             self.server_buffer.write(step, self.service.server, self.service.presence, target)
