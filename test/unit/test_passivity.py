@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Passivity over infinite time: folded gains and the two conditions on a pair of branches."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from filter_runs import BUTTERWORTH, KINDS, run
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import TICK_S, poles_rad_s
+
+from pmwvc_analysis.models import passivity
+from pmwvc_core.params import FilterParams
+
+FIRST_ORDER = FilterParams(pole_rad_s=50.0)
+
+
+@pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)
+def test_no_packet_train_carries_more_than_the_gain(params):
+    rng = np.random.default_rng(5)
+    ratio = 8
+    gain = passivity.energy_gain(params, tick_s=TICK_S, rate_drop=ratio)["gain"]
+    # a signal that looks like the time-reversed response, the worst there is, and noise
+    kernel = run(params, [1.0, *[0.0] * 399])[0][::-1]
+    for wave in (rng.standard_normal(400), np.asarray(kernel)):
+        _, packets = run(params, wave.tolist(), rate_drop=ratio)
+        assert ratio * np.sum(np.square(packets)) <= gain * np.sum(np.square(wave)) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)
+def test_the_worst_gain_is_the_largest_of_the_fold(params):
+    found = passivity.energy_gain(params, tick_s=TICK_S, rate_drop=8)
+    assert found["folded"].max() == pytest.approx(found["gain"], rel=1e-6)
+    assert found["frequency_hz"][-1] == pytest.approx(0.5 / (8 * TICK_S))
+
+
+@given(pole=poles_rad_s, rate_drop=st.sampled_from([1, 2, 8, 20]))
+def test_a_first_order_filter_before_a_rate_drop_is_never_strictly_passive(pole, rate_drop):
+    p = math.exp(-pole * TICK_S)
+    p_m = p**rate_drop
+    closed = rate_drop * (1 - p) / (1 + p) * (1 + p_m) / (1 - p_m)
+    found = passivity.energy_gain(
+        FilterParams(pole_rad_s=pole), tick_s=TICK_S, rate_drop=rate_drop
+    )
+    assert found["folded"][0] == pytest.approx(closed, rel=1e-9)
+    assert found["passive"] is (closed <= 1.0 + passivity.TOLERANCE)
+
+
+def test_the_mean_of_a_frame_is_passive_and_a_plain_rate_drop_is_not():
+    mean, none = (
+        passivity.energy_gain(FilterParams(kind=kind), tick_s=TICK_S, rate_drop=8)
+        for kind in ("integrate_and_dump", "none")
+    )
+    assert mean["passive"]
+    np.testing.assert_allclose(mean["folded"], 1.0, rtol=1e-12)
+    assert not none["passive"]
+    np.testing.assert_allclose(none["folded"], 8.0, rtol=1e-12)
+
+
+def test_a_filter_divided_by_its_gain_is_passive():
+    found = passivity.energy_gain(FIRST_ORDER, tick_s=TICK_S, rate_drop=8)
+    assert found["folded"].max() / found["gain"] <= 1.0 + 1e-12
+
+
+@pytest.mark.parametrize("kind", ["none", "integrate_and_dump", "first_order"])
+def test_the_response_is_that_of_the_running_filter(kind):
+    params = dataclasses.replace(FIRST_ORDER, kind=kind)
+    pulse = np.zeros(1024)
+    pulse[0] = 1.0
+    if kind == "integrate_and_dump":
+        expected = np.fft.rfft(np.where(np.arange(1024) < 8, 1 / 8, 0.0))
+    else:
+        expected = np.fft.rfft(run(params, pulse.tolist())[0])
+    frequency = np.fft.rfftfreq(1024, TICK_S)
+    found = passivity.response(params, frequency, tick_s=TICK_S, rate_drop=8)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_without_the_high_branch_both_conditions_say_the_filter_amplifies_nothing():
+    frequency = np.linspace(0.0, 499.0, 200)
+    low = passivity.response(BUTTERWORTH, frequency, tick_s=TICK_S, rate_drop=8)
+    found = passivity.margins(low, np.zeros_like(low), frequency)
+    assert abs(found["in_phase_margin"]) < 1e-9
+    assert abs(found["any_environment_margin"]) < 1e-9
+
+
+@given(alpha=st.floats(0.05, 0.949))
+def test_no_first_order_high_pass_suits_every_environment(alpha):
+    # near rest the low pass falls with the square of the frequency, the high pass rises with it
+    angle, low, high = passivity.printed_branches(alpha, points=2**17)
+    found = passivity.margins(low, high, angle)
+    assert found["any_environment_margin"] < 0.0
+    reached = 1.0 - found["any_environment_margin"]
+    assert reached**2 >= 1.0 - found["in_phase_margin"] - 1e-9
+
+
+@given(alpha=st.floats(0.05, 0.949), turn=st.floats(-math.pi, math.pi))
+def test_the_wider_condition_bounds_what_any_reflection_makes_of_the_branches(alpha, turn):
+    angle, low, high = passivity.printed_branches(alpha)
+    found = passivity.margins(low, high, angle)
+    total = np.abs(np.exp(1j * turn) * low + 0.5 * high)
+    assert np.all(total <= found["any_environment"] + 1e-12)
+
+
+def test_some_reflection_reaches_the_wider_condition_where_the_narrow_one_still_holds():
+    angle, low, high = passivity.printed_branches(0.9)
+    found = passivity.margins(low, high, angle)
+    worst = int(np.argmax(found["any_environment"]))
+    turn = np.angle(high[worst]) - np.angle(low[worst])
+    total = abs(np.exp(1j * turn) * low[worst] + 0.5 * high[worst])
+    assert total == pytest.approx(1.0 - found["any_environment_margin"])
+    assert total > 1.0
+
+
+def test_the_flattest_in_phase_condition_is_near_the_printed_alpha():
+    assert passivity.best_alpha() == pytest.approx(0.9274, abs=5e-5)
+    angle, low, high = passivity.printed_branches(0.92913)
+    printed = passivity.margins(low, high, angle)
+    angle, low, high = passivity.printed_branches(passivity.best_alpha())
+    best = passivity.margins(low, high, angle)
+    assert np.max(np.abs(best["in_phase"] - 1)) < np.max(np.abs(printed["in_phase"] - 1))
