@@ -15,6 +15,13 @@ settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True
 settings.load_profile("ci" if os.environ.get("CI") else "local")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep tests with live nodes on one worker: two 1 kHz sessions at once are not two users."""
+    for item in items:
+        if "integration" in Path(item.fspath).parts:
+            item.add_marker(pytest.mark.xdist_group("live"))
+
+
 @pytest.fixture(scope="session")
 def recorded_data() -> Path:
     """Return the folder of recorded motions and delays."""

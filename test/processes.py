@@ -22,10 +22,12 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import yaml
 
+from pmwvc_bringup.surroundings import node_environment
 from pmwvc_core.runtime.parameter_values import to_ros_yaml
 
 LONGEST_S = 60.0  # no process of a test lives longer
@@ -44,12 +46,8 @@ def isolate() -> int:
     if not _reservations:
         domain, reservation = _reserve(int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:]))
         _reservations.append(reservation)
-        os.environ |= {
-            "ROS_DOMAIN_ID": str(domain),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
-            "ROS_LOG_DIR": tempfile.mkdtemp(prefix="pmwvc-test-log-"),
-        }
+        log_folder = Path(tempfile.mkdtemp(prefix="pmwvc-test-log-"))
+        os.environ |= node_environment({}, domain=domain, log_folder=log_folder)
     return int(os.environ["ROS_DOMAIN_ID"])
 
 

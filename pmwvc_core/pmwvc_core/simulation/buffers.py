@@ -105,8 +105,8 @@ class ServerBuffer:
                 array[step] = value
         for touching, value in zip(self.contact, server.contact, strict=True):
             touching[step] = value
-        for array, value in zip(self.state, presence, strict=True):
-            array[step] = value
+        for states, now in zip(self.state, presence, strict=True):
+            states[step] = now
         for name, array in self.stored.items():
             array[step] = getattr(server, name)
 
