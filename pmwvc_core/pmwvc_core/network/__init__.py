@@ -5,6 +5,7 @@
 from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
 from pmwvc_core.network.fates import FateBlock, FateLog
 from pmwvc_core.network.link import Cause, Fate, FateKind, Link, LinkCounters, stream_of
+from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
 
 __all__ = [
     "Cause",
@@ -15,6 +16,8 @@ __all__ = [
     "FateLog",
     "Link",
     "LinkCounters",
+    "RecordedFate",
+    "RecordedLink",
     "load_delay_trace",
     "stream_of",
 ]

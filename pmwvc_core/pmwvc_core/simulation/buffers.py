@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array, Value
+from pmwvc_core.simulation.agenda import Loop
 from pmwvc_core.simulation.paths import Path
 from pmwvc_core.simulation.traces import (
     FateTraces,
@@ -31,8 +32,19 @@ class UserBuffer:
     memory.
     """
 
-    def __init__(self, name: str, *, ticks: int, blocks: int, runs: int, dof: int) -> None:
+    def __init__(self, name: str, loop: Loop, *, ticks: int, runs: int, dof: int) -> None:
         self.name = name
+        self._loop = loop
+        every = np.arange(ticks, dtype=np.int64)
+        ran = every >= loop.first
+        if loop.ran_ns is not None:
+            ran &= loop.ran_ns[:ticks] >= 0
+        self._ran = every[ran]
+        self._block_of = (every - loop.first) // loop.rate_drop
+        self._ends = np.zeros(ticks, dtype=np.bool_)
+        self._ends[self._ran[np.diff(self._block_of[ran], append=-1) != 0]] = True
+        self._last: list[bool] = self._ends.tolist()
+        blocks = int(self._ends.sum())
         self.signals = {signal: np.zeros((ticks, runs, dof)) for signal in SIGNALS}
         self.energy = {energy: np.zeros((blocks, runs, 1)) for energy in ENERGIES}
         self.state = np.zeros((blocks, runs, 1), dtype=np.int64)
@@ -43,36 +55,47 @@ class UserBuffer:
         for name, value in signals.items():
             self.signals[name][tick] = value
 
+    def ends_block(self, tick: int) -> bool:
+        """Tell whether a tick is the last one of its frame that the loop ran."""
+        return self._last[tick]
+
     def write_block(
         self,
-        block: int,
         state: int | Integers,
         reason: str | Sequence[str],
         **energies: Value,
     ) -> None:
-        """Write what is noted once a frame."""
+        """Write what is noted once a frame, after its last tick."""
+        block = len(self.reason)
         self.state[block] = state
         self.reason.append([reason] if isinstance(reason, str) else list(reason))
         for name, value in energies.items():
             self.energy[name][block] = value
 
-    def run(self, run: int, *, tick_s: float, block_ticks: int, safety_events: int) -> UserTraces:
-        """Return the traces of one run."""
-        ticks = len(self.signals["x_m"])
-        blocks = len(self.state)
-        numbers = np.arange(ticks, dtype=np.int64)
-        signals: dict[str, Any] = {name: a[:, run].copy() for name, a in self.signals.items()}
+    def run(self, run: int, *, tick_s: float, safety_events: int) -> UserTraces:
+        """Return the traces of one run: of the ticks that the loop ran."""
+        loop, ran = self._loop, self._ran
+        ticks = len(self._ends)
+        ends = np.minimum(
+            loop.first + (self._block_of[self._ends] + 1) * loop.rate_drop, ticks
+        ).astype(np.float64)
+        time_s = ran.astype(np.float64) * tick_s
+        late_s = np.zeros(len(ran))
+        if loop.ran_ns is not None:
+            late_s = loop.ran_ns[ran].astype(np.float64) * 1e-9 - time_s
+        signals: dict[str, Any] = {name: a[ran, run] for name, a in self.signals.items()}
         return UserTraces(
             name=self.name,
             tick_s=tick_s,
-            time_s=numbers.astype(np.float64) * tick_s,
-            tick=numbers,
-            lateness_s=np.zeros(ticks),
-            compute_s=np.zeros(ticks),
-            block_time_s=np.minimum((np.arange(blocks) + 1) * block_ticks, ticks) * tick_s,
+            time_s=time_s,
+            tick=ran - loop.first,
+            lateness_s=late_s,
+            compute_s=np.zeros(len(ran)),
+            block_time_s=ends * tick_s,
             state=self.state[:, run, 0].copy(),
             reason=[names[run if len(names) > 1 else 0] for names in self.reason],
             energy={name: a[:, run, 0].copy() for name, a in self.energy.items()},
+            missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0,
             safety_events=safety_events,
             **signals,
         )

@@ -8,6 +8,7 @@ The runs of a batch share one network: what is compared within a batch meets the
 from collections.abc import Sequence
 
 from pmwvc_core.network.link import Fate, Link
+from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.params import LinkParams
 from pmwvc_core.wave.packet import WavePacket, size_bytes
 from pmwvc_core.wave.receiver import Receiver
@@ -18,22 +19,22 @@ class Path:
 
     Parameters
     ----------
-    params, seed
-        The link and its random stream.
+    link, seed
+        Settings of the link and its random stream; or the link itself, as recorded.
     period_s, timeout_s, dof
         What the receiver expects: packet interval [s], silence allowed [s], values per packet.
     """
 
     def __init__(
         self,
-        params: LinkParams,
+        link: LinkParams | RecordedLink,
         *,
         seed: Sequence[int],
         period_s: float,
         timeout_s: float,
         dof: int,
     ) -> None:
-        self.link = Link(params, seed=seed)
+        self.link = link if isinstance(link, RecordedLink) else Link(link, seed=seed)
         self.receiver = Receiver(dof, period_s=period_s, timeout_s=timeout_s)
         self.sent: list[WavePacket] = []
         self.arrived: list[tuple[WavePacket, int]] = []  # packet, time [ns]

@@ -4,7 +4,8 @@
 
 1. Frame start: every master sends the filter's output of its last tick. 2. The server uses what
 has arrived and answers. 3. Every master takes the newest answer. 4. M ticks. With zero delay a
-packet arrives at the instant it was sent, so 1 to 3 are one instant.
+packet arrives at the instant it was sent, so 1 to 3 are one instant, unless
+:mod:`pmwvc_core.simulation.conditions` say otherwise.
 
 Deterministic: the same scenario gives the same bits. Batched: scenarios of equal structure are
 stepped together on arrays ``(runs, dof)``; a single run with one axis is stepped on floats, as the
@@ -16,36 +17,36 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from pmwvc_core.controllers import make_master, make_server
-from pmwvc_core.master.client import Client
-from pmwvc_core.master.safety import SafetyLimiter
-from pmwvc_core.network.link import stream_of
-from pmwvc_core.numeric import Value, dot
+from pmwvc_core.controllers import make_server
+from pmwvc_core.numeric import Value
 from pmwvc_core.params import whole_ratio
-from pmwvc_core.plant.devices import SimulatedDevice
-from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.server.service import Service
+from pmwvc_core.simulation.agenda import Act, Steps, events
 from pmwvc_core.simulation.buffers import (
     ServerBuffer,
     UserBuffer,
     fate_traces,
     packet_traces,
 )
-from pmwvc_core.simulation.paths import Path
+from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.simulation.seat import Seat
 from pmwvc_core.simulation.stacking import batches, stack
 from pmwvc_core.simulation.traces import SessionTraces
 from pmwvc_core.wave.packet import Packer
 
 R = TypeVar("R")
 LARGEST_BATCH = 256  # bounds the memory of the traces: about 90 MB per user and ten seconds
+AS_THE_SCENARIO_SAYS = Conditions()
 SERVER_EPOCH = 1000  # epochs are random in live sessions, where a process can start again
 
 
-def simulate_one(scenario: Scenario) -> SessionTraces:
+def simulate_one(
+    scenario: Scenario, conditions: Conditions = AS_THE_SCENARIO_SAYS
+) -> SessionTraces:
     """Simulate one scenario."""
-    return simulate([scenario])[0]
+    return simulate([scenario], conditions=conditions)[0]
 
 
 def simulate(
@@ -53,6 +54,7 @@ def simulate(
     *,
     keep: Callable[[SessionTraces], R] | None = None,
     progress: Callable[[float], None] | None = None,
+    conditions: Conditions = AS_THE_SCENARIO_SAYS,
 ) -> list[R] | list[SessionTraces]:
     """Simulate scenarios, those of equal structure side by side.
 
@@ -64,11 +66,13 @@ def simulate(
         What to keep of each run (its verdict, say); all traces by default.
     progress
         Called with the share done, 0..1.
+    conditions
+        What does not come from the scenarios; the same for all.
     """
     results: list[Any] = [None] * len(scenarios)
     done = 0
     for members in batches(scenarios, largest=LARGEST_BATCH):
-        batch = SessionBatch([scenarios[i] for i in members])
+        batch = SessionBatch([scenarios[i] for i in members], conditions)
 
         def report(share: float, *, before: int = done, size: int = len(members)) -> None:
             if progress is not None:
@@ -82,90 +86,28 @@ def simulate(
     return results
 
 
-class _Seat:
-    """One user in the simulator: device, hand, client, and the paths both ways."""
-
-    def __init__(self, users: Sequence[User], scenarios: Sequence[Scenario], index: int) -> None:
-        first, scenario = users[0], scenarios[0]
-        dof, tick_s = scenario.dof, scenario.tick_s
-        master, safety = stack([u.master for u in users]), stack([u.safety for u in users])
-        contact, server = stack([u.contact for u in users]), stack([s.server for s in scenarios])
-        self.user = first
-        self.rate_drop = first.master.rate_drop
-        frame_s = first.master.frame_s
-        half = server.object_size_m / 2
-        start = first.side * (half + contact.gap_m)
-        timeout_s = first.safety.timeout_s
-        self.up = Path(
-            first.link_up,
-            seed=stream_of(scenario.seed, index, 0),
-            period_s=frame_s,
-            timeout_s=timeout_s,
-            dof=dof,
-        )
-        self.down = Path(
-            first.link_down,
-            seed=stream_of(scenario.seed, index, 1),
-            period_s=server.period_s,
-            timeout_s=timeout_s,
-            dof=dof,
-        )
-        self.client = Client(
-            make_master(scenario.controller, master),
-            SafetyLimiter(safety, tick_s=tick_s, packet_s=server.period_s),
-            inbox=self.down.receiver,
-            packer=Packer(index + 1, period=frame_s),
-        )
-        self.device = SimulatedDevice(stack([u.device for u in users]), tick_s=tick_s, dof=dof)
-        self.device.place(start)
-        self.operator = make_operator(
-            stack([u.operator for u in users]),
-            scenario.task,
-            side=first.side,
-            half_width=half,
-            tick_s=tick_s,
-            dof=dof,
-            start=start,
-        )
-        self.energy_device: Value = 0.0
-        self.energy_hand: Value = 0.0
-
-    def tick(self, now_ns: int, tick_s: float) -> dict[str, Value]:
-        """Advance hand, controller and device by one tick; return the signals to trace."""
-        x, xd = self.device.read()
-        # The hand is in touch with the device itself, not with what its encoder shows.
-        acts = self.client.ready()
-        f_h = self.operator.step(self.device.x, self.device.xd) if acts else self.operator.hold()
-        f_applied = self.client.step(x, xd, now_ns)
-        self.energy_device = self.energy_device + dot(f_applied, xd) * tick_s
-        self.energy_hand = self.energy_hand + dot(f_h, xd) * tick_s
-        self.device.step(f_h, f_applied)
-        port = self.client.controller
-        return {
-            "x_m": x,
-            "xd_m": xd,
-            "f_h": f_h,
-            "f_m": self.client.f_asked,
-            "f_applied": f_applied,
-            "u_m": port.u_m,
-            "u_m_lp": port.u_m_lp,
-            "v_m": port.v_m,
-        }
-
-
 class SessionBatch:
     """Scenarios of equal structure, stepped together."""
 
-    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+    def __init__(
+        self, scenarios: Sequence[Scenario], conditions: Conditions = AS_THE_SCENARIO_SAYS
+    ) -> None:
         first = scenarios[0]
         self.scenarios = list(scenarios)
         self.tick_s = first.tick_s
         self.tick_ns = round(first.tick_s * 1e9)
         self.ticks = round(first.duration_s / first.tick_s)
-        self.server_ticks = whole_ratio(first.server.period_s, first.tick_s) or 1
+        self.conditions = conditions
         self.seats = [
-            _Seat([s.users[i] for s in scenarios], scenarios, i) for i in range(len(first.users))
+            Seat([s.users[i] for s in scenarios], scenarios, i, conditions)
+            for i in range(len(first.users))
         ]
+        self.steps = conditions.steps or Steps.on_grid(
+            every=whole_ratio(first.server.period_s, first.tick_s) or 1,
+            first=conditions.phases.server_ticks,
+            ticks=self.ticks,
+            tick_ns=self.tick_ns,
+        )
         self.target = ShownTarget(
             Task(first.task),
             period_s=first.server.period_s,
@@ -186,59 +128,54 @@ class SessionBatch:
                 Packer(SERVER_EPOCH + i, period=first.server.period_s)
                 for i in range(len(self.seats))
             ],
+            release_s=max(user.safety.release_s for user in first.users),
         )
         runs, dof, names = len(scenarios), first.dof, [seat.user.name for seat in self.seats]
-        steps = -(-self.ticks // self.server_ticks)
-        self.server_buffer = ServerBuffer(names, steps=steps, runs=runs, dof=dof)
+        self.server_buffer = ServerBuffer(names, steps=len(self.steps.tick), runs=runs, dof=dof)
         self.user_buffers = [
-            UserBuffer(
-                seat.user.name,
-                ticks=self.ticks,
-                blocks=-(-self.ticks // seat.rate_drop),
-                runs=runs,
-                dof=dof,
-            )
+            UserBuffer(seat.user.name, seat.loop, ticks=self.ticks, runs=runs, dof=dof)
             for seat in self.seats
         ]
 
     def run(self, progress: Callable[[float], None]) -> None:
         """Step from the first tick to the last."""
-        for tick in range(self.ticks):
-            self._frame_events(tick, tick * self.tick_ns)
-            for seat, buffer in zip(self.seats, self.user_buffers, strict=True):
-                buffer.write_tick(tick, **seat.tick(tick * self.tick_ns, self.tick_s))
-                if (tick + 1) % seat.rate_drop == 0 or tick + 1 == self.ticks:
-                    self._note(seat, buffer, tick // seat.rate_drop)
-            if tick % 1000 == 0:
-                progress(tick / self.ticks)
+        loops = [seat.loop for seat in self.seats]
+        shown = -1
+        for now_ns, act, who, tick in events(
+            loops, self.steps, ticks=self.ticks, tick_ns=self.tick_ns
+        ):
+            if act == Act.TICK:
+                seat, buffer = self.seats[who], self.user_buffers[who]
+                buffer.write_tick(tick, **seat.tick(now_ns, self.tick_s))
+                if buffer.ends_block(tick):
+                    self._note(seat, buffer)
+                if tick // 1000 > shown:
+                    shown = tick // 1000
+                    progress(tick / self.ticks)
+            elif act == Act.SEND:
+                self.seats[who].send(now_ns)
+            elif act == Act.ANSWER:
+                self.seats[who].answer(now_ns)
+            elif act == Act.SERVE:
+                self._serve(tick, now_ns)
+            else:
+                self.seats[who].pass_by()
         progress(1.0)
 
-    def _frame_events(self, tick: int, now_ns: int) -> None:
-        """Send, serve and receive, where this tick starts a frame."""
-        for seat in self.seats:
-            if tick % seat.rate_drop == 0:
-                seat.client.controller.measure(*seat.device.read())
-                seat.up.send(seat.client.send(now_ns), now_ns)
-        if tick % self.server_ticks == 0:
-            for user, seat in enumerate(self.seats):
-                for packet in seat.up.collect(now_ns):
-                    self.service.deliver(user, packet, now_ns)
-            for seat, answer in zip(self.seats, self.service.step(now_ns), strict=True):
-                if answer is not None:
-                    seat.down.send(answer, now_ns)
-            target = self.target.step(together=self.service.together())
-            step = tick // self.server_ticks
-            self.server_buffer.write(step, self.service.server, self.service.presence, target)
-        for seat in self.seats:
-            if tick % seat.rate_drop == 0:
-                for packet in seat.down.collect(now_ns):
-                    seat.down.receiver.push(packet, now_ns)
-                seat.client.receive(now_ns)
+    def _serve(self, step: int, now_ns: int) -> None:
+        """Take in what has arrived, step the environment, answer."""
+        for user, seat in enumerate(self.seats):
+            for packet in seat.up.collect(now_ns):
+                self.service.deliver(user, packet, now_ns)
+        for seat, answer in zip(self.seats, self.service.step(now_ns), strict=True):
+            if answer is not None:
+                seat.down.send(answer, now_ns)
+        target = self.target.step(together=self.service.together())
+        self.server_buffer.write(step, self.service.server, self.service.presence, target)
 
-    def _note(self, seat: _Seat, buffer: UserBuffer, block: int) -> None:
+    def _note(self, seat: Seat, buffer: UserBuffer) -> None:
         port, safety = seat.client.controller, seat.client.safety
         buffer.write_block(
-            block,
             safety.state,
             safety.reason,
             u_m=port.energy_u_m,
@@ -259,18 +196,21 @@ class SessionBatch:
                 buffer.run(
                     run,
                     tick_s=self.tick_s,
-                    block_ticks=seat.rate_drop,
                     safety_events=_of_run(seat.client.safety.events, run),
                 )
                 for seat, buffer in zip(self.seats, self.user_buffers, strict=True)
             ],
             server=self.server_buffer.run(run, period_s=scenario.server.period_s),
         )
+        if traces.server is not None and self.conditions.steps is not None:
+            traces.server.time_s = self.steps.tick.astype(np.float64) * self.tick_s
+            late_ns = self.steps.ran_ns - self.steps.tick * self.tick_ns
+            traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
         for seat in self.seats:
             self._network_traces(traces, seat, run)
         return traces
 
-    def _network_traces(self, traces: SessionTraces, seat: _Seat, run: int) -> None:
+    def _network_traces(self, traces: SessionTraces, seat: Seat, run: int) -> None:
         """Add the packets on both sides of the network, and their fates."""
         name, runs, dof = seat.user.name, len(self.scenarios), self.scenarios[0].dof
         for way, path, sender, receiver in (

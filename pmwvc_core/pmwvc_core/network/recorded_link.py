@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A link that does to its packets what was recorded of another: for replays.
+
+Packet number n of the replay is lost, delayed or copied as number n of the recording was. Where
+the replay sends more or fewer packets in the same time (another rate drop), its packet number n
+meets the fate of the one that was recorded at that time. What the recording does not reach is
+lost. Times are integer nanoseconds.
+"""
+
+import heapq
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pmwvc_core.network.link import Cause, Fate, FateKind, LinkCounters
+
+TRAVELLING = (FateKind.DELIVERED, FateKind.DUPLICATE)
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedFate:
+    """What became of a packet or of its copy.
+
+    ``delay_ns`` is the time from its sending to its coming out; None: it never came out.
+    """
+
+    delay_ns: int | None
+    kind: FateKind = FateKind.DELIVERED
+    cause: Cause = Cause.NONE
+
+
+LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
+
+
+class RecordedLink:
+    """See the module; ``send`` and ``arrivals`` are those of :class:`pmwvc_core.network.Link`.
+
+    Parameters
+    ----------
+    record
+        For every packet number (1, 2, 3...) its fate, followed by those of its copies.
+    per_packet
+        Recorded packets per packet sent here: 1 unless the packet rate is another one.
+    """
+
+    def __init__(
+        self, record: Mapping[int, Sequence[RecordedFate]], *, per_packet: float = 1.0
+    ) -> None:
+        self.counters = LinkCounters()
+        self._record = record
+        self._per_packet = per_packet
+        self._under_way: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
+        self._order = 0
+        self._highest_out = 0
+
+    @property
+    def next_due_ns(self) -> int | None:
+        """When the next packet comes out; None when nothing is under way."""
+        return self._under_way[0][0] if self._under_way else None
+
+    def send(self, payload: Any, now_ns: int, *, size_bytes: int = 140) -> list[Fate]:
+        """Put a packet in; return its fate, and one for every extra copy."""
+        self.counters.in_count += 1
+        number = self.counters.in_count
+        recorded = self._record.get(1 + int((number - 1) * self._per_packet + 1e-9), LOST_RECORD)
+        return [self._travel(payload, number, now_ns, size_bytes, fate) for fate in recorded]
+
+    def arrivals(self, now_ns: int) -> list[tuple[Any, Fate]]:
+        """Take out what is due by now, in the order of delivery."""
+        out = []
+        while self._under_way and self._under_way[0][0] <= now_ns:
+            _, _, payload, fate = heapq.heappop(self._under_way)
+            out.append((payload, fate))
+            if fate.number >= self._highest_out:
+                self._highest_out = fate.number
+            elif fate.kind is FateKind.DELIVERED:
+                self.counters.reordered += 1
+        self.counters.out_count += len(out)
+        self.counters.queued = len(self._under_way)
+        return out
+
+    def _travel(
+        self, payload: Any, number: int, now_ns: int, size: int, recorded: RecordedFate
+    ) -> Fate:
+        fate = Fate(number, now_ns, 0, recorded.kind, recorded.cause, size)
+        if recorded.kind is FateKind.LOST:
+            self.counters.lost += 1
+        elif recorded.kind is FateKind.DUPLICATE:
+            self.counters.duplicated += 1
+        elif recorded.kind is not FateKind.DELIVERED:
+            self.counters.dropped += 1
+        if recorded.delay_ns is not None and recorded.kind in TRAVELLING:
+            fate.time_due_ns = now_ns + max(recorded.delay_ns, 0)
+            self._order += 1
+            heapq.heappush(self._under_way, (fate.time_due_ns, self._order, payload, fate))
+            self.counters.queued = len(self._under_way)
+        return fate

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Who does what in which order: the events of a session in virtual time.
+
+Without a recording everything happens on its grid and in the order of a frame: all masters send,
+the server steps, all masters take the answer, all ticks. With the times at which the loops of a
+recorded session really ran, events come in the order of those times.
+"""
+
+import enum
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Integers = NDArray[np.int64]
+AT_ONCE = 50_000  # events unpacked at a time
+
+
+class Act(enum.IntEnum):
+    """What happens, in the order in which things of one instant happen."""
+
+    PASS = 0  # a tick that the force loop missed: only the device moves
+    SEND = 1
+    SERVE = 2
+    ANSWER = 3
+    TICK = 4
+
+
+@dataclass(frozen=True)
+class Loop:
+    """One force loop.
+
+    Parameters
+    ----------
+    rate_drop
+        Ticks per frame.
+    first
+        Tick of the session with which its first frame starts.
+    answer
+        Tick of its frame at which it takes the answer.
+    ran_ns
+        When each tick of the session ran, negative where it did not ``(ticks,)``; on the grid when
+        not given.
+    """
+
+    rate_drop: int
+    first: int = 0
+    answer: int = 0
+    ran_ns: Integers | None = None
+
+
+@dataclass(frozen=True)
+class Steps:
+    """The server's steps: tick of the session of each, and when it ran ``(steps,)``."""
+
+    tick: Integers
+    ran_ns: Integers
+
+    @classmethod
+    def on_grid(cls, *, every: int, first: int, ticks: int, tick_ns: int) -> "Steps":
+        """Return steps every so many ticks."""
+        tick = np.arange(first, ticks, every, dtype=np.int64)
+        return cls(tick, tick * tick_ns)
+
+
+def events(
+    loops: Sequence[Loop], steps: Steps, *, ticks: int, tick_ns: int
+) -> Iterator[tuple[int, int, int, int]]:
+    """Yield (time [ns], act, whose, tick); for the server ``tick`` is the number of its step.
+
+    Parameters
+    ----------
+    loops, steps
+        When everybody runs.
+    ticks, tick_ns
+        Length of the session, and of a tick [ns].
+    """
+    parts = [_rows(steps.ran_ns, Act.SERVE, 0, np.arange(len(steps.tick), dtype=np.int64))]
+    for who, loop in enumerate(loops):
+        parts += _of_loop(loop, who, ticks=ticks, tick_ns=tick_ns)
+    table = np.concatenate(parts)
+    table = table[np.lexsort((table[:, 3], table[:, 2], table[:, 1], table[:, 0]))]
+    for start in range(0, len(table), AT_ONCE):
+        for row in table[start : start + AT_ONCE].tolist():
+            yield row[0], row[1], row[2], row[3]
+
+
+def _of_loop(loop: Loop, who: int, *, ticks: int, tick_ns: int) -> list[Integers]:
+    """Return the events of one force loop, ``(events, 4)`` each kind."""
+    tick = np.arange(loop.first, ticks, dtype=np.int64)
+    times = tick * tick_ns if loop.ran_ns is None else loop.ran_ns[loop.first : ticks]
+    ran = times >= 0
+    if not ran.any():
+        return []
+    frame, place = np.divmod(tick - loop.first, loop.rate_drop)
+    found = [_rows(times[ran], Act.TICK, who, tick[ran])]
+    for act, may in ((Act.SEND, ran), (Act.ANSWER, ran & (place >= loop.answer))):
+        _, chosen = np.unique(frame[may], return_index=True)  # the first one of each frame
+        found.append(_rows(times[may][chosen], act, who, tick[may][chosen]))
+    missed = np.flatnonzero(~ran & (np.cumsum(ran) > 0))
+    following = np.searchsorted(np.flatnonzero(ran), missed)
+    missed, following = missed[following < ran.sum()], following[following < ran.sum()]
+    found.append(_rows(times[ran][following], Act.PASS, who, tick[missed]))
+    return found
+
+
+def _rows(time_ns: Integers, act: Act, who: int, tick: Integers) -> Integers:
+    same = np.ones_like(tick)
+    return np.stack([time_ns, int(act) * same, who * same, tick], axis=1)

@@ -1,0 +1,149 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One user in virtual time: device, hand, client, and the paths both ways."""
+
+from collections.abc import Sequence
+
+from pmwvc_core.controllers import make_master
+from pmwvc_core.master.client import Client
+from pmwvc_core.master.safety import SafetyLimiter
+from pmwvc_core.network.link import stream_of
+from pmwvc_core.numeric import Value, dot
+from pmwvc_core.plant.devices import SimulatedDevice
+from pmwvc_core.plant.operators import Operator, make_operator
+from pmwvc_core.simulation.agenda import Loop
+from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.paths import Path
+from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.simulation.stacking import stack
+from pmwvc_core.wave.packet import Packer
+
+
+class Seat:
+    """One user in the simulator.
+
+    Parameters
+    ----------
+    users, scenarios
+        This user in every run of the batch, and the runs' scenarios.
+    index
+        Place of the user, from 0.
+    conditions
+        What does not come from the scenario.
+    """
+
+    def __init__(
+        self,
+        users: Sequence[User],
+        scenarios: Sequence[Scenario],
+        index: int,
+        conditions: Conditions,
+    ) -> None:
+        first, scenario = users[0], scenarios[0]
+        dof, tick_s, name = scenario.dof, scenario.tick_s, first.name
+        master, safety = stack([u.master for u in users]), stack([u.safety for u in users])
+        contact, server = stack([u.contact for u in users]), stack([s.server for s in scenarios])
+        self.user = first
+        self.loop = Loop(
+            first.master.rate_drop,
+            first=conditions.first.get(name, 0),
+            answer=min(conditions.phases.answer_ticks, first.master.rate_drop - 1),
+            ran_ns=conditions.ran_ns.get(name),
+        )
+        # As live: packets come in at every tick, and the hand begins the tick after an answer.
+        self._listens = conditions.phases.answer_ticks > 0
+        self._coupled = False
+        self._acts = False
+        frame_s = first.master.frame_s
+        half = server.object_size_m / 2
+        start = first.side * (half + contact.gap_m)
+        timeout_s = first.safety.timeout_s
+        up, down = (conditions.links.get(f"{name}/{way}") for way in ("up", "down"))
+        self.up = Path(
+            up() if up else first.link_up,
+            seed=stream_of(scenario.seed, index, 0),
+            period_s=frame_s,
+            timeout_s=timeout_s,
+            dof=dof,
+        )
+        self.down = Path(
+            down() if down else first.link_down,
+            seed=stream_of(scenario.seed, index, 1),
+            period_s=server.period_s,
+            timeout_s=timeout_s,
+            dof=dof,
+        )
+        self.client = Client(
+            make_master(scenario.controller, master),
+            SafetyLimiter(safety, tick_s=tick_s, packet_s=server.period_s),
+            inbox=self.down.receiver,
+            packer=Packer(index + 1, period=frame_s),
+        )
+        self.device = SimulatedDevice(stack([u.device for u in users]), tick_s=tick_s, dof=dof)
+        self.device.place(start)
+        hand = conditions.hands.get(name)
+        self.operator: Operator = (
+            hand()
+            if hand
+            else make_operator(
+                stack([u.operator for u in users]),
+                scenario.task,
+                side=first.side,
+                half_width=half,
+                tick_s=tick_s,
+                dof=dof,
+                start=start,
+            )
+        )
+        self.f_applied: Value = 0.0
+        self.energy_device: Value = 0.0
+        self.energy_hand: Value = 0.0
+
+    def send(self, now_ns: int) -> None:
+        """Send the packet of a frame start."""
+        self.client.controller.measure(*self.device.read())
+        self.up.send(self.client.send(now_ns), now_ns)
+
+    def answer(self, now_ns: int) -> None:
+        """Hand the newest answer to the controller, once a frame."""
+        self._listen(now_ns)
+        self.client.receive(now_ns)
+        self._coupled = self._coupled or self.client.ready()
+
+    def _listen(self, now_ns: int) -> None:
+        for packet in self.down.collect(now_ns):
+            self.down.receiver.push(packet, now_ns)
+
+    def tick(self, now_ns: int, tick_s: float) -> dict[str, Value]:
+        """Advance hand, controller and device by one tick; return the signals to trace."""
+        x, xd = self.device.read()
+        if self._listens:
+            self._listen(now_ns)
+            f_h = self._hand(self._acts)
+            self._acts = self._coupled
+        else:
+            f_h = self._hand(self.client.ready())
+        f_applied = self.client.step(x, xd, now_ns)
+        self.energy_device = self.energy_device + dot(f_applied, xd) * tick_s
+        self.energy_hand = self.energy_hand + dot(f_h, xd) * tick_s
+        self.f_applied = f_applied
+        self.device.step(f_h, f_applied)
+        port = self.client.controller
+        return {
+            "x_m": x,
+            "xd_m": xd,
+            "f_h": f_h,
+            "f_m": self.client.f_asked,
+            "f_applied": f_applied,
+            "u_m": port.u_m,
+            "u_m_lp": port.u_m_lp,
+            "v_m": port.v_m,
+        }
+
+    def pass_by(self) -> None:
+        """Let a tick pass that the force loop missed: the last force stays on the device."""
+        self.device.step(self._hand(self._acts), self.f_applied)
+
+    def _hand(self, acts: bool) -> Value:
+        # The hand is in touch with the device itself, not with what its encoder shows.
+        return self.operator.step(self.device.x, self.device.xd) if acts else self.operator.hold()
