@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The closed loop of blocks, stepped once around the hyperframe on rows.
+
+The order of events at a tick is that of the simulator: masters send, the server takes what has
+arrived and answers, masters take the newest answer, hands and devices go on. A live session has
+the same order with two phases: the server steps 2 ms into the grid of its period, the master takes
+the answer 4 ms into its frame.
+"""
+
+import math
+
+import numpy as np
+
+from pmwvc_analysis.models.blocks import Block
+from pmwvc_analysis.models.channel import Channel, Times, delay_ticks
+from pmwvc_analysis.models.linear import require_linear
+from pmwvc_analysis.models.ports import DirectPort, WavePort
+from pmwvc_analysis.models.server import Server
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.numeric import Array
+from pmwvc_core.params import whole_ratio
+from pmwvc_core.simulation.scenario import Scenario, User
+
+LIVE_STEP_S = 0.002
+LIVE_ANSWER_S = 0.004
+LONGEST = 20000  # ticks of a hyperframe
+
+
+class Line:
+    """One user with the links both ways.
+
+    Parameters
+    ----------
+    user, scenario
+        Parameters.
+    serve
+        When the server steps.
+    ticks
+        Length of the hyperframe.
+    live
+        Whether the phases are those of a live session.
+    """
+
+    def __init__(
+        self, user: User, scenario: Scenario, *, serve: Times, ticks: int, live: bool
+    ) -> None:
+        tick_s, m = scenario.tick_s, user.master.rate_drop
+        phase = min(round(LIVE_ANSWER_S / tick_s), m - 1) if live else 0
+        port = DirectPort if scenario.controller == "direct" else WavePort
+        self.name = user.name
+        self.port = port(user, tick_s=tick_s, phase=phase)
+        self.frame, self.answer, self.serve = Times(m, 0), Times(m, phase), serve
+        self.up = Channel(
+            self.frame,
+            serve,
+            delay=delay_ticks(user.link_up, tick_s=tick_s, live=live),
+            ticks=ticks,
+            signals=self.port.signals,
+        )
+        self.down = Channel(
+            serve,
+            self.answer,
+            delay=delay_ticks(user.link_down, tick_s=tick_s, live=live),
+            ticks=ticks,
+            signals=("v",),
+        )
+
+    def ages(self) -> list[int]:
+        """Return how old packets are when the server reads them [ticks]."""
+        return self.up.ages(self.serve)
+
+
+class Loop:
+    """All blocks of a scenario.
+
+    Parameters
+    ----------
+    scenario
+        Numbers may be columns ``(runs, 1)``; delays, periods and counts are the same for all.
+    live
+        Phases of a live session instead of the simulator's.
+
+    Attributes
+    ----------
+    ticks
+        Length of the hyperframe.
+    names
+        Of the states.
+    """
+
+    def __init__(self, scenario: Scenario, *, live: bool = False) -> None:
+        require_linear(scenario)
+        self.scenario, self.tick_s = scenario, scenario.tick_s
+        period = whole_ratio(scenario.server.period_s, scenario.tick_s) or 1
+        self.ticks = math.lcm(period, *(user.master.rate_drop for user in scenario.users))
+        if self.ticks > LONGEST:
+            raise PmwvcError(
+                f"{scenario.name}: frames and server period fit together only after {self.ticks} "
+                f"ticks, more than {LONGEST}; choose rate_drop and period_s with common factors"
+            )
+        phase = round(LIVE_STEP_S / scenario.tick_s) % period if live else 0
+        self.serve = Times(period, phase)
+        self.lines = [
+            Line(user, scenario, serve=self.serve, ticks=self.ticks, live=live)
+            for user in scenario.users
+        ]
+        self.server = Server(
+            "direct" if scenario.controller == "direct" else scenario.server.coupling,
+            scenario.server,
+            [user.contact for user in scenario.users],
+            [user.server_impedance for user in scenario.users],
+        )
+        self._blocks: list[tuple[str, Block]] = [("", self.server.body)]
+        for line, seat in zip(self.lines, self.server.seats, strict=True):
+            inner = [(line.name + "." + name, block) for name, block in line.port.blocks.items()]
+            up, down = (f"{line.name}.up.", line.up), (f"{line.name}.down.", line.down)
+            self._blocks += [*inner, (f"{line.name}.seat.", seat), up, down]
+        self.names = [prefix + name for prefix, block in self._blocks for name in block.names]
+
+    def around(self, *, inputs: bool) -> tuple[Array, dict[str, list[list[Array]]]]:
+        """Step once around the hyperframe.
+
+        Parameters
+        ----------
+        inputs
+            Whether rows also have a column for each user's force in each tick.
+
+        Returns
+        -------
+        rows : ndarray
+            ``(runs, states, width)``: the states at the end.
+        outputs : dict
+            ``x``, ``xd``, ``f``: per user, per tick, a row.
+        """
+        states, users = len(self.names), len(self.lines)
+        width = states + (users * self.ticks if inputs else 0)
+        unit = np.eye(width)
+        place = 0
+        for _, block in self._blocks:
+            block.state = [unit[j : j + 1] for j in range(place, place + len(block.names))]
+            place += len(block.names)
+        outputs: dict[str, list[list[Array]]] = {
+            name: [[] for _ in self.lines] for name in ("x", "xd", "f")
+        }
+        nothing = np.zeros((1, width))
+        for tick in range(self.ticks):
+            self._packets(tick)
+            for user, line in enumerate(self.lines):
+                column = states + user * self.ticks + tick
+                signals = line.port.step(unit[column : column + 1] if inputs else nothing)
+                for name, row in zip(outputs, signals, strict=True):
+                    outputs[name][user].append(row)
+        rows = [row for _, block in self._blocks for row in block.state]
+        runs = max(len(row) for row in rows)
+        stacked = np.stack([np.broadcast_to(row, (runs, width)) for row in rows], axis=1)
+        return stacked, outputs
+
+    def _packets(self, tick: int) -> None:
+        """Send, serve and receive, where it is time."""
+        for line in self.lines:
+            if line.frame.due(tick):
+                line.up.send(tick, line.port.send())
+        if self.serve.due(tick):
+            answers = self.server.step([line.up.take(tick) for line in self.lines])
+            for line, answer in zip(self.lines, answers, strict=True):
+                line.down.send(tick, [answer])
+        for line in self.lines:
+            if line.answer.due(tick):
+                line.port.hold.load(line.down.take(tick)[0])
+
+    def motion(self, x: list[Array], xd: list[Array], *, x_o: Array, xd_o: Array) -> Array:
+        """Return the state ``(runs, n)`` of a uniform motion without forces.
+
+        Parameters
+        ----------
+        x, xd
+            Position [m] and velocity [m/s] of every device at tick 0, as columns.
+        x_o, xd_o
+            Those of the object; its position is that of the server's last step.
+        """
+        values = [x_o, xd_o][: len(self.server.body.names)]
+        for line, seat, at, rate in zip(self.lines, self.server.seats, x, xd, strict=True):
+            u = line.port.wave(rate)
+            values += [*line.port.steady(at, rate), *seat.steady(u)]
+            if self.server.direct:
+                packet, slope = [at, rate], [rate * self.tick_s, 0.0 * rate]
+            else:
+                packet, slope = [u], [0.0 * u]
+            values += [*line.up.steady(packet, slope), *line.down.steady([u], [0.0 * u])]
+        runs = max(len(value) for value in values)
+        return np.concatenate([np.broadcast_to(v, (runs, 1)) for v in values], axis=1)

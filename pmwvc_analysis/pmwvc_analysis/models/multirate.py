@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The exact model of a session over one hyperframe.
+
+All periods (frames of every user, steps of the server) fit into the hyperframe a whole number of
+times. Over it the state goes on by a constant matrix::
+
+    z(n+1) = A z(n) + B f(n),      y(n) = C z(n) + D f(n)
+
+with f the hands' forces held over every tick, and y motion and force at the start of every tick,
+both lifted: user by user, tick by tick. A is the transition (monodromy) matrix: stable is what has
+no eigenvalue outside the unit circle, apart from motions that are no instability (:mod:`.rigid`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pmwvc_analysis.models import rigid
+from pmwvc_analysis.models.linear import notes_of
+from pmwvc_analysis.models.loop import Loop
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.scenario import Scenario
+
+LARGEST_LIFTED = 4000  # users times ticks
+
+
+class Output(NamedTuple):
+    """One lifted output y = C z + D f; rows, and columns of D, by ``user * ticks + tick``."""
+
+    state: Array  # C, (users * ticks, n)
+    through: Array  # D, (users * ticks, users * ticks)
+
+
+@dataclass(frozen=True)
+class MultirateModel:
+    """The model of one scenario.
+
+    Attributes
+    ----------
+    transition
+        A, ``(n, n)``.
+    states
+        Names of the n states.
+    ticks, tick_s
+        Length of the hyperframe in ticks, and of a tick [s].
+    users
+        Names of the users.
+    inputs
+        B, ``(n, users * ticks)``, per N of a hand pushing the device.
+    outputs
+        ``x`` and ``xd`` (as measured) and ``f`` (of the controller, against the hand).
+    rigid
+        Motions that are no instability; see :mod:`.rigid`.
+    notes
+        Where the model stands for something else, in sentences.
+    """
+
+    scenario: Scenario
+    live: bool
+    transition: Array
+    states: list[str]
+    ticks: int
+    tick_s: float
+    users: list[str]
+    inputs: Array
+    outputs: dict[str, Output]
+    rigid: list[rigid.Family]
+    notes: list[str]
+
+
+def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
+    """Return the exact model of a scenario, with inputs and outputs.
+
+    Parameters
+    ----------
+    scenario
+        What to model, with plain numbers.
+    live
+        Phases of a live session instead of the simulator's.
+
+    Raises
+    ------
+    NonlinearError
+        If an element is not linear.
+    PmwvcError
+        If the hyperframe is too long.
+    """
+    loop = Loop(scenario, live=live)
+    lifted = len(loop.lines) * loop.ticks
+    if lifted > LARGEST_LIFTED:
+        raise PmwvcError(
+            f"{scenario.name}: {lifted} inputs (users times ticks of the hyperframe), more than "
+            f"{LARGEST_LIFTED}; choose rate_drop and period_s with common factors"
+        )
+    rows, signals = loop.around(inputs=True)
+    n = len(loop.names)
+    outputs = {}
+    for name, per_user in signals.items():
+        stacked = np.concatenate([row for per_tick in per_user for row in per_tick])
+        outputs[name] = Output(stacked[:, :n], stacked[:, n:])
+    return MultirateModel(
+        scenario=scenario,
+        live=live,
+        transition=rows[0, :, :n],
+        states=loop.names,
+        ticks=loop.ticks,
+        tick_s=loop.tick_s,
+        users=[line.name for line in loop.lines],
+        inputs=rows[0, :, n:],
+        outputs=outputs,
+        rigid=rigid.families(loop),
+        notes=notes_of(scenario),
+    )
+
+
+class Transitions(NamedTuple):
+    """Transition matrices ``(runs, n, n)`` of scenarios of equal structure."""
+
+    matrices: Array
+    states: list[str]
+    ticks: int
+    rigid: list[rigid.Family]
+
+
+def transitions(scenario: Scenario, *, live: bool = False) -> Transitions:
+    """Return the transition matrices of a scenario whose numbers may be columns ``(runs, 1)``."""
+    loop = Loop(scenario, live=live)
+    rows, _ = loop.around(inputs=False)
+    return Transitions(rows, loop.names, loop.ticks, rigid.families(loop))
+
+
+def transition_of(scenario: Scenario, *, live: bool = False) -> Array:
+    """Return the transition matrix ``(n, n)`` of one scenario."""
+    found: Array = transitions(scenario, live=live).matrices[0]
+    return found
+
+
+def build_batch(scenarios: Sequence[Scenario], *, live: bool = False) -> list[MultirateModel]:
+    """Return a model for each of several scenarios, in order."""
+    return [build(scenario, live=live) for scenario in scenarios]
+
+
+def reduced(model: MultirateModel) -> Array:
+    """Return A on the quotient by rigid motions."""
+    found: Array = rigid.quotient(model.transition[np.newaxis], model.rigid)[0]
+    return found
+
+
+def spectral_radius(model: MultirateModel) -> float:
+    """Return the largest length of an eigenvalue of A on the quotient by rigid motions."""
+    return float(rigid.radius(reduced(model)[np.newaxis])[0])

@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The session simulator as a linear loop: no limits, no hand but forces that are given.
+
+The simulator's own objects run; only the safety limits are replaced by a wire, and the hands by
+rows of forces. This is the other route by which the models are checked.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from pmwvc_core.plant.forces import RecordedForce
+from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.simulation.session import SessionBatch
+
+SETTLED = 200  # ticks after which everybody is seated, whatever the delay here
+
+
+class Wire:
+    """In the place of the safety limits: everything passes."""
+
+    ready = True
+    state = 0
+    reason = ""
+    events = 0
+
+    def step(self, f_asked, x, xd, *, silence_s, coupled):
+        return f_asked
+
+
+def scenario(**overrides):
+    """Two users, one cube, waves; ``overrides`` by dotted name with ``__`` for the dots."""
+    return parse_scenario(
+        {
+            "name": "loop",
+            "duration_s": 1.0,
+            "controller": "pmwvc",
+            "users": 2,
+            "master": {"filter": {"kind": "first_order", "pole_rad_s": 50.0}, "hold": "zoh"},
+            "device": {"workspace_m": 1e9},
+            "safety": {"timeout_s": 5.0},
+            "operator": {"kind": "none"},
+            "server": {"contact": "bilateral", "contact_damping": 10.0},
+            "task": {"kind": "free"},
+        },
+        overrides={name.replace("__", "."): value for name, value in overrides.items()},
+    )
+
+
+def simulated(of, forces):
+    """Return traces under the given forces ``(users, ticks)``, which begin after ``SETTLED``."""
+    ticks = SETTLED + forces.shape[1]
+    batch = SessionBatch([dataclasses.replace(of, duration_s=ticks * of.tick_s)])
+    for seat, row in zip(batch.seats, forces, strict=True):
+        seat.client.safety = Wire()
+        force = np.concatenate([np.zeros(SETTLED), row])[:, np.newaxis]
+        seat.operator = RecordedForce(force, repeat=False, tick_s=of.tick_s, dof=1)
+    batch.run(lambda share: None)
+    return batch.traces(0)
+
+
+def modelled(model, forces):
+    """Return x, xd and f ``(users, ticks)`` by the model, from rest under the given forces."""
+    users, ticks = len(model.users), model.ticks
+    frames = -(-forces.shape[1] // ticks)
+    padded = np.zeros((users, frames * ticks))
+    padded[:, : forces.shape[1]] = forces
+    state, found = np.zeros(len(model.states)), {name: [] for name in model.outputs}
+    for frame in range(frames):
+        f = padded[:, frame * ticks : (frame + 1) * ticks].ravel()
+        for name, output in model.outputs.items():
+            y = output.state @ state + output.through @ f
+            found[name].append(y.reshape(users, ticks))
+        state = model.transition @ state + model.inputs @ f
+    return {name: np.hstack(y)[:, : forces.shape[1]] for name, y in found.items()}

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The exact model says what the session simulator does: 1,000 ticks on random parameters."""
+
+import linear_loops
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pmwvc_analysis.models.multirate import build
+
+TICKS = 1000
+NUMBERS = {
+    "master.impedance": (5.0, 60.0),
+    "device.mass": (0.1, 0.6),
+    "device.damping": (0.0, 3.0),
+    "server.contact_stiffness": (0.0, 1500.0),
+    "server.contact_damping": (0.0, 12.0),
+}
+FILTERS = (
+    {"kind": "first_order", "pole_rad_s": 50.0},
+    {"kind": "first_order", "cutoff_hz": 12.0},
+    {"kind": "butterworth", "pass_hz": 25.0, "stop_hz": 50.0},
+    {"kind": "butterworth", "pass_hz": 20.0, "stop_hz": 70.0, "discretisation": "matched"},
+    {"kind": "integrate_and_dump"},
+    {"kind": "none"},
+)
+
+
+@st.composite
+def scenarios(draw):
+    users = draw(st.integers(1, 4))
+    values = {
+        "users": users,
+        "controller": draw(st.sampled_from(["pmwvc", "pmwvc", "pmwvc", "direct"])),
+        "master.rate_drop": draw(st.sampled_from([1, 2, 5, 8, 12])),
+        "master.hold": draw(st.sampled_from(["zoh", "foh"])),
+        "device.velocity": draw(st.sampled_from(["exact", "euler"])),
+        "server.period_s": draw(st.sampled_from([0.001, 0.002, 0.008, 0.012])),
+        "server.coupling": draw(
+            st.sampled_from(["implicit", "one_step_delay", "one_frame_late", "unwrapped"])
+        ),
+        "server.integrator": draw(
+            st.sampled_from(["forward_euler", "backward_euler", "trapezoid"])
+        ),
+        "server.environment": draw(st.sampled_from(["cube", "cube", "wall"])),
+        "server.object_mass": draw(st.floats(0.5, 3.0)),
+        "server.object_damping": draw(st.sampled_from([0.0, 0.0, 2.0])),
+    }
+    kind = draw(st.sampled_from(FILTERS))
+    for name, value in ({"pole_rad_s": None} | kind).items():
+        values[f"master.filter.{name}"] = value
+    if draw(st.booleans()):
+        values["server.impedance"] = draw(st.floats(5.0, 60.0))
+    for user in range(1, users + 1):
+        for name, (low, high) in NUMBERS.items():
+            values[f"user{user}.{name}"] = draw(st.floats(low, high))
+        for way in ("up", "down"):
+            delay_s = draw(st.sampled_from([0.0, 0.001, 0.0035, 0.008, 0.021]))
+            values[f"user{user}.link.{way}.delay_s"] = delay_s
+    return linear_loops.scenario(**{n.replace(".", "__"): v for n, v in values.items()})
+
+
+def compare(scenario, *, model=None):
+    """Return the largest difference between model and simulator, relative to the signal."""
+    model = model or build(scenario)
+    # The forces begin with a hyperframe, at or after the tick where the simulator lets them.
+    wait = -linear_loops.SETTLED % model.ticks
+    rng = np.random.default_rng(5)
+    forces = rng.normal(size=(len(model.users), TICKS)) * 1e-3
+    padded = np.hstack([np.zeros((len(forces), wait)), forces])
+    traces = linear_loops.simulated(scenario, padded)
+    found = linear_loops.modelled(model, forces)
+    skip = linear_loops.SETTLED + wait
+    worst = 0.0
+    for name, signal in (("x", "x_m"), ("xd", "xd_m"), ("f", "f_m")):
+        for user, trace in enumerate(traces.users):
+            seen = getattr(trace, signal)[:, 0]
+            seen = seen[skip:] - (seen[0] if name == "x" else 0.0)
+            scale = max(np.abs(seen).max(), np.abs(found[name][user]).max(), 1e-12)
+            worst = max(worst, np.abs(seen - found[name][user]).max() / scale)
+    return worst
+
+
+@settings(max_examples=40, deadline=None)
+@given(scenarios())
+def test_model_and_simulator_agree_on_random_parameters(scenario):
+    assert compare(scenario) < 1e-9
+
+
+def test_a_model_of_other_parameters_does_not_agree():
+    scenario = linear_loops.scenario(link__delay_s=0.008)
+    other = build(linear_loops.scenario(link__delay_s=0.008, device__mass=0.2501))
+    assert compare(scenario) < 1e-9
+    assert compare(scenario, model=other) > 1e-6
