@@ -8,6 +8,7 @@ nothing.
 """
 
 import time
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -20,11 +21,13 @@ from std_srvs.srv import Trigger
 
 from pmwvc_bringup.status import UserStatus
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_msgs.msg import LinkState, MasterTrace, ServerTrace
 
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 STALE_S = 1.0
+RATE_STATES = 25  # six seconds of link states
 
 
 class Monitor:
@@ -47,6 +50,7 @@ class Monitor:
         self._links = Polled(node, LinkState, "/netem/links", links)
         self._seen: dict[str, tuple[float, Any]] = {}
         self._rates: dict[str, tuple[int, int, float]] = {}
+        self._counts: dict[str, deque[tuple[int, int]]] = {}  # of a link: (time [ns], packets out)
 
     def missing(self, ends: Mapping[str, tuple[int, int]]) -> list[str]:
         """Return what is not there yet, in words.
@@ -89,6 +93,12 @@ class Monitor:
         if late:
             raise PmwvcError(f"no answer from {', '.join(late)} when told to start")
 
+    def all_ticking(self) -> bool:
+        """Tell whether every master has begun: its first ticks have come."""
+        for user, polled in self._masters.items():
+            self._take(user, polled)
+        return all(user in self._seen for user in self._masters)
+
     def glance(self) -> list[UserStatus]:
         """Return the newest known of every user."""
         for user, polled in self._masters.items():
@@ -103,7 +113,7 @@ class Monitor:
         status = UserStatus(name)
         link = self._fresh(f"{name}/up")
         if link is not None:
-            status.packet_hz, status.delay_s = link.rate_hz, link.delay_mean
+            status.packet_hz, status.delay_s = self._packet_rate(link), link.delay_mean
         trace = self._fresh(name)
         if trace is not None:
             status.tick_hz = self._tick_rate(name, trace)
@@ -126,6 +136,15 @@ class Monitor:
             rate = (tick - before_tick) / (at_ns - before_ns) * 1e9
         self._rates[name] = (tick, at_ns, rate)
         return rate or None
+
+    def _packet_rate(self, state: LinkState) -> float | None:
+        """Return packets per second over the last seconds; the link itself counts too briefly."""
+        at_ns = nanoseconds(state.stamp)
+        counts = self._counts.setdefault(state.link, deque(maxlen=RATE_STATES))
+        if not counts or counts[-1][0] < at_ns:
+            counts.append((at_ns, state.out_count))
+        (begin_ns, begin), (end_ns, end) = counts[0], counts[-1]
+        return (end - begin) / (end_ns - begin_ns) * 1e9 if end_ns > begin_ns else None
 
     def _take(self, name: str, polled: Polled) -> None:
         message = polled.take()

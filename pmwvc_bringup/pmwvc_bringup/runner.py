@@ -30,6 +30,7 @@ from pmwvc_core.simulation.scenario import Scenario
 
 MEETING_S = 30.0  # patience until all nodes have met; 1.5 s is usual
 GLANCE_S = 0.25
+BEGINNING_S = 3.0
 LINE_S = 2.0  # between two lines where there is no terminal
 READY = "ready"
 
@@ -148,6 +149,10 @@ class LiveSession:
             time.sleep(0.02)
         for kind in ("netem", "server", "master"):  # nobody speaks before there is who listens
             monitor.start([node.ros_name for node in self.nodes if node.kind == kind])
+        # The session's time counts from here, so that every loop has run for all of it.
+        until = time.monotonic() + BEGINNING_S
+        while not monitor.all_ticking() and time.monotonic() < until:
+            time.sleep(0.01)
         return True
 
     def _words(self, ending: Ending) -> str:

@@ -5,6 +5,7 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_analysis.judge.shape import number, percentiles
 from pmwvc_analysis.recording.link_blocks import reordered
@@ -15,7 +16,7 @@ from pmwvc_core.simulation.traces import FateTraces, SessionTraces
 
 def link_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
     """Return the entries of ``links`` of a summary."""
-    found = [_from_fates(fates, traces.duration_s) for fates in traces.fates.values()]
+    found = [_from_fates(fates) for fates in traces.fates.values()]
     found += [
         _from_states(link, states, traces.duration_s)
         for link, states in traces.link_states.items()
@@ -24,7 +25,7 @@ def link_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
     return sorted(found, key=lambda entry: str(entry["name"]))
 
 
-def _from_fates(fates: FateTraces, duration_s: float) -> dict[str, Any]:
+def _from_fates(fates: FateTraces) -> dict[str, Any]:
     out = np.isin(fates.fate, (DELIVERED, DUPLICATE)) & (fates.time_out_ns > 0)
     return {
         "name": fates.link,
@@ -35,8 +36,16 @@ def _from_fates(fates: FateTraces, duration_s: float) -> dict[str, Any]:
         "reordered": int(reordered(fates).sum()),
         "dropped": int(np.isin(fates.fate, DROPPED).sum()),
         "delay_s": percentiles((fates.time_out_ns - fates.time_in_ns)[out].astype(float) * 1e-9),
-        "rate_hz": number(out.sum() / duration_s) if duration_s > 0.0 else None,
+        "rate_hz": _rate_hz(fates.time_out_ns[out]),
     }
+
+
+def _rate_hz(times_ns: NDArray[np.int64]) -> float | None:
+    """Return the mean rate between the first and the last of these times."""
+    if len(times_ns) < 2:
+        return None
+    span_s = float(times_ns.max() - times_ns.min()) * 1e-9
+    return number((len(times_ns) - 1) / span_s) if span_s > 0.0 else None
 
 
 def _from_states(link: str, states: dict[str, Array], duration_s: float) -> dict[str, Any]:

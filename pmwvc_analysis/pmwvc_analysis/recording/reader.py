@@ -121,9 +121,12 @@ def _add_network(traces: SessionTraces, content: Content, zero_ns: int) -> None:
 def _duration(
     users: list[UserTraces], server: ServerTraces | None, logs: list[int], zero_ns: int
 ) -> float:
-    """Return the time from the first tick or step to the end of the last."""
+    """Return the time from the first tick or step to the end of the last tick of a user.
+
+    The server runs on a little after the users have left; that is not part of the session.
+    """
     ends = [float(user.time_s[-1]) + user.tick_s for user in users if len(user.time_s)]
-    if server is not None:
+    if server is not None and not ends:
         ends.append(float(server.time_s[-1]) + server.period_s)
     return max(ends, default=(max(logs) - min(logs)) * 1e-9)
 
