@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stability from the exact model: spectral radius, largest stiffness, boundaries, Z-width.
+
+Stable is a scenario with no eigenvalue outside the unit circle (beyond rounding) once the motions
+that are no instability are taken out. The largest stiffness is the first crossing: everything
+below it is stable. Where it becomes stable again above, these islands are reported, too.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_analysis.models import rigid
+from pmwvc_analysis.models.multirate import transitions
+from pmwvc_analysis.models.variation import stackable, varied, with_stiffness
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.scenario import Scenario
+
+BOUND = 1e6  # [N/m] no contact stiffness above this is looked at
+LOWEST = 0.1  # [N/m]
+ROUNDING = 1e-9
+PER_DECADE = 20
+LARGEST_BATCH = 512
+
+Radii = Callable[[Array], Array]  # spectral radius at each of several values
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Where stability ends.
+
+    Attributes
+    ----------
+    first
+        Smallest value at which stability is lost; the lowest looked at is taken for 0 where that
+        is unstable already; None where nothing up to ``bound`` is unstable.
+    bound
+        Largest value looked at.
+    islands
+        Stable ranges above ``first``.
+    """
+
+    first: float | None
+    bound: float
+    islands: list[tuple[float, float]]
+
+
+def radii(scenario: Scenario, *, live: bool = False) -> Array:
+    """Return the spectral radius of every run of a scenario whose numbers may be columns."""
+    found = transitions(scenario, live=live)
+    return rigid.radius(rigid.quotient(found.matrices, found.rigid))
+
+
+def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Limit:
+    """Return the largest contact stiffness [N/m], all contacts in proportion.
+
+    Parameters
+    ----------
+    scenario
+        Everything else.
+    live
+        Phases of a live session.
+    bound
+        Largest stiffness looked at.
+    """
+
+    def at(stiffness: Array) -> Array:
+        return radii(with_stiffness(scenario, stiffness), live=live)
+
+    states = transitions(scenario, live=live).matrices.shape[-1]
+    decades = np.log10(bound / LOWEST)
+    # The time of an eigenvalue problem grows as the cube of its size.
+    fine = float(np.clip(2e6 / states**3, 0.2, 1.0))
+    grid = np.geomspace(LOWEST, bound, 1 + int(np.ceil(decades * PER_DECADE * fine)))
+    found = crossings(at, grid, within=1e-6 if fine == 1.0 else 1e-4, parts=17 if fine == 1 else 5)
+    return limit_of(found, stable_at_first=bool(_stable(at(grid[:1, np.newaxis]))[0]), bound=bound)
+
+
+def crossings(
+    at: Radii, grid: Array, *, within: float = 1e-6, parts: int = 17
+) -> list[tuple[float, bool]]:
+    """Return where stability changes on a grid, and whether it is regained there.
+
+    Parameters
+    ----------
+    at
+        Spectral radii at a column of values.
+    grid
+        Ascending values, all positive for a relative precision.
+    within
+        Relative precision.
+    parts
+        Into how many an interval is divided at a time.
+    """
+    flags = _stable(_batched(at, grid))
+    found = []
+    for place in np.flatnonzero(flags[1:] != flags[:-1]):
+        low, high, begins = float(grid[place]), float(grid[place + 1]), bool(flags[place])
+        while high - low > within * max(abs(high), abs(low)):
+            inner = np.linspace(low, high, parts + 1)[1:-1]
+            same = _stable(at(inner[:, np.newaxis])) == begins
+            step = len(same) if same.all() else int(np.argmin(same))
+            ends = [low, *inner.tolist(), high]
+            low, high = ends[step], ends[step + 1]
+        found.append((0.5 * (low + high), not begins))
+    return found
+
+
+def limit_of(found: list[tuple[float, bool]], *, stable_at_first: bool, bound: float) -> Limit:
+    """Return first crossing and islands from the changes found."""
+    if not stable_at_first:
+        found = [(0.0, False), *found]
+    if not found:
+        return Limit(None, bound, [])
+    ends = [*[value for value, _ in found[1:]], bound]
+    islands = [(ends[i], ends[i + 1]) for i in range(0, len(ends) - 1, 2)]
+    return Limit(found[0][0], bound, islands)
+
+
+def boundary(
+    scenario: Scenario,
+    name: str,
+    grid: Array,
+    *,
+    over: tuple[str, Sequence[float]],
+    live: bool = False,
+) -> list[list[tuple[float, bool]]]:
+    """Trace where stability changes with one parameter, for each value of another.
+
+    Parameters
+    ----------
+    scenario
+        Everything else.
+    name, grid
+        The parameter along which changes are looked for, and where.
+    over
+        The other parameter and its values.
+    live
+        Phases of a live session.
+
+    Returns
+    -------
+    list
+        Per value of ``over`` the changes: where, and whether stability is regained.
+    """
+    other, values = over
+
+    def along(of: Scenario) -> Radii:
+        if stackable(name):
+            return lambda column: radii(varied(of, name, column), live=live)
+        return lambda column: np.array(
+            [radii(varied(of, name, float(x)), live=live)[0] for x in np.ravel(column)]
+        )
+
+    precise = 1e-6 if stackable(name) else 1e-3
+    return [
+        crossings(along(varied(scenario, other, value)), grid, within=precise) for value in values
+    ]
+
+
+def z_width(scenario: Scenario, damping: Sequence[float], *, live: bool = False) -> list[Limit]:
+    """Return the largest stiffness for each contact damping [N s/m]: the width of impedances that
+    can be rendered.
+    """
+    return [k_max(varied(scenario, "server.contact_damping", b), live=live) for b in damping]
+
+
+def _stable(values: Array) -> np.typing.NDArray[np.bool_]:
+    return np.asarray(values <= 1.0 + ROUNDING)
+
+
+def _batched(at: Radii, grid: Array) -> Array:
+    parts = range(0, len(grid), LARGEST_BATCH)
+    return np.concatenate([at(grid[i : i + LARGEST_BATCH, np.newaxis]) for i in parts])
+
+
+def stable(radius: float) -> bool:
+    """Tell whether a spectral radius means stable."""
+    return bool(radius <= 1.0 + ROUNDING)
