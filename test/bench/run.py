@@ -26,7 +26,7 @@ from rich.table import Table
 
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.session_files import finish
-from pmwvc_bringup.scenarios import load_scenario
+from pmwvc_bringup.scenarios import load
 from pmwvc_core.runtime.pacing import Pacer, request_real_time
 from pmwvc_core.simulation.session import simulate
 
@@ -61,12 +61,14 @@ def relay_error_ms(folder):
     """Return the emulator's median and 99th percentile |delay - delay asked for| [ms]."""
     traces = read_session(folder)
     errors = np.concatenate(
-        [
-            (f.time_out_ns - f.time_due_ns)[f.time_out_ns > 0] * 1e-6
-            for f in traces.fates.values()
-        ]
+        [(f.time_out_ns - f.time_due_ns)[f.time_out_ns > 0] * 1e-6 for f in traces.fates.values()]
     )
     return float(np.median(np.abs(errors))), float(np.percentile(np.abs(errors), 99))
+
+
+def ratio(what, measured, reference, unit):
+    """Return a row of the table."""
+    return what, f"{measured:.3g} {unit}", f"{reference:.3g} {unit}", f"{measured / reference:.2f}"
 
 
 def timed(work):
@@ -88,10 +90,11 @@ def bench_loops(duration_s, rows, numbers):
         compute = statistics.median(u["compute_us"]["p50"] for u in summary["users"])
         name = f"{delay_s * 1e3:.0f} ms"
         rows += [
-            (f"1 kHz lateness p50, {name}", f"{late:.0f} us", f"{bare_p50:.0f} us", late / bare_p50),
-            (f"1 kHz lateness p99, {name}", f"{late99:.0f} us", f"{bare_p99:.0f} us", late99 / bare_p99),
-            (f"1 kHz compute p50, {name}", f"{compute:.0f} us", "1000 us", compute / 1000),
-            (f"relay error p50 / p99, {name}", f"{p50:.3f} / {p99:.3f} ms", "", None),
+            ratio(f"1 kHz loop, lateness p50, {name}", late, bare_p50, "us"),
+            ratio(f"1 kHz loop, lateness p99, {name}", late99, bare_p99, "us"),
+            ratio(f"1 kHz loop, compute p50, {name}", compute, 1000.0, "us"),
+            ratio(f"relay, late p50, {name}", p50, 1.0, "ms"),
+            ratio(f"relay, late p99, {name}", p99, 1.0, "ms"),
         ]
         numbers[f"live_{delay_s * 1e3:.0f}ms"] = {
             "lateness_us": late, "bare_lateness_us": bare_p50, "compute_us": compute,
@@ -101,7 +104,7 @@ def bench_loops(duration_s, rows, numbers):
 
 def bench_simulation(rows, numbers, runs):
     """Simulation speed: one session, and many side by side."""
-    scenario = load_scenario("carry_16ms", duration_s=10.0)
+    scenario = load("carry_16ms", duration_s=10.0)
     single = timed(lambda: simulate([scenario]))
     varied = [
         replace(
@@ -115,8 +118,8 @@ def bench_simulation(rows, numbers, runs):
     ]
     batched = timed(lambda: simulate(varied, keep=lambda traces: traces.duration_s))
     rows += [
-        ("simulate one session, 10 s", f"{single:.2f} s", "10 s", 10 / single),
-        (f"simulate {runs} batched", f"{batched:.1f} s", f"{runs * single:.0f} s", runs * single / batched),
+        ratio("session of 10 s against its simulation", 10.0, single, "s"),
+        ratio(f"{runs} one by one against batched", runs * single, batched, "s"),
     ]
     numbers["simulation"] = {
         "times_real_time": 10 / single, "batched_speed_up": runs * single / batched, "runs": runs,
@@ -129,7 +132,7 @@ def bench_report(duration_s, rows, numbers):
         folder = Path(place) / "session"
         live(duration_s, 0.016, folder)
         seconds = timed(lambda: finish(folder))
-    rows.append(("report", f"{seconds:.1f} s", f"{duration_s:.0f} s", duration_s / seconds))
+    rows.append(ratio("session against its report", duration_s, seconds, "s"))
     numbers["report"] = {"seconds": seconds, "session_s": duration_s}
 
 
@@ -144,8 +147,8 @@ def main():
     bench_loops(options.duration, rows, numbers)
     bench_report(options.duration, rows, numbers)
     table = Table("what", "measured", "reference in this run", "ratio")
-    for name, value, reference, ratio in rows:
-        table.add_row(name, value, reference, "" if ratio is None else f"{ratio:.2f}")
+    for row in rows:
+        table.add_row(*row)
     Console().print(table)
     place = Path("sessions")
     place.mkdir(exist_ok=True)
