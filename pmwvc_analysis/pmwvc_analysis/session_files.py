@@ -11,6 +11,7 @@ from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
 
 SUMMARY = "summary.json"
+BUDGET = "budget.json"
 REPORT = "report.html"
 PLOTS = "plots"
 
@@ -18,7 +19,7 @@ PLOTS = "plots"
 def finish(
     folder: str | Path, traces: SessionTraces | None = None, scenario: Scenario | None = None
 ) -> dict[str, Any]:
-    """Write ``summary.json``, ``plots/*.png`` and ``report.html`` of a session folder.
+    """Write ``summary.json``, ``budget.json``, ``plots/*.png`` and ``report.html`` of a session.
 
     Parameters
     ----------
@@ -39,6 +40,8 @@ def finish(
     RecordingError
         If the folder holds no recording that can be read, or cannot be written.
     """
+    from pmwvc_analysis.judge import budget_summary
+    from pmwvc_analysis.judge.budget import budget
     from pmwvc_analysis.judge.verdicts import summary
     from pmwvc_analysis.recording.reader import read_scenario, read_session
     from pmwvc_analysis.show.figures import draw_all
@@ -48,16 +51,20 @@ def finish(
     scenario = scenario or read_scenario(folder)
     traces = traces or read_session(folder)
     result = summary(traces, scenario)
+    energies = budget(traces, scenario)
     try:
         write_summary(folder, result)
+        if energies is not None:
+            write_summary(folder, budget_summary.summary(energies), name=BUDGET)
         pictures = draw_all(traces, scenario, folder / PLOTS)
-        (folder / REPORT).write_text(render(traces, scenario, result, pictures), encoding="utf-8")
+        report = render(traces, scenario, result, pictures, energies)
+        (folder / REPORT).write_text(report, encoding="utf-8")
     except OSError as error:
         raise RecordingError(f"cannot write into {folder}: {error.strerror or error}") from error
     return result
 
 
-def write_summary(folder: Path, result: dict[str, Any]) -> None:
-    """Write ``summary.json``; a number that is not finite would be a mistake and raises."""
+def write_summary(folder: Path, result: dict[str, Any], *, name: str = SUMMARY) -> None:
+    """Write a file of results; a number that is not finite would be a mistake and raises."""
     text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
-    (folder / SUMMARY).write_text(text + "\n", encoding="utf-8")
+    (folder / name).write_text(text + "\n", encoding="utf-8")

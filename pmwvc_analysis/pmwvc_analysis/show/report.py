@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from pmwvc_analysis.judge import budget_summary, stability
 from pmwvc_analysis.judge import prediction as predictions
-from pmwvc_analysis.judge import stability
+from pmwvc_analysis.judge.budget import Budget
 from pmwvc_analysis.judge.energy import UserEnergy, user_energies
 from pmwvc_analysis.show.figures import Picture
 from pmwvc_analysis.show.text import cell, quantity
@@ -27,6 +28,7 @@ def render(
     scenario: Scenario | None,
     summary: dict[str, Any],
     pictures: Sequence[Picture],
+    energies: Budget | None = None,
 ) -> str:
     """Return the report as HTML; parts that the session does not have are left out."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -46,6 +48,10 @@ def render(
         description=scenario.description if scenario else "",
         summary=summary,
         verdicts=verdict_lines(summary, judged, user_energies(traces)),
+        budget_owners=[*energies.hands, "server"] if energies else [],
+        budget_rows=budget_summary.rows(energies) if energies else [],
+        budget_lines=budget_summary.lines(energies) if energies else [],
+        budget_notes=energies.notes if energies else [],
         events=events[:MOST_EVENTS],
         more_events=max(0, len(events) - MOST_EVENTS),
         predicted=predictions.lines(scenario, live=traces.source == "live") if scenario else [],

@@ -1,0 +1,204 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every joule of a session is accounted for, and the part that made some is named."""
+
+import copy
+import json
+
+import handmade
+import numpy as np
+import pytest
+
+from pmwvc_analysis.judge import budget_summary
+from pmwvc_analysis.judge.budget import SERVER, TOLERANCE_NOTED, budget
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.simulation.session import simulate_one
+
+
+def simulated(name, *settings, duration_s=4.0):
+    scenario = files.load(name, settings_texts=settings, duration_s=duration_s)
+    return simulate_one(scenario), scenario
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    return simulated("thesis_controlled_16ms")
+
+
+CHANGES = [
+    ("carry_16ms", "dof=3"),
+    ("carry_16ms", "device.damping=3", "server.object_damping=4"),
+    ("carry_16ms", "master.filter.kind=integrate_and_dump", "link.loss=0.1", "link.duplicate=0.1"),
+    ("carry_16ms", "server.period_s=0.004", "master.rate_drop=16", "master.hold=zoh"),
+    ("carry_16ms", "server.coupling=one_frame_late", "server.object_damping=4"),
+    ("carry_16ms", "server.coupling=unwrapped", "server.integrator=trapezoid"),
+    ("carry_16ms", "server.coupling=one_step_delay", "server.contact_stiffness=20000"),
+    ("wall", "operator.kind=constant", "operator.force=6", "device.workspace_m=0.05"),
+]
+
+
+@pytest.mark.parametrize("name", files.known())
+def test_the_budget_of_every_scenario_closes_to_rounding(name):
+    found = budget(*simulated(name))
+    assert found.notes == []
+    assert found.closes, np.abs(found.residual_j).max()
+
+
+@pytest.mark.parametrize(("name", "settings"), [(c[0], c[1:]) for c in CHANGES])
+def test_it_closes_whatever_takes_the_energy(name, settings):
+    found = budget(*simulated(name, *settings))
+    assert found.notes == []
+    assert found.closes, np.abs(found.residual_j).max()
+
+
+def test_hands_are_the_sum_of_parts_and_residual(pressed):
+    found = budget(*pressed)
+    parts = sum(sums for each in found.parts.values() for sums in each.values())
+    hands = sum(found.hands.values())
+    np.testing.assert_allclose(hands - parts, found.residual_j, atol=1e-15)
+
+
+@pytest.mark.parametrize("tamper", ["f_h", "f_m", "kinetic", "x_m"])
+def test_a_session_that_breaks_physics_does_not_close(tamper):
+    traces, scenario = simulated("carry_16ms", duration_s=6.0)
+    user, server = traces.users[0], traces.server
+    assert budget(traces, scenario).closes
+    if tamper == "kinetic":
+        server.kinetic = 1.01 * server.kinetic
+    else:
+        setattr(user, tamper, 1.01 * getattr(user, tamper))
+        if tamper == "f_m":
+            user.f_applied = user.f_m
+            user.energy.pop("device")
+    assert not budget(traces, scenario).closes
+
+
+def test_a_press_at_rest_has_its_energy_in_the_springs(pressed):
+    traces, scenario = pressed
+    found = budget(traces, scenario)
+    stiffness = scenario.users[0].contact.contact_stiffness
+    assert found.parts[SERVER]["contact_stored"][-1] == pytest.approx(
+        2 * 1.0**2 / (2 * stiffness), rel=1e-3
+    )
+    given = sum(float(sums[-1]) for sums in found.hands.values())
+    pushed = [np.flatnonzero(user.f_h)[0] for user in traces.users]
+    moved = sum(  # 1 N each, all the way
+        abs(float(user.x_m[-1, 0] - user.x_m[first, 0]))
+        for user, first in zip(traces.users, pushed, strict=True)
+    )
+    assert given == pytest.approx(moved, rel=1e-4)
+
+
+def test_a_damper_takes_its_force_times_the_way():
+    traces, scenario = simulated(
+        "wall",
+        "operator.kind=constant",
+        "operator.force=0.1",
+        "device.damping=2",
+        "server.gap_m=1",
+        "device.workspace_m=3",
+    )
+    found = budget(traces, scenario)
+    user = traces.users[0]
+    last = int(found.time_s[-1] / 1e-3 + 0.5) + 1
+    heat = 2.0 * np.sum(np.diff(user.x_m[:last], axis=0) ** 2) / 1e-3  # b xd dx, mean velocities
+    assert found.parts["user1"]["device_damping"][-1] == pytest.approx(heat, rel=1e-5)
+
+
+def test_late_decoding_is_named_where_it_drives_the_session():
+    traces, scenario = simulated(
+        "thesis_controlled_16ms", "server.contact_stiffness=4000", duration_s=2.0
+    )
+    found = budget(traces, scenario)
+    worst = found.active[0]
+    assert (worst.owner, worst.part) == (SERVER, "late_decoding")
+    assert 0.5 < worst.since_s <= worst.time_s
+    # the control: the same with the loop solved has nothing to give
+    traces, scenario = simulated(
+        "thesis_controlled_16ms",
+        "server.contact_stiffness=4000",
+        "server.coupling=implicit",
+        duration_s=2.0,
+    )
+    assert all(entry.owner != SERVER for entry in budget(traces, scenario).active)
+
+
+def test_direct_coupling_over_a_delay_is_named():
+    found = budget(*simulated("direct_16ms"))
+    assert {entry.part for entry in found.active[:2]} == {"link"}
+    said = [words for good, words in budget_summary.lines(found) if not good]
+    assert any("link, both ways" in words for words in said)
+
+
+def test_a_link_that_amplifies_is_named_with_what_it_gave():
+    gain = 1.3
+    traces = handmade.session(gain=gain)
+    found = budget(traces, handmade.scenario())
+    entry = next(e for e in found.active if (e.owner, e.part) == ("user1", "link_up"))
+    assert entry.given_j == pytest.approx(
+        float(traces.server.energy_u_s[0][-1]) * (1 - 1 / gain**2), rel=0.02
+    )
+    passive = budget(handmade.session(), handmade.scenario())
+    assert not any(entry.part == "link_up" for entry in passive.active)
+
+
+def test_the_rate_drop_is_named_with_its_filter():
+    traces, scenario = simulated("carry_16ms")
+    user = traces.users[0]
+    user.energy["u_tx"] = 1.5 * user.energy["u_m"]
+    found = budget(traces, scenario)
+    assert found.active[0].part in ("filter_and_rate_drop", "link_up")
+    assert ("user1", "filter_and_rate_drop") in [(e.owner, e.part) for e in found.active]
+
+
+def test_what_was_not_recorded_is_said_and_still_nearly_closes():
+    traces, scenario = simulated("carry_16ms")
+    user = traces.users[0]
+    gone, ticks = slice(300, 303), 8
+    rows = np.r_[gone.start * ticks : gone.stop * ticks]
+    for name, values in vars(copy.copy(user)).items():
+        if isinstance(values, np.ndarray) and len(values) == len(user.lateness_s):
+            setattr(user, name, np.delete(values, rows, axis=0))
+    blocks = np.r_[gone]
+    user.block_time_s = np.delete(user.block_time_s, blocks)
+    user.energy = {name: np.delete(sums, blocks) for name, sums in user.energy.items()}
+    found = budget(traces, scenario)
+    assert found.notes == ["user1: 24 ticks were not recorded"]
+    assert found.closes
+    assert np.abs(found.residual_j).max() > 1e-9  # it shows all the same
+    assert found.tolerance_j == pytest.approx(TOLERANCE_NOTED * found.moved_j, rel=1e-6)
+
+
+def test_a_hand_that_nobody_measured_is_told_from_the_device():
+    traces, scenario = simulated("carry_16ms")
+    known = budget(traces, scenario)
+    traces.users[0].f_h = np.full_like(traces.users[0].f_h, np.nan)
+    found = budget(traces, scenario)
+    assert "was not measured" in found.notes[0]
+    np.testing.assert_allclose(found.hands["user1"], known.hands["user1"], atol=1e-9)
+
+
+def test_quantised_sensors_are_told_apart_from_a_budget_that_does_not_close():
+    found = budget(*simulated("carry_16ms", "device.encoder_step_m=5e-5", "device.velocity=euler"))
+    assert found.closes
+    assert "measured" in found.notes[0]
+    assert found.parts["user1"]["sample_hold"][-1] < 0.0  # noise of the velocity gives out energy
+
+
+def test_without_scenario_or_server_there_is_no_budget():
+    traces, scenario = simulated("wall", duration_s=1.0)
+    assert budget(traces, None) is None
+    traces.server = None
+    assert budget(traces, scenario) is None
+
+
+def test_the_summary_is_plain_numbers_and_the_table_adds_up(pressed):
+    found = budget(*pressed)
+    said = budget_summary.summary(found)
+    assert json.loads(json.dumps(said, allow_nan=False)) == said
+    table = budget_summary.rows(found)
+    given = sum(value for value in table[0][1] if value is not None)
+    spent = sum(value for _, row in table[1:] for value in row if value is not None)
+    assert given == pytest.approx(spent, abs=1e-12)
+    assert said["hands_j"] == pytest.approx(given)
+    assert budget_summary.lines(found)[0][0] is True
