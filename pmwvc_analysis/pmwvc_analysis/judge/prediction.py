@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a scenario's numbers promise: aliasing, the passivity bound, and how the link feels.
+"""What a scenario's numbers promise: stability, aliasing, and how the link feels.
+
+Stable or not, spectral radius and largest contact stiffness come from the exact model of the loop
+(:mod:`pmwvc_analysis.models`): hands off, all contacts touching. What is not linear has no such
+model; then only passivity of all parts is a promise.
 
 The lag tau of the wave path, once around (network both ways, anti-aliasing filter, hold), acts
 like a spring K = 2b/tau and a mass M = b tau/2 in series with what is touched:
@@ -13,9 +17,12 @@ force F has been built up it stands F T_VE/b further in than its waves say, whic
 of -2 T_VE.
 """
 
+import functools
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
+from pmwvc_analysis.models import stability
+from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.wave import aliasing
@@ -27,35 +34,61 @@ ALIASING_BOUND = 1.1
 UP, DOWN = "up", "down"
 
 
+class Exact(NamedTuple):
+    """What the exact model says."""
+
+    spectral_radius: float
+    stable: bool
+    limit: stability.Limit
+
+
+@functools.lru_cache(maxsize=64)
+def exact(scenario: Scenario, *, live: bool) -> Exact | None:
+    """Return what the exact model says; None where there is none."""
+    try:
+        radius = float(stability.radii(scenario, live=live)[0])
+        limit = stability.k_max(scenario, live=live)
+    except PmwvcError:
+        return None
+    return Exact(radius, stability.stable(radius), limit)
+
+
 def prediction(scenario: Scenario, *, live: bool) -> dict[str, float | bool | None]:
     """Return the ``prediction`` of a summary; the user who is worst off counts.
 
-    ``stable`` is True where the parts are passive one by one and None where nothing general is
-    known (which is not a promise of instability). ``spectral_radius`` and ``k_max`` need the
-    linear model of the whole loop.
+    ``k_max`` is None where no contact stiffness up to ``stability.BOUND`` is unstable, and all
+    three of ``spectral_radius``, ``stable`` and ``k_max`` where there is no exact model (unless
+    the parts are passive one by one: then ``stable`` is True all the same).
     """
+    model = exact(scenario, live=live)
+    values: dict[str, float | bool | None] = dict.fromkeys(
+        ("spectral_radius", "stable", "k_max", "aliasing_gain", "k_felt", "mass_felt")
+    )
+    if model is not None:
+        values["spectral_radius"], values["stable"] = model.spectral_radius, model.stable
+        values["k_max"] = model.limit.first
     if scenario.controller == "direct":
-        return dict.fromkeys(
-            ("spectral_radius", "stable", "k_max", "aliasing_gain", "k_felt", "mass_felt"), None
-        )
+        return values
     lags = [lag_s(user, scenario, live=live) for user in scenario.users]
-    aliasing = max(aliasing_gain(user) for user in scenario.users)
     impedances = [float(user.master.impedance) for user in scenario.users]
     stiffness = [
         felt_stiffness(float(user.contact.contact_stiffness), b, tau)
         for user, b, tau in zip(scenario.users, impedances, lags, strict=True)
     ]
-    passive = aliasing <= ALIASING_BOUND and all(
-        parts_passive(user, scenario) for user in scenario.users
+    if model is None and passive(scenario):
+        values["stable"] = True
+    values["aliasing_gain"] = max(aliasing_gain(user) for user in scenario.users)
+    values["k_felt"] = min(stiffness)
+    values["mass_felt"] = max(b * tau / 2.0 for b, tau in zip(impedances, lags, strict=True))
+    return values
+
+
+def passive(scenario: Scenario) -> bool:
+    """Tell whether all parts are passive, each for itself: stable at any delay, with any hand."""
+    return scenario.controller != "direct" and all(
+        aliasing_gain(user) <= ALIASING_BOUND and parts_passive(user, scenario)
+        for user in scenario.users
     )
-    return {
-        "spectral_radius": None,
-        "stable": True if passive else None,
-        "k_max": None,
-        "aliasing_gain": aliasing,
-        "k_felt": min(stiffness),
-        "mass_felt": max(b * tau / 2.0 for b, tau in zip(impedances, lags, strict=True)),
-    }
 
 
 def aliasing_gain(user: User) -> float:
@@ -127,21 +160,19 @@ def network_s(link: LinkParams, period_s: float, phase_s: float) -> float:
 
 def lines(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the prediction in sentences, for a terminal and for the report."""
+    found = _stability_lines(scenario, live=live)
     if scenario.controller == "direct":
-        return [
-            "Direct coupling: nothing keeps it passive; expect instability as delay or stiffness "
-            "grows."
-        ]
-    values = prediction(scenario, live=live)
-    found = []
+        return [*found, "Direct coupling: nothing keeps it passive as delay or stiffness grows."]
     for user in scenario.users:
         tau, b = lag_s(user, scenario, live=live), float(user.master.impedance)
+        felt = felt_stiffness(float(user.contact.contact_stiffness), b, tau)
         found.append(
             f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; it feels like a spring "
-            f"of {2 * b / tau:.0f} N/m and {b * tau / 2:.2f} kg in between."
+            f"of {2 * b / tau:.0f} N/m and {b * tau / 2:.2f} kg in between ({felt:.0f} N/m with "
+            "the contact)."
         )
-    gain = values["aliasing_gain"]
-    if gain is not None and gain > ALIASING_BOUND:
+    gain = max(aliasing_gain(user) for user in scenario.users)
+    if gain > ALIASING_BOUND:
         found.append(
             f"Packets may carry up to {gain:.2f} times the energy they sample: the filter lets "
             "aliasing through."
@@ -151,12 +182,25 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
             found.append(
                 f"{user.name}: K T + 2B > b: the one-step-delay coupling may give out energy."
             )
-    found.append(
-        "Stable: every part is passive."
-        if values["stable"]
-        else "No general promise of stability for these settings."
-    )
+    if passive(scenario):
+        found.append("Every part is passive: that holds at any constant delay.")
     return found
+
+
+def _stability_lines(scenario: Scenario, *, live: bool) -> list[str]:
+    """Return what the exact model says in sentences."""
+    model = exact(scenario, live=live)
+    if model is None:
+        return ["No exact model of these settings (not linear, or periods that hardly ever meet)."]
+    first, bound = model.limit.first, model.limit.bound
+    if first is None:
+        reach = f"no contact stiffness up to {bound:g} N/m changes that"
+    elif first == 0.0:
+        reach = "no contact stiffness is stable"
+    else:
+        reach = f"the contact may be as stiff as {first:.0f} N/m"
+    word = "Stable" if model.stable else "NOT stable"
+    return [f"{word}: spectral radius {model.spectral_radius:.4f}; {reach} (hands off)."]
 
 
 def came_true(scenario: Scenario, summary: dict[str, Any]) -> list[str]:
@@ -168,10 +212,17 @@ def came_true(scenario: Scenario, summary: dict[str, Any]) -> list[str]:
             if summary["stable"]
             else "Predicted stable, but it was not: look at the events."
         )
+    elif predicted["stable"] is None:
+        found.append(
+            f"No promise was made; the session was {'' if summary['stable'] else 'not '}stable."
+        )
     elif summary["stable"]:
-        found.append("No promise was made; the session was stable.")
+        found.append(
+            "Predicted unstable, but it was stable: hands damp, contacts can part, and a short "
+            "session may end before it shows."
+        )
     else:
-        found.append("No promise was made; the session was not stable.")
+        found.append("Predicted unstable: it was.")
     if predicted["mass_felt"] is None:
         return found
     live = summary["source"] == "live"

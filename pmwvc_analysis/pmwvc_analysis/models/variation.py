@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.errors import ParameterError, ScenarioError
-from pmwvc_core.numeric import Array
 from pmwvc_core.params import groups, specs
 from pmwvc_core.simulation.scenario import (
     SHARED_GROUPS,
@@ -70,7 +69,7 @@ def varied(scenario: Scenario, name: str, value: Any) -> Scenario:
     return changed
 
 
-def with_stiffness(scenario: Scenario, stiffness: Array) -> Scenario:
+def with_stiffness(scenario: Scenario, stiffness: Any) -> Scenario:
     """Return the scenario with other contact stiffnesses, a column ``(runs, 1)`` [N/m].
 
     It is that of the stiffest contact; where users differ, they keep their proportion.
