@@ -12,15 +12,11 @@ from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.simulation.agenda import Loop
-from pmwvc_core.simulation.paths import Path
 from pmwvc_core.simulation.traces import (
-    FateTraces,
     Integers,
-    PacketTraces,
     ServerTraces,
     UserTraces,
 )
-from pmwvc_core.wave.packet import WavePacket
 
 SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
@@ -154,52 +150,3 @@ class ServerBuffer:
             state=[array.copy() for array in self.state],
             **parts,
         )
-
-
-def packet_traces(
-    seen: Sequence[tuple[WavePacket, int]], topic: str, *, run: int, runs: int, dof: int
-) -> PacketTraces:
-    """Return packets with the times at which they were seen [ns], as one run sent them."""
-    packets = [packet for packet, _ in seen]
-
-    def of(name: str) -> Array:
-        rows = np.zeros((len(packets), runs, dof))
-        for row, packet in zip(rows, packets, strict=True):
-            row[:] = getattr(packet, name)
-        return rows[:, run].copy()
-
-    return PacketTraces(
-        topic=topic,
-        time_s=np.array([time_ns for _, time_ns in seen], dtype=float) * 1e-9,
-        epoch=np.array([packet.epoch for packet in packets], dtype=np.uint64),
-        seq=np.array([packet.seq for packet in packets], dtype=np.int64),
-        sent_ns=np.array([packet.sent_ns for packet in packets], dtype=np.int64),
-        wave=of("wave"),
-        integral=of("integral"),
-        energy=of("energy")[:, 0],
-    )
-
-
-def fate_traces(path: Path, link: str) -> FateTraces:
-    """Return what the link did to each packet.
-
-    In virtual time a packet leaves when it is due; its receiver looks at its own instants.
-    """
-    records = path.fates
-
-    def of(values: list[int]) -> NDArray[np.int64]:
-        return np.array(values, dtype=np.int64)
-
-    due = of([fate.time_due_ns for fate in records])
-    return FateTraces(
-        link=link,
-        number=of([fate.number for fate in records]),
-        epoch=np.full(len(records), path.sent[0].epoch if path.sent else 0, dtype=np.uint64),
-        seq=of([fate.number for fate in records]),
-        size_bytes=of([fate.size for fate in records]),
-        time_in_ns=of([fate.time_in_ns for fate in records]),
-        time_due_ns=due,
-        time_out_ns=due.copy(),
-        fate=of([int(fate.kind) for fate in records]),
-        cause=of([int(fate.cause) for fate in records]),
-    )

@@ -13,6 +13,7 @@ live loop is.
 """
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -26,14 +27,13 @@ from pmwvc_core.simulation.agenda import Act, Steps, events
 from pmwvc_core.simulation.buffers import (
     ServerBuffer,
     UserBuffer,
-    fate_traces,
-    packet_traces,
 )
 from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.network_traces import PacketTable, fate_traces
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.seat import Seat
 from pmwvc_core.simulation.stacking import batches, stack
-from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_core.simulation.traces import FateTraces, SessionTraces
 from pmwvc_core.wave.packet import Packer
 
 R = TypeVar("R")
@@ -206,24 +206,30 @@ class SessionBatch:
             traces.server.time_s = self.steps.tick.astype(np.float64) * self.tick_s
             late_ns = self.steps.ran_ns - self.steps.tick * self.tick_ns
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
-        for seat in self.seats:
-            self._network_traces(traces, seat, run)
+        tables, found = self._network
+        traces.fates = dict(found)
+        for table in tables:
+            packets = table.run(run)
+            traces.packets[table.topic] = packets
+            traces.counts[table.topic] = {"messages": len(packets.seq), "missing": 0}
         return traces
 
-    def _network_traces(self, traces: SessionTraces, seat: Seat, run: int) -> None:
-        """Add the packets on both sides of the network, and their fates."""
-        name, runs, dof = seat.user.name, len(self.scenarios), self.scenarios[0].dof
-        for way, path, sender, receiver in (
-            ("up", seat.up, f"/{name}", f"/server/{name}"),
-            ("down", seat.down, f"/server/{name}", f"/{name}"),
-        ):
-            sent = [(packet, packet.sent_ns) for packet in path.sent]
-            for seen, side in ((sent, sender), (path.arrived, receiver)):
-                topic = f"{side}/wave_{way}"
-                packets = packet_traces(seen, topic, run=run, runs=runs, dof=dof)
-                traces.packets[topic] = packets
-                traces.counts[topic] = {"messages": len(packets.seq), "missing": 0}
-            traces.fates[f"{name}/{way}"] = fate_traces(path, f"{name}/{way}")
+    @cached_property
+    def _network(self) -> tuple[list[PacketTable], dict[str, FateTraces]]:
+        """The packets on both sides of the network, and the fates that all runs share."""
+        runs, dof = len(self.scenarios), self.scenarios[0].dof
+        tables, found = [], {}
+        for seat in self.seats:
+            name = seat.user.name
+            for way, path, sender, receiver in (
+                ("up", seat.up, f"/{name}", f"/server/{name}"),
+                ("down", seat.down, f"/server/{name}", f"/{name}"),
+            ):
+                sent = [(packet, packet.sent_ns) for packet in path.sent]
+                for seen, side in ((sent, sender), (path.arrived, receiver)):
+                    tables.append(PacketTable(seen, f"{side}/wave_{way}", runs=runs, dof=dof))
+                found[f"{name}/{way}"] = fate_traces(path, f"{name}/{way}")
+        return tables, found
 
 
 def _impedance(users: Sequence[User]) -> Value:

@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What passed the simulated network, as traces: packets on both sides, and their fates."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.paths import Path
+from pmwvc_core.simulation.traces import FateTraces, PacketTraces
+from pmwvc_core.wave.packet import WavePacket
+
+
+class PacketTable:
+    """Packets seen on one topic, for all runs of a batch at once.
+
+    Parameters
+    ----------
+    seen
+        Packets with the times at which they were seen [ns].
+    topic
+        Where.
+    runs, dof
+        Size of the values.
+    """
+
+    def __init__(
+        self, seen: Sequence[tuple[WavePacket, int]], topic: str, *, runs: int, dof: int
+    ) -> None:
+        packets = [packet for packet, _ in seen]
+
+        def of(name: str, width: int) -> Array:
+            rows = np.zeros((len(packets), runs, width))
+            for row, packet in zip(rows, packets, strict=True):
+                row[:] = getattr(packet, name)
+            return rows
+
+        self.topic = topic
+        self._time_s = np.array([time_ns for _, time_ns in seen], dtype=float) * 1e-9
+        self._epoch = np.array([packet.epoch for packet in packets], dtype=np.uint64)
+        self._seq = np.array([packet.seq for packet in packets], dtype=np.int64)
+        self._sent_ns = np.array([packet.sent_ns for packet in packets], dtype=np.int64)
+        self._wave, self._integral = of("wave", dof), of("integral", dof)
+        self._energy = of("energy", 1)
+
+    def run(self, run: int) -> PacketTraces:
+        """Return the packets as one run sent them."""
+        return PacketTraces(
+            topic=self.topic,
+            time_s=self._time_s,
+            epoch=self._epoch,
+            seq=self._seq,
+            sent_ns=self._sent_ns,
+            wave=self._wave[:, run].copy(),
+            integral=self._integral[:, run].copy(),
+            energy=self._energy[:, run, 0].copy(),
+        )
+
+
+def fate_traces(path: Path, link: str) -> FateTraces:
+    """Return what the link did to each packet.
+
+    In virtual time a packet leaves when it is due; its receiver looks at its own instants.
+    """
+    records = path.fates
+
+    def of(values: list[int]) -> NDArray[np.int64]:
+        return np.array(values, dtype=np.int64)
+
+    due = of([fate.time_due_ns for fate in records])
+    return FateTraces(
+        link=link,
+        number=of([fate.number for fate in records]),
+        epoch=np.full(len(records), path.sent[0].epoch if path.sent else 0, dtype=np.uint64),
+        seq=of([fate.number for fate in records]),
+        size_bytes=of([fate.size for fate in records]),
+        time_in_ns=of([fate.time_in_ns for fate in records]),
+        time_due_ns=due,
+        time_out_ns=due.copy(),
+        fate=of([int(fate.kind) for fate in records]),
+        cause=of([int(fate.cause) for fate in records]),
+    )
