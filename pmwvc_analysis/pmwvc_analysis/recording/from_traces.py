@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Traces of a single run, simulated or replayed, written as the folder a live run leaves.
 
-Same topics, types and blocks; what virtual time does not have (echoes, lateness) is zero.
+Same topics, types and blocks; what virtual time does not have (echoes; lateness, but in a replay)
+is zero.
 """
 
 import itertools
@@ -92,7 +93,8 @@ def _all(types: Any, traces: SessionTraces, scenario: Scenario, start: int) -> I
     for user in traces.users:
         yield from _master_blocks(types, user, _epoch(traces, user.name), start)
     if traces.server is not None:
-        yield from _server_steps(types, traces.server, start)
+        late = traces.metadata.get("server_lateness_s", np.zeros(len(traces.server.time_s)))
+        yield from _server_steps(types, traces.server, late, start)
     for packets in traces.packets.values():
         yield from _packets(types, packets, traces, scenario, start)
     links = {
@@ -166,10 +168,10 @@ def _master_blocks(types: Any, user: UserTraces, epoch: int, start: int) -> Iter
         )
 
 
-def _server_steps(types: Any, server: ServerTraces, start: int) -> Iterator[Outgoing]:
+def _server_steps(types: Any, server: ServerTraces, late: Array, start: int) -> Iterator[Outgoing]:
     each = ("x_s", "xd_s", "f_s", "u_s", "v_s", "state", "contact", "energy_u_s", "energy_v_s")
     whole = ("x_o", "xd_o", "target", "kinetic", "potential", "dissipated")
-    for row, time_s in enumerate(server.time_s):
+    for row, (time_s, late_s) in enumerate(zip(server.time_s, late, strict=True)):
         fields: dict[str, Any] = {
             name: [array[row] for array in getattr(server, name)] for name in each
         }
@@ -183,6 +185,7 @@ def _server_steps(types: Any, server: ServerTraces, start: int) -> Iterator[Outg
             period=server.period_s,
             dof=server.x_o.shape[-1],
             users=server.users,
+            lateness=float(late_s),
             **fields,
         )
         yield Outgoing(_ns(time_s), "/server/trace", schemas.SERVER_TRACE, message)

@@ -51,3 +51,8 @@ class Path:
         packets = [packet for packet, _ in self.link.arrivals(now_ns)]
         self.arrived += [(packet, now_ns) for packet in packets]
         return packets
+
+    def drain(self, end_ns: int) -> None:
+        """Note what came out before the end of the session but was not looked at any more."""
+        for packet, fate in self.link.arrivals(end_ns - 1):
+            self.arrived.append((packet, fate.time_due_ns))

@@ -160,6 +160,9 @@ class SessionBatch:
                 self._serve(tick, now_ns)
             else:
                 self.seats[who].pass_by()
+        for seat in self.seats:
+            seat.up.drain(self.ticks * self.tick_ns)
+            seat.down.drain(self.ticks * self.tick_ns)
         progress(1.0)
 
     def _serve(self, step: int, now_ns: int) -> None:
@@ -202,7 +205,8 @@ class SessionBatch:
             ],
             server=self.server_buffer.run(run, period_s=scenario.server.period_s),
         )
-        if traces.server is not None and self.conditions.steps is not None:
+        prescribed = self.conditions.steps or self.conditions.phases.server_ticks
+        if traces.server is not None and prescribed:
             traces.server.time_s = self.steps.tick.astype(np.float64) * self.tick_s
             late_ns = self.steps.ran_ns - self.steps.tick * self.tick_ns
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9

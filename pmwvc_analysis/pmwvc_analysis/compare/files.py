@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A comparison on disk: tables for programs, traces for other tools, one report for people.
+
+``comparison.json`` and ``.csv`` hold a row per session, ``comparison.npz`` and ``.mat`` the traces
+of all of them (``s1_user1_x_m``, ``s1_server_x_o``...), ``comparison.html`` shows everything.
+"""
+
+import csv
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.compare.measures import MEASURES, Entry
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.numeric import Array
+
+JSON, TABLE, PAGE = "comparison.json", "comparison.csv", "comparison.html"
+ARRAYS = ("comparison.npz", "comparison.mat")
+OF_USER = ("time_s", "x_m", "xd_m", "f_h", "f_m", "f_applied")
+OF_SERVER = ("time_s", "x_o", "xd_o", "target")
+
+
+def write(
+    folder: Path, title: str, entries: Sequence[Entry], about: dict[str, Any], *, figures: bool
+) -> dict[str, Any]:
+    """Write everything and return what ``comparison.json`` holds.
+
+    Parameters
+    ----------
+    folder
+        Where to; it exists.
+    title
+        Of the report.
+    entries
+        The sessions, measured.
+    about
+        Further keys of ``comparison.json``; ``notes`` is a list of sentences for the report.
+    figures
+        Whether to draw (pictures and report).
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written into.
+    """
+    result = {"title": title, **about, "sessions": [row(entry) for entry in entries]}
+    try:
+        text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
+        (folder / JSON).write_text(text + "\n", encoding="utf-8")
+        _write_table(folder / TABLE, entries)
+        _write_arrays(folder, entries)
+        if figures:
+            from pmwvc_analysis.show import comparison_figures, comparison_report
+
+            pictures = comparison_figures.draw_all(entries, folder / "plots")
+            page = comparison_report.render(title, entries, about, pictures)
+            (folder / PAGE).write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise RecordingError(f"cannot write into {folder}: {error.strerror or error}") from error
+    return result
+
+
+def row(entry: Entry) -> dict[str, Any]:
+    """Return one session of ``comparison.json``."""
+    return {
+        "label": entry.label,
+        "source": entry.traces.source,
+        "folder": entry.folder,
+        "settings": entry.settings,
+        **{name: entry.measures[name] for name in MEASURES},
+    }
+
+
+def _write_table(path: Path, entries: Sequence[Entry]) -> None:
+    names = list(dict.fromkeys(name for entry in entries for name in entry.settings))
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream)
+        table.writerow(["label", "source", *names, *MEASURES])
+        for entry in entries:
+            values = [entry.settings.get(name) for name in names]
+            numbers = [entry.measures[name] for name in MEASURES]
+            table.writerow([entry.label, entry.traces.source, *values, *numbers])
+
+
+def _write_arrays(folder: Path, entries: Sequence[Entry]) -> None:
+    from scipy.io import savemat
+
+    arrays: dict[str, Array] = {}
+    for number, entry in enumerate(entries, start=1):
+        for user in entry.traces.users:
+            arrays |= {f"s{number}_{user.name}_{name}": getattr(user, name) for name in OF_USER}
+        server = entry.traces.server
+        if server is None:
+            continue
+        arrays |= {f"s{number}_server_{name}": getattr(server, name) for name in OF_SERVER}
+        for place, name in enumerate(server.users):
+            arrays[f"s{number}_{name}_x_s"] = server.x_s[place]
+            arrays[f"s{number}_{name}_f_s"] = server.f_s[place]
+    np.savez_compressed(folder / ARRAYS[0], allow_pickle=False, **arrays)
+    savemat(folder / ARRAYS[1], arrays, do_compression=True)

@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is compared between sessions: one row of numbers each. What cannot be told is None.
+
+======================  ===========================================================================
+``stable``              judged from the motion (``judge.stability``); ``instability`` says which
+``k_max``               largest contact stiffness with which the exact linear model is stable
+                        [N/m]; None where there is none below its bound or no linear model
+``coherency_rms_m``     RMS of x_m - x_s of all users while coupled, the distance at joining taken
+                        out [m]
+``force_error_rms_n``   RMS of F_m - F_s of all users at the server's steps while coupled: force
+                        rendered less contact force of the same instant, so the lag of the way
+                        back counts, too [N]
+``energy_min_j``        lowest energy balance of any direction of any user, zero where none ever
+                        was below [J]
+``force_noise_n``       RMS of the rendered force beyond 20 Hz in the second half, the largest of
+                        the users [N]: hands do not move so fast on purpose
+``force_peak_n``        largest rendered force [N]
+======================  ===========================================================================
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.judge import energy, shape, stability
+from pmwvc_analysis.judge.oscillation import beyond
+from pmwvc_analysis.judge.verdicts import COUPLED, separation
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
+
+NOISE_HZ = 20.0
+MEASURES = (
+    "stable",
+    "instability",
+    "k_max",
+    "coherency_rms_m",
+    "force_error_rms_n",
+    "energy_min_j",
+    "force_noise_n",
+    "force_peak_n",
+)
+
+
+@dataclass
+class Entry:
+    """One session of a comparison.
+
+    ``settings`` are the parameters by which it differs from the others; ``folder`` is where it is
+    on disk, relative to the comparison's folder where it is inside.
+    """
+
+    label: str
+    settings: dict[str, Any]
+    traces: SessionTraces
+    scenario: Scenario
+    folder: str = ""
+    measures: dict[str, Any] = field(default_factory=dict)
+
+
+def measured(entry: Entry, *, stiffness: bool = True) -> Entry:
+    """Fill in the measures of an entry and return it; without ``stiffness`` k_max stays None."""
+    entry.measures = measures(entry.traces, entry.scenario)
+    if stiffness:
+        entry.measures["k_max"] = largest_stiffness(entry.scenario, live=_is_live(entry.traces))
+    return entry
+
+
+def _is_live(traces: SessionTraces) -> bool:
+    """Tell whether the loops had the phases of live ones; a replay has those of its recording."""
+    answer = traces.metadata.get("replay", {}).get("answer_ticks", "0")
+    return traces.source == "live" or int(answer) > 0
+
+
+def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]:
+    """Return the numbers of one session, ``k_max`` still None."""
+    judged = stability.verdict(traces, scenario)
+    balances = energy.user_energies(traces)
+    lows = [part.minimum_j for e in balances for part in (e.up, e.down) if part is not None]
+    if not lows:
+        lows = [entry.joint.minimum_j for entry in balances]
+    noise = [force_noise_n(user, traces.duration_s) for user in traces.users]
+    peaks = [float(np.linalg.norm(user.f_applied, axis=-1).max()) for user in traces.users]
+    return {
+        "stable": judged.stable,
+        "instability": judged.instability,
+        "k_max": None,
+        "coherency_rms_m": _over_users(traces, _apart),
+        "force_error_rms_n": _over_users(traces, force_error),
+        "energy_min_j": shape.number(min(lows)) if lows else None,
+        "force_noise_n": max((n for n in noise if n is not None), default=None),
+        "force_peak_n": shape.number(max(peaks)) if peaks else None,
+    }
+
+
+def largest_stiffness(scenario: Scenario, *, live: bool) -> float | None:
+    """Return the largest stable contact stiffness of the exact model [N/m], None without one."""
+    from pmwvc_analysis.models.stability import k_max
+
+    try:
+        return k_max(scenario, live=live).first
+    except (PmwvcError, np.linalg.LinAlgError):  # not linear, or no such controller
+        return None
+
+
+def _over_users(traces: SessionTraces, of_user: Any) -> float | None:
+    """Return the RMS of a quantity ``(rows, dof)`` over the steps of all users."""
+    server = traces.server
+    if server is None:
+        return None
+    parts = [
+        of_user(user, server, server.users.index(user.name))
+        for user in traces.users
+        if user.name in server.users
+    ]
+    rows = [part for part in parts if part is not None and len(part)]
+    return shape.rms(np.concatenate(rows)) if rows else None
+
+
+def _apart(user: UserTraces, server: ServerTraces, place: int) -> Array | None:
+    apart = separation(user, server, place)
+    return None if apart is None else apart[1]
+
+
+def force_error(user: UserTraces, server: ServerTraces, place: int) -> Array:
+    """Return F_m - F_s at the server's steps while the user is coupled ``(steps, dof)`` [N]."""
+    coupled = (server.state[place] == COUPLED) & (server.time_s <= user.time_s[-1])
+    rows = np.searchsorted(user.time_s, server.time_s[coupled] - 0.5 * user.tick_s)
+    rendered = user.f_applied[np.clip(rows, 0, len(user.time_s) - 1)]
+    found: Array = rendered - server.f_s[place][coupled]
+    return found
+
+
+def force_noise_n(user: UserTraces, duration_s: float) -> float | None:
+    """Return the RMS of the rendered force beyond what hands do, in the second half [N]."""
+    if not np.isfinite(user.f_applied).all():
+        return None
+    fast = beyond(user.f_applied, user.tick_s, NOISE_HZ)
+    return shape.rms(fast[user.time_s > 0.5 * duration_s])

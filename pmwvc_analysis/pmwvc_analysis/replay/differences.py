@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far a replay is from its recording.
+
+With unchanged parameters a replay of a simulated session is the recording, to rounding. A live one
+is met to rounding as long as every packet is taken in at the tick at which it was: what the
+emulator's times do not tell is the transport before and after it, about 0.2 ms. Where a packet
+comes that close to a receiver's look, it may be used a frame earlier or later; a smooth wave
+changes little in a frame. ``FORCE_N`` and ``POSITION_M`` are what that may make.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.judge import shape
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.agenda import Integers
+from pmwvc_core.simulation.traces import SessionTraces
+
+FORCE_N = 0.1
+POSITION_M = 0.2e-3
+
+
+def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[str, Any]]:
+    """Return per user the largest and RMS difference, tick by tick, of force and position."""
+    others = {user.name: user for user in replayed.users}
+    found = []
+    for user in recorded.users:
+        other = others[user.name]
+        _, mine, theirs = np.intersect1d(
+            _grid(user.time_s, user.tick_s), _grid(other.time_s, user.tick_s), return_indices=True
+        )
+        force = user.f_applied[mine] - other.f_applied[theirs]
+        position = user.x_m[mine] - other.x_m[theirs]
+        found.append(
+            {
+                "name": user.name,
+                "ticks": len(mine),
+                "force_max_n": _largest(force),
+                "force_rms_n": shape.rms(force),
+                "position_max_m": _largest(position),
+                "position_rms_m": shape.rms(position),
+            }
+        )
+    return found
+
+
+def reproduced(found: list[dict[str, Any]]) -> bool:
+    """Tell whether force and position were met within the tolerance of a live session."""
+    return all(
+        user["force_max_n"] is not None
+        and user["position_max_m"] is not None
+        and user["force_max_n"] <= FORCE_N
+        and user["position_max_m"] <= POSITION_M
+        for user in found
+    )
+
+
+def _grid(time_s: Array, tick_s: float) -> Integers:
+    return np.rint(time_s / tick_s).astype(np.int64)
+
+
+def _largest(values: Array) -> float | None:
+    lengths = np.linalg.norm(values, axis=-1)
+    return shape.number(lengths.max()) if len(lengths) else None

@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The recorded network of a session as links for the simulator.
+
+A packet's delay is the time from its sending to its coming out of the emulator, both on the
+monotonic clock of their machine; where sender and emulator are on different machines, from its
+going into the emulator.
+"""
+
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from pmwvc_core.network import Cause, FateKind, RecordedFate, RecordedLink
+from pmwvc_core.simulation.agenda import Integers
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.traces import FateTraces, PacketTraces, SessionTraces
+
+LONGEST_WAY_NS = 100_000_000  # from a sender to the emulator on the same machine
+
+Links = dict[str, Callable[[], RecordedLink]]
+
+
+def links(
+    traces: SessionTraces, recorded: Scenario, replayed: Scenario
+) -> tuple[Links, list[str]]:
+    """Return what makes the recorded links, by name, and what is not as recorded, in words.
+
+    A direction whose settings were changed is simulated with the new ones, and so is one of which
+    the recording holds no fates.
+    """
+    found: Links = {}
+    notes = []
+    for old, new in zip(recorded.users, replayed.users, strict=True):
+        for way in ("up", "down"):
+            name = f"{old.name}/{way}"
+            fates = traces.fates.get(name)
+            if getattr(old, f"link_{way}") != getattr(new, f"link_{way}"):
+                notes.append(f"{name}: other settings were given, so this link is simulated")
+            elif fates is None or not len(fates.seq):
+                notes.append(f"{name}: no packet fates were recorded, so this link is simulated")
+            else:
+                before, after = (
+                    _periods(recorded, old.master.frame_s, way),
+                    _periods(replayed, new.master.frame_s, way),
+                )
+                sender = f"/{old.name}/wave_up" if way == "up" else f"/server/{old.name}/wave_down"
+                record = record_of(fates, traces.packets.get(sender))
+                found[name] = partial(RecordedLink, record, per_packet=after / before)
+                if after != before:
+                    notes.append(
+                        f"{name}: packets every {after * 1e3:g} ms instead of {before * 1e3:g} ms "
+                        "meet the fates recorded at their time"
+                    )
+    return found, notes
+
+
+def _periods(scenario: Scenario, frame_s: float, way: str) -> float:
+    return frame_s if way == "up" else scenario.server.period_s
+
+
+def record_of(
+    fates: FateTraces, sent: PacketTraces | None
+) -> Mapping[int, Sequence[RecordedFate]]:
+    """Return the fate of every packet and its copies, by packet number.
+
+    Packets of a sender that was started again are numbered on from its last one before.
+    """
+    rows = np.flatnonzero(fates.fate != FateKind.INVALID)
+    rows = rows[np.lexsort((fates.fate[rows], fates.time_in_ns[rows]))]
+    number = _numbers(fates, rows)
+    since = _sending_times(fates, sent)
+    record: dict[int, list[RecordedFate]] = defaultdict(list)
+    for row, packet in zip(rows.tolist(), number.tolist(), strict=True):
+        out = int(fates.time_out_ns[row])
+        record[packet].append(
+            RecordedFate(
+                out - int(since[row]) if out > 0 else None,
+                FateKind(int(fates.fate[row])),
+                Cause(int(fates.cause[row])),
+            )
+        )
+    return record
+
+
+def _numbers(fates: FateTraces, rows: Integers) -> Integers:
+    """Return packet numbers that go on where an epoch begins again at 1."""
+    numbers = fates.seq[rows].copy()
+    last = 0
+    epochs = fates.epoch[rows]
+    _, first = np.unique(epochs, return_index=True)
+    for epoch in epochs[np.sort(first)]:
+        own = epochs == epoch
+        numbers[own] += last
+        last = int(numbers[own].max())
+    return numbers
+
+
+def _sending_times(fates: FateTraces, sent: PacketTraces | None) -> Integers:
+    """Return when each packet was sent, on the emulator's clock [ns]."""
+    since = fates.time_in_ns.copy()
+    if sent is None or not len(sent.seq):
+        return since
+    of_packet = {
+        (int(epoch), int(seq)): int(sent_ns)
+        for epoch, seq, sent_ns in zip(sent.epoch, sent.seq, sent.sent_ns, strict=True)
+    }
+    for row, key in enumerate(zip(fates.epoch.tolist(), fates.seq.tolist(), strict=True)):
+        since[row] = of_packet.get(key, int(since[row]))
+    way = np.median(fates.time_in_ns - since)
+    return since if 0 <= way <= LONGEST_WAY_NS else fates.time_in_ns.copy()

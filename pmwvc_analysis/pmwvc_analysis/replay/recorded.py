@@ -1,0 +1,205 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a recorded session prescribes for its replay: hands, network, and when every loop ran.
+
+**The hand.** ``operator``: the hand of the scenario, as a model, once more. It is the same person
+with the same intention, and reacts to what the changed system makes it feel; physically this is
+what a change of parameters means. ``force``: the recorded force, tick for tick. It tells what the
+same push would have done, but a force alone holds nothing in place: where the replayed device is
+not where the recorded one was, nothing brings it back, and the two drift apart. So the operator is
+the default where the session had one (a simulated device); of a real device with a force sensor
+only the force is known.
+"""
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal
+
+import numpy as np
+
+from pmwvc_analysis.replay.network import links
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.numeric import Array
+from pmwvc_core.plant.on_record import ForceOnRecord
+from pmwvc_core.simulation.agenda import Integers, Steps
+from pmwvc_core.simulation.conditions import LIVE, Conditions, Phases
+from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.simulation.traces import SessionTraces, UserTraces
+
+Hand = Literal["operator", "force"]
+ENDS_TOGETHER = 100  # ticks within which users count as having ended together
+ANSWER = "answer_ticks"
+
+
+@dataclass(frozen=True)
+class Prescription:
+    """A scenario to simulate, under which conditions, and what has to be said about it."""
+
+    scenario: Scenario
+    conditions: Conditions
+    hands: dict[str, Hand]
+    notes: list[str]
+
+
+def prescription(
+    traces: SessionTraces,
+    recorded: Scenario,
+    replayed: Scenario,
+    *,
+    hand: Hand | None = None,
+) -> Prescription:
+    """Return how to replay a session.
+
+    Parameters
+    ----------
+    traces, recorded
+        The session and its scenario.
+    replayed
+        The scenario with other parameters.
+    hand
+        See the module; chosen for each user when not given.
+
+    Raises
+    ------
+    RecordingError
+        If the recording cannot be replayed so; says why.
+    """
+    users = _matching_users(traces, recorded, replayed)
+    tick_s = recorded.tick_s
+    index = {user.name: _grid(user.time_s, tick_s) for user in users}
+    ticks = _length(index)
+    if replayed.duration_s != recorded.duration_s:
+        ticks = min(ticks, round(replayed.duration_s / tick_s))
+    networks, notes = links(traces, recorded, replayed)
+    hands: dict[str, Hand] = {
+        user.name: hand or _usual_hand(user, trace)
+        for user, trace in zip(replayed.users, users, strict=True)
+    }
+    forces = {
+        user.name: partial(
+            ForceOnRecord,
+            _force(user, index[user.name], ticks),
+            tick_s=tick_s,
+            dof=recorded.dof,
+        )
+        for user in users
+        if hands[user.name] == "force"
+    }
+    conditions = Conditions(
+        phases=_phases(traces),
+        first={
+            user.name: int(index[user.name][0] - user.tick[0] % old.master.rate_drop)
+            for user, old in zip(users, recorded.users, strict=True)
+        },
+        ran_ns={user.name: _ran_ns(user, index[user.name], ticks) for user in users},
+        steps=_steps(traces, recorded, replayed, ticks),
+        links=networks,
+        hands=forces,
+    )
+    notes += _what_is_not_as_recorded(traces, users)
+    return Prescription(replace(replayed, duration_s=ticks * tick_s), conditions, hands, notes)
+
+
+def _matching_users(
+    traces: SessionTraces, recorded: Scenario, replayed: Scenario
+) -> list[UserTraces]:
+    """Return the recorded users in the order of the scenario."""
+    known = {user.name: user for user in traces.users}
+    missing = [user.name for user in recorded.users if user.name not in known]
+    if missing:
+        raise RecordingError(f"the recording holds no trace of {', '.join(missing)}")
+    for name, old, new in (
+        ("users", len(recorded.users), len(replayed.users)),
+        ("dof", recorded.dof, replayed.dof),
+        ("master.tick_s", recorded.tick_s, replayed.tick_s),
+    ):
+        if old != new:
+            raise RecordingError(
+                f"{name} = {new}: a replay keeps the recorded {old}; "
+                "pmwvc simulate FOLDER/scenario.yaml takes any"
+            )
+    return [known[user.name] for user in recorded.users]
+
+
+def _grid(time_s: Array, tick_s: float) -> Integers:
+    """Return times as ticks of the session."""
+    return np.rint(time_s / tick_s).astype(np.int64)
+
+
+def _length(index: dict[str, Integers]) -> int:
+    """Return the ticks up to the first end of a user that stayed to the end."""
+    ends = [int(ticks[-1]) + 1 for ticks in index.values()]
+    return min(end for end in ends if end > max(ends) - ENDS_TOGETHER)
+
+
+def _usual_hand(user: User, trace: UserTraces) -> Hand:
+    if user.device.plugin == "simulated" and user.operator.kind != "none":
+        return "operator"
+    return "force" if np.isfinite(trace.f_h).any() else "operator"
+
+
+def _force(user: UserTraces, index: Integers, ticks: int) -> Array:
+    """Return the recorded force of the hand from the user's first tick on ``(ticks, dof)`` [N]."""
+    if not np.isfinite(user.f_h).any():
+        raise RecordingError(
+            f"{user.name}: no force of the hand was recorded; --hand operator takes the hand "
+            "of the scenario"
+        )
+    within = index < ticks
+    rows = np.zeros((ticks, user.f_h.shape[-1]))
+    rows[index[within]] = np.nan_to_num(user.f_h[within])
+    return rows[int(index[0]) :]
+
+
+def _phases(traces: SessionTraces) -> Phases:
+    """Return the phases of the loops: those of live ones, or what a replay says of itself."""
+    said = traces.metadata.get("replay", {}).get(ANSWER)
+    if said is not None:
+        return Phases(answer_ticks=int(said))
+    return LIVE if traces.source == "live" else Phases()
+
+
+def _ran_ns(user: UserTraces, index: Integers, ticks: int) -> Integers:
+    """Return when each tick of the session ran, -1 where it did not ``(ticks,)``."""
+    within = index < ticks
+    late_ns = np.rint(user.lateness_s[within] * 1e9).astype(np.int64)
+    ran_ns = np.full(ticks, -1, dtype=np.int64)
+    ran_ns[index[within]] = index[within] * round(user.tick_s * 1e9) + np.maximum(late_ns, 0)
+    return ran_ns
+
+
+def _steps(
+    traces: SessionTraces, recorded: Scenario, replayed: Scenario, ticks: int
+) -> Steps | None:
+    """Return when the server stepped; on its own grid where its period was changed."""
+    server, tick_s = traces.server, recorded.tick_s
+    tick_ns = round(tick_s * 1e9)
+    if server is None:
+        return None
+    tick = _grid(server.time_s, tick_s)
+    if replayed.server.period_s != recorded.server.period_s:
+        every = round(replayed.server.period_s / tick_s)
+        return Steps.on_grid(every=every, first=int(tick[0]), ticks=ticks, tick_ns=tick_ns)
+    late_s = traces.metadata.get("server_lateness_s")
+    late_ns = np.zeros_like(tick)
+    if late_s is not None and len(late_s) == len(tick):
+        late_ns = np.rint(np.asarray(late_s) * 1e9).astype(np.int64)
+    within = tick < ticks
+    return Steps(tick[within], tick[within] * tick_ns + np.maximum(late_ns[within], 0))
+
+
+def _what_is_not_as_recorded(traces: SessionTraces, users: list[UserTraces]) -> list[str]:
+    """Return in words what a replay cannot have as it was."""
+    notes = [str(event["what"]) for event in traces.events if "started" in str(event["what"])]
+    notes = [f"{what}: a replay starts every node once" for what in notes]
+    for user in users:
+        lost = traces.counts.get(f"/{user.name}/trace", {}).get("missing", 0)
+        if lost:
+            notes.append(f"{user.name}: {lost} blocks of the trace were not recorded")
+        if user.tick[0] != 0:
+            notes.append(f"{user.name}: the recording begins at tick {user.tick[0]}, from rest")
+    if traces.server is None:
+        notes.append("no trace of the server: its steps are taken on the grid")
+    elif np.any(np.diff(traces.server.step) != 1):
+        notes.append("steps of the server were not recorded")
+    return notes

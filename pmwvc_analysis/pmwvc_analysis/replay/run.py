@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From a session folder to its replay, in arrays; nothing is written here."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pmwvc_analysis.recording.reader import read_scenario, read_session
+from pmwvc_analysis.replay.differences import differences
+from pmwvc_analysis.replay.recorded import ANSWER, Hand, Prescription, prescription
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.session import simulate
+from pmwvc_core.simulation.traces import SessionTraces
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A recorded session, its replay, and how far they are apart."""
+
+    recorded: SessionTraces
+    recorded_scenario: Scenario
+    replayed: SessionTraces
+    prescribed: Prescription
+    changes: dict[str, Any]  # parameters that were changed, by dotted name: the new value
+    differences: list[dict[str, Any]]
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario of the replay."""
+        return self.prescribed.scenario
+
+    def metadata(self) -> dict[str, dict[str, str]]:
+        """Return the MCAP metadata record of a replay."""
+        hands = {f"hand.{name}": hand for name, hand in self.prescribed.hands.items()}
+        changed = {f"set.{name}": str(value) for name, value in self.changes.items()}
+        answer = {ANSWER: str(self.prescribed.conditions.phases.answer_ticks)}
+        return {"replay": {**answer, **hands, **changed}}
+
+
+def scenario_of(folder: Path) -> Scenario:
+    """Return the scenario of a session folder.
+
+    Raises
+    ------
+    RecordingError
+        If it has none.
+    """
+    if not folder.is_dir():
+        raise RecordingError(f"{folder}: there is no such session folder")
+    scenario = read_scenario(folder)
+    if scenario is None:
+        raise RecordingError(
+            f"{folder} holds no scenario.yaml: a replay needs the parameters of the session"
+        )
+    return scenario
+
+
+def replay(
+    folder: Path,
+    replayed: Scenario,
+    *,
+    hand: Hand | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Replay:
+    """Replay a recorded session with another scenario.
+
+    Parameters
+    ----------
+    folder
+        The recorded session.
+    replayed
+        Its scenario with other parameters.
+    hand
+        See :mod:`pmwvc_analysis.replay.recorded`.
+    progress
+        Called with the share done, 0..1.
+
+    Raises
+    ------
+    RecordingError
+        If the recording cannot be replayed so.
+    """
+    recorded = scenario_of(folder)
+    return replay_traces(read_session(folder), recorded, replayed, hand=hand, progress=progress)
+
+
+def replay_traces(
+    traces: SessionTraces,
+    recorded: Scenario,
+    replayed: Scenario,
+    *,
+    hand: Hand | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Replay:
+    """Replay a session that has been read; see :func:`replay`."""
+    prescribed = prescription(traces, recorded, replayed, hand=hand)
+    (result,) = simulate(
+        [prescribed.scenario],
+        keep=lambda kept: kept,
+        progress=progress,
+        conditions=prescribed.conditions,
+    )
+    before, after = recorded.flat(), replayed.flat()
+    result.source = "replayed"
+    found = Replay(
+        traces,
+        recorded,
+        result,
+        prescribed,
+        {name: value for name, value in after.items() if before.get(name) != value},
+        differences(traces, result),
+    )
+    result.metadata.update(found.metadata())
+    return found

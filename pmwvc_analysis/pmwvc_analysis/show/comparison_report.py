@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The report of a comparison: one self-contained HTML file, the table first."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pmwvc_analysis.compare.measures import Entry
+from pmwvc_analysis.show.figures import Picture
+from pmwvc_analysis.show.report import data_uri
+from pmwvc_analysis.show.text import cell, quantity
+
+TEMPLATE = "comparison_template.html"
+COLUMNS = (  # measure, heading, factor
+    ("k_max", "largest stable stiffness [N/m]", 1.0),
+    ("coherency_rms_m", "device from avatar, RMS [mm]", 1e3),
+    ("force_error_rms_n", "force error, RMS [N]", 1.0),
+    ("energy_min_j", "lowest energy balance [mJ]", 1e3),
+    ("force_noise_n", "force noise, RMS [N]", 1.0),
+    ("force_peak_n", "largest force [N]", 1.0),
+)
+
+
+def render(
+    title: str, entries: Sequence[Entry], about: dict[str, Any], pictures: Sequence[Picture]
+) -> str:
+    """Return the report as HTML."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(cell=cell, quantity=quantity)
+    return environment.get_template(TEMPLATE).render(
+        title=title,
+        kind=about.get("kind", "comparison"),
+        lead=about.get("lead", ""),
+        notes=about.get("notes", []),
+        differences=about.get("differences", []),
+        changes=about.get("changes", {}),
+        entries=entries,
+        columns=COLUMNS,
+        pictures=[(picture, data_uri(picture.path)) for picture in pictures],
+    )

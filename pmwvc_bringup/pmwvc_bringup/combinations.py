@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Every combination of the values of several parameters, as scenarios."""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import yaml
+
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.errors import ScenarioError
+from pmwvc_core.simulation.scenario import Scenario
+
+MOST = 100  # sessions whose traces are held at a time
+
+
+@dataclass(frozen=True)
+class Combination:
+    """One choice of values: what it is called, what was set, and the scenario."""
+
+    label: str
+    settings: dict[str, Any]
+    scenario: Scenario
+
+
+def combinations(
+    name: str,
+    over: Sequence[str],
+    *,
+    settings_texts: Sequence[str] = (),
+    users: int | None = None,
+    duration_s: float | None = None,
+) -> list[Combination]:
+    """Return every combination of the values of ``name=a,b,c`` texts, the last varying fastest.
+
+    Parameters
+    ----------
+    name
+        Scenario, by name or file.
+    over
+        Parameters with their values.
+    settings_texts, users, duration_s
+        What is set for all, as with ``pmwvc simulate``.
+
+    Raises
+    ------
+    ScenarioError
+        Listing every mistake of the scenario, the values and their combinations, each once.
+    """
+    axes, problems = _axes(over)
+    count = 1
+    for values in axes.values():
+        count *= len(values)
+    if count > MOST:
+        problems.append(f"{count} combinations: must be at most {MOST}")
+    names = _short(list(axes))
+    found = []
+    for chosen in itertools.product(*axes.values()) if count <= MOST else ():
+        texts = [f"{path}={value}" for path, value in zip(axes, chosen, strict=True)]
+        try:
+            scenario = files.load(
+                name,
+                settings_texts=[*settings_texts, *texts],
+                users=users,
+                duration_s=duration_s,
+            )
+        except ScenarioError as error:
+            problems += [problem for problem in error.problems if problem not in problems]
+            continue
+        label = ", ".join(f"{n} = {v}" for n, v in zip(names, chosen, strict=True))
+        values = dict(zip(axes, map(yaml.safe_load, chosen), strict=True))
+        found.append(Combination(label or scenario.name, values, scenario))
+    if problems:
+        raise ScenarioError(name, problems)
+    return found
+
+
+def _axes(over: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
+    """Return the texts of the values by parameter, and what is wrong."""
+    axes: dict[str, list[str]] = {}
+    problems = []
+    for text in over:
+        path, equals, rest = text.partition("=")
+        path = path.strip()
+        values = [value.strip() for value in rest.split(",")]
+        if not equals or not path or not all(values):
+            problems.append(f"--over {text}: must be name=a,b,..., e.g. link.delay_s=0,0.016")
+        elif path in axes:
+            problems.append(f"--over {path}: is given twice; give all its values once")
+        elif len(set(values)) < len(values):
+            problems.append(f"--over {text}: a value is given twice")
+        else:
+            axes[path] = values
+    return axes, problems
+
+
+def _short(paths: list[str]) -> list[str]:
+    """Return the last part of each name where that is enough to tell them apart."""
+    last = [path.rpartition(".")[2] for path in paths]
+    return [
+        leaf if last.count(leaf) == 1 else path for leaf, path in zip(last, paths, strict=True)
+    ]

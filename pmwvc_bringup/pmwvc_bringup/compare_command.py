@@ -1,0 +1,198 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``pmwvc compare``: one scenario over several parameters, everything else the same.
+
+Heavy imports stand inside, as in :mod:`pmwvc_bringup.commands`.
+"""
+
+import argparse
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from pmwvc_bringup.combinations import Combination, combinations
+from pmwvc_bringup.output import document
+from pmwvc_bringup.scenarios import to_yaml
+from pmwvc_core.errors import PmwvcError
+
+EXAMPLES = """\
+examples:
+  pmwvc compare carry_16ms --over server.coupling=implicit,one_step_delay \\
+                           --over link.delay_s=0,0.016,0.024
+  pmwvc compare carry_16ms --controllers pmwvc,direct --duration 8
+  pmwvc compare stiff_24ms --over master.impedance=15,25,40 --live --out /tmp/impedances
+
+Every combination of the values runs with the same hands and the same fate of every packet (one
+seed), in virtual time or, with --live, as nodes one session after the other.
+"""
+
+
+def add(several: Any) -> None:
+    """Add the command to the sub-commands of a parser."""
+    text = "run a scenario over several parameters and report side by side"
+    parser = several.add_parser("compare", help=text, description=f"{text}.", epilog=EXAMPLES)
+    parser.set_defaults(command=run)
+    parser.add_argument("scenario", metavar="SCENARIO", help="name, or a YAML file")
+    parser.add_argument(
+        "--over",
+        action="append",
+        default=[],
+        metavar="NAME=A,B,...",
+        help="values of a parameter; may be given again",
+    )
+    parser.add_argument("--controllers", metavar="A,B,...", help="--over controller=A,B,...")
+    parser.add_argument("--duration", type=float, metavar="S", help="length of each session in s")
+    parser.add_argument("--users", type=int, metavar="N", help="number of users, 1 to 8")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        dest="settings",
+        help="change a parameter of all; may be given again",
+    )
+    parser.add_argument("--live", action="store_true", help="real nodes instead of virtual time")
+    parser.add_argument(
+        "--out",
+        metavar="FOLDER",
+        help="new or empty folder (default: sessions/<UTC time>-<scenario>-compare)",
+    )
+    parser.add_argument("--no-figures", action="store_true", help="write numbers only")
+    parser.add_argument(
+        "--json", action="store_true", help="print comparison.json on stdout and nothing else"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run every combination, record each, and report all of them together."""
+    from rich.progress import Progress
+
+    from pmwvc_bringup.surroundings import new_folder
+
+    chosen = combinations(
+        arguments.scenario,
+        [*arguments.over, *_controllers(arguments.controllers)],
+        settings_texts=arguments.settings,
+        users=arguments.users,
+        duration_s=arguments.duration,
+    )
+    name = chosen[0].scenario.name
+    folder = new_folder(f"{name}-compare", arguments.out)
+    with document(wanted=arguments.json) as write:
+        console = Console(highlight=False, soft_wrap=True)
+        console.print(
+            f"{name}: {len(chosen)} sessions, {'live' if arguments.live else 'simulated'}"
+        )
+        with Progress(
+            console=console, transient=True, disable=arguments.live or not console.is_terminal
+        ) as bar:
+            task = bar.add_task("running", total=1.0)
+
+            def show(share: float) -> None:
+                bar.update(task, completed=share)
+
+            places = [_place(number, one) for number, one in enumerate(chosen, start=1)]
+            if arguments.live:
+                entries = _live(chosen, places, folder, console)
+            else:
+                entries = _simulated(chosen, places, folder, show)
+        found = reported(
+            folder, f"Comparison of {name}", entries, figures=not arguments.no_figures
+        )
+        for line in lines(found):
+            console.print(line, markup=False)
+        page = "comparison.json" if arguments.no_figures else "comparison.html"
+        console.print(f"report: {folder / page}", markup=False)
+        write(json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False))
+    return 0
+
+
+def _controllers(text: str | None) -> list[str]:
+    return [f"controller={text}"] if text is not None else []
+
+
+def _place(number: int, one: Combination) -> str:
+    """Return the folder of a session below that of the comparison."""
+    plain = re.sub(r"[^A-Za-z0-9_.=-]+", "_", one.label.replace(" = ", "="))[:60]
+    return f"runs/{number:02d}-{plain}"
+
+
+def _simulated(chosen: list[Combination], places: list[str], folder: Path, show: Any) -> list[Any]:
+    """Simulate all, batched; write each as a session without pictures."""
+    from pmwvc_analysis.compare.measures import Entry, measured
+    from pmwvc_analysis.judge.verdicts import summary
+    from pmwvc_analysis.recording.from_traces import record_traces
+    from pmwvc_analysis.session_files import write_summary
+    from pmwvc_core.simulation.session import simulate
+
+    traces = simulate(
+        [one.scenario for one in chosen],
+        keep=lambda kept: kept,
+        progress=lambda share: show(0.5 * share),
+    )
+    entries = []
+    for number, (one, each, place) in enumerate(zip(chosen, traces, places, strict=True)):
+        record_traces(folder / place, each, one.scenario)
+        write_summary(folder / place, summary(each, one.scenario))
+        entries.append(measured(Entry(one.label, one.settings, each, one.scenario, place)))
+        show(0.5 + 0.5 * (number + 1) / len(chosen))
+    return entries
+
+
+def _live(
+    chosen: list[Combination], places: list[str], folder: Path, console: Console
+) -> list[Any]:
+    """Run one session of nodes after the other, each by a runner of its own."""
+    import subprocess
+    import sys
+    import tempfile
+
+    from pmwvc_analysis.compare.measures import Entry, measured
+    from pmwvc_analysis.recording.reader import read_session
+
+    entries = []
+    for one, place in zip(chosen, places, strict=True):
+        console.print(f"{len(entries) + 1} of {len(chosen)}: {one.label}", markup=False)
+        with tempfile.TemporaryDirectory() as scratch:
+            file = Path(scratch, "scenario.yaml")
+            file.write_text(to_yaml(one.scenario), "utf-8")
+            words = ["run", str(file), "--out", str(folder / place)]
+            command = [sys.executable, "-m", "pmwvc_bringup.cli", *words]
+            code = subprocess.run(command, check=False).returncode
+        if code == 130:
+            raise KeyboardInterrupt
+        if code:
+            raise PmwvcError(f"{one.label}: the session did not run (exit code {code}); see above")
+        traces = read_session(folder / place)
+        entries.append(measured(Entry(one.label, one.settings, traces, one.scenario, place)))
+    return entries
+
+
+def reported(folder: Path, title: str, entries: list[Any], *, figures: bool) -> dict[str, Any]:
+    """Write tables and report of a comparison; return what ``comparison.json`` holds."""
+    from pmwvc_analysis.compare.files import write
+
+    about = {"kind": "comparison", "lead": "", "notes": []}
+    return write(folder, title, entries, about, figures=figures)
+
+
+def lines(found: dict[str, Any]) -> list[str]:
+    """Return the table of a comparison for a terminal."""
+    sessions = found["sessions"]
+    width = max(len("session"), *(len(session["label"]) for session in sessions))
+    heads = ("K max [N/m]", "apart [mm]", "dF [N]", "balance [mJ]", "noise [N]")
+    names = ("k_max", "coherency_rms_m", "force_error_rms_n", "energy_min_j", "force_noise_n")
+    factors = (1.0, 1e3, 1.0, 1e3, 1.0)
+    table = [f"{'session':{width}}  " + "  ".join(f"{head:>12}" for head in heads) + "  verdict"]
+    for session in sessions:
+        numbers = [
+            "-" if session[name] is None else f"{session[name] * factor:.4g}"
+            for name, factor in zip(names, factors, strict=True)
+        ]
+        verdict = "stable" if session["stable"] else session["instability"]
+        cells = "  ".join(f"{number:>12}" for number in numbers)
+        table.append(f"{session['label']:{width}}  {cells}  {verdict}")
+    return table

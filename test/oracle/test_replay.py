@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A replay of a simulated session is that session, through the file and back."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.recording.reader import read_scenario, read_session
+from pmwvc_analysis.replay.differences import reproduced
+from pmwvc_analysis.replay.run import replay, replay_traces, scenario_of
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.simulation.conditions import LIVE, Conditions
+from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.simulation.session import simulate_one
+
+BASE = {
+    "name": "short",
+    "duration_s": 1.6,
+    "controller": "pmwvc",
+    "users": 2,
+    "task": {
+        "kind": "carry",
+        "grip_s": 0.1,
+        "grip_rise_s": 0.2,
+        "move_s": 0.4,
+        "move_rise_s": 0.5,
+    },
+    "link": {
+        "delay_s": 0.006,
+        "jitter": "normal",
+        "jitter_s": 0.003,
+        "loss": 0.1,
+        "duplicate": 0.1,
+        "keep_order": False,
+    },
+}
+SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
+
+
+def changed(scenario, **values):
+    return parse_scenario(scenario.to_dict(), overrides=values)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A lossy simulated session on disk, as it is read."""
+    folder = tmp_path_factory.mktemp("replay") / "session"
+    scenario = parse_scenario(BASE)
+    record_traces(folder, simulate_one(scenario), scenario)
+    return folder
+
+
+@pytest.mark.parametrize("hand", ["operator", "force"])
+def test_a_replay_without_changes_is_the_recorded_session(recorded, hand):
+    result = replay(recorded, read_scenario(recorded), hand=hand)
+    for one, other in zip(result.recorded.users, result.replayed.users, strict=True):
+        assert np.abs(one.f_applied).max() > 0.5  # something was there to reproduce
+        for name in SIGNALS:
+            np.testing.assert_allclose(getattr(one, name), getattr(other, name), atol=1e-12)
+    server = result.replayed.server
+    for name in ("x_o", "xd_o"):
+        ours = getattr(result.recorded.server, name)
+        np.testing.assert_allclose(ours, getattr(server, name), atol=1e-12)
+    for link, fates in result.recorded.fates.items():
+        again = result.replayed.fates[link]
+        assert fates.fate.tolist() == again.fate.tolist()
+        assert fates.seq.tolist() == again.seq.tolist()
+    assert {0, 1, 2} <= set(result.recorded.fates["user1/up"].fate.tolist())
+    assert reproduced(result.differences)
+
+
+def test_other_packet_fates_give_another_session(recorded):
+    """The control: the same scenario with another seed is not the recorded session."""
+    scenario = read_scenario(recorded)
+    traces = read_session(recorded)
+    luck = dataclasses.replace(scenario, seed=scenario.seed + 1)
+    other = simulate_one(luck)
+    gap = max(
+        np.abs(one.f_applied - two.f_applied).max()
+        for one, two in zip(traces.users, other.users, strict=True)
+    )
+    assert gap > 1e-3
+    again = replay_traces(traces, scenario, luck)  # the seed is of no account in a replay
+    assert max(user["force_max_n"] for user in again.differences) < 1e-12
+
+
+def test_a_changed_parameter_is_what_a_simulation_with_the_same_network_does(recorded):
+    """Fates do not depend on the impedance: replaying with it equals simulating with it."""
+    scenario = changed(read_scenario(recorded), **{"master.impedance": 40.0})
+    result = replay(recorded, scenario)
+    direct = simulate_one(scenario)
+    for one, other in zip(result.replayed.users, direct.users, strict=True):
+        np.testing.assert_allclose(one.f_applied, other.f_applied, atol=1e-12)
+    assert result.changes == {"master.impedance": 40.0}
+    assert max(user["force_max_n"] for user in result.differences) > 1e-2
+
+
+def test_a_replay_with_the_phases_of_live_loops_is_repeated_with_them(tmp_path):
+    scenario = parse_scenario(BASE)
+    phased = simulate_one(scenario, Conditions(phases=LIVE))
+    plain = simulate_one(scenario)
+    gap = np.abs(phased.users[0].f_applied - plain.users[0].f_applied).max()
+    assert gap > 1e-3  # four milliseconds more of round trip are felt
+    phased.source = "live"
+    record_traces(tmp_path, phased, scenario)
+    result = replay(tmp_path, scenario)
+    assert max(user["force_max_n"] for user in result.differences) < 1e-12
+
+
+def test_a_replay_of_a_replay_is_the_replay(recorded, tmp_path):
+    first = replay(recorded, read_scenario(recorded))
+    record_traces(tmp_path, first.replayed, first.scenario, metadata=first.metadata())
+    second = replay(tmp_path, scenario_of(tmp_path))
+    assert second.recorded.source == "replayed"
+    assert max(user["force_max_n"] for user in second.differences) < 1e-12
+
+
+def test_a_link_whose_settings_are_changed_is_simulated(recorded):
+    scenario = changed(read_scenario(recorded), **{"user1.link.up.loss": 0.0})
+    result = replay(recorded, scenario)
+    assert 1 not in result.replayed.fates["user1/up"].fate
+    assert 1 in result.replayed.fates["user1/down"].fate
+    assert [
+        note for note in result.prescribed.notes if note.startswith("user1/up: other settings")
+    ]
+
+
+def test_another_packet_rate_meets_the_losses_of_the_same_time(recorded):
+    result = replay(recorded, changed(read_scenario(recorded), **{"master.rate_drop": 4}))
+    before, after = (t.fates["user1/up"] for t in (result.recorded, result.replayed))
+    lost = before.time_in_ns[before.fate == 1]
+    again = after.time_in_ns[after.fate == 1]
+    assert len(again) == 2 * len(lost)
+    assert set(lost) <= set(again)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [({"users": 3}, "users = 3"), ({"dof": 2}, "dof = 2"), ({"master.tick_s": 0.002}, "tick_s")],
+)
+def test_what_a_replay_cannot_change_is_refused(recorded, values, words):
+    with pytest.raises(RecordingError, match=words):
+        replay(recorded, changed(read_scenario(recorded), **values))
+
+
+def test_a_force_that_was_not_recorded_cannot_be_replayed(recorded):
+    traces, scenario = read_session(recorded), read_scenario(recorded)
+    traces.users[1].f_h[:] = np.nan
+    with pytest.raises(RecordingError, match="user2: no force of the hand was recorded"):
+        replay_traces(traces, scenario, scenario, hand="force")
+
+
+def test_late_ticks_are_late_and_missed_ticks_are_missed_again():
+    scenario = parse_scenario(BASE)
+    ran = np.arange(1600, dtype=np.int64) * 1_000_000
+    ran[300:330] += np.linspace(6e6, 1e5, 30).astype(np.int64)
+    ran[700:730] = -1
+    late = simulate_one(scenario, Conditions(phases=LIVE, ran_ns={"user1": ran}))
+    assert late.users[0].missed == 30
+    assert late.users[0].lateness_s.max() == pytest.approx(6e-3)
+    late.source = "live"
+    again = replay_traces(late, scenario, scenario)
+    assert max(user["force_max_n"] for user in again.differences) < 1e-12
+    on_time = simulate_one(scenario, Conditions(phases=LIVE))
+    rows = np.flatnonzero(ran >= 0)
+    gap = np.abs(on_time.users[0].f_applied[rows] - late.users[0].f_applied).max()
+    assert gap > 1e-6

@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is compared between sessions, each measure against a session made to have it."""
+
+import numpy as np
+import pytest
+
+from pmwvc_analysis.compare.measures import (
+    MEASURES,
+    Entry,
+    force_error,
+    force_noise_n,
+    measured,
+    measures,
+)
+from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.simulation.session import simulate_one
+
+BASE = {
+    "name": "short",
+    "duration_s": 2.0,
+    "controller": "pmwvc",
+    "users": 2,
+    "server": {"contact": "bilateral"},
+    "task": {"kind": "hold", "grip_s": 0.1, "grip_rise_s": 0.2},
+}
+
+
+@pytest.fixture
+def session():
+    scenario = parse_scenario(BASE)
+    return simulate_one(scenario), scenario
+
+
+def test_a_session_has_every_measure(session):
+    assert set(measures(*session)) == set(MEASURES)
+
+
+def test_force_error_is_the_difference_at_the_steps_of_the_server(session):
+    traces, _ = session
+    user, server = traces.users[0], traces.server
+    user.f_applied[:] = 0.7
+    server.f_s[0][:] = 0.2
+    error = force_error(user, server, 0)
+    assert len(error) == (server.state[0] == 2).sum() > 200
+    np.testing.assert_allclose(error, 0.5)
+
+
+def test_force_noise_is_what_is_faster_than_a_hand(session):
+    traces, _ = session
+    user = traces.users[0]
+    time_s = user.time_s[:, np.newaxis]
+    user.f_applied[:] = 2.0 * np.sin(2 * np.pi * 1.0 * time_s)
+    assert force_noise_n(user, traces.duration_s) < 1e-4
+    user.f_applied += 0.1 * np.sin(2 * np.pi * 125.0 * time_s)
+    noise = force_noise_n(user, traces.duration_s)
+    assert noise == pytest.approx(0.1 / np.sqrt(2), rel=0.01)
+
+
+def test_coherency_is_over_all_users(session):
+    traces, scenario = session
+    server = traces.server
+    for user, x_s, apart in zip(traces.users, server.x_s, (3e-3, 4e-3), strict=True):
+        user.x_m[:] = 0.0
+        x_s[:] = apart
+        x_s[: len(x_s) // 2] = 0.0
+    found = measures(traces, scenario)["coherency_rms_m"]
+    assert found == pytest.approx(np.sqrt((9e-6 + 16e-6) / 4), rel=0.02)
+
+
+def test_energy_given_out_is_seen_and_a_passive_session_has_none(session):
+    traces, scenario = session
+    assert measures(traces, scenario)["energy_min_j"] == pytest.approx(0.0, abs=1e-9)
+    traces.server.energy_u_s[0][100:] += 0.25
+    assert measures(traces, scenario)["energy_min_j"] < -0.2
+
+
+def test_the_largest_stiffness_is_null_without_a_linear_model():
+    scenario = parse_scenario(BASE | {"duration_s": 0.5})
+    naive = parse_scenario(
+        BASE
+        | {"duration_s": 0.5, "server": {"contact": "bilateral", "coupling": "one_step_delay"}}
+    )
+    rough = parse_scenario(BASE | {"duration_s": 0.5, "device": {"friction": 0.1}})
+    for each, expected in ((scenario, None), (rough, None)):
+        assert measured(Entry("", {}, simulate_one(each), each)).measures["k_max"] is expected
+    limited = measured(Entry("", {}, simulate_one(naive), naive)).measures["k_max"]
+    assert 1e3 < limited < 1e4
