@@ -16,7 +16,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from pmwvc_bringup import commands
+from pmwvc_bringup import commands, compare_command, replay_command
 from pmwvc_core.errors import PmwvcError
 
 MAIN_EXAMPLES = """\
@@ -129,6 +129,9 @@ def build_parser() -> argparse.ArgumentParser:
     report = command("report", "write the report of a recorded session anew", REPORT_EXAMPLES)
     report.add_argument("folder", metavar="FOLDER", help="a session folder")
     _add_json(report, "print summary.json on stdout and nothing else")
+
+    replay_command.add(several)
+    compare_command.add(several)
 
     node = command("node", "run one node by itself", NODE_EXAMPLES)
     node.add_argument("kind", choices=sorted(commands.NODES), help="which node")
