@@ -16,7 +16,13 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from pmwvc_bringup import commands, compare_command, replay_command
+from pmwvc_bringup import (
+    commands,
+    compare_command,
+    map_command,
+    replay_command,
+    stability_command,
+)
 from pmwvc_core.errors import PmwvcError
 
 MAIN_EXAMPLES = """\
@@ -132,6 +138,8 @@ def build_parser() -> argparse.ArgumentParser:
 
     replay_command.add(several)
     compare_command.add(several)
+    stability_command.add(several)
+    map_command.add(several)
 
     node = command("node", "run one node by itself", NODE_EXAMPLES)
     node.add_argument("kind", choices=sorted(commands.NODES), help="which node")

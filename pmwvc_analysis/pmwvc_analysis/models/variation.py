@@ -93,19 +93,20 @@ def value_of(scenario: Scenario, name: str) -> float | None:
     it has none.
     """
     single = USER.fullmatch(name)
-    user = scenario.users[int(single[1]) - 1 if single else 0]
+    place = int(single[1]) - 1 if single else 0
+    if place >= len(scenario.users):
+        raise ScenarioError(scenario.name, [f"{name}: there is no user{place + 1}"])
+    user = scenario.users[place]
     leaf = _leaves(name)[0]
-    for prefix, (attribute, kind) in {**USER_GROUPS, **SHARED_GROUPS}.items():
-        owner: Any = getattr(user if (prefix, attribute) in _of_users() else scenario, attribute)
-        if leaf.startswith(prefix + ".") and _has(kind, leaf[len(prefix) + 1 :]):
-            for part in leaf[len(prefix) + 1 :].split("."):
-                owner = getattr(owner, part)
-            return None if owner is None or isinstance(owner, str) else float(owner)
+    for groups_of, source in ((USER_GROUPS, user), (SHARED_GROUPS, scenario)):
+        for prefix, (attribute, kind) in groups_of.items():
+            path = leaf.removeprefix(prefix + ".")
+            if path != leaf and _has(kind, path):
+                owner: Any = getattr(source, attribute)
+                for part in path.split("."):
+                    owner = getattr(owner, part)
+                return None if owner is None or isinstance(owner, str) else float(owner)
     return None
-
-
-def _of_users() -> set[tuple[str, str]]:
-    return {(prefix, attribute) for prefix, (attribute, _) in USER_GROUPS.items()}
 
 
 def _prefixes() -> set[str]:

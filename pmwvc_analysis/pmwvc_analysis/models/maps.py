@@ -1,0 +1,199 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stability maps over any two parameters: spectral radii on a grid, row by row.
+
+A row is computed as one batch where its parameter may differ within a scenario (all numbers but
+delays and periods). Rows are independent, so they can be computed by several processes, or by a
+Dask cluster, with the same result; finished rows can be kept and the rest computed later.
+"""
+
+import concurrent.futures
+import contextlib
+import multiprocessing
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
+from pmwvc_analysis.models.variation import stackable, varied
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.scenario import Scenario
+
+SOON_S = 4.0  # a map that takes no longer is done before other processes have started
+BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+Done = Callable[[int, Array], None]  # number of a row, and the row
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A parameter by dotted name, and its values."""
+
+    name: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A scenario with two of its parameters varied.
+
+    Attributes
+    ----------
+    scenario
+        All other parameters.
+    x, y
+        Columns and rows of the map.
+    live
+        Phases of a live session.
+    """
+
+    scenario: Scenario
+    x: Axis
+    y: Axis
+    live: bool = False
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows (y) and columns (x)."""
+        return len(self.y.values), len(self.x.values)
+
+    @property
+    def across(self) -> bool:
+        """Whether batches run along y, because only y may differ within a scenario."""
+        return stackable(self.y.name) and not stackable(self.x.name)
+
+    def lines(self) -> int:
+        """Return how many batches make the map."""
+        return self.shape[1] if self.across else self.shape[0]
+
+
+def line(grid: Grid, number: int) -> Array:
+    """Return one line of a map: a row, or a column where ``grid.across``."""
+    along, other = (grid.y, grid.x) if grid.across else (grid.x, grid.y)
+    scenario = varied(grid.scenario, other.name, other.values[number])
+    values = np.array(along.values)
+    if not stackable(along.name):
+        return np.array(
+            [radii(varied(scenario, along.name, v), live=grid.live)[0] for v in along.values]
+        )
+    parts = [values[i : i + LARGEST_BATCH] for i in range(0, len(values), LARGEST_BATCH)]
+    batches = [
+        radii(varied(scenario, along.name, part[:, np.newaxis]), live=grid.live) for part in parts
+    ]
+    widths = [len(part) for part in parts]
+    return np.concatenate(
+        [np.broadcast_to(b, width) for b, width in zip(batches, widths, strict=True)]
+    )
+
+
+def point(grid: Grid, row: int, place: int) -> float:
+    """Return one point of a map by itself: the plain way, for comparison."""
+    scenario = varied(grid.scenario, grid.y.name, grid.y.values[row])
+    scenario = varied(scenario, grid.x.name, grid.x.values[place])
+    return float(radii(scenario, live=grid.live)[0])
+
+
+def compute(
+    grid: Grid,
+    *,
+    workers: int | None = None,
+    dask: str | None = None,
+    known: Array | None = None,
+    done: Done | None = None,
+) -> Array:
+    """Return the spectral radii of a map ``(rows, columns)``.
+
+    Parameters
+    ----------
+    grid
+        What to compute.
+    workers
+        Processes; by default all cores, and none beside this one for a small map.
+    dask
+        Address of a Dask scheduler to compute on instead.
+    known
+        What is known already; NaN is computed.
+    done
+        Called with every line as it is finished.
+
+    Raises
+    ------
+    PmwvcError
+        If Dask is asked for and not there.
+    """
+    radius = np.full(grid.shape, np.nan) if known is None else known.copy()
+    table = radius.T if grid.across else radius
+    open_lines = [n for n in range(grid.lines()) if np.isnan(table[n]).any()]
+    for number, values in _finished(grid, open_lines, workers=workers, dask=dask):
+        table[number] = values
+        if done is not None:
+            done(number, values)
+    return radius
+
+
+def _finished(
+    grid: Grid, numbers: list[int], *, workers: int | None, dask: str | None
+) -> Iterator[tuple[int, Array]]:
+    """Yield lines as they are finished, wherever they are computed."""
+    if dask is not None:
+        yield from _on_dask(grid, numbers, dask)
+        return
+    if workers is None:
+        began = time.perf_counter()
+        for number in numbers[:1]:
+            yield number, line(grid, number)
+        numbers = numbers[1:]
+        short = (time.perf_counter() - began) * len(numbers) < SOON_S
+        workers = 1 if short else (os.cpu_count() or 1)
+    if workers == 1:
+        for number in numbers:
+            yield number, line(grid, number)
+        return
+    with _one_thread_each():
+        context = multiprocessing.get_context("spawn")
+        with concurrent.futures.ProcessPoolExecutor(workers, mp_context=context) as pool:
+            futures = {pool.submit(line, grid, number): number for number in numbers}
+            try:
+                for future in concurrent.futures.as_completed(futures):
+                    yield futures[future], future.result()
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
+
+
+@contextlib.contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Let the processes started meanwhile compute with one thread each: there is one per core."""
+    before = {name: os.environ.get(name) for name in BLAS_THREADS}
+    os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def _on_dask(grid: Grid, numbers: Iterable[int], address: str) -> Iterator[tuple[int, Array]]:
+    try:
+        import distributed
+    except ImportError:
+        raise PmwvcError(
+            "--dask needs the package 'distributed' (pip install distributed), here and on the "
+            "cluster together with pmwvc_core and pmwvc_analysis; without it, leave --dask out: "
+            "all cores of this machine are used"
+        ) from None
+    try:
+        client: Any = distributed.Client(address, timeout="10s")
+    except (OSError, ValueError) as error:
+        raise PmwvcError(f"--dask {address}: no scheduler answers there ({error})") from None
+    with client:
+        futures = {client.submit(line, grid, number, pure=False): number for number in numbers}
+        for future, values in distributed.as_completed(list(futures), with_results=True):
+            yield futures[future], values

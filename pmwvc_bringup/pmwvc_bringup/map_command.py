@@ -1,0 +1,189 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``pmwvc map``: a stability map over two parameters.
+
+Heavy imports stand inside, as in :mod:`pmwvc_bringup.commands`.
+"""
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+from pmwvc_bringup import scenarios as files
+from pmwvc_bringup.output import document
+from pmwvc_bringup.stability_command import add_model_options
+from pmwvc_core.errors import PmwvcError, RecordingError
+from pmwvc_core.simulation.scenario import Scenario
+
+if TYPE_CHECKING:
+    from pmwvc_analysis.models.map_files import Measured
+    from pmwvc_analysis.models.maps import Axis, Grid
+
+EXAMPLES = """\
+examples:
+  pmwvc map carry_16ms --x server.contact_stiffness=0:3000:100 --y link.delay_s=0:0.024:4
+  pmwvc map carry_16ms --set server.coupling=one_frame_late --x server.contact_stiffness \\
+      --y link.delay_s --sessions sessions/*carry*
+  pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
+
+NAME=FIRST:LAST:COUNT; a name alone takes a range that suits it. An interrupted map goes on where
+it stopped when the same command is given again. Written are map.png, .svg, .npz, .csv, .mat and
+.json.
+"""
+COUNT = 60
+FRAMES = 6  # of delay, where no range is given
+MOST = 1_000_000  # points
+
+
+def add(several: Any) -> None:
+    """Add the command to the sub-commands of a parser."""
+    text = "draw a stability map over two parameters, with measured sessions as points"
+    parser = several.add_parser("map", help=text, description=f"{text}.", epilog=EXAMPLES)
+    parser.set_defaults(command=run)
+    add_model_options(parser)
+    for axis in ("x", "y"):
+        parser.add_argument(
+            f"--{axis}", required=True, metavar="NAME[=A:B:N]", help=f"parameter along {axis}"
+        )
+    parser.add_argument(
+        "--sessions", nargs="+", default=[], metavar="FOLDER", help="session folders, as points"
+    )
+    parser.add_argument(
+        "--out", metavar="FOLDER", help="where to write (default: maps/<scenario>-<y>-<x>)"
+    )
+    parser.add_argument("--workers", type=int, metavar="N", help="processes (default: all cores)")
+    parser.add_argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster")
+    parser.add_argument("--json", action="store_true", help="print map.json on stdout only")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Compute, write and draw."""
+    scenario = files.load(
+        arguments.scenario, settings_texts=arguments.settings, users=arguments.users
+    )
+    from pmwvc_analysis.models.map_files import Unfinished, write_data
+    from pmwvc_analysis.models.maps import Grid, compute
+    from pmwvc_analysis.show.map_figure import draw
+
+    if arguments.workers is not None and arguments.workers < 1:
+        raise PmwvcError(f"--workers {arguments.workers}: must be >= 1")
+    x, y = (axis_of(scenario, getattr(arguments, name), name) for name in ("x", "y"))
+    if x.name == y.name or len(x.values) * len(y.values) > MOST:
+        raise PmwvcError(f"--x and --y: two different parameters and at most {MOST} points")
+    grid = Grid(scenario, x, y, live=arguments.live)
+    measured = [measured_in(Path(folder), grid) for folder in arguments.sessions]
+    folder = Path(arguments.out or f"maps/{scenario.name}-{y.name}-{x.name}")
+    with document(wanted=arguments.json) as write:
+        console = Console(highlight=False, soft_wrap=True)
+        unfinished = Unfinished(folder, grid)
+        from rich.progress import Progress
+
+        with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+            lines = grid.lines()
+            task = bar.add_task("computing", total=lines)
+            known = unfinished.known()
+            bar.update(task, completed=known)
+
+            def done(number: int, values: Any) -> None:
+                unfinished.add(number, values)
+                bar.advance(task)
+
+            if 0 < known < lines:
+                console.print(f"{known} of {lines} lines were finished before")
+            radius = compute(
+                grid,
+                workers=arguments.workers,
+                dask=arguments.dask,
+                known=unfinished.radius,
+                done=done,
+            )
+        paths = write_data(folder, grid, radius, measured)
+        paths += draw(folder, grid, radius, measured)
+        share = (radius <= 1.0 + 1e-9).mean()
+        console.print(f"{radius.size} points, {share:.1%} of them stable", markup=False)
+        for path in paths:
+            console.print(str(path), markup=False)
+        write((folder / "map.json").read_text("utf-8"))
+    return 0
+
+
+def axis_of(scenario: Scenario, text: str, option: str) -> "Axis":
+    """Return the axis of ``NAME=A:B:N`` or of a name alone.
+
+    Raises
+    ------
+    PmwvcError
+        If it is neither, or not a number of the scenario.
+    """
+    from pmwvc_analysis.models.maps import Axis
+    from pmwvc_analysis.models.variation import value_of, varied
+
+    name, equals, span = text.partition("=")
+    value = value_of(scenario, name)
+    if not equals:
+        values = _usual(scenario, name, value)
+    else:
+        try:
+            first, last, count = span.split(":")
+            values = _spread(float(first), float(last), int(count))
+        except ValueError:
+            raise PmwvcError(
+                f"--{option} {text}: must be NAME=FIRST:LAST:COUNT, e.g. "
+                "server.contact_stiffness=0:3000:100"
+            ) from None
+    for edge in (values[0], values[-1]):
+        varied(scenario, name, edge)  # refuses what is out of range
+    return Axis(name, values)
+
+
+def _usual(scenario: Scenario, name: str, value: float | None) -> tuple[float, ...]:
+    """Return a range that suits a parameter."""
+    if name.endswith("delay_s"):
+        return _spread(0.0, FRAMES * scenario.server.period_s, FRAMES + 1)
+    if not value:
+        raise PmwvcError(f"{name}: give its range, {name}=FIRST:LAST:COUNT")
+    if name.endswith(("rate_drop", "period_s")):
+        raise PmwvcError(f"{name}: give its range, e.g. {name}={value:g}:{2 * value:g}:2")
+    if name.endswith("contact_stiffness"):
+        return _spread(0.0, max(3000.0, 2.0 * value), COUNT)
+    return _spread(value / 4.0, 4.0 * value, COUNT)
+
+
+def _spread(first: float, last: float, count: int) -> tuple[float, ...]:
+    if count < 1 or (count > 1 and last <= first):
+        raise ValueError("empty range")
+    if count == 1:
+        return (first,)
+    # Rounded, so that 0.016 is written for the delay of 16 ms.
+    step = (last - first) / (count - 1)
+    return tuple(float(f"{first + step * i:.12g}") for i in range(count))
+
+
+def measured_in(folder: Path, grid: "Grid") -> "Measured":
+    """Return a session as a point of a map.
+
+    Raises
+    ------
+    RecordingError
+        If it is no session folder, or has no verdict.
+    """
+    from pmwvc_analysis.models.map_files import Measured
+    from pmwvc_analysis.models.variation import value_of
+    from pmwvc_analysis.recording.reader import read_scenario
+
+    scenario = read_scenario(folder)
+    try:
+        stable = json.loads((folder / "summary.json").read_text("utf-8"))["stable"]
+    except (OSError, ValueError, KeyError):
+        stable = None
+    if scenario is None or stable is None:
+        raise RecordingError(
+            f"{folder}: no session with scenario.yaml and summary.json (pmwvc report writes it)"
+        )
+    x, y = value_of(scenario, grid.x.name), value_of(scenario, grid.y.name)
+    if x is None or y is None:
+        raise RecordingError(f"{folder}: its scenario has no {grid.x.name} or no {grid.y.name}")
+    return Measured(folder.name, x, y, bool(stable))

@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A frame of a session as a matrix: the core's own objects, fed with the identity.
+
+Masters, devices and the server of a scenario are set to every unit vector of the state at once (a
+batch with one run per state) and stepped through one frame. Frames and server period are equal
+here, delays are whole frames. Motions that are no instability are found by what they are, not by
+their eigenvalues: null vectors of A - 1, then of the quotient. This shares the stepping with the
+simulator and nothing with :mod:`pmwvc_analysis.models`.
+"""
+
+import numpy as np
+from scipy.linalg import null_space
+
+from pmwvc_core.controllers import make_master, make_server
+from pmwvc_core.plant.devices import SimulatedDevice
+
+
+class IdentityLoop:
+    """Waves, first-order filter, whole frames of delay."""
+
+    def __init__(self, scenario):
+        self.scenario, self.users = scenario, scenario.users
+        frame_s = scenario.server.period_s
+        self.delays = [
+            tuple(round(link.delay_s / frame_s) for link in (user.link_up, user.link_down))
+            for user in self.users
+        ]
+        self.names = ["x_o", "xd_o"]
+        for i, (up, down) in enumerate(self.delays):
+            self.names += [f"{name}{i}" for name in ("x", "xd", "y", "v", "e", "xd_s", "f_s")]
+            self.names += [f"up{i}.{age}" for age in range(up)]
+            self.names += [f"down{i}.{age}" for age in range(down)]
+
+    def frame(self, state):
+        """Return the states ``(runs, states)`` a frame later."""
+        s = {name: state[:, j : j + 1].copy() for j, name in enumerate(self.names)}
+        scenario, tick_s, runs = self.scenario, self.scenario.tick_s, len(state)
+        server = make_server(
+            "pmwvc",
+            scenario.server,
+            [user.contact for user in self.users],
+            [user.server_impedance for user in self.users],
+            dof=1,
+            sides=[user.side for user in self.users],
+        )
+        for i in range(len(self.users)):
+            server.join(i, np.zeros((runs, 1)))
+        server.body.x, server.body.xd = s["x_o"], s["xd_o"]
+        received = []
+        for i, seat in enumerate(server.seats):
+            seat.contact.deflection, seat.xd_s, seat.f_s = s[f"e{i}"], s[f"xd_s{i}"], s[f"f_s{i}"]
+            received.append(self._through(s, f"up{i}", self.delays[i][0], s[f"y{i}"]))
+        answers = server.step(received)
+        s["x_o"], s["xd_o"] = server.body.x, server.body.xd
+        for i, (user, seat) in enumerate(zip(self.users, server.seats, strict=True)):
+            s[f"e{i}"], s[f"xd_s{i}"], s[f"f_s{i}"] = seat.contact.deflection, seat.xd_s, seat.f_s
+            master = make_master("pmwvc", user.master)
+            device = SimulatedDevice(user.device, tick_s=tick_s, dof=1)
+            device.x, device.xd = s[f"x{i}"], s[f"xd{i}"]
+            device._read = (device.x, device.xd)
+            master._filter._stage._y = s[f"y{i}"]
+            master._hold._value = s[f"v{i}"]
+            master.receive(self._through(s, f"down{i}", self.delays[i][1], answers[i]))
+            for _ in range(user.master.rate_drop):
+                force = master.step(*device.read())
+                master.applied(force)
+                device.step(0.0, force)
+            s[f"x{i}"], s[f"xd{i}"] = device.x, device.xd
+            s[f"y{i}"], s[f"v{i}"] = master.send(), master.v_m
+        return np.concatenate([s[name] + np.zeros((runs, 1)) for name in self.names], axis=1)
+
+    @staticmethod
+    def _through(s, link, delay, value):
+        """Put a value into a link and return the one that comes out."""
+        values = [value, *(s[f"{link}.{age}"] for age in range(delay))]
+        for age in range(delay):
+            s[f"{link}.{age}"] = values[age]
+        return values[-1]
+
+    def spectral_radius(self):
+        """Return the largest length of an eigenvalue, rigid motions taken out."""
+        a = self.frame(np.eye(len(self.names))).T
+        for _ in range(2):  # translations, then what moves on with them uniformly
+            still = null_space(a - np.eye(len(a)), rcond=1e-11)
+            basis, _ = np.linalg.qr(np.hstack([still, np.eye(len(a))]), mode="reduced")
+            k = still.shape[1]
+            a = (basis.T @ a @ basis)[k:, k:]
+        return np.abs(np.linalg.eigvals(a)).max()

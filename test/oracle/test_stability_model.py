@@ -1,0 +1,222 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stability of the exact model against printed and checked numbers, and against a second route."""
+
+import identity_loop
+import linear_loops
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pmwvc_analysis.models import rigid
+from pmwvc_analysis.models.loop import Loop
+from pmwvc_analysis.models.multirate import build, spectral_radius, transitions
+from pmwvc_analysis.models.stability import boundary, k_max, radii, z_width
+from pmwvc_analysis.models.variation import with_stiffness
+
+FRAME_S = 0.008
+# Largest symmetric stiffness [N/m] of two users, App. B, for 0 to 3 frames of delay each way.
+LARGEST = [
+    ({"server__coupling": "one_frame_late"}, 50.0, (5280.5, 2470.8, 2166.0, 2224.2)),
+    ({"server__coupling": "one_frame_late"}, 100.0, (1037.4, 988.2, 965.4, 952.2)),
+    (
+        {"server__coupling": "one_frame_late", "master__hold": "foh"},
+        50.0,
+        (4528.2, 2433.9, 2164.5, 2181.7),
+    ),
+    (
+        {"server__coupling": "one_frame_late", "master__hold": "foh"},
+        100.0,
+        (973.2, 943.0, 928.3, 919.8),
+    ),
+    (
+        {"server__coupling": "one_step_delay", "server__integrator": "forward_euler"},
+        50.0,
+        (2950.1, 3084.7, 2604.5, 2674.5),
+    ),
+    (
+        {"server__coupling": "one_step_delay", "server__integrator": "backward_euler"},
+        50.0,
+        (8482.3, 3595.2, 2774.5, 2488.5),
+    ),
+    ({"controller": "direct"}, 50.0, (2500.0, 335.3, 47.1, 0.0)),
+]
+
+
+@pytest.mark.parametrize(("values", "pole", "largest"), LARGEST)
+def test_the_largest_stiffness_of_app_b(values, pole, largest):
+    for frames, expected in enumerate(largest):
+        scenario = linear_loops.scenario(
+            master__filter__pole_rad_s=pole, link__delay_s=frames * FRAME_S, **values
+        )
+        assert k_max(scenario).first == pytest.approx(expected, rel=5e-3, abs=1e-9)
+
+
+@pytest.mark.parametrize("hold", ["zoh", "foh"])
+@pytest.mark.parametrize("delay_s", [0.0, 0.024, 0.4])
+def test_the_implicit_coupling_has_no_largest_stiffness(hold, delay_s):
+    scenario = linear_loops.scenario(master__hold=hold, link__delay_s=delay_s)
+    assert k_max(scenario, bound=1e7).first is None
+
+
+@st.composite
+def scenarios(draw):
+    users = draw(st.integers(3, 8))
+    m = draw(st.sampled_from([1, 2, 5, 8, 13, 20, 32]))
+    values = {
+        "users": users,
+        "master__rate_drop": m,
+        "server__period_s": m * 1e-3,
+        "master__hold": draw(st.sampled_from(["zoh", "foh"])),
+        "server__coupling": draw(
+            st.sampled_from(["implicit", "one_step_delay", "one_frame_late", "unwrapped"])
+        ),
+        "server__integrator": draw(
+            st.sampled_from(["forward_euler", "backward_euler", "trapezoid"])
+        ),
+        "server__object_mass": draw(st.floats(0.5, 4.0)),
+        "server__object_damping": draw(st.sampled_from([0.0, 1.0])),
+        "master__filter__pole_rad_s": draw(st.floats(20.0, 120.0)),
+    }
+    for user in range(1, users + 1):
+        values[f"user{user}__master__impedance"] = draw(st.floats(8.0, 50.0))
+        values[f"user{user}__device__mass"] = draw(st.floats(0.1, 0.6))
+        values[f"user{user}__server__contact_stiffness"] = draw(st.floats(50.0, 2000.0))
+        values[f"user{user}__server__contact_damping"] = draw(st.floats(1.0, 12.0))
+        for way in ("up", "down"):
+            frames = draw(st.integers(0, 3))
+            values[f"user{user}__link__{way}__delay_s"] = frames * m * 1e-3
+    return linear_loops.scenario(**values)
+
+
+@settings(max_examples=40, deadline=None)
+@given(scenarios())
+def test_the_spectral_radius_agrees_with_an_identity_batch_of_core_objects(scenario):
+    expected = identity_loop.IdentityLoop(scenario).spectral_radius()
+    assert spectral_radius(build(scenario)) == pytest.approx(expected, rel=1e-6)
+
+
+def test_an_identity_batch_with_another_delay_does_not_agree():
+    late = linear_loops.scenario(user1__link__up__delay_s=0.008, server__coupling="unwrapped")
+    later = linear_loops.scenario(user2__link__up__delay_s=0.016, server__coupling="unwrapped")
+    expected = identity_loop.IdentityLoop(late).spectral_radius()
+    assert spectral_radius(build(late)) == pytest.approx(expected, rel=1e-9)
+    assert spectral_radius(build(later)) != pytest.approx(expected, rel=1e-4)
+
+
+RIGID = [
+    ({}, 4),  # two devices and the cube each somewhere else, and all moving on
+    ({"device__damping": 1.0}, 3),
+    ({"server__object_damping": 1.0}, 3),
+    ({"server__environment": "wall"}, 2),
+    ({"users": 5}, 7),
+    ({"controller": "direct"}, 2),
+    ({"controller": "direct", "server__environment": "wall"}, 0),
+    ({"server__contact_stiffness": 0.0}, 6),
+    ({"server__contact_stiffness": 0.0, "server__contact_damping": 0.0}, 8),
+]
+
+
+@pytest.mark.parametrize(("values", "modes"), RIGID)
+def test_motions_that_are_no_instability_are_exact_and_counted(values, modes):
+    scenario = linear_loops.scenario(
+        user1__link__up__delay_s=0.008,
+        user2__link__down__delay_s=0.016,
+        user1__server__impedance=14.0,
+        **{"server__contact_stiffness": 40.0} | values,
+    )
+    model = transitions(scenario)
+    assert rigid.count(model.rigid) == modes
+    matrices = model.matrices
+    for place, family in enumerate(model.rigid):
+        before = model.rigid[:place]
+        # What is left to be zero shows in the eigenvalue that the quotient takes away.
+        left = rigid.quotient(matrices, before)[0]
+        ones = np.sum(np.abs(np.linalg.eigvals(left) - 1.0) < 1e-3)
+        after = rigid.quotient(matrices, [*before, family])[0]
+        assert np.sum(np.abs(np.linalg.eigvals(after) - 1.0) < 1e-3) == ones - 1
+    assert spectral_radius(build(scenario)) < 1.0
+
+
+@pytest.mark.parametrize("controller", ["pmwvc", "direct"])
+@pytest.mark.parametrize("live", [False, True])
+def test_a_uniform_motion_goes_on(controller, live):
+    scenario = linear_loops.scenario(
+        controller=controller,
+        user1__link__up__delay_s=0.008,
+        user2__link__down__delay_s=0.013,
+        user1__server__impedance=14.0,
+        master__filter__kind="butterworth",
+        master__filter__pole_rad_s=None,
+        master__filter__stop_hz=50.0,
+        device__velocity="euler",
+    )
+    loop = Loop(scenario, live=live)
+    (a,), _ = loop.around(inputs=False)
+    drift = rigid.families(loop)[-1].vector[0]
+    rest = a @ drift - drift
+    positions = [name.endswith(("x", "x_o")) or ".up.x[" in name for name in loop.names]
+    assert np.abs(rest[np.logical_not(positions)]).max() < 1e-12
+    moved = rest[loop.names.index("x_o")]
+    assert moved == pytest.approx(loop.ticks * scenario.tick_s * 1.0)
+    if controller == "direct":  # all by the same
+        np.testing.assert_allclose(rest[positions], moved, atol=1e-12)
+
+
+def test_a_batch_says_the_same_as_one_by_one():
+    scenario = linear_loops.scenario(link__delay_s=0.016, server__coupling="one_frame_late")
+    values = np.array([0.0, 50.0, 700.0, 2500.0, 9000.0])[:, np.newaxis]
+    together = radii(with_stiffness(scenario, values))
+    alone = [radii(with_stiffness(scenario, float(k)))[0] for k in values[:, 0]]
+    np.testing.assert_allclose(together, alone, rtol=1e-9)
+
+
+ISLANDS = [
+    ({"server__coupling": "one_step_delay", "server__contact_damping": 0.0}, 0.024),
+    ({"server__coupling": "one_frame_late", "server__contact_damping": 20.0}, 0.008),
+]
+
+
+@pytest.mark.parametrize(("values", "delay_s"), ISLANDS)
+def test_islands_above_the_first_crossing_are_found(values, delay_s):
+    scenario = linear_loops.scenario(link__delay_s=delay_s, **values)
+    limit = k_max(scenario)
+    assert len(limit.islands) == 1
+    edges = [limit.first, *limit.islands[0]]
+    for edge, (below, above) in zip(
+        edges, [(True, False), (False, True), (True, False)], strict=True
+    ):
+        for factor, stable in ((0.999, below), (1.001, above)):
+            if edge > 0.0:
+                radius = radii(with_stiffness(scenario, edge * factor))[0]
+                assert bool(radius <= 1.0) is stable
+
+
+def test_a_traced_boundary_passes_through_the_largest_stiffness():
+    scenario = linear_loops.scenario(server__coupling="one_frame_late")
+    delays = (0.0, 0.008, 0.016)
+    found = boundary(
+        scenario,
+        "server.contact_stiffness",
+        np.linspace(10.0, 8000.0, 60),
+        over=("link.delay_s", delays),
+    )
+    firsts = [changes[0][0] for changes in found]
+    assert firsts == pytest.approx([5280.5, 2470.8, 2166.0], rel=5e-3)
+
+
+def test_the_z_width_narrows_with_damping_where_the_computation_is_late():
+    late = {"server__coupling": "one_step_delay", "server__environment": "wall", "users": 1}
+    damping = [0.0, 10.0, 20.0, 30.0]
+    limits = z_width(linear_loops.scenario(**late), damping)
+    firsts = [limit.first for limit in limits]
+    assert firsts == sorted(firsts, reverse=True)
+    for b, limit in zip(damping, limits, strict=True):
+        for factor, stable in ((0.999, True), (1.001, False)):
+            scenario = linear_loops.scenario(
+                server__contact_damping=b, server__contact_stiffness=limit.first * factor, **late
+            )
+            assert bool(radii(scenario)[0] <= 1.0) is stable
+    at_once = linear_loops.scenario(**late | {"server__coupling": "implicit"})
+    assert [limit.first for limit in z_width(at_once, damping)] == [None] * 4

@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stability maps: the same however they are computed, and whole after an interruption."""
+
+import csv
+import json
+import sys
+
+import linear_loops
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+from pmwvc_analysis.models.map_files import Measured, Unfinished, first_crossing, write_data
+from pmwvc_analysis.models.maps import Axis, Grid, compute, point
+from pmwvc_analysis.show.map_figure import draw
+from pmwvc_core.errors import PmwvcError
+
+STIFFNESS = Axis("server.contact_stiffness", tuple(np.linspace(0.0, 3000.0, 7).tolist()))
+DELAY = Axis("link.delay_s", (0.0, 0.008, 0.016))
+DAMPING = Axis("server.contact_damping", (0.0, 10.0, 20.0))
+
+
+def grid(x=STIFFNESS, y=DELAY):
+    return Grid(linear_loops.scenario(server__coupling="one_frame_late"), x, y)
+
+
+@pytest.mark.parametrize(
+    ("x", "y"), [(STIFFNESS, DELAY), (DELAY, STIFFNESS), (DAMPING, STIFFNESS), (DELAY, DELAY)]
+)
+def test_a_map_is_what_its_points_are_one_by_one(x, y):
+    of = grid(x, y)
+    found = compute(of)
+    rows, columns = of.shape
+    alone = [[point(of, row, place) for place in range(columns)] for row in range(rows)]
+    np.testing.assert_allclose(found, alone, rtol=1e-9)
+
+
+def test_the_boundary_of_the_map_is_that_of_app_b():
+    fine = Axis(STIFFNESS.name, tuple(np.linspace(2000.0, 2600.0, 61).tolist()))
+    found = compute(grid(fine))
+    crossings = [first_crossing(np.array(fine.values), row) for row in found]
+    assert crossings[0] is None
+    assert crossings[1:] == pytest.approx([2470.8, 2166.0], rel=5e-3)
+
+
+def test_processes_change_nothing():
+    of = grid()
+    np.testing.assert_array_equal(compute(of, workers=2), compute(of, workers=1))
+
+
+def test_an_interrupted_map_goes_on_where_it_stopped(tmp_path):
+    of = grid(DAMPING, STIFFNESS)
+    computed = []
+
+    class Interrupted(Exception):
+        pass
+
+    def stop(number, values):
+        kept.add(number, values)
+        computed.append(number)
+        if len(computed) == 2:
+            raise Interrupted
+
+    kept = Unfinished(tmp_path, of)
+    with pytest.raises(Interrupted):
+        compute(of, workers=1, done=stop)
+    again = Unfinished(tmp_path, of)
+    assert again.known() == 2
+    later = []
+    found = compute(of, known=again.radius, done=lambda number, values: later.append(number))
+    assert sorted(computed + later) == list(range(of.lines()))
+    np.testing.assert_array_equal(found, compute(of))
+
+
+def test_a_folder_with_another_map_is_refused(tmp_path):
+    kept = Unfinished(tmp_path, grid())
+    kept.add(0, np.ones(len(STIFFNESS.values)))
+    Unfinished(tmp_path, grid())
+    with pytest.raises(PmwvcError, match="holds a map of other parameters"):
+        Unfinished(tmp_path, grid(DAMPING))
+
+
+def test_every_file_holds_the_same_map(tmp_path):
+    of = grid()
+    radius = compute(of)
+    measured = [Measured("one", 500.0, 0.008, True), Measured("two", 2900.0, 0.016, False)]
+    write_data(tmp_path, of, radius, measured)
+    draw(tmp_path, of, radius, measured)
+    with np.load(tmp_path / "map.npz") as stored:
+        np.testing.assert_array_equal(stored["spectral_radius"], radius)
+    np.testing.assert_array_equal(loadmat(tmp_path / "map.mat")["spectral_radius"], radius)
+    content = json.loads((tmp_path / "map.json").read_text())
+    assert content["spectral_radius"] == radius.tolist()
+    assert [entry["stable"] for entry in content["sessions"]] == [True, False]
+    with (tmp_path / "map.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["spectral_radius"]) for row in rows] == radius.ravel().tolist()
+    assert {row["stable"] for row in rows} == {"0", "1"}
+    assert (tmp_path / "map.png").stat().st_size > 10_000
+    assert "<svg" in (tmp_path / "map.svg").read_text()
+
+
+def test_without_dask_the_message_says_what_to_do(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(PmwvcError, match="leave --dask out"):
+        compute(grid(), dask="tcp://127.0.0.1:1")
+
+
+def test_a_dask_cluster_computes_the_same():
+    distributed = pytest.importorskip("distributed", reason="the optional Dask is not installed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None
+    ) as cluster:
+        found = compute(grid(), dask=cluster.scheduler_address)
+    np.testing.assert_array_equal(found, compute(grid()))
