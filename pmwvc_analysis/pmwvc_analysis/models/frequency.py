@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Frequency response of a multirate model, at the frequency of the force.
+
+A force f_i(k) = p_i exp(j theta k) on user i gives, lifted over a hyperframe of N ticks, the input
+w exp(j theta N n) with w[i, k] = p_i exp(j theta k). The state follows with
+(exp(j theta N) - A)^-1 B w. What comes out holds images at theta + 2 pi j/N besides; the component
+at theta itself is the mean of y(k) exp(-j theta k) over the hyperframe (base band).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_analysis.models.multirate import MultirateModel
+from pmwvc_core.numeric import Array
+
+Complex = NDArray[np.complex128]
+ASIDE = (
+    1e-6  # of a turn: as near to images of rest, where integrators have no response, as it gets
+)
+LOW_HZ = 0.04  # where limits at rest are taken, at most
+
+
+def response(
+    model: MultirateModel,
+    frequency_hz: Array,
+    *,
+    output: str = "x",
+    user: int = 0,
+    forces: Sequence[float] | None = None,
+) -> Complex:
+    """Return the base-band response of one user's ``x``, ``xd`` or ``f`` to the hands' forces.
+
+    Parameters
+    ----------
+    model
+        With inputs and outputs.
+    frequency_hz
+        ``(points,)``, above zero and up to half the tick rate.
+    output, user
+        What is looked at, and of whom.
+    forces
+        Amplitude and sign p_i per user; by default the one looked at pushes alone.
+
+    Returns
+    -------
+    ndarray
+        ``(points,)`` complex, per unit of the amplitudes.
+    """
+    users, ticks = len(model.users), model.ticks
+    pattern = np.eye(users)[user] if forces is None else np.asarray(forces, dtype=float)
+    turns = np.asarray(frequency_hz, dtype=float) * model.tick_s * ticks  # per hyperframe
+    whole = np.round(turns)
+    turns = np.where(np.abs(turns - whole) < ASIDE, whole + ASIDE, turns)
+    angle = 2.0 * np.pi * turns / ticks
+    wave = np.exp(1j * np.multiply.outer(angle, np.arange(ticks)))  # (points, ticks)
+    lifted = np.einsum("u,pt->put", pattern, wave).reshape(len(angle), users * ticks)
+    turn = np.exp(1j * angle * ticks)[:, np.newaxis, np.newaxis]
+    resolvent = turn * np.eye(len(model.states)) - model.transition
+    state = np.linalg.solve(resolvent, (lifted @ model.inputs.T)[..., np.newaxis])[..., 0]
+    rows = slice(user * ticks, (user + 1) * ticks)
+    signal = model.outputs[output]
+    values = state @ signal.state[rows].T + lifted @ signal.through[rows].T
+    found: Complex = (values * wave.conj()).mean(axis=1)
+    return found
+
+
+def limit_at_rest(values: Array) -> float:
+    """Return the limit at zero of a series in the square of the frequency (Richardson).
+
+    Parameters
+    ----------
+    values
+        At f, 2 f, 4 f... as :func:`low_frequencies` returns them.
+    """
+    left = np.asarray(values, dtype=float)
+    factor = 4.0
+    while len(left) > 1:
+        left = (factor * left[:-1] - left[1:]) / (factor - 1.0)
+        factor *= 4.0
+    return float(left[0])
+
+
+def low_frequencies(peak_hz: float | None) -> Array:
+    """Return f, 2 f, 4 f, 8 f [Hz]: low enough for a limit at rest, high enough for rounding.
+
+    The integrators of a model make rounding grow towards rest; the first peak says how far up the
+    series holds.
+    """
+    lowest = LOW_HZ if peak_hz is None else min(LOW_HZ, peak_hz / 64.0)
+    return lowest * np.array([1.0, 2.0, 4.0, 8.0])
+
+
+def first_peak_hz(
+    model: MultirateModel,
+    *,
+    user: int = 0,
+    forces: Sequence[float] | None = None,
+    points: int = 800,
+) -> float | None:
+    """Return the lowest frequency [Hz] at which |x/f| has a maximum, None where there is none."""
+    highest = 0.5 / model.tick_s
+    frequency = np.geomspace(0.05, highest, points)
+    size = np.abs(response(model, frequency, user=user, forces=forces))
+    inner = size[1:-1]
+    peaks = np.flatnonzero((inner > size[:-2]) & (inner > size[2:]))
+    if not len(peaks):
+        return None
+    low, high = frequency[peaks[0]], frequency[peaks[0] + 2]
+    for _ in range(4):
+        finer = np.linspace(low, high, 21)
+        top = int(np.argmax(np.abs(response(model, finer, user=user, forces=forces))))
+        low, high = finer[max(top - 1, 0)], finer[min(top + 1, 20)]
+    return float(0.5 * (low + high))
