@@ -7,6 +7,7 @@ It subscribes with a queue of one message, which it empties itself, so that watc
 nothing.
 """
 
+import math
 import time
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
@@ -49,6 +50,7 @@ class Monitor:
         links = QoSProfile(depth=4 * len(users), reliability=ReliabilityPolicy.BEST_EFFORT)
         self._links = Polled(node, LinkState, "/netem/links", links)
         self._seen: dict[str, tuple[float, Any]] = {}
+        self._epochs: dict[str, int] = {}
         self._rates: dict[str, tuple[int, int, float]] = {}
         self._counts: dict[str, deque[tuple[int, int]]] = {}  # of a link: (time [ns], packets out)
 
@@ -113,7 +115,8 @@ class Monitor:
         status = UserStatus(name)
         link = self._fresh(f"{name}/up")
         if link is not None:
-            status.packet_hz, status.delay_s = self._packet_rate(link), link.delay_mean
+            status.packet_hz = self._packet_rate(link)
+            status.delay_s = link.delay_mean if math.isfinite(link.delay_mean) else None
         trace = self._fresh(name)
         if trace is not None:
             status.tick_hz = self._tick_rate(name, trace)
@@ -122,7 +125,8 @@ class Monitor:
         if server is not None and name in server.users:
             place = list(server.users).index(name)
             status.contact = server.contact[place]
-            if trace is not None:
+            # A master that was started again counts from zero, the server does not.
+            if trace is not None and self._epochs.setdefault(name, trace.epoch) == trace.epoch:
                 sent = trace.energy_u_m - server.energy_u_s[place]
                 returned = server.energy_v_s[place] - trace.energy_v_m
                 status.balance_j = sent + returned

@@ -10,6 +10,9 @@ from handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 from pmwvc_analysis.judge.energy import TOLERANCE_J, Balance, running, user_energies
 
 
+PER_TICK = "time_s tick x_m xd_m f_h f_m f_applied u_m u_m_lp v_m lateness_s compute_s".split()
+
+
 def test_a_pure_delay_holds_what_is_in_flight():
     for entry in user_energies(handmade.session()):
         assert entry.up.balance_j[-1] == pytest.approx(DELAY_FRAMES * IN_FLIGHT_J, rel=1e-9)
@@ -112,3 +115,27 @@ def test_a_tick_counts_when_it_really_ran():
         user.lateness_s[-2 * TICKS :] = 2 * FRAME_S  # all that is late brings nothing any more
     up = user_energies(traces)[0].up
     assert up.balance_j[-1] == pytest.approx((DELAY_FRAMES - 1) * IN_FLIGHT_J, rel=1e-9)
+
+
+def test_a_master_whose_trace_breaks_off_is_judged_up_to_there():
+    traces = handmade.session()
+    user, whole = traces.users[0], user_energies(traces)[0]
+    kept = len(user.tick) // 2
+    for name in PER_TICK:
+        setattr(user, name, getattr(user, name)[:kept])
+    user.block_time_s = user.block_time_s[: kept // TICKS]
+    user.energy = {name: sums[: kept // TICKS] for name, sums in user.energy.items()}
+    found = user_energies(traces)[0]
+    assert found.passive
+    assert found.up.time_s[-1] == pytest.approx(user.time_s[-1] + user.tick_s)
+    rows = len(found.up.time_s)
+    np.testing.assert_allclose(found.up.balance_j, whole.up.balance_j[:rows], atol=1e-12)
+
+
+def test_a_master_that_was_started_again_is_judged_up_to_there():
+    traces = handmade.session()
+    user = traces.users[0]
+    again = len(user.tick) // 2
+    user.tick[again:] -= user.tick[again]
+    found = user_energies(traces)[0]
+    assert found.up.time_s[-1] == pytest.approx(user.time_s[again])

@@ -13,7 +13,9 @@ never got.
 
 What counts when: a tick counts once it has run, a server step counts with its whole period at
 its start. A server step answers packets sent before it, and a master expands values sent before,
-so cause is never behind effect. A late server step is taken at the time it really ran.
+so cause is never behind effect. A late server step is taken at the time it really ran. Where the
+trace of a master ends, or goes on with another life of it, its last ticks may be missing that the
+server still got: the balance ends there.
 
 Without waves (``direct``) the two directions cannot be told apart; there, only the joint balance
 of the two ports exists, sum_k F_m xd_m T_c - sum_n F_s xd_s T_VE, which for waves is E_up +
@@ -100,20 +102,29 @@ def _of_user(user: UserTraces, server: ServerTraces, lateness: Array | None) -> 
     times = server.time_s
     if lateness is not None and len(lateness) == len(times):
         times = times + lateness
+    known = times <= _end_s(user)
+    times = times[known]
     power_in = np.sum(user.f_applied * user.xd_m, axis=-1)
     power_out = np.nan_to_num(np.sum(server.f_s[place] * server.xd_s[place], axis=-1))
     joint = Balance(
         times,
         _at(times, user, anchored(user, power_in * user.tick_s, user.energy.get("device"))),
-        np.cumsum(power_out) * server.period_s,
+        (np.cumsum(power_out) * server.period_s)[known],
     )
     if not (user.u_m.any() or user.v_m.any()):
         return UserEnergy(user.name, None, None, joint)
     u_m = anchored(user, half_square(user.u_m) * user.tick_s, user.energy.get("u_m"))
     v_m = anchored(user, half_square(user.v_m) * user.tick_s, user.energy.get("v_m"))
-    up = Balance(times, _at(times, user, u_m), running(server.energy_u_s[place]))
-    down = Balance(times, running(server.energy_v_s[place]), _at(times, user, v_m))
+    up = Balance(times, _at(times, user, u_m), running(server.energy_u_s[place])[known])
+    down = Balance(times, running(server.energy_v_s[place])[known], _at(times, user, v_m))
     return UserEnergy(user.name, up, down, joint)
+
+
+def _end_s(user: UserTraces) -> float:
+    """Return when the first life of a master that is on record ends [s]."""
+    again = np.flatnonzero(np.diff(user.tick) < 0)
+    last = int(again[0]) if len(again) else -1
+    return float(user.time_s[last] + user.lateness_s[last] + 1.5 * user.tick_s)
 
 
 def half_square(wave: Array) -> Array:
