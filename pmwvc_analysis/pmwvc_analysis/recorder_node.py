@@ -7,7 +7,6 @@ It never decodes a message; it only reads the publishers' numbers, to know what 
 """
 
 import importlib
-import re
 import sys
 import threading
 import time
@@ -120,9 +119,6 @@ def _settings(node: Node) -> tuple[Path, list[Topic], int]:
         raise ParameterError("folder is empty: name the session folder to record into")
     if not users:
         raise ParameterError("users is empty: name at least one user")
-    for user in users:
-        if not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", user):
-            raise ParameterError(f"users = {user!r}: must be letters, digits and underscores")
     links = [f"{user}/{way}" for user in users for way in ("up", "down")] if emulated else []
     return Path(folder), session_topics(users, links=links, people=for_people), reserve << 20
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from rich.console import Console
 
-from pmwvc_bringup import plan
+from pmwvc_bringup import plan, preflight
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.output import document
 from pmwvc_core.errors import PmwvcError
@@ -129,6 +129,7 @@ def _prepared(arguments: argparse.Namespace) -> tuple[Scenario, Path]:
         users=arguments.users,
         duration_s=arguments.duration,
     )
+    preflight.check(scenario)
     return scenario, new_folder(scenario.name, arguments.out)
 
 
@@ -145,7 +146,9 @@ def _announce(console: Console, scenario: Scenario, folder: Path, *, live: bool)
     console.print(
         f"{scenario.name}: {scenario.duration_s:g} s {kind}, {users}, {scenario.controller}"
     )
-    for line in prediction.lines(scenario, live=live):
+    for line in prediction.lines(scenario, live=live) + (
+        [] if live else preflight.notes(scenario)
+    ):
         console.print(f"  {line}", markup=False)
     console.print(f"session folder: {folder}", markup=False)
 

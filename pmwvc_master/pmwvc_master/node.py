@@ -20,6 +20,7 @@ from std_srvs.srv import Trigger
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
+from pmwvc_core.wave.aliasing import warnings_of
 from pmwvc_core.wave.receiver import Verdict
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.plugins import make_device
@@ -59,6 +60,13 @@ class Master:
             dof=settings.dof,
         )
         self.device.open()
+        if settings.controller == "pmwvc":
+            for text in warnings_of(
+                settings.master.filter,
+                tick_s=settings.master.tick_s,
+                rate_drop=settings.master.rate_drop,
+            ):
+                node.get_logger().warning(text)
         self._looked_s = time.monotonic()
         self._missed = 0
         node.create_service(Trigger, "~/rearm", self._rearm)

@@ -20,6 +20,24 @@ def installed() -> dict[str, EntryPoint]:
     return {point.name: point for point in sorted(entry_points(group=GROUP))}
 
 
+def required(name: str) -> EntryPoint:
+    """Return an installed plug-in, without importing it.
+
+    Raises
+    ------
+    DeviceError
+        If there is none of this name; names those there are.
+    """
+    points = installed()
+    if name not in points:
+        there = ", ".join(points) or "none"
+        raise DeviceError(
+            f"device.plugin = {name!r}: not installed; installed are: {there}. "
+            f"A plug-in is a package with an entry point in the group {GROUP!r}"
+        )
+    return points[name]
+
+
 def make_device(name: str, setup: DeviceSetup) -> HapticDevice:
     """Make the device of a plug-in; it is not opened yet.
 
@@ -29,14 +47,7 @@ def make_device(name: str, setup: DeviceSetup) -> HapticDevice:
         If there is no such plug-in (naming those there are), if it cannot be imported or made
         (with the reason), or if what it makes is not a device.
     """
-    points = installed()
-    if name not in points:
-        there = ", ".join(points) or "none"
-        raise DeviceError(
-            f"device.plugin = {name!r}: not installed; installed are: {there}. "
-            f"A plug-in is a package with an entry point in the group {GROUP!r}"
-        )
-    point = points[name]
+    point = required(name)
     try:
         factory = point.load()
     except Exception as error:  # whatever a foreign package raises while it is imported

@@ -8,7 +8,6 @@ setting of a link may change while running; the last word counts: a change of ``
 goes to all users, and a ``preset`` replaces all settings of all users.
 """
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -88,8 +87,6 @@ class Settings:
         self.users = declare_names(
             node, "users", [] if others else ["user1"], "names of the users, two links each"
         )
-        _check_names("users", self.users)
-        _check_names("link_names", others)
         self.routes = [*self._of_users(preset), *map(self._of_other, enumerate(others))]
         if not self.routes:
             raise ParameterError("users is empty: give a user, or link_names")
@@ -175,14 +172,6 @@ class Settings:
         result = self._node.set_parameters_atomically(wanted)
         if not result.successful:
             self._node.get_logger().warning(result.reason)
-
-
-def _check_names(parameter_name: str, names: Sequence[str]) -> None:
-    for name in names:
-        if not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name):
-            raise ParameterError(f"{parameter_name}: {name!r} must be letters, digits and _")
-        if names.count(name) > 1:
-            raise ParameterError(f"{parameter_name}: {name!r} is there twice")
 
 
 def _check_trace(prefix: str, params: LinkParams) -> None:

@@ -278,7 +278,7 @@ def test_links_and_health_are_reported():
         ({"link.up.loss": 2.0}, r"^netem: link\.up\.loss = 2\.0: must be 0\.\.1$"),
         ({"link.up.los": 0.5}, r"^netem: link\.up\.los: .* did you mean link\.up\.loss\?$"),
         ({"preset": "wifi_god"}, r"^netem: preset = 'wifi_god': must be one of "),
-        ({"users": ["a b"]}, r"^netem: users: 'a b' must be letters, digits and _$"),
+        ({"users": ["a b"]}, r"^netem: users: 'a b' must be letters, digits and _, beginning"),
         ({"users": ["a", "a"]}, r"^netem: users: 'a' is there twice$"),
         ({"type": "no_such/msg/Thing"}, r"^netem: type = 'no_such/msg/Thing': must be package"),
         ({"link_names": ["a"]}, r"^netem: links\.a\.from, links\.a\.to: must be two topics$"),

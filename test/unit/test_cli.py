@@ -86,6 +86,8 @@ def test_all_mistakes_are_told_at_once(pmwvc):
 def test_a_refused_session_leaves_no_folder(pmwvc, tmp_path):
     refused(pmwvc("simulate", "carry_0ms", "--duration", "0"))
     refused(pmwvc("run", "carry_0ms", "--set", "dof=7"))
+    refused(pmwvc("run", "carry_0ms", "--set", "device.plugin=falcom"))
+    refused(pmwvc("simulate", "carry_0ms", "--set", "link.jitter=trace"))
     assert list(tmp_path.iterdir()) == []
 
 

@@ -6,6 +6,7 @@ import handmade
 import pytest
 
 from pmwvc_analysis.judge.prediction import (
+    aliasing_gain,
     came_true,
     lag_s,
     lines,
@@ -15,6 +16,7 @@ from pmwvc_analysis.judge.prediction import (
     prediction,
 )
 from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_bringup import scenarios
 from pmwvc_core.params import LinkParams
 
 
@@ -159,3 +161,19 @@ def test_what_came_of_a_prediction_is_said(predicted, was, words):
     result = summary(handmade.session(), scenario)
     result["prediction"]["stable"], result["stable"] = predicted, was
     assert words in came_true(scenario, result)[0]
+
+
+def test_a_filter_above_half_the_packet_rate_is_warned_of_with_its_gain():
+    scenario = scenarios.load("carry_16ms", settings_texts=["user2.master.filter.cutoff_hz=80"])
+    (text,) = [line for line in lines(scenario, live=True) if "Warning" in line]
+    gain = aliasing_gain(scenario.users[1])
+    assert text.startswith("Warning: user2: the edge of the anti-aliasing filter (80 Hz (-3 dB))")
+    assert "half the packet rate (62.5 Hz)" in text
+    assert f"packets carry {gain:.4g} times the energy" in text
+    assert gain > 1.5
+
+
+def test_a_weak_filter_below_half_the_packet_rate_is_warned_of_too():
+    scenario = scenarios.load("carry_16ms", settings_texts=["master.filter.cutoff_hz=50"])
+    (text,) = [line for line in lines(scenario, live=True) if "Warning" in line]
+    assert text.startswith("Warning: user1, user2: the anti-aliasing filter is weak")

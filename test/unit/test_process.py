@@ -118,3 +118,17 @@ def test_a_paused_node_that_is_stopped_never_runs():
     work = Work(build=lambda node: stopper.start())
     assert run(work, "-p", "start.paused:=true") == 0
     assert work.happened == ["close"]
+
+
+@pytest.mark.parametrize("words", [["nonsense"], ["-p", "master.impedance:=20.0"]])
+def test_words_in_front_of_the_ros_arguments_are_refused(words, capfd):
+    isolate()
+    assert run_node("tried", Work(), args=[*words, "--ros-args", "-p", "a:=1"]) == 2
+    message = capfd.readouterr().err
+    assert message.startswith(f"tried: {' '.join(words)}: not understood; ")
+    assert "--ros-args -p name:=value" in message
+
+
+def test_an_empty_list_is_refused(capfd):
+    assert run(Work(), "-p", "users:=[]") == 2
+    assert "empty list" in capfd.readouterr().err

@@ -120,3 +120,21 @@ def test_a_shared_parameter_cannot_belong_to_one_user():
 def test_a_scenario_is_immutable():
     with pytest.raises(dataclasses.FrozenInstanceError):
         parse_scenario(BASE).duration_s = 3
+
+
+@pytest.mark.parametrize("value", [float("inf"), float("-inf"), float("nan")])
+def test_a_whole_number_that_is_not_finite_is_refused(value):
+    (problem,) = problems(BASE | {"master": {"rate_drop": value}})
+    assert problem == f"master.rate_drop = {value}: must be finite and 1..1000"
+
+
+def test_the_number_of_a_column_is_taken_as_text():
+    user = parse_scenario(BASE | {"operator": {"columns": 1}}).users[0]
+    assert user.operator.columns == "1"
+    (problem,) = problems(BASE | {"operator": {"columns": 1.5}})
+    assert problem == "operator.columns = 1.5: must be a text"
+
+
+def test_a_text_where_a_number_belongs_is_told_so():
+    (problem,) = problems(BASE | {"device": {"mass": "heavy"}})
+    assert problem == "device.mass = 'heavy': must be a number, > 0 kg"

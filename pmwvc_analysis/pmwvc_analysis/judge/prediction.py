@@ -171,12 +171,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
             f"of {2 * b / tau:.0f} N/m and {b * tau / 2:.2f} kg in between ({felt:.0f} N/m with "
             "the contact)."
         )
-    gain = max(aliasing_gain(user) for user in scenario.users)
-    if gain > ALIASING_BOUND:
-        found.append(
-            f"Packets may carry up to {gain:.2f} times the energy they sample: the filter lets "
-            "aliasing through."
-        )
+    found += _aliasing_lines(scenario)
     for user in scenario.users:
         if one_step_bound(user, scenario) is False:
             found.append(
@@ -185,6 +180,24 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     if passive(scenario):
         found.append("Every part is passive: that holds at any constant delay.")
     return found
+
+
+def _aliasing_lines(scenario: Scenario) -> list[str]:
+    """Return a warning for every filter that lets aliasing through, with its users."""
+    found: dict[str, list[str]] = {}
+    for user in scenario.users:
+        master, gain = user.master, aliasing_gain(user)
+        texts = aliasing.warnings_of(
+            master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop
+        )
+        if not texts and gain > ALIASING_BOUND:
+            texts = [
+                "the anti-aliasing filter is weak: in the worst case packets carry "
+                f"{gain:.4g} times the energy that went in"
+            ]
+        for text in texts:
+            found.setdefault(text, []).append(user.name)
+    return [f"Warning: {', '.join(users)}: {text}." for text, users in found.items()]
 
 
 def _stability_lines(scenario: Scenario, *, live: bool) -> list[str]:

@@ -76,14 +76,21 @@ def load_delay_trace(path: str, scale: float) -> DelayTrace:
 
 
 def _rows(path: str) -> list[list[str]]:
+    if not path:
+        raise RecordingError("no file is named; jitter = trace needs one with times and delays")
     try:
         text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise RecordingError(f"{path}: cannot be read as a delay trace: {error}") from None
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{path}: not text ({error}); save it as UTF-8") from None
+    except OSError as error:
+        reason = error.strerror or error
+        raise RecordingError(
+            f"{path}: cannot be read as a delay trace: {reason} (looked in {Path.cwd()})"
+        ) from None
     lines = [line.strip() for line in text.splitlines()]
     lines = [line for line in lines if line and not line.startswith("#")]
     if not lines:
-        raise RecordingError(f"{path}: holds no row")
+        raise RecordingError(f"{path}: holds no row; a row is a time and a delay")
     mark = next((mark for mark in ",;" if mark in lines[0]), None)
     return [[cell.strip() for cell in line.split(mark)] for line in lines]
 

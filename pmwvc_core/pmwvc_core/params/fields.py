@@ -59,6 +59,11 @@ class Spec:
         )
         return text + unit + (" or null" if self.optional else "")
 
+    def _number_text(self) -> str:
+        """Return the allowed values of a number, and that it is one."""
+        kind, allowed = "a whole number" if self.kind is int else "a number", self.range_text()
+        return allowed if allowed.startswith(kind) else f"{kind}, {allowed}"
+
     def problem(self, value: Any) -> str | None:
         """Return what is wrong with a value, or None."""
         if value is None:
@@ -72,12 +77,13 @@ class Spec:
             or numbers.dtype.kind not in "iuf"
             or numbers.size == 0
         ):
-            return f"{value!r}: must be {self.range_text()}"
+            return f"{value!r}: must be {self._number_text()}"
+        if not np.isfinite(numbers).all():
+            return f"{value!r}: must be finite and {self.range_text()}"
         if self.kind is int and not (numbers == np.floor(numbers)).all():
-            return f"{value!r}: must be a whole number, {self.range_text()}"
+            return f"{value!r}: must be {self._number_text()}"
         inside = (
-            np.isfinite(numbers).all()
-            and (self.low is None or (numbers >= self.low).all())
+            (self.low is None or (numbers >= self.low).all())
             and (self.high is None or (numbers <= self.high).all())
             and (self.above is None or (numbers > self.above).all())
             and (self.below is None or (numbers < self.below).all())

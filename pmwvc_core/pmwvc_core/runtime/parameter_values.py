@@ -102,4 +102,6 @@ def from_ros(spec: Spec, value: Any) -> Any:
     """Return a value as the dataclass wants it; a wrong type stays as it is, to be refused."""
     if spec.kind is float and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
+    if spec.kind is str and type(value) is int:  # -p operator.columns:=1
+        value = str(value)
     return None if spec.optional and value == 0.0 else value

@@ -9,6 +9,7 @@ unit belongs here: the dataclasses are the only source.
 """
 
 import difflib
+import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
@@ -32,6 +33,7 @@ _TYPES = {
     bool: Parameter.Type.BOOL,
     str: Parameter.Type.STRING,
 }
+_NAME = re.compile("[A-Za-z][A-Za-z0-9_]*")
 _OWN_OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
 
 
@@ -57,10 +59,23 @@ def declare_value(node: Node, name: str, spec: Spec, default: Any) -> Any:
 
 
 def declare_names(node: Node, name: str, default: Sequence[str], description: str) -> list[str]:
-    """Declare a list of texts, fixed at the start of the node."""
+    """Declare a list of names that become part of topics, fixed at the start of the node.
+
+    Raises
+    ------
+    ParameterError
+        If it is no list of texts, or a name in it cannot be used or is there twice.
+    """
     value = _given(node, name, list(default))
     if not isinstance(value, list) or not all(isinstance(entry, str) for entry in value):
-        raise ParameterError(f"{name} = {value!r}: must be a list of texts")
+        raise ParameterError(f"{name} = {value!r}: must be a list of texts, like ['a','b']")
+    for entry in value:
+        if not _NAME.fullmatch(entry):
+            raise ParameterError(
+                f"{name}: {entry!r} must be letters, digits and _, beginning with a letter"
+            )
+        if value.count(entry) > 1:
+            raise ParameterError(f"{name}: {entry!r} is there twice")
     descriptor = ParameterDescriptor(
         type=Parameter.Type.STRING_ARRAY.value, description=description, read_only=True
     )

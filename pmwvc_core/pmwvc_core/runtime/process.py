@@ -24,9 +24,10 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 from std_srvs.srv import Trigger
 
-from pmwvc_core.errors import PmwvcError
+from pmwvc_core.errors import ParameterError, PmwvcError
 from pmwvc_core.params import Spec
 from pmwvc_core.runtime.messages import diagnostic, live_types
 from pmwvc_core.runtime.parameters import declare_value, refuse_unknown
@@ -142,7 +143,16 @@ def publish_health(
 
 def _created(name: str, args: Sequence[str] | None) -> Node:
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    return Node(name, automatically_declare_parameters_from_overrides=True)
+    foreign = remove_ros_args(args)[1 if args is None else 0 :]
+    if foreign:
+        raise ParameterError(
+            f"{' '.join(foreign)}: not understood; parameters are given behind --ros-args, "
+            "like --ros-args -p name:=value"
+        )
+    try:
+        return Node(name, automatically_declare_parameters_from_overrides=True)
+    except ValueError as error:  # rclpy cannot tell the type of an empty list
+        raise ParameterError(f"a parameter was given that is an empty list: {error}") from None
 
 
 def _worked(node: Node, build: Callable[[Node], Work], stop: threading.Event) -> int:

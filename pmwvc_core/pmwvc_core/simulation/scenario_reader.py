@@ -96,8 +96,10 @@ def _converted(spec: Spec, value: object) -> object:
             return value
     if spec.kind is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
-    if spec.kind is int and isinstance(value, float) and value == int(value):
+    if spec.kind is int and isinstance(value, float) and value.is_integer():
         return int(value)
+    if spec.kind is str and type(value) is int:  # the number of a column is a text to us
+        return str(value)
     return value
 
 

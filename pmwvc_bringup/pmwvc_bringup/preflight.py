@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a scenario names beside numbers, looked at before anything starts: recordings, delay
+traces, device plug-ins. Works without ROS.
+"""
+
+from collections.abc import Iterator
+
+from pmwvc_core.errors import PmwvcError, ScenarioError
+from pmwvc_core.network.delay_trace import load_delay_trace
+from pmwvc_core.plant.operators import make_operator
+from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_master.plugins import required
+
+SIMULATED = "simulated"
+
+
+def check(scenario: Scenario) -> None:
+    """Refuse a scenario that could not run.
+
+    Raises
+    ------
+    ScenarioError
+        Naming every file and plug-in that cannot be used, each once, with its first user.
+    """
+    found: dict[str, str] = {}
+    for user in scenario.users:
+        for text in _problems(user, scenario):
+            found.setdefault(text, user.name)
+    if found:
+        raise ScenarioError(scenario.name, [f"{who}: {text}" for text, who in found.items()])
+
+
+def notes(scenario: Scenario) -> list[str]:
+    """Return what a simulation leaves out of the scenario, in sentences."""
+    return [
+        f"{user.name}: a simulated device stands in for device.plugin = {user.device.plugin!r}."
+        for user in scenario.users
+        if user.device.plugin != SIMULATED
+    ]
+
+
+def _problems(user: User, scenario: Scenario) -> Iterator[str]:
+    half = float(scenario.server.object_size_m) / 2.0
+
+    def operator() -> None:
+        make_operator(
+            user.operator,
+            scenario.task,
+            side=user.side,
+            half_width=half,
+            start=user.side * (half + float(user.contact.gap_m)),
+            tick_s=scenario.tick_s,
+            dof=scenario.dof,
+        )
+
+    attempts = [lambda: required(user.device.plugin), operator]
+    for link in (user.link_up, user.link_down):
+        if link.jitter == "trace":
+            attempts.append(lambda at=link: load_delay_trace(at.trace_file, at.trace_scale))
+    for attempt in attempts:
+        try:
+            attempt()
+        except PmwvcError as error:
+            yield str(error)

@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Files and plug-ins of a scenario are looked at before anything starts."""
+
+import pytest
+
+from pmwvc_bringup import preflight, scenarios
+from pmwvc_core.errors import ScenarioError
+
+MOTION = str(scenarios.folders()[0] / "hand_motion.csv")
+
+
+def problems(*texts, users=2):
+    scenario = scenarios.load("carry_16ms", settings_texts=texts, users=users)
+    with pytest.raises(ScenarioError) as caught:
+        preflight.check(scenario)
+    return caught.value.problems
+
+
+@pytest.mark.parametrize("name", scenarios.known())
+def test_every_scenario_of_the_project_passes(name):
+    preflight.check(scenarios.load(name))
+
+
+def test_a_wrong_column_is_answered_with_those_there_are():
+    (problem,) = problems(
+        "operator.kind=playback_motion", f"operator.file={MOTION}", "operator.columns=7"
+    )
+    assert problem.startswith("user1: ")
+    assert "no column '7'; there are time_s, left_m, right_m" in problem
+
+
+def test_everything_wrong_is_told_at_once_and_with_its_user(tmp_path):
+    garbage = tmp_path / "delays.csv"
+    garbage.write_bytes(bytes(range(256)))
+    found = problems(
+        "user1.device.plugin=falcom",
+        "user2.operator.kind=playback_force",
+        "user2.operator.file=nowhere.csv",
+        "link.jitter=trace",
+        f"link.trace_file={garbage}",
+        "user3.link.up.trace_file=gone.txt",
+        users=3,
+    )
+    starts = [
+        "user1: device.plugin = 'falcom': not installed; installed are: ",
+        f"user1: {garbage}: not text",
+        "user2: nowhere.csv: no such file",
+        "user3: gone.txt: cannot be read as a delay trace: No such file",
+    ]
+    assert len(found) == len(starts)
+    for problem, start in zip(found, starts, strict=True):
+        assert problem.startswith(start)
+
+
+def test_a_simulation_says_which_device_it_leaves_out():
+    scenario = scenarios.load("carry_16ms", settings_texts=["user2.device.plugin=ros_topic"])
+    preflight.check(scenario)
+    (note,) = preflight.notes(scenario)
+    assert note.startswith("user2: a simulated device stands in for device.plugin = 'ros_topic'")
