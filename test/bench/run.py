@@ -24,6 +24,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from pmwvc_analysis.models.maps import Axis, Grid, compute, point
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.session_files import finish
 from pmwvc_bringup.scenarios import load
@@ -126,6 +127,21 @@ def bench_simulation(rows, numbers, runs):
     }  # fmt: skip
 
 
+def bench_map(rows, numbers):
+    """A stability map of 100 x 100 points, as batches and point by point (every tenth row)."""
+    grid = Grid(
+        load("carry_16ms", settings_texts=["server.coupling=one_frame_late"]),
+        Axis("server.contact_stiffness", tuple(np.linspace(10.0, 3000.0, 100).tolist())),
+        Axis("server.contact_damping", tuple(np.linspace(0.0, 20.0, 100).tolist())),
+    )
+    batched = timed(lambda: compute(grid))
+    plain = 10.0 * timed(
+        lambda: [point(grid, row, place) for row in range(0, 100, 10) for place in range(100)]
+    )
+    rows.append(ratio("map of 100 x 100: point by point against batched", plain, batched, "s"))
+    numbers["map"] = {"seconds": batched, "batched_speed_up": plain / batched}
+
+
 def bench_report(duration_s, rows, numbers):
     """Report time against session length."""
     with tempfile.TemporaryDirectory() as place:
@@ -143,6 +159,7 @@ def main():
     parser.add_argument("--runs", type=int, default=1000, help="batched simulations")
     options = parser.parse_args()
     rows, numbers = [], {"cpus": os.cpu_count(), "python": sys.version.split()[0]}
+    bench_map(rows, numbers)
     bench_simulation(rows, numbers, options.runs)
     bench_loops(options.duration, rows, numbers)
     bench_report(options.duration, rows, numbers)

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``pmwvc stability`` and ``pmwvc map`` as a person or a program meets them."""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+import yaml
+
+from pmwvc_bringup.scenarios import load
+
+ROOT = Path(__file__).resolve().parents[2]
+LATE = ("--set", "server.coupling=one_frame_late", "--set", "master.hold=zoh")
+
+
+@pytest.fixture
+def pmwvc(tmp_path):
+    def call(*words):
+        return subprocess.run(
+            [ROOT / "pmwvc", *map(str, words)],
+            cwd=tmp_path,
+            env=os.environ | {"OMP_NUM_THREADS": "1"},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    return call
+
+
+def refused(result):
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    return result.stderr
+
+
+def test_stability_answers_with_documented_keys(pmwvc):
+    result = pmwvc("stability", "carry_16ms", *LATE, "--json")
+    found = json.loads(result.stdout)
+    assert found["k_max"] == pytest.approx(2166.0, rel=5e-3)
+    assert found["stable"] is True and found["spectral_radius"] < 1.0
+    assert found["k_max_bound"] == 1e6
+    assert found["rigid_body_modes"] == 4
+    assert found["hyperframe_ticks"] == 8
+    assert found["states"] == 20
+    assert any("Grip" in note for note in found["notes"])
+
+
+def test_stability_without_a_limit_is_null_in_json_and_said_in_words(pmwvc):
+    assert json.loads(pmwvc("stability", "carry_16ms", "--json").stdout)["k_max"] is None
+    assert "no contact stiffness up to 1e+06 N/m" in pmwvc("stability", "carry_16ms").stdout
+
+
+def test_what_is_not_stable_is_an_answer_too(pmwvc):
+    result = pmwvc("stability", "direct_16ms")
+    assert result.returncode == 0
+    assert "NOT stable" in result.stdout
+    assert "grows by a factor e" in result.stdout
+    assert "largest contact stiffness: 47.1 N/m" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("stability", "carry_16ns"), "did you mean carry_16ms"),
+        (("stability", "carry_16ms", "--set", "device.friction=0.1"), "use 'pmwvc simulate'"),
+        (("stability", "carry_16ms", "--set", "device.encoder_step_m=1e-5"), "is not linear"),
+        (("stability", "carry_16ms", "--bound", "-3"), "--bound"),
+        (
+            ("stability", "carry_16ms", "--set", "user1.master.rate_drop=997",
+             "--set", "user2.master.rate_drop=991"),
+            "common factors",
+        ),
+        (("map", "wall", "--x", "device.mas=1:2:3", "--y", "link.delay_s"), "did you mean"),
+        (("map", "wall", "--x", "device.mass=2:1:3", "--y", "link.delay_s"), "FIRST:LAST:COUNT"),
+        (("map", "wall", "--x", "link.delay_s", "--y", "link.delay_s"), "two different"),
+        (("map", "wall", "--x", "server.coupling", "--y", "link.delay_s"), "give its range"),
+        (
+            ("map", "wall", "--x", "device.mass", "--y", "link.delay_s", "--sessions", "nowhere"),
+            "no session",
+        ),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_said_once_and_clearly(pmwvc, words, said):
+    assert said in refused(pmwvc(*words))
+
+
+def test_a_map_is_written_with_sessions_as_points(pmwvc, tmp_path):
+    scenario = load("carry_16ms", settings_texts=["server.contact_stiffness=1200"])
+    session = tmp_path / "one"
+    session.mkdir()
+    (session / "scenario.yaml").write_text(yaml.safe_dump(scenario.to_dict()))
+    (session / "summary.json").write_text(json.dumps({"stable": True}))
+    words = (
+        "map", "carry_16ms", *LATE, "--x", "server.contact_stiffness=2000:2600:13",
+        "--y", "link.delay_s=0.008:0.016:2", "--out", "drawn", "--json",
+    )  # fmt: skip
+    found = json.loads(pmwvc(*words, "--sessions", "one").stdout)
+    assert found["boundary"] == pytest.approx([2470.8, 2166.0], rel=5e-3)
+    assert found["sessions"] == [{"name": "one", "x": 1200.0, "y": 0.016, "stable": True}]
+    kinds = {path.suffix for path in (tmp_path / "drawn").glob("map.*")}
+    assert kinds == {".png", ".svg", ".npz", ".csv", ".mat", ".json"}
+    again = pmwvc(*words[:-1])
+    assert again.returncode == 0
+    other = pmwvc(*words[:-1], "--set", "device.mass=0.3")
+    assert "another --out" in refused(other)
