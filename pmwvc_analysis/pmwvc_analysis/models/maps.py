@@ -9,6 +9,7 @@ Dask cluster, with the same result; finished rows can be kept and the rest compu
 
 import concurrent.futures
 import contextlib
+import math
 import multiprocessing
 import os
 import signal
@@ -25,6 +26,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 
+FIRST = 3  # lines that tell how long the rest will take
 SOON_S = 4.0  # a map that takes no longer is done before other processes have started
 BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 Done = Callable[[int, Array], None]  # number of a row, and the row
@@ -144,12 +146,16 @@ def _finished(
         yield from _on_dask(grid, numbers, dask)
         return
     if workers is None:
-        began = time.perf_counter()
-        for number in numbers[:1]:
-            yield number, line(grid, number)
-        numbers = numbers[1:]
-        short = (time.perf_counter() - began) * len(numbers) < SOON_S
-        workers = 1 if short else (os.cpu_count() or 1)
+        took = [math.inf]
+        for number in numbers[:FIRST]:
+            began = time.perf_counter()
+            values = line(grid, number)
+            took.append(time.perf_counter() - began)  # the first also loads what is needed
+            yield number, values
+        numbers = numbers[FIRST:]
+        workers = (
+            1 if len(numbers) == 0 or min(took) * len(numbers) < SOON_S else (os.cpu_count() or 1)
+        )
     if workers == 1:
         for number in numbers:
             yield number, line(grid, number)
