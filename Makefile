@@ -25,6 +25,9 @@ lint: setup  ## format, lint and type checks
 bench: setup  ## timing of the loop and of the core, with numbers
 	@$(PY) test/bench/run.py
 
+figures: setup  ## the dissertation's figures and numbers, computed again (minutes)
+	@$(PY) -m pmwvc_analysis.reproduction
+
 docs: setup  ## reference pages from their sources
 	@$(PY) tools/write_reference.py
 
@@ -35,4 +38,4 @@ lock: setup  ## new lock file after editing tools/requirements.in
 clean:  ## remove environment, build and caches (sessions stay)
 	rm -rf .venv .ros .hypothesis .pytest_cache .ruff_cache .mypy_cache
 
-.PHONY: help setup run test lint bench docs lock clean
+.PHONY: help setup run test lint bench figures docs lock clean

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sheets with several panels, alike for all figures of the reproduction."""
+
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.show import style
+from pmwvc_core.numeric import Array
+
+REGION = "#BBD7EC"
+EDGE = "#0B4F79"
+LINES = ("-", "--", "-.", ":")
+
+
+def sheet(
+    rows: int,
+    columns: int,
+    *,
+    title: str,
+    remark: str,
+    size_in: tuple[float, float],
+    squeeze: bool = False,
+) -> tuple[Any, Any]:
+    """Return a figure and its axes ``(rows, columns)``, titled, with a remark below."""
+    import textwrap
+
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size_in, dpi=style.DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(rows, columns, squeeze=squeeze)
+    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
+    width = int(size_in[0] * 16)
+    figure.supxlabel(
+        "\n".join(textwrap.wrap(remark, width)), x=0.01, ha="left", fontsize=8, color="#555555"
+    )
+    return figure, axes
+
+
+def numbers(values: Any) -> Array:
+    """Return values of a result as an array; what is not finite there is NaN."""
+    return np.array(values, dtype=float)
+
+
+def region(axes: Any, panel: Any, *, unit: str = "N/m") -> None:
+    """Colour where a map of spectral radii is stable, over both stiffnesses."""
+    k = numbers(panel["k_n_per_m"])
+    excess = numbers(panel["radius"]) - 1.0 - 1e-9
+    if np.any(excess <= 0.0):
+        axes.contourf(k, k, excess, levels=[-2.0, 0.0], colors=[REGION])
+        axes.contour(k, k, excess, levels=[0.0], colors=[EDGE], linewidths=1.2)
+    limit = panel["k_max"]
+    if limit:
+        axes.plot([limit], [limit], "o", color=style.USERS[1], markersize=5, zorder=4)
+        axes.annotate(
+            f"{limit:.0f} {unit}", (limit, limit), xytext=(5, 5), textcoords="offset points"
+        )
+    else:
+        axes.text(0.5, 0.5, "nothing is stable", ha="center", transform=axes.transAxes)
+    axes.set_xlim(0.0, k[-1])
+    axes.set_ylim(0.0, k[-1])
+    axes.set_aspect("equal")
