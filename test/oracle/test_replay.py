@@ -37,6 +37,7 @@ BASE = {
         "keep_order": False,
     },
 }
+AS_LIVE = {"replay": {"answer_ticks": "4"}}  # what a replay of a live session says of itself
 SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 
 
@@ -104,8 +105,7 @@ def test_a_replay_with_the_phases_of_live_loops_is_repeated_with_them(tmp_path):
     plain = simulate_one(scenario)
     gap = np.abs(phased.users[0].f_applied - plain.users[0].f_applied).max()
     assert gap > 1e-3  # four milliseconds more of round trip are felt
-    phased.source = "live"
-    record_traces(tmp_path, phased, scenario)
+    record_traces(tmp_path, phased, scenario, metadata=AS_LIVE)
     result = replay(tmp_path, scenario)
     assert max(user["force_max_n"] for user in result.differences) < 1e-12
 
@@ -161,7 +161,7 @@ def test_late_ticks_are_late_and_missed_ticks_are_missed_again():
     late = simulate_one(scenario, Conditions(phases=LIVE, ran_ns={"user1": ran}))
     assert late.users[0].missed == 30
     assert late.users[0].lateness_s.max() == pytest.approx(6e-3)
-    late.source = "live"
+    late.metadata.update(AS_LIVE)
     again = replay_traces(late, scenario, scenario)
     assert max(user["force_max_n"] for user in again.differences) < 1e-12
     on_time = simulate_one(scenario, Conditions(phases=LIVE))

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """How far a replay is from its recording.
 
-With unchanged parameters a replay of a simulated session is the recording, to rounding. A live one
-is met to rounding as long as every packet is taken in at the tick at which it was: what the
-emulator's times do not tell is the transport before and after it, about 0.2 ms. Where a packet
-comes that close to a receiver's look, it may be used a frame earlier or later; a smooth wave
-changes little in a frame. ``FORCE_N`` and ``POSITION_M`` are what that may make.
+With unchanged parameters a replay of a simulated session is the recording, to rounding. So is that
+of a live one, as long as every packet is taken in, and every hand begins, at the tick at which it
+did. What the recording leaves open is the arrival of packets that carried a wave of zero or the
+wave of their neighbour, to about 0.2 ms: a hand may begin a frame earlier or later. ``FORCE_N``
+and ``POSITION_M`` are what that may make.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ from pmwvc_core.simulation.agenda import Integers
 from pmwvc_core.simulation.traces import SessionTraces
 
 FORCE_N = 0.1
-POSITION_M = 0.2e-3
+POSITION_M = 0.5e-3
 
 
 def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[str, Any]]:

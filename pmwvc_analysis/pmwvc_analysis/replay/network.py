@@ -4,35 +4,52 @@
 
 A packet's delay is the time from its sending to its coming out of the emulator, both on the
 monotonic clock of their machine; where sender and emulator are on different machines, from its
-going into the emulator.
+going into the emulator. Live, it takes a little longer to the receiver. Where the receiver's trace
+tells that the packet was used at an earlier look, or at a later one, the delay is made to fit
+(:mod:`pmwvc_analysis.replay.taken`).
 """
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from pmwvc_analysis.replay.taken import Looks, Sent, bounds
 from pmwvc_core.network import Cause, FateKind, RecordedFate, RecordedLink
 from pmwvc_core.simulation.agenda import Integers
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import FateTraces, PacketTraces, SessionTraces
 
+TRANSPORT_NS = 150_000  # from the emulator of a live session to the receiver, usually
 LONGEST_WAY_NS = 100_000_000  # from a sender to the emulator on the same machine
 
 Links = dict[str, Callable[[], RecordedLink]]
 
 
 def links(
-    traces: SessionTraces, recorded: Scenario, replayed: Scenario
+    traces: SessionTraces,
+    recorded: Scenario,
+    replayed: Scenario,
+    *,
+    known: Mapping[str, tuple[Sent, Looks]],
 ) -> tuple[Links, list[str]]:
     """Return what makes the recorded links, by name, and what is not as recorded, in words.
+
+    Parameters
+    ----------
+    traces, recorded, replayed
+        The session, its scenario, and the one of the replay.
+    known
+        What was sent and what was used when, by name of the link.
 
     A direction whose settings were changed is simulated with the new ones, and so is one of which
     the recording holds no fates.
     """
     found: Links = {}
     notes = []
+    way_ns = TRANSPORT_NS if traces.source == "live" else 0
     for old, new in zip(recorded.users, replayed.users, strict=True):
         for way in ("up", "down"):
             name = f"{old.name}/{way}"
@@ -47,7 +64,7 @@ def links(
                     _periods(replayed, new.master.frame_s, way),
                 )
                 sender = f"/{old.name}/wave_up" if way == "up" else f"/server/{old.name}/wave_down"
-                record = record_of(fates, traces.packets.get(sender))
+                record = record_of(fates, traces.packets.get(sender), known.get(name), way_ns)
                 found[name] = partial(RecordedLink, record, per_packet=after / before)
                 if after != before:
                     notes.append(
@@ -62,7 +79,10 @@ def _periods(scenario: Scenario, frame_s: float, way: str) -> float:
 
 
 def record_of(
-    fates: FateTraces, sent: PacketTraces | None
+    fates: FateTraces,
+    packets: PacketTraces | None,
+    known: tuple[Sent, Looks] | None = None,
+    transport_ns: int = 0,
 ) -> Mapping[int, Sequence[RecordedFate]]:
     """Return the fate of every packet and its copies, by packet number.
 
@@ -71,18 +91,38 @@ def record_of(
     rows = np.flatnonzero(fates.fate != FateKind.INVALID)
     rows = rows[np.lexsort((fates.fate[rows], fates.time_in_ns[rows]))]
     number = _numbers(fates, rows)
-    since = _sending_times(fates, sent)
+    since = _sending_times(fates, packets)
     record: dict[int, list[RecordedFate]] = defaultdict(list)
     for row, packet in zip(rows.tolist(), number.tolist(), strict=True):
         out = int(fates.time_out_ns[row])
         record[packet].append(
             RecordedFate(
-                out - int(since[row]) if out > 0 else None,
+                out - int(since[row]) + transport_ns if out > 0 else None,
                 FateKind(int(fates.fate[row])),
                 Cause(int(fates.cause[row])),
             )
         )
-    return record
+    return _as_used(record, *known) if known else record
+
+
+def _as_used(
+    record: Mapping[int, Sequence[RecordedFate]], sent: Sent, looks: Looks
+) -> Mapping[int, Sequence[RecordedFate]]:
+    """Return fates whose delays fit what the receiver used; of copies the first one counts."""
+    limits = bounds(sent, looks)
+    fitted = dict(record)
+    for number, fates in record.items():
+        delays = [fate.delay_ns for fate in fates if fate.delay_ns is not None]
+        if not delays or number > len(sent.time_ns):
+            continue
+        sent_ns = int(sent.time_ns[number - 1])
+        shift = limits.moved(number, sent_ns + min(delays)) - sent_ns - min(delays)
+        if shift:
+            fitted[number] = [
+                fate if fate.delay_ns is None else replace(fate, delay_ns=fate.delay_ns + shift)
+                for fate in fates
+            ]
+    return fitted
 
 
 def _numbers(fates: FateTraces, rows: Integers) -> Integers:

@@ -18,10 +18,11 @@ from typing import Literal
 import numpy as np
 
 from pmwvc_analysis.replay.network import links
+from pmwvc_analysis.replay.used import sent_and_used
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.plant.on_record import ForceOnRecord
-from pmwvc_core.simulation.agenda import Integers, Steps
+from pmwvc_core.simulation.agenda import Integers, Loop, Steps
 from pmwvc_core.simulation.conditions import LIVE, Conditions, Phases
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import SessionTraces, UserTraces
@@ -70,7 +71,18 @@ def prescription(
     ticks = _length(index)
     if replayed.duration_s != recorded.duration_s:
         ticks = min(ticks, round(replayed.duration_s / tick_s))
-    networks, notes = links(traces, recorded, replayed)
+    phases = _phases(traces)
+    loops = {
+        user.name: Loop(
+            old.master.rate_drop,
+            first=int(index[user.name][0] - user.tick[0] % old.master.rate_drop),
+            answer=min(phases.answer_ticks, old.master.rate_drop - 1),
+            ran_ns=_ran_ns(user, index[user.name], ticks),
+        )
+        for user, old in zip(users, recorded.users, strict=True)
+    }
+    known = sent_and_used(traces, recorded, loops, _steps(traces, recorded, recorded, ticks))
+    networks, notes = links(traces, recorded, replayed, known=known)
     hands: dict[str, Hand] = {
         user.name: hand or _usual_hand(user, trace)
         for user, trace in zip(replayed.users, users, strict=True)
@@ -86,12 +98,9 @@ def prescription(
         if hands[user.name] == "force"
     }
     conditions = Conditions(
-        phases=_phases(traces),
-        first={
-            user.name: int(index[user.name][0] - user.tick[0] % old.master.rate_drop)
-            for user, old in zip(users, recorded.users, strict=True)
-        },
-        ran_ns={user.name: _ran_ns(user, index[user.name], ticks) for user in users},
+        phases=phases,
+        first={name: loop.first for name, loop in loops.items()},
+        ran_ns={name: loop.ran_ns for name, loop in loops.items() if loop.ran_ns is not None},
         steps=_steps(traces, recorded, replayed, ticks),
         links=networks,
         hands=forces,

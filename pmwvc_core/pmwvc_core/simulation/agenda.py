@@ -89,21 +89,37 @@ def events(
 
 def _of_loop(loop: Loop, who: int, *, ticks: int, tick_ns: int) -> list[Integers]:
     """Return the events of one force loop, ``(events, 4)`` each kind."""
-    tick = np.arange(loop.first, ticks, dtype=np.int64)
-    times = tick * tick_ns if loop.ran_ns is None else loop.ran_ns[loop.first : ticks]
-    ran = times >= 0
-    if not ran.any():
+    tick, times = _ran(loop, ticks=ticks, tick_ns=tick_ns)
+    if not len(tick):
         return []
-    frame, place = np.divmod(tick - loop.first, loop.rate_drop)
-    found = [_rows(times[ran], Act.TICK, who, tick[ran])]
-    for act, may in ((Act.SEND, ran), (Act.ANSWER, ran & (place >= loop.answer))):
-        _, chosen = np.unique(frame[may], return_index=True)  # the first one of each frame
-        found.append(_rows(times[may][chosen], act, who, tick[may][chosen]))
-    missed = np.flatnonzero(~ran & (np.cumsum(ran) > 0))
-    following = np.searchsorted(np.flatnonzero(ran), missed)
-    missed, following = missed[following < ran.sum()], following[following < ran.sum()]
-    found.append(_rows(times[ran][following], Act.PASS, who, tick[missed]))
+    found = [_rows(times, Act.TICK, who, tick)]
+    for act in (Act.SEND, Act.ANSWER):
+        chosen, at_ns = once_a_frame(loop, act, ticks=ticks, tick_ns=tick_ns)
+        found.append(_rows(at_ns, act, who, chosen))
+    missed = np.setdiff1d(np.arange(tick[0], tick[-1], dtype=np.int64), tick)
+    found.append(_rows(times[np.searchsorted(tick, missed)], Act.PASS, who, missed))
     return found
+
+
+def once_a_frame(loop: Loop, act: Act, *, ticks: int, tick_ns: int) -> tuple[Integers, Integers]:
+    """Return tick and time [ns] of every ``SEND`` or ``ANSWER`` of a loop.
+
+    It is the first tick of the frame that ran, for an answer of those not before its place.
+    """
+    tick, times = _ran(loop, ticks=ticks, tick_ns=tick_ns)
+    frame, place = np.divmod(tick - loop.first, loop.rate_drop)
+    may = place >= (loop.answer if act == Act.ANSWER else 0)
+    _, chosen = np.unique(frame[may], return_index=True)
+    return tick[may][chosen], times[may][chosen]
+
+
+def _ran(loop: Loop, *, ticks: int, tick_ns: int) -> tuple[Integers, Integers]:
+    """Return the ticks that a loop ran, and when [ns]."""
+    tick = np.arange(loop.first, ticks, dtype=np.int64)
+    if loop.ran_ns is None:
+        return tick, tick * tick_ns
+    times = loop.ran_ns[loop.first : ticks]
+    return tick[times >= 0], times[times >= 0]
 
 
 def _rows(time_ns: Integers, act: Act, who: int, tick: Integers) -> Integers:

@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which packet a receiver used when: what the traces tell about the arrival of packets.
+
+The emulator's times leave open what lies between its socket and the receiver's (about 0.2 ms), so
+a packet that came out just before its receiver looked may have been used at that look or at the
+next. But the receiver's trace holds the wave it used, and waves are numbers with 16 digits: where
+exactly one packet carries that wave, it was the newest at that look. So it had come by then, and
+none with a higher number had. A wave of zero tells nothing: it is also used where nothing came.
+"""
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.agenda import Integers
+
+NEVER_NS = np.iinfo(np.int64).max
+
+
+@dataclass(frozen=True)
+class Looks:
+    """When a receiver looked [ns], and the wave it used then ``(looks, dof)``."""
+
+    time_ns: Integers
+    wave: Array
+
+
+@dataclass(frozen=True)
+class Sent:
+    """When each packet was sent [ns], and its wave ``(packets, dof)``; packet n in row n - 1."""
+
+    time_ns: Integers
+    wave: Array
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Packet n arrived after ``after_ns[n - 1]`` and not later than ``until_ns[n - 1]``."""
+
+    after_ns: Integers
+    until_ns: Integers
+
+    def moved(self, number: int, arrival_ns: int) -> int:
+        """Return the time nearest to an arrival at which the packet may have come [ns]."""
+        after, until = int(self.after_ns[number - 1]), int(self.until_ns[number - 1])
+        return min(max(arrival_ns, after + 1), max(until, after + 1))
+
+
+def bounds(sent: Sent, looks: Looks) -> Bounds:
+    """Return what the used waves tell about the arrival of every packet."""
+    count = len(sent.time_ns)
+    carriers: dict[bytes, list[int]] = defaultdict(list)
+    for number, wave in enumerate(np.ascontiguousarray(sent.wave), start=1):
+        carriers[wave.tobytes()].append(number)
+    after = np.full(count, -1, dtype=np.int64)
+    until = np.full(count, NEVER_NS, dtype=np.int64)
+    newest = 0
+    for time_ns, wave in zip(looks.time_ns.tolist(), looks.wave, strict=True):
+        if not wave.any():
+            continue
+        possible = [
+            number
+            for number in carriers.get(np.ascontiguousarray(wave).tobytes(), ())
+            if number >= newest and sent.time_ns[number - 1] <= time_ns
+        ]
+        if len(possible) != 1:
+            continue
+        if possible[0] > newest:
+            newest = possible[0]
+            until[newest - 1] = time_ns
+        after[newest:] = time_ns
+    return Bounds(after, until)

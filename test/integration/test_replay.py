@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A really recorded session, replayed: ``./pmwvc run``, then ``./pmwvc replay`` of its folder."""
+
+import json
+import subprocess
+
+import numpy as np
+import pytest
+
+from pmwvc_analysis.recording.reader import read_scenario, read_session
+from pmwvc_analysis.replay.differences import FORCE_N, POSITION_M
+from pmwvc_core.simulation.session import simulate_one
+from sessions import ROOT, Running
+
+pytestmark = pytest.mark.integration
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A live session of 4 s over a bad network; the hands have closed and hold."""
+    folder = tmp_path_factory.mktemp("recorded") / "session"
+    link = {"delay_s": 0.012, "jitter": "uniform", "jitter_s": 0.006, "loss": 0.05}
+    words = [word for name, value in link.items() for word in ("--set", f"link.{name}={value}")]
+    with Running(folder, "carry_16ms", "--duration", 4, *words) as session:
+        assert session.end() == 0, session.said()
+    return folder
+
+
+def pmwvc(*words):
+    result = subprocess.run(
+        [ROOT / "pmwvc", *map(str, words)], capture_output=True, text=True, check=False
+    )
+    return result.returncode, result.stdout, result.stderr
+
+
+def replayed(recorded, out, *words):
+    code, text, errors = pmwvc("replay", recorded, "--out", out, "--json", *words)
+    assert code == 0, errors
+    return json.loads(text)
+
+
+@pytest.mark.parametrize("hand", ["operator", "force"])
+def test_a_replay_reproduces_what_was_felt(recorded, tmp_path, hand):
+    found = replayed(recorded, tmp_path / "again", "--hand", hand, "--no-figures")
+    assert found["reproduced"] is True
+    assert found["tolerance"] == {"force_n": FORCE_N, "position_m": POSITION_M}
+    assert [user["name"] for user in found["differences"]] == ["user1", "user2"]
+    for user in found["differences"]:
+        assert user["ticks"] > 3500
+        assert user["force_max_n"] <= FORCE_N
+        assert user["position_max_m"] <= POSITION_M
+        assert user["force_rms_n"] <= 0.1 * FORCE_N
+    assert min(session["force_peak_n"] for session in found["sessions"]) > 1.0
+
+
+def test_a_simulation_with_other_packet_fates_does_not(recorded):
+    """The control: the scenario alone, without what was recorded, is farther off."""
+    traces, scenario = read_session(recorded), read_scenario(recorded)
+    other = simulate_one(scenario)
+    gaps = []
+    for one, two in zip(traces.users, other.users, strict=True):
+        shared = min(len(one.tick), len(two.tick))
+        gaps.append(np.abs(one.x_m[:shared] - two.x_m[:shared]).max())
+    assert max(gaps) > POSITION_M / 2
+
+
+def test_a_replay_with_another_impedance_is_a_session_of_its_own(recorded, tmp_path):
+    found = replayed(recorded, tmp_path / "stiffer", "--set", "master.impedance=40")
+    assert found["changes"] == {"master.impedance": [25.0, 40.0]}
+    assert found["reproduced"] is None
+    recorded_apart, replayed_apart = (s["coherency_rms_m"] for s in found["sessions"])
+    assert replayed_apart < 0.8 * recorded_apart  # the link is a stiffer spring: 2b/tau
+    summary = json.loads((tmp_path / "stiffer" / "summary.json").read_text("utf-8"))
+    assert summary["source"] == "replayed"
+    assert summary["parameters"]["master.impedance"] == 40.0
+    lost = {link["name"]: link["lost"] for link in summary["links"]}
+    before = json.loads((recorded / "summary.json").read_text("utf-8"))
+    for link in before["links"]:
+        assert lost[link["name"]] == pytest.approx(link["lost"], abs=2)  # ends a little earlier
+        assert link["lost"] > 5
+    assert "data:image/png" in (tmp_path / "stiffer" / "comparison.html").read_text("utf-8")
+    assert pmwvc("doctor", tmp_path / "stiffer")[0] == 0
+    code, text, _ = pmwvc("report", tmp_path / "stiffer", "--json")
+    assert (code, json.loads(text)["source"]) == (0, "replayed")
+
+
+def test_live_sessions_are_compared_side_by_side(tmp_path):
+    out = tmp_path / "compared"
+    words = ["--over", "link.delay_s=0.004,0.02", "--duration", "3", "--set", "task.grip_s=0.1"]
+    code, text, errors = pmwvc("compare", "carry_0ms", *words, "--live", "--out", out, "--json")
+    assert code == 0, errors
+    found = json.loads(text)
+    assert [session["source"] for session in found["sessions"]] == ["live", "live"]
+    near, far = (session["coherency_rms_m"] for session in found["sessions"])
+    assert near < far
+    assert (out / "comparison.html").is_file()
+    for session in found["sessions"]:
+        assert (out / session["folder"] / "report.html").is_file()
