@@ -22,6 +22,7 @@ from pmwvc_bringup import (
     map_command,
     replay_command,
     stability_command,
+    transparency_command,
 )
 from pmwvc_core.errors import PmwvcError
 
@@ -140,6 +141,7 @@ def build_parser() -> argparse.ArgumentParser:
     compare_command.add(several)
     stability_command.add(several)
     map_command.add(several)
+    transparency_command.add(several)
 
     node = command("node", "run one node by itself", NODE_EXAMPLES)
     node.add_argument("kind", choices=sorted(commands.NODES), help="which node")

@@ -8,33 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pressed_wall import wall
 
 from pmwvc_analysis.models import frequency, multirate
 from pmwvc_analysis.models.transparency import ideal_of, pressing, transparency
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.simulation.scenario_reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
-
-
-def wall(**overrides):
-    return parse_scenario(
-        {
-            "name": "press",
-            "duration_s": 5.0,
-            "controller": "pmwvc",
-            "users": 1,
-            "device": {"mass": 0.2, "damping": 1.0},
-            "operator": {"kind": "constant"},
-            "server": {
-                "environment": "wall",
-                "contact": "bilateral",
-                "contact_stiffness": 800.0,
-                "contact_damping": 5.0,
-            },
-            "task": {"kind": "free"},
-        },
-        overrides=overrides,
-    )
 
 
 def cube(**overrides):

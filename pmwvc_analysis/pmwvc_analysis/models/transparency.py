@@ -40,6 +40,7 @@ from pmwvc_core.params import LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
 
 STABLE = 1.0 + 1e-9
+HIGHEST = 0.25  # of the tick rate; x/f falls to nothing at half of it
 STEADY = 0.05  # relative change per octave by which a limit is told from free motion
 
 
@@ -87,7 +88,7 @@ def transparency(
     scenario
         Linear but for grip contacts, which are taken as touching.
     frequency_hz
-        Where; by default 0.1 Hz to half the tick rate.
+        Where; by default 0.1 Hz to a quarter of the tick rate.
     user
         Whose device.
     live
@@ -99,7 +100,7 @@ def transparency(
         If the session is not stable, or something in it is not linear.
     """
     if frequency_hz is None:
-        frequency_hz = np.geomspace(0.1, 0.5 / scenario.tick_s, 300)
+        frequency_hz = np.geomspace(0.1, HIGHEST / scenario.tick_s, 300)
     forces = pressing(scenario, user)
     model = build(scenario, live=live)
     radius = spectral_radius(model)

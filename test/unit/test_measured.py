@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Admittance measured from a session is the model's; the coherence says when to trust it."""
+
+import numpy as np
+import pytest
+from pressed_wall import wall
+
+from pmwvc_analysis.models import frequency, multirate
+from pmwvc_analysis.models.measured import TRUSTED, measure
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.simulation.session import simulate_one
+
+GENTLE = {"safety.max_force": 20.0, "safety.max_slew": 20000.0, "operator.force": 0.2}
+CHIRP = {
+    "operator.kind": "chirp",
+    "operator.frequency_hz": 0.5,
+    "operator.frequency_end_hz": 30.0,
+    "operator.sweep_s": 10.0,
+    "duration_s": 30.5,
+    "link.delay_s": 0.008,
+}
+SINE = {"operator.kind": "sinusoid", "operator.frequency_hz": 3.0, "duration_s": 6.0}
+
+
+def recorded(changes):
+    scenario = wall(**GENTLE, **changes)
+    return scenario, simulate_one(scenario).users[0]
+
+
+@pytest.fixture(scope="module")
+def chirp():
+    return recorded(CHIRP)
+
+
+def distance(scenario, found):
+    exact = frequency.response(multirate.build(scenario), found.frequency_hz)
+    return np.abs(found.admittance - exact) / np.abs(exact)
+
+
+def test_a_chirp_shows_the_admittance_of_the_model(chirp):
+    scenario, user = chirp
+    found = measure(user, scenario.users[0])
+    assert np.median(distance(scenario, found)) < 0.01
+    assert np.median(found.coherence) > 0.999
+    assert found.frequency_hz.min() >= 0.5
+    assert found.frequency_hz.max() <= 30.0
+    other = wall(**GENTLE, **CHIRP | {"server.contact_stiffness": 400.0})  # the control
+    assert np.median(distance(other, found)) > 0.1
+
+
+def test_a_sine_shows_one_value_of_it():
+    scenario, user = recorded(SINE)
+    found = measure(user, scenario.users[0])
+    assert found.frequency_hz.tolist() == [3.0]
+    assert distance(scenario, found)[0] < 1e-3
+    assert found.coherence[0] > 0.999
+
+
+def test_noise_on_the_position_costs_coherence(chirp):
+    scenario, user = chirp
+    clean = user.x_m
+    noise = np.random.default_rng(3).standard_normal(clean.shape)
+    try:
+        user.x_m = clean + 2e-4 * noise
+        found = measure(user, scenario.users[0])
+    finally:
+        user.x_m = clean
+    assert np.median(found.coherence) < np.median(measure(user, scenario.users[0]).coherence)
+    trusted = found.coherence >= TRUSTED
+    assert 0 < trusted.sum() < len(trusted)
+    error = distance(scenario, found)
+    assert np.median(error[trusted]) < np.median(error[~trusted])
+
+
+def test_a_force_at_its_limit_is_not_the_linear_models():
+    scenario = wall(**CHIRP, **{"operator.force": 4.0, "safety.max_force": 1.0})
+    found = measure(simulate_one(scenario).users[0], scenario.users[0])
+    assert np.max(distance(scenario, found)) > 0.3
+
+
+def test_what_cannot_be_measured_is_said():
+    scenario, user = recorded(SINE | {"duration_s": 1.7})
+    with pytest.raises(PmwvcError, match="less than 3 periods of 3 Hz"):
+        measure(user, scenario.users[0])
+    user.tick[1000:] += 3
+    with pytest.raises(PmwvcError, match="ticks are missing"):
+        measure(user, scenario.users[0])
+    user.f_h[:] = 0.0
+    with pytest.raises(PmwvcError, match="no hand acted"):
+        measure(user, scenario.users[0])
+    user.f_h[:] = np.nan
+    with pytest.raises(PmwvcError, match="not recorded"):
+        measure(user, scenario.users[0])
+
+
+def test_too_short_a_chirp_is_refused():
+    scenario, user = recorded(CHIRP | {"duration_s": 1.0})
+    with pytest.raises(PmwvcError, match="too short for spectra"):
+        measure(user, scenario.users[0])

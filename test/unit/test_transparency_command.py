@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``pmwvc transparency``: the document, the files, and what it says when it cannot answer."""
+
+import csv
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+from pmwvc_bringup.cli import main
+
+ROOT = Path(__file__).resolve().parents[2]
+FELT = {"admittance_dc", "k_felt", "b_felt", "mass_felt", "first_peak_hz"}
+
+
+def run(*words):
+    return subprocess.run(
+        [ROOT / "pmwvc", *map(str, words)], capture_output=True, text=True, check=False
+    )
+
+
+def test_json_is_one_document_with_the_documented_keys():
+    done = run("transparency", "carry_16ms", "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert set(found) == {"scenario", "user", *FELT, "ideal", "measured", "notes"}
+    assert set(found["ideal"]) == FELT
+    assert found["k_felt"] * found["admittance_dc"] == pytest.approx(1.0)
+    assert found["k_felt"] < found["ideal"]["k_felt"]
+    assert any("Grip" in note for note in found["notes"])
+
+
+def test_settings_and_the_user_asked_for_count(capfd):
+    softer = []
+    for impedance in (25, 50):
+        assert main(["transparency", "wall", "--set", f"master.impedance={impedance}"]) == 0
+        softer.append(capfd.readouterr().out)
+    assert softer[0] != softer[1]
+    assert main(["transparency", "three_users", "--user", "user3"]) == 0
+    assert "user3, through the link" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("nowhere",), "nowhere"),
+        (("direct_16ms",), "not stable"),
+        (("wall", "--set", "device.friction=0.3"), "friction"),
+        (("wall", "--user", "user7"), "there are user1"),
+        ((str(ROOT / "docs"),), "no scenario.yaml"),
+    ],
+)
+def test_what_has_no_answer_is_told_with_exit_code_2(words, message, capfd):
+    assert main(["transparency", *words]) == 2
+    said = capfd.readouterr()
+    assert message in said.err
+    assert said.out == ""
+
+
+def test_curves_come_as_picture_table_and_arrays(tmp_path):
+    assert main(["transparency", "wall", "--out", str(tmp_path)]) == 0
+    arrays = np.load(tmp_path / "transparency.npz")
+    size = np.hypot(arrays["admittance_real"], arrays["admittance_imag"])
+    said = json.loads((tmp_path / "transparency.json").read_text("utf-8"))
+    assert size[0] == pytest.approx(said["admittance_dc"], rel=1e-2)
+    matlab = loadmat(tmp_path / "transparency.mat")
+    np.testing.assert_array_equal(matlab["frequency_hz"].ravel(), arrays["frequency_hz"])
+    with (tmp_path / "transparency.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[7]["admittance_real"]) == pytest.approx(arrays["admittance_real"][7])
+    assert (tmp_path / "transparency.png").read_bytes().startswith(b"\x89PNG")
+    assert "<svg" in (tmp_path / "transparency.svg").read_text("utf-8")
+
+
+def test_a_recorded_session_stands_beside_its_model(tmp_path):
+    session, out = tmp_path / "session", tmp_path / "out"
+    settings = {
+        "operator.kind": "chirp",
+        "operator.force": 0.3,
+        "operator.frequency_end_hz": 30,
+        "operator.sweep_s": 6,
+        "server.contact": "bilateral",
+        "server.gap_m": 0,
+    }
+    words = [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
+    done = run("simulate", "wall", "--duration", 14, "--out", session, *words)
+    assert done.returncode == 0, done.stderr
+    done = run("transparency", session, "--out", out, "--json")
+    assert done.returncode == 0, done.stderr
+    measured = json.loads(done.stdout)["measured"]
+    assert measured["error_median"] < 0.03
+    assert measured["trusted"] == measured["points"]
+    assert (out / "transparency_measured.csv").is_file()
