@@ -1,38 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Butterworth filters against scipy's design."""
+"""Butterworth filters from an attenuation table against a digital design by scipy."""
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
 from scipy import signal
 from strategies import TICK_S
 
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave import design
-from pmwvc_core.wave.filter_design import HIGHEST_ORDER, order_of
-
-
-@given(
-    pass_hz=st.floats(5.0, 200.0),
-    wider=st.floats(1.2, 5.0),
-    pass_db=st.floats(0.5, 20.0),
-    more_db=st.floats(3.0, 40.0),
-)
-def test_the_order_is_the_least_that_has_both_attenuations(pass_hz, wider, pass_db, more_db):
-    edges = pass_hz, wider * pass_hz
-    losses = pass_db, pass_db + more_db
-    expected, _ = signal.buttord(*edges, *losses, analog=True)
-    assume(expected <= HIGHEST_ORDER)
-    params = FilterParams(
-        kind="butterworth",
-        pass_hz=edges[0],
-        stop_hz=edges[1],
-        pass_db=losses[0],
-        stop_db=losses[1],
-    )
-    assert order_of(params) == expected
+from pmwvc_core.wave.filter_design import order_of
 
 
 @pytest.mark.parametrize("meet", ["pass", "stop"])
