@@ -32,8 +32,9 @@ def sheet(
     figure = Figure(figsize=size_in, dpi=style.DPI, layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, columns, squeeze=squeeze)
-    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
     width = int(size_in[0] * 16)
+    title = "\n".join(textwrap.wrap(title, int(size_in[0] * 9)))
+    figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
     figure.supxlabel(
         "\n".join(textwrap.wrap(remark, width)), x=0.01, ha="left", fontsize=8, color="#555555"
     )

@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Computations that several appendices share: one user at a wall."""
+
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.models.multirate import build, spectral_radius
+from pmwvc_analysis.models.stability import z_width
+from pmwvc_analysis.models.transparency import transparency
+from pmwvc_analysis.reproduction.figure import Values
+from pmwvc_analysis.reproduction.scenarios import scenario
+from pmwvc_analysis.reproduction.traces import curves, last_mean
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.session import simulate
+
+BOUND = 1e6
+
+
+def admittance(parameters: Values) -> Values:
+    """Return transmitted admittances over frequency for several wave impedances, and the ideal."""
+    low = np.linspace(*parameters["low_hz"], 81)
+    high = np.linspace(*parameters["high_hz"], 161)
+    hertz = np.concatenate([low, high])
+    data: Values = {"low_hz": low, "high_hz": high}
+    numbers: Values = {}
+    for impedance in parameters["impedances"]:
+        of = scenario({**parameters["model"], "master.impedance": impedance}, users=1)
+        found = transparency(of, hertz)
+        size = np.abs(found.admittance)
+        data[f"b_{impedance:g}"] = {"low": size[: len(low)], "high": size[len(low) :]}
+        numbers |= {
+            f"k_felt_b_{impedance:g}": found.felt.k_felt,
+            f"first_peak_hz_b_{impedance:g}": found.felt.first_peak_hz,
+        }
+        size = np.abs(found.ideal_admittance)
+        data["ideal"] = {"low": size[: len(low)], "high": size[len(low) :]}
+        numbers |= {
+            "k_felt_ideal": found.ideal.k_felt,
+            "first_peak_hz_ideal": found.ideal.first_peak_hz,
+        }
+    return {"data": data, "numbers": numbers}
+
+
+def widths(parameters: Values) -> Values:
+    """Return the largest stable stiffness over the wall's damping, for several connections."""
+    damping = np.linspace(*parameters["damping"])
+    data: Values = {"damping": damping}
+    numbers: Values = {}
+    for name, changed in parameters["curves"].items():
+        values = {**parameters["model"], **changed["values"]}
+        of = scenario(values, users=1, controller=changed.get("controller", "pmwvc"))
+        limits = z_width(of, damping.tolist())
+        data[name] = [limit.first for limit in limits]
+        firsts = [limit.first for limit in limits if limit.first is not None]
+        numbers[f"largest_{name}"] = max(firsts) if len(firsts) == len(limits) else None
+        at = float(parameters["at_damping"])
+        numbers[f"at_{at:g}_{name}"] = z_width(of, [at])[0].first
+    return {"data": data, "numbers": numbers}
+
+
+def contact(parameters: Values) -> Values:
+    """Return a simulated contact, and how stable its model is with the loop delayed and solved."""
+    model = parameters["model"]
+    of = scenario(
+        {**model, "server.contact": "grip"},
+        users=1,
+        operator=parameters["operator"],
+        duration_s=parameters["duration_s"],
+    )
+    traces: Any = simulate([of])[0]
+    full = curves(traces, every_s=0.001)
+    wall_mm = -500.0 * of.server.object_size_m
+    late = full["time_s"] > 0.5 * parameters["duration_s"]
+    kept = slice(0, None, parameters["every_ticks"])
+    data = {
+        "time_s": full["time_s"][kept],
+        "x_m_mm": full["x_1_mm"][kept] - wall_mm,
+        "x_s_mm": full["x_s1_mm"][kept] - wall_mm,
+        "f_m_n": full["f_1_n"][kept],
+        "f_s_n": full["f_s1_n"][kept],
+    }
+    solved = {**model, "server.coupling": "unwrapped", "server.integrator": "trapezoid"}
+    numbers = {
+        "spectral_radius": _radius(model),
+        "spectral_radius_loop_solved": _radius(solved),
+        "force_end_n": last_mean(full["time_s"], full["f_1_n"]),
+        "force_swing_n": _swing(full["f_1_n"][late]),
+        "position_swing_mm": _swing(full["x_1_mm"][late]),
+        "depth_end_mm": last_mean(full["time_s"], full["x_s1_mm"]) - wall_mm,
+    }
+    return {"data": data, "numbers": numbers}
+
+
+def _radius(model: Values) -> float:
+    return spectral_radius(build(scenario(model, users=1)))
+
+
+def _swing(values: Array) -> float:
+    return float(np.nanmax(values) - np.nanmin(values))
