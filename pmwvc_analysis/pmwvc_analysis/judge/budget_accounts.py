@@ -17,7 +17,8 @@ filter, rate drop,      differences of the energies of u_m, u_m after the filter
 link, hold              v_s, v_rx, v_m
 late decoding           (|u_s|^2 - |v_s|^2)/2 less F_s . xd_s: the force of the step before
 object damping          b_o times the integral of |xd_o|^2
-contact damping         what the server turned to heat, less the object's damping
+contact damping         what the server turned to heat, less what the object lost: the forces'
+                        work on it less its gain in motion
 ======================  ==========================================================================
 """
 
@@ -209,18 +210,18 @@ def server_account(clock: Clock, server: ServerTraces, scenario: Scenario) -> Su
     late = scenario.controller != "direct" and coupling == "one_step_delay"
     decoding = into - np.cumsum(work) * period if late else np.zeros_like(into)
     damping, missing = _object_heat(server, scenario)
-    contact = server.dissipated - damping
+    contact = server.dissipated - damping - missing
     left = into - decoding - server.kinetic - server.potential - server.dissipated
     exact = scenario.controller != "direct" and coupling == "implicit"
     found = {
         "into_server": into,
         "late_decoding": decoding,
-        "integration": 0.0 * left if exact else left - missing,
+        "integration": 0.0 * left if exact else left,
         "contact_damping": contact,
         "contact_stored": server.potential,
         "object_kinetic": server.kinetic,
         "object_damping": damping,
-        "residual": left if exact else missing,
+        "residual": left + missing if exact else missing,
     }
     return {name: sums[:count] for name, sums in found.items()}
 
