@@ -179,13 +179,28 @@ def reported(folder: Path, title: str, entries: list[Any], *, figures: bool) -> 
     return write(folder, title, entries, about, figures=figures)
 
 
+def again(folder: Path, *, json_wanted: bool) -> int:
+    """Judge the sessions of a comparison anew and write its report."""
+    from pmwvc_analysis.compare.on_disk import read_comparison, read_entries
+
+    with document(wanted=json_wanted) as write:
+        console = Console(highlight=False, soft_wrap=True)
+        title = str(read_comparison(folder)["title"])
+        found = reported(folder, title, read_entries(folder), figures=True)
+        for line in lines(found):
+            console.print(line, markup=False)
+        console.print(f"report: {folder / 'comparison.html'}", markup=False)
+        write(json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False))
+    return 0
+
+
 def lines(found: dict[str, Any]) -> list[str]:
     """Return the table of a comparison for a terminal."""
     sessions = found["sessions"]
     width = max(len("session"), *(len(session["label"]) for session in sessions))
-    heads = ("K max [N/m]", "apart [mm]", "dF [N]", "balance [mJ]", "noise [N]")
+    heads = ("K max [N/m]", "apart [mm]", "dF [N]", "balance [mJ]", "noise [mN]")
     names = ("k_max", "coherency_rms_m", "force_error_rms_n", "energy_min_j", "force_noise_n")
-    factors = (1.0, 1e3, 1.0, 1e3, 1.0)
+    factors = (1.0, 1e3, 1.0, 1e3, 1e3)
     table = [f"{'session':{width}}  " + "  ".join(f"{head:>12}" for head in heads) + "  verdict"]
     for session in sessions:
         numbers = [

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMANDS = ("run", "simulate", "report", "node", "scenarios", "doctor")
+COMMANDS = ("run", "simulate", "report", "replay", "compare", "node", "scenarios", "doctor")
 
 
 @pytest.fixture

@@ -107,11 +107,22 @@ def _common_range(entries: Sequence[Entry], drawn: list[list[Array]]) -> tuple[f
     return low - margin, high + margin
 
 
+def _shown(entry: Entry) -> np.typing.NDArray[np.bool_]:
+    """Tell which steps of the server to show: it runs on a little after the users have left."""
+    server, users = entry.traces.server, entry.traces.users
+    if server is None:
+        return np.zeros(0, dtype=np.bool_)
+    end_s = min((float(user.time_s[-1]) for user in users), default=float(server.time_s[-1]))
+    return np.asarray(server.time_s <= end_s)
+
+
 def _positions(axes: Any, entry: Entry) -> list[Array]:
     traces, found = entry.traces, []
     server, colours = traces.server, style.colours(traces)
     if server is not None:
-        found += [server.target[:, 0] * 1e3, server.x_o[:, 0] * 1e3]
+        shown = _shown(entry)
+        target = np.where(shown, server.target[:, 0], np.nan) * 1e3
+        found += [target, np.where(shown, server.x_o[:, 0], np.nan) * 1e3]
         axes.plot(server.time_s, found[0], color=style.TARGET, ls=(0, (1, 1.2)), label="target")
         axes.plot(server.time_s, found[1], color=style.OBJECT, lw=1.8, label="object")
     for user in traces.users:
@@ -120,7 +131,8 @@ def _positions(axes: Any, entry: Entry) -> list[Array]:
         axes.plot(user.time_s, found[-1], color=colours[user.name], lw=1.2, label=label)
     if server is not None:
         for place, name in enumerate(server.users):
-            avatar = np.where(server.state[place] > 0, server.x_s[place][:, 0], np.nan) * 1e3
+            there = shown & (server.state[place] > 0)
+            avatar = np.where(there, server.x_s[place][:, 0], np.nan) * 1e3
             label = f"{name} avatar"
             axes.plot(server.time_s, avatar, color=colours[name], ls="--", lw=1.0, label=label)
     return found
@@ -135,7 +147,8 @@ def _forces(axes: Any, entry: Entry) -> list[Array]:
         axes.plot(user.time_s, found[-1], color=colours[user.name], lw=1.2, label=label)
     if server is not None:
         for place, name in enumerate(server.users):
-            contact = np.where(server.state[place] > 0, server.f_s[place][:, 0], np.nan)
+            there = _shown(entry) & (server.state[place] > 0)
+            contact = np.where(there, server.f_s[place][:, 0], np.nan)
             label = f"{name} contact on avatar"
             axes.plot(server.time_s, contact, color=colours[name], ls="--", lw=0.9, label=label)
     return found
@@ -197,7 +210,7 @@ def dots(entries: Sequence[Entry]) -> Any:
         if known and min(known) > 0.0 and max(known) > 30.0 * min(known):
             axes.set_yscale("log")
         elif known and min(known) >= 0.0 and max(known) > 0.0:
-            axes.set_ylim(0.0, 1.2 * max(known))
+            axes.set_ylim(-0.08 * max(known), 1.2 * max(known))
         axes.set_ylabel(label, rotation=0, ha="right", va="center")
         axes.set_xlim(-0.5, len(entries) - 0.5)
     rows[-1].set_xticks(range(len(entries)), labels, fontsize=8.5)

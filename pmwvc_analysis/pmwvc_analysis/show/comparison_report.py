@@ -17,7 +17,7 @@ COLUMNS = (  # measure, heading, factor
     ("coherency_rms_m", "device from avatar, RMS [mm]", 1e3),
     ("force_error_rms_n", "force error, RMS [N]", 1.0),
     ("energy_min_j", "lowest energy balance [mJ]", 1e3),
-    ("force_noise_n", "force noise, RMS [N]", 1.0),
+    ("force_noise_n", "force noise, RMS [mN]", 1e3),
     ("force_peak_n", "largest force [N]", 1.0),
 )
 

@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``./pmwvc compare`` and ``./pmwvc replay`` as a person meets them, in virtual time."""
+
+import csv
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def pmwvc(*words, cwd):
+    return subprocess.run(
+        [ROOT / "pmwvc", *map(str, words)],
+        cwd=cwd,
+        env=os.environ | {"OMP_NUM_THREADS": "1"},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("compared")
+    over = ["--over", "link.delay_s=0.016,0", "--controllers", "pmwvc,direct"]
+    words = ["carry_0ms", "--duration", "5", *over, "--set", "link.loss=0.1", "--out", "all"]
+    result = pmwvc("compare", *words, "--json", cwd=folder)
+    assert result.returncode == 0, result.stderr
+    return folder / "all", json.loads(result.stdout)
+
+
+def test_every_combination_is_a_session_on_disk(compared):
+    folder, found = compared
+    assert len(found["sessions"]) == 4
+    for session in found["sessions"]:
+        place = folder / session["folder"]
+        summary = json.loads((place / "summary.json").read_text("utf-8"))
+        assert summary["source"] == "simulated"
+        assert summary["parameters"]["controller"] == session["settings"]["controller"]
+        assert summary["stable"] is session["stable"]
+    assert pmwvc("doctor", folder, cwd=folder).returncode == 0
+
+
+def test_all_sessions_meet_the_same_packet_fates(compared):
+    folder, found = compared
+    lost = set()
+    for session in found["sessions"]:
+        summary = json.loads((folder / session["folder"] / "summary.json").read_text("utf-8"))
+        lost.add(tuple(link["lost"] for link in summary["links"] if link["name"].endswith("up")))
+    assert len(lost) == 1
+    assert min(*lost) > 30
+
+
+def test_the_tables_tell_the_same_in_every_form(compared):
+    folder, found = compared
+    assert json.loads((folder / "comparison.json").read_text("utf-8")) == found
+    with (folder / "comparison.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    for row, session in zip(rows, found["sessions"], strict=True):
+        assert row["label"] == session["label"]
+        assert float(row["link.delay_s"]) == session["settings"]["link.delay_s"]
+        assert float(row["force_peak_n"]) == session["force_peak_n"]
+    matlab = loadmat(folder / "comparison.mat")
+    with np.load(folder / "comparison.npz") as arrays:
+        assert arrays["s4_user2_x_m"].shape == (5000, 1)
+        np.testing.assert_array_equal(arrays["s1_server_x_o"], matlab["s1_server_x_o"])
+
+
+def test_the_report_holds_its_pictures(compared):
+    folder, found = compared
+    page = (folder / "comparison.html").read_text("utf-8")
+    assert page.count("data:image/png;base64,") == 4
+    for session in found["sessions"]:
+        assert session["label"] in page
+    assert (folder / "plots" / "compare_forces.svg").is_file()
+
+
+def test_a_report_written_anew_tells_the_same(compared):
+    folder, found = compared
+    result = pmwvc("report", folder, "--json", cwd=folder)
+    assert result.returncode == 0, result.stderr
+    for before, after in zip(
+        found["sessions"], json.loads(result.stdout)["sessions"], strict=True
+    ):
+        assert after["coherency_rms_m"] == pytest.approx(before["coherency_rms_m"], rel=1e-6)
+        assert after["stable"] is before["stable"]
+
+
+def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
+    folder, found = compared
+    place = folder / found["sessions"][0]["folder"]
+    result = pmwvc("replay", place, "--out", "again", "--no-figures", "--json", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    again = json.loads(result.stdout)
+    assert again["reproduced"] is True
+    assert max(user["force_max_n"] for user in again["differences"]) < 1e-12
+    assert not (tmp_path / "again" / "comparison.html").exists()
+    assert pmwvc("doctor", "again", cwd=tmp_path).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        (["compare", "carry_0ms", "--over", "server.couplin=implicit"], "server.coupling?"),
+        (["compare", "carry_0ms", "--controllers", "pmwvc,drect"], "drect"),
+        (["replay", "nowhere"], "there is no such session folder"),
+        (["replay", "."], "holds no scenario.yaml"),
+    ],
+)
+def test_a_mistake_is_told_and_leaves_nothing_behind(words, hint, tmp_path):
+    result = pmwvc(*words, cwd=tmp_path)
+    assert result.returncode == 2
+    assert hint in result.stderr
+    assert "Traceback" not in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_wrong_change_of_a_replay_is_told(compared, tmp_path):
+    folder, found = compared
+    place = folder / found["sessions"][0]["folder"]
+    result = pmwvc("replay", place, "--set", "master.impedence=3", "--set", "dof=9", cwd=tmp_path)
+    assert result.returncode == 2
+    assert "did you mean master.impedance?" in result.stderr
+    assert "dof = 9" in result.stderr
+    assert (
+        "keeps the recorded 2" in pmwvc("replay", place, "--set", "users=3", cwd=tmp_path).stderr
+    )
+    assert list(tmp_path.iterdir()) == []
