@@ -6,7 +6,7 @@ import argparse
 import os
 import sys
 import textwrap
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,8 +63,14 @@ def simulate(arguments: argparse.Namespace) -> int:
 
 
 def report(arguments: argparse.Namespace) -> int:
-    """Judge a recorded session anew and write its report."""
+    """Judge a recorded session (or those of a comparison) anew and write its report."""
+    from pmwvc_analysis.compare.on_disk import is_comparison
+
     folder = Path(arguments.folder)
+    if is_comparison(folder):
+        from pmwvc_bringup.compare_command import again
+
+        return again(folder, json_wanted=arguments.json)
     with document(wanted=arguments.json) as write:
         write(_finished(_console(), folder, None))
     return 0
@@ -115,7 +121,16 @@ def _recording_findings(folder: Path) -> tuple[list[Any], int]:
 
     if not folder.exists():
         raise PmwvcError(f"{folder}: there is no such session folder")
-    findings = check_recording(folder)
+    from pmwvc_analysis.compare.on_disk import is_comparison, session_folders
+
+    if not is_comparison(folder):
+        findings = check_recording(folder)
+        return findings, exit_code(findings)
+    findings = [
+        replace(finding, text=f"{place.name}: {finding.text}")
+        for place in session_folders(folder)
+        for finding in check_recording(place)
+    ]
     return findings, exit_code(findings)
 
 
