@@ -19,7 +19,8 @@ CUT_OFF = "master.filter.stop_hz"
 
 def cut_offs(parameters: Values) -> Values:
     """Return up to which cut-off the loop is stable, over M, for several stiffnesses."""
-    grid = np.geomspace(*parameters["cut_off_hz"], parameters["points"])
+    low, high = parameters["cut_off_hz"]
+    grid = np.geomspace(low, high, parameters["points"])
     data: Values = {"rate_drop": parameters["rate_drops"]}
     data["passive_hz"] = [500.0 / m for m in parameters["rate_drops"]]
     numbers: Values = {}

@@ -20,8 +20,8 @@ BOUND = 1e6
 
 def admittance(parameters: Values) -> Values:
     """Return transmitted admittances over frequency for several wave impedances, and the ideal."""
-    low = np.linspace(*parameters["low_hz"], 81)
-    high = np.linspace(*parameters["high_hz"], 161)
+    low = np.linspace(parameters["low_hz"][0], parameters["low_hz"][1], 81)
+    high = np.linspace(parameters["high_hz"][0], parameters["high_hz"][1], 161)
     hertz = np.concatenate([low, high])
     data: Values = {"low_hz": low, "high_hz": high}
     numbers: Values = {}

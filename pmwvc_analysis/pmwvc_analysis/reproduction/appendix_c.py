@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""App. C: the computational delay of an unknown environment."""
+
+import numpy as np
+
+from pmwvc_analysis.models.characteristic import (
+    CASES,
+    jury_marden,
+    loop_polynomial,
+    printed_polynomial,
+)
+from pmwvc_analysis.reproduction import draw_c, draw_single
+from pmwvc_analysis.reproduction.figure import Figure, Values
+from pmwvc_analysis.reproduction.scenarios import wall
+from pmwvc_analysis.reproduction.single_user import widths
+
+POLYNOMIALS = {"printed": printed_polynomial, "loop": loop_polynomial}
+
+
+def regions(parameters: Values) -> Values:
+    """Return where the polynomials have all roots inside the unit circle, over alpha and beta."""
+    data: Values = {}
+    numbers: Values = {}
+    points = parameters["points"]
+    for case in CASES:
+        alpha = np.linspace(0.0, parameters["alpha"][case], points + 1)[1:]
+        beta = np.linspace(0.0, parameters["beta"], points + 1)[1:]
+        across, up = np.meshgrid(alpha, beta)
+        for row in parameters["rows"]:
+            polynomial = POLYNOMIALS[row["polynomial"]]
+            sigma = row["sigma"] + 0.0 * across
+            inside = np.asarray(jury_marden(polynomial(case, across, up, sigma)))
+            name = f"{row['polynomial']}_sigma_{row['sigma']:g}_{case}"
+            data[name] = {"alpha": alpha, "beta": beta, "stable": inside.astype(int)}
+            area = float(inside.mean() * alpha[-1] * beta[-1])
+            numbers[f"area_{name}"] = area
+    for row in parameters["rows"]:
+        name = f"{row['polynomial']}_sigma_{row['sigma']:g}"
+        solved, late = (numbers[f"area_{name}_{case}"] for case in CASES)
+        numbers[f"ratio_{name}"] = late / solved if solved > 0.0 else None
+    return {"data": data, "numbers": numbers}
+
+
+FIGURES = (
+    Figure(
+        "C3",
+        "Stability regions with the loop unwrapped and with one step of delay",
+        "Above: the printed polynomials (Eq. 6 and 7), which do not follow from one diagram. "
+        "Below: both cases of one consistent diagram; without damping a sampled mass gives out a "
+        "little energy that nothing takes, so no region is left; with sigma = 0.2 there is one.",
+        {
+            "alpha": {"unwrapped": 4.0, "one_step_delay": 1.0},
+            "beta": 2.0,
+            "points": 120,
+            "rows": [
+                {"polynomial": "printed", "sigma": 0.0},
+                {"polynomial": "loop", "sigma": 0.0},
+                {"polynomial": "loop", "sigma": 0.2},
+            ],
+        },
+        regions,
+        draw_c.regions,
+    ),
+    Figure(
+        "C4",
+        "Z-width with waves and with direct coupling, b = 25 Ns/m",
+        "From the model: m = 0.15 kg, b_hd = 1 Ns/m, Butterworth 25/50 Hz, one step of delay, "
+        "backward Euler. The printed third curve comes with the energetic compensation.",
+        {
+            "model": wall(server__coupling="one_step_delay", server__integrator="backward_euler"),
+            "damping": [0.0, 30.0, 31],
+            "at_damping": 0.0,
+            "curves": {
+                "waves": {"label": "multirate waves, no compensation", "values": {}},
+                "direct": {
+                    "label": "direct coupling",
+                    "controller": "direct",
+                    "values": {},
+                },
+            },
+        },
+        widths,
+        draw_single.widths,
+    ),
+)
