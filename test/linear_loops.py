@@ -11,6 +11,7 @@ import dataclasses
 import numpy as np
 
 from pmwvc_core.plant.forces import RecordedForce
+from pmwvc_core.simulation.conditions import LIVE, Conditions
 from pmwvc_core.simulation.scenario_reader import parse_scenario
 from pmwvc_core.simulation.session import SessionBatch
 
@@ -48,10 +49,13 @@ def scenario(**overrides):
     )
 
 
-def simulated(of, forces):
+def simulated(of, forces, *, live=False):
     """Return traces under the given forces ``(users, ticks)``, which begin after ``SETTLED``."""
     ticks = SETTLED + forces.shape[1]
-    batch = SessionBatch([dataclasses.replace(of, duration_s=ticks * of.tick_s)])
+    batch = SessionBatch(
+        [dataclasses.replace(of, duration_s=ticks * of.tick_s)],
+        Conditions(phases=LIVE) if live else Conditions(),
+    )
     for seat, row in zip(batch.seats, forces, strict=True):
         seat.client.safety = Wire()
         force = np.concatenate([np.zeros(SETTLED), row])[:, np.newaxis]
