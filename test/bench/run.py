@@ -26,6 +26,7 @@ from rich.table import Table
 
 from pmwvc_analysis.models.maps import Axis, Grid, compute, point
 from pmwvc_analysis.recording.reader import read_session
+from pmwvc_analysis.replay.run import replay_traces
 from pmwvc_analysis.session_files import finish
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.runtime.pacing import Pacer, request_real_time
@@ -142,6 +143,15 @@ def bench_map(rows, numbers):
     numbers["map"] = {"seconds": batched, "batched_speed_up": plain / batched}
 
 
+def bench_replay(rows, numbers):
+    """Replay speed, one session of two users without figures, beside real time."""
+    scenario = load("carry_16ms", duration_s=10.0)
+    traces = simulate([scenario])[0]
+    seconds = timed(lambda: replay_traces(traces, scenario, scenario))
+    rows.append(("replay one session, 10 s", f"{seconds:.2f} s", "10 s", 10 / seconds))
+    numbers["replay"] = {"times_real_time": 10 / seconds}
+
+
 def bench_report(duration_s, rows, numbers):
     """Report time against session length."""
     with tempfile.TemporaryDirectory() as place:
@@ -161,6 +171,7 @@ def main():
     rows, numbers = [], {"cpus": os.cpu_count(), "python": sys.version.split()[0]}
     bench_map(rows, numbers)
     bench_simulation(rows, numbers, options.runs)
+    bench_replay(rows, numbers)
     bench_loops(options.duration, rows, numbers)
     bench_report(options.duration, rows, numbers)
     table = Table("what", "measured", "reference in this run", "ratio")

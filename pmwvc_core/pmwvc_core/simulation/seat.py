@@ -118,7 +118,9 @@ class Seat:
         """Advance hand, controller and device by one tick; return the signals to trace."""
         x, xd = self.device.read()
         if self._listens:
-            self._listen(now_ns)
+            due_ns = self.down.link.next_due_ns
+            if due_ns is not None and due_ns <= now_ns:
+                self._listen(now_ns)
             f_h = self._hand(self._acts)
             self._acts = self._coupled
         else:
