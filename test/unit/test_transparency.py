@@ -143,6 +143,23 @@ def test_the_ideal_is_the_contact_itself():
     assert perfect.users[0].master.rate_drop == 1
 
 
+@pytest.mark.parametrize("frames", [0, 1, 9])
+@pytest.mark.parametrize("make", [wall, cube])
+def test_delay_lines_put_in_before_solving_change_nothing(frames, make):
+    model = multirate.build(make(**{"link.delay_s": 0.008 * frames}))
+    hertz = np.array([0.7, 5.0, 44.0])
+    found = frequency.response(model, hertz)
+    ticks = model.ticks
+    for value, f in zip(found, hertz, strict=True):
+        angle = 2 * np.pi * f * model.tick_s
+        wave = np.zeros(len(model.users) * ticks, dtype=complex)
+        wave[:ticks] = np.exp(1j * angle * np.arange(ticks))
+        whole = np.exp(1j * angle * ticks) * np.eye(len(model.states)) - model.transition
+        state = np.linalg.solve(whole, model.inputs @ wave)
+        x = model.outputs["x"].state @ state + model.outputs["x"].through @ wave
+        assert abs(value - np.mean((x * wave.conj())[:ticks])) < 1e-9 * abs(value)
+
+
 def test_images_of_rest_are_no_obstacle():
     model = multirate.build(wall())
     at, beside = frequency.response(model, np.array([125.0, 125.001]))

@@ -6,6 +6,9 @@ A force f_i(k) = p_i exp(j theta k) on user i gives, lifted over a hyperframe of
 w exp(j theta N n) with w[i, k] = p_i exp(j theta k). The state follows with
 (exp(j theta N) - A)^-1 B w. What comes out holds images at theta + 2 pi j/N besides; the component
 at theta itself is the mean of y(k) exp(-j theta k) over the hyperframe (base band).
+
+A state that only takes over another one (a delay line has one per packet under way) is that one
+turned back by exp(-j theta N). Such states are put in before solving: long delays cost little.
 """
 
 from collections.abc import Sequence
@@ -17,6 +20,7 @@ from pmwvc_analysis.models.multirate import MultirateModel
 from pmwvc_core.numeric import Array
 
 Complex = NDArray[np.complex128]
+Indices = NDArray[np.int64]
 ASIDE = (
     1e-6  # of a turn: as near to images of rest, where integrators have no response, as it gets
 )
@@ -57,14 +61,41 @@ def response(
     angle = 2.0 * np.pi * turns / ticks
     wave = np.exp(1j * np.multiply.outer(angle, np.arange(ticks)))  # (points, ticks)
     lifted = np.einsum("u,pt->put", pattern, wave).reshape(len(angle), users * ticks)
-    turn = np.exp(1j * angle * ticks)[:, np.newaxis, np.newaxis]
-    resolvent = turn * np.eye(len(model.states)) - model.transition
-    state = np.linalg.solve(resolvent, (lifted @ model.inputs.T)[..., np.newaxis])[..., 0]
+    kept, source, steps = _taken_over(model)
+    gather = np.eye(len(kept))[np.searchsorted(kept, source)]  # (states, kept)
+    turn = np.exp(1j * angle * ticks)
+    back = turn[:, np.newaxis] ** -steps  # (points, states)
+    inner = (model.transition[kept] * back[:, np.newaxis, :]) @ gather
+    resolvent = turn[:, np.newaxis, np.newaxis] * np.eye(len(kept)) - inner
+    driven = (lifted @ model.inputs[kept].T)[..., np.newaxis]
+    state = back * np.linalg.solve(resolvent, driven)[..., 0][:, np.searchsorted(kept, source)]
     rows = slice(user * ticks, (user + 1) * ticks)
     signal = model.outputs[output]
     values = state @ signal.state[rows].T + lifted @ signal.through[rows].T
     found: Complex = (values * wave.conj()).mean(axis=1)
     return found
+
+
+def _taken_over(model: MultirateModel) -> tuple[Indices, Indices, Indices]:
+    """Return the states to solve for, and of every state which one of them it is, how long ago.
+
+    Returns
+    -------
+    kept, source, steps
+        Kept states in order; per state the kept one it repeats, and by how many hyperframes late.
+    """
+    rows, count = model.transition, len(model.states)
+    before = np.argmax(rows != 0.0, axis=1)
+    own = np.arange(count)
+    repeats = (np.count_nonzero(rows, axis=1) == 1) & (rows[own, before] == 1.0)
+    repeats &= (before != own) & ~model.inputs.any(axis=1)
+    source, steps = own.copy(), np.zeros(count, dtype=np.int64)
+    for _ in range(count):
+        late = repeats[source]
+        if not late.any():
+            return np.flatnonzero(~repeats), source, steps
+        source, steps = np.where(late, before[source], source), steps + late
+    return own, own, np.zeros(count, dtype=np.int64)  # states that repeat each other in a ring
 
 
 def limit_at_rest(values: Array) -> float:

@@ -107,8 +107,7 @@ def transparency(
     if radius > STABLE:
         raise PmwvcError(
             f"{scenario.name} is not stable (spectral radius {radius:.4f}): it has no frequency "
-            "response; 'pmwvc stability' tells the largest stiffness, the coupling 'implicit' "
-            "and more filtering allow more"
+            f"response; 'pmwvc stability' tells the largest stiffness, {_remedy(scenario)}"
         )
     perfect = build(ideal_of(scenario))
     ideal_stable = spectral_radius(perfect) <= STABLE
@@ -205,6 +204,12 @@ def _felt(
         mass_felt=mass,
         first_peak_hz=peak,
     )
+
+
+def _remedy(scenario: Scenario) -> str:
+    if scenario.controller == "direct":
+        return "the controller 'pmwvc' allows more"
+    return "the coupling 'implicit' and more filtering allow more"
 
 
 def _how(scenario: Scenario, user: int, forces: list[float]) -> str:
