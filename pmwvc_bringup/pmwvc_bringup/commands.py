@@ -78,9 +78,10 @@ def report(arguments: argparse.Namespace) -> int:
 
 def node(arguments: argparse.Namespace) -> int:
     """Become one node: same process, so that signals and exit code are the node's own."""
-    os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
-    module = NODES[arguments.kind]
-    os.execv(sys.executable, [sys.executable, "-m", module, *arguments.arguments])
+    from pmwvc_bringup.surroundings import own_environment
+
+    words = [sys.executable, "-m", NODES[arguments.kind], *arguments.arguments]
+    os.execve(sys.executable, words, own_environment(os.environ))
 
 
 def scenarios(arguments: argparse.Namespace) -> int:

@@ -15,6 +15,7 @@ from pmwvc_bringup.scenarios import folders
 from pmwvc_core.errors import PmwvcError
 
 SESSIONS = "sessions"
+RANGE, LOCALHOST = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
 DOMAINS = range(1, 102)  # above, the ports of a domain overlap those the kernel hands out
 RESERVING_PORT = 21_000  # + domain, TCP: also bound by tests that use a domain
 
@@ -111,12 +112,8 @@ def node_environment(
     They meet on this machine only, over the loopback interface, unless the user says otherwise;
     never over shared memory, of which a killed node leaves files behind.
     """
-    given = {name: value for name, value in environment.items() if value}
-    chosen = {"AMENT_PREFIX_PATH": sys.prefix, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
-    if given.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST").upper() == "LOCALHOST":
-        given.pop("ROS_AUTOMATIC_DISCOVERY_RANGE", None)
-        chosen["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SYSTEM_DEFAULT"
-        chosen["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(folders()[0] / "this_machine.xml")
+    given = {RANGE: LOCALHOST} | {name: value for name, value in environment.items() if value}
+    chosen = own_environment(given)
     fixed = {
         "ROS_DOMAIN_ID": str(domain),
         "ROS_LOG_DIR": str(log_folder.resolve()),
@@ -124,4 +121,17 @@ def node_environment(
         "PYTHONUNBUFFERED": "1",
         "PYTHONSAFEPATH": "1",  # a file in the user's folder never stands in for a module
     }
-    return {**chosen, **given, **fixed}
+    return {**chosen, **fixed}
+
+
+def own_environment(environment: Mapping[str, str]) -> dict[str, str]:
+    """Return an environment without shared memory, as a node wants it that is started by hand.
+
+    What is given stays, except a range of discovery that brings shared memory with it.
+    """
+    given = {name: value for name, value in environment.items() if value}
+    chosen = {"AMENT_PREFIX_PATH": sys.prefix, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+    if given.get(RANGE, "").upper() == LOCALHOST:
+        given[RANGE] = "SYSTEM_DEFAULT"
+        chosen["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(folders()[0] / "this_machine.xml")
+    return {**chosen, **given}

@@ -67,6 +67,11 @@ class Master:
                 rate_drop=settings.master.rate_drop,
             ):
                 node.get_logger().warning(text)
+        node.get_logger().info(
+            f"{1.0 / settings.master.tick_s:.0f} force ticks and "
+            f"{1.0 / settings.master.frame_s:.0f} packets per second; "
+            f"device {settings.device.plugin}; waiting for the server"
+        )
         self._looked_s = time.monotonic()
         self._missed = 0
         node.create_service(Trigger, "~/rearm", self._rearm)

@@ -9,7 +9,12 @@ from xml.etree import ElementTree
 
 import pytest
 
-from pmwvc_bringup.surroundings import new_folder, node_environment, own_domain
+from pmwvc_bringup.surroundings import (
+    new_folder,
+    node_environment,
+    own_domain,
+    own_environment,
+)
 from pmwvc_core.errors import PmwvcError
 
 
@@ -83,3 +88,22 @@ def test_sessions_of_one_second_get_folders_of_their_own(tmp_path, monkeypatch):
     folders = {new_folder("a/../b c", None) for _ in range(5)}
     assert len(folders) == 5
     assert {os.path.dirname(folder) for folder in folders} == {"sessions"}
+
+
+@pytest.mark.parametrize("given", [{}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}])
+def test_a_node_by_hand_meets_other_machines_and_has_no_shared_memory(given):
+    found = own_environment(given)
+    assert found.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == given.get("ROS_AUTOMATIC_DISCOVERY_RANGE")
+    assert found["FASTDDS_BUILTIN_TRANSPORTS"] == "UDPv4"
+    assert "FASTRTPS_DEFAULT_PROFILES_FILE" not in found
+
+
+def test_a_node_by_hand_on_this_machine_only_has_no_shared_memory_either():
+    found = own_environment({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"})
+    assert found["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SYSTEM_DEFAULT"
+    assert found["FASTRTPS_DEFAULT_PROFILES_FILE"].endswith("this_machine.xml")
+
+
+def test_transports_that_are_given_stay():
+    given = {"FASTDDS_BUILTIN_TRANSPORTS": "LARGE_DATA"}
+    assert own_environment(given)["FASTDDS_BUILTIN_TRANSPORTS"] == "LARGE_DATA"

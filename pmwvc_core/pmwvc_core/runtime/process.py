@@ -142,6 +142,9 @@ def publish_health(
 
 
 def _created(name: str, args: Sequence[str] | None) -> Node:
+    # Fast DDS looks at the shared memory of every program that joins or is gone, a third of a
+    # second at a time, and a loop that publishes waits for it.
+    os.environ.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     foreign = remove_ros_args(args)[1 if args is None else 0 :]
     if foreign:
