@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rich.progress import Progress
 
+from pmwvc_analysis.reproduction.pages import write_pages
 from pmwvc_analysis.reproduction.production import produce_all
 from pmwvc_analysis.reproduction.registry import FIGURES
 
@@ -25,6 +26,7 @@ def main() -> None:
         for name in produce_all(names, options.folder):
             progress.console.print(f"{name}  {FIGURES[name].title}")
             progress.advance(bar)
+    write_pages(options.folder)
 
 
 if __name__ == "__main__":

@@ -38,7 +38,8 @@ def cut_offs(parameters: Values) -> Values:
                 }
                 row.append(_first_loss(scenario(values, users=1), grid))
             data[f"{coupling}/{stiffness:g}"] = row
-            numbers[f"{coupling}_k_{stiffness:g}_m_10"] = row[-1]
+            for m, hertz in zip(parameters["rate_drops"], row, strict=True):
+                numbers[f"{coupling}_k_{stiffness:g}_m_{m}"] = hertz
         rows = [data[f"{coupling}/{k:g}"] for k in parameters["stiffnesses"]]
         bound = data["passive_hz"]
         numbers[f"{coupling}_points_below_the_passive_bound"] = sum(
