@@ -73,6 +73,15 @@ def test_a_replay_without_changes_is_the_recorded_session(recorded, hand):
     assert reproduced(result.differences)
 
 
+@pytest.mark.parametrize("controller", ["pmwvc", "direct"])
+def test_without_delay_the_first_packet_comes_at_time_zero_again(tmp_path, controller):
+    scenario = parse_scenario(BASE | {"controller": controller, "link": {}})
+    record_traces(tmp_path, simulate_one(scenario), scenario)
+    result = replay(tmp_path, read_scenario(tmp_path))
+    assert result.replayed.users[0].f_applied.max() > 0.5
+    assert max(user["force_max_n"] for user in result.differences) < 1e-12
+
+
 def test_other_packet_fates_give_another_session(recorded):
     """The control: the same scenario with another seed is not the recorded session."""
     scenario = read_scenario(recorded)

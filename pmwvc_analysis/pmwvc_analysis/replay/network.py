@@ -23,6 +23,7 @@ from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import FateTraces, PacketTraces, SessionTraces
 
 TRANSPORT_NS = 150_000  # from the emulator of a live session to the receiver, usually
+TRAVELLING = (FateKind.DELIVERED, FateKind.DUPLICATE)
 LONGEST_WAY_NS = 100_000_000  # from a sender to the emulator on the same machine
 
 Links = dict[str, Callable[[], RecordedLink]]
@@ -92,12 +93,15 @@ def record_of(
     rows = rows[np.lexsort((fates.fate[rows], fates.time_in_ns[rows]))]
     number = _numbers(fates, rows)
     since = _sending_times(fates, packets)
+    # 0 stands for never, but in virtual time also for a packet without delay at time 0
+    at_zero = (fates.time_in_ns == 0) & (fates.time_due_ns == 0)
+    came_out = (fates.time_out_ns > 0) | (at_zero & np.isin(fates.fate, TRAVELLING))
     record: dict[int, list[RecordedFate]] = defaultdict(list)
     for row, packet in zip(rows.tolist(), number.tolist(), strict=True):
         out = int(fates.time_out_ns[row])
         record[packet].append(
             RecordedFate(
-                out - int(since[row]) + transport_ns if out > 0 else None,
+                out - int(since[row]) + transport_ns if came_out[row] else None,
                 FateKind(int(fates.fate[row])),
                 Cause(int(fates.cause[row])),
             )
