@@ -164,6 +164,27 @@ def test_a_uniform_motion_goes_on(controller, live):
         np.testing.assert_allclose(rest[positions], moved, atol=1e-12)
 
 
+@pytest.mark.parametrize("controller", ["pmwvc", "direct"])
+@pytest.mark.parametrize("coupling", ["implicit", "one_step_delay", "one_frame_late", "unwrapped"])
+@pytest.mark.parametrize("live", [False, True])
+def test_equal_users_are_taken_together_without_a_difference(controller, coupling, live):
+    for values in (
+        {"users": 5, "user2__device__mass": 0.4, "user4__device__mass": 0.4},
+        {"users": 3, "server__environment": "wall"},
+        {"users": 4, "user3__master__rate_drop": 4, "user4__master__rate_drop": 4},
+        {"users": 2, "server__contact_stiffness": 0.0},
+        {"users": 3, "user3__master__rate_drop": 12},
+    ):
+        scenario = linear_loops.scenario(
+            controller=controller,
+            server__coupling=coupling,
+            link__delay_s=0.008,
+            **{"server__contact_stiffness": 700.0} | values,
+        )
+        expected = spectral_radius(build(scenario, live=live))
+        assert radii(scenario, live=live)[0] == pytest.approx(expected, rel=1e-9)
+
+
 def test_a_batch_says_the_same_as_one_by_one():
     scenario = linear_loops.scenario(link__delay_s=0.016, server__coupling="one_frame_late")
     values = np.array([0.0, 50.0, 700.0, 2500.0, 9000.0])[:, np.newaxis]

@@ -9,6 +9,7 @@ the answer 4 ms into its frame.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -80,6 +81,8 @@ class Loop:
         Numbers may be columns ``(runs, 1)``; delays, periods and counts are the same for all.
     live
         Phases of a live session instead of the simulator's.
+    weights
+        How many users like it each user stands for; see :mod:`.groups`.
 
     Attributes
     ----------
@@ -89,7 +92,9 @@ class Loop:
         Of the states.
     """
 
-    def __init__(self, scenario: Scenario, *, live: bool = False) -> None:
+    def __init__(
+        self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
+    ) -> None:
         require_linear(scenario)
         self.scenario, self.tick_s = scenario, scenario.tick_s
         period = whole_ratio(scenario.server.period_s, scenario.tick_s) or 1
@@ -110,6 +115,7 @@ class Loop:
             scenario.server,
             [user.contact for user in scenario.users],
             [user.server_impedance for user in scenario.users],
+            weights or [1] * len(scenario.users),
         )
         self._blocks: list[tuple[str, Block]] = [("", self.server.body)]
         for line, seat in zip(self.lines, self.server.seats, strict=True):

@@ -126,9 +126,14 @@ class Transitions(NamedTuple):
     rigid: list[rigid.Family]
 
 
-def transitions(scenario: Scenario, *, live: bool = False) -> Transitions:
-    """Return the transition matrices of a scenario whose numbers may be columns ``(runs, 1)``."""
-    loop = Loop(scenario, live=live)
+def transitions(
+    scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
+) -> Transitions:
+    """Return the transition matrices of a scenario whose numbers may be columns ``(runs, 1)``.
+
+    With ``weights`` every user stands for so many equal ones that move together.
+    """
+    loop = Loop(scenario, live=live, weights=weights)
     rows, _ = loop.around(inputs=False)
     return Transitions(rows, loop.names, loop.ticks, rigid.families(loop))
 

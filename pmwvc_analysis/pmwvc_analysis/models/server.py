@@ -15,7 +15,7 @@ from pmwvc_analysis.models.blocks import column
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.motion import motion
-from pmwvc_core.server.couplings.sampled import weights
+from pmwvc_core.server.couplings import sampled
 
 
 @dataclass
@@ -28,6 +28,7 @@ class Seat:
     damping: Array
     b: Array
     names: tuple[str, ...]
+    weight: int = 1  # how many users like this one move together
     ratio: Array = field(init=False)
     rows: dict[str, Array] = field(default_factory=dict)
 
@@ -119,8 +120,8 @@ def _implicit(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
         share = 1.0 + gain / seat.b
         free = seat.ratio * seat.rows["u"]
         seat.rows["gripping"] = (seat.stiffness * seat.rows["e"] + gain * free) / share
-        force = force + seat.rows["gripping"]
-        slope = slope + gain / share
+        force = force + seat.weight * seat.rows["gripping"]
+        slope = slope + seat.weight * gain / share
     velocity = body.mean_velocity(force, slope)
     for seat in seats:
         gain = 0.5 * h * seat.stiffness + seat.damping
@@ -130,15 +131,19 @@ def _implicit(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
     body.drift(velocity)
 
 
+def _sum_of_forces(seats: Sequence[Seat]) -> Array:
+    return sum((seat.weight * seat.rows["f"] for seat in seats), start=np.zeros((1, 1)))
+
+
 def _push(seats: Sequence[Seat], body: Body) -> None:
-    force = sum((seat.rows["f"] for seat in seats), start=np.zeros((1, 1)))
+    force = _sum_of_forces(seats)
     moved = body.push(force)
     for seat in seats:
         seat.rows["e"] = seat.rows["e"] - moved
 
 
 def _one_step_delay(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
-    old, new = weights(params.integrator, params.period_s)
+    old, new = sampled.weights(params.integrator, params.period_s)
     _push(seats, body)
     for seat in seats:
         rows = seat.rows
@@ -160,7 +165,7 @@ def _one_frame_late(seats: Sequence[Seat], body: Body, params: ServerParams) -> 
 
 
 def _unwrapped(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
-    old, new = weights(params.integrator, params.period_s)
+    old, new = sampled.weights(params.integrator, params.period_s)
     _push(seats, body)
     for seat in seats:
         rows = seat.rows
@@ -175,7 +180,7 @@ def _unwrapped(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
 
 
 def _direct(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
-    force = sum((seat.rows["f"] for seat in seats), start=np.zeros((1, 1)))
+    force = _sum_of_forces(seats)
     body.push(force)
     for seat in seats:
         x, xd = seat.rows["x"], seat.rows["xd"]
@@ -213,7 +218,7 @@ class Server:
         Name of the coupling, or ``direct``.
     params
         The environment.
-    contacts, impedances
+    contacts, impedances, weights
         Per user.
     """
 
@@ -223,14 +228,15 @@ class Server:
         params: ServerParams,
         contacts: Sequence[ContactParams],
         impedances: Sequence[Value],
+        weights: Sequence[int],
     ) -> None:
         self._law, self._params = LAWS[law], params
         self.direct = law == "direct"
         names = _remembered(law, params.integrator)
         self.body: Body = Wall() if params.environment == "wall" else Cube(params)
         self.seats = [
-            Seat(column(c.contact_stiffness), column(c.contact_damping), column(b), names)
-            for c, b in zip(contacts, impedances, strict=True)
+            Seat(column(c.contact_stiffness), column(c.contact_damping), column(b), names, w)
+            for c, b, w in zip(contacts, impedances, weights, strict=True)
         ]
 
     def step(self, received: Sequence[list[Array]]) -> list[Array]:

@@ -7,12 +7,14 @@ that are no instability are taken out. The largest stiffness is the first crossi
 below it is stable. Where it becomes stable again above, these islands are reported, too.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pmwvc_analysis.models import rigid
+from pmwvc_analysis.models.groups import parts
 from pmwvc_analysis.models.multirate import transitions
 from pmwvc_analysis.models.variation import stackable, varied, with_stiffness
 from pmwvc_core.numeric import Array
@@ -48,9 +50,18 @@ class Limit:
 
 
 def radii(scenario: Scenario, *, live: bool = False) -> Array:
-    """Return the spectral radius of every run of a scenario whose numbers may be columns."""
-    found = transitions(scenario, live=live)
-    return rigid.radius(rigid.quotient(found.matrices, found.rigid))
+    """Return the spectral radius, over the hyperframe, of every run of a scenario whose numbers
+    may be columns.
+    """
+    found = [
+        transitions(part.scenario, live=live, weights=part.weights) for part in parts(scenario)
+    ]
+    ticks = math.lcm(*(part.ticks for part in found))
+    values = [
+        rigid.radius(rigid.quotient(part.matrices, part.rigid)) ** (ticks // part.ticks)
+        for part in found
+    ]
+    return np.asarray(np.max(np.broadcast_arrays(*values), axis=0))
 
 
 def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Limit:
@@ -69,7 +80,9 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
     def at(stiffness: Array) -> Array:
         return radii(with_stiffness(scenario, stiffness), live=live)
 
-    states = transitions(scenario, live=live).matrices.shape[-1]
+    states = max(
+        transitions(part.scenario, live=live).matrices.shape[-1] for part in parts(scenario)
+    )
     decades = np.log10(bound / LOWEST)
     # The time of an eigenvalue problem grows as the cube of its size.
     fine = float(np.clip(2e6 / states**3, 0.2, 1.0))

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Equal users make small problems of a large one.
+
+The motion of g equal users is the mean motion, in which they act on the object as one user with g
+times the force, and g - 1 motions against one another, in which their forces cancel: the object
+stays, and each of them has the eigenvalues of one user at a wall. So the eigenvalues of the whole
+loop are those of one user for each group, weighted, and of one user at a wall for each group of
+several. Side, hand and limits do not matter here.
+"""
+
+import dataclasses
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pmwvc_core.simulation.scenario import Scenario, User
+
+MATTERS = ("master", "device", "contact", "link_up", "link_down")
+
+
+class Part(NamedTuple):
+    """A smaller problem: a scenario, and how many users each of its users stands for."""
+
+    scenario: Scenario
+    weights: tuple[int, ...]
+
+
+def parts(scenario: Scenario) -> list[Part]:
+    """Return smaller problems with, together, all eigenvalues of a scenario."""
+    groups: list[list[User]] = []
+    for user in scenario.users:
+        for group in groups:
+            if all(_equal(getattr(user, name), getattr(group[0], name)) for name in MATTERS):
+                group.append(user)
+                break
+        else:
+            groups.append([user])
+    together = dataclasses.replace(scenario, users=tuple(group[0] for group in groups))
+    wall = dataclasses.replace(scenario.server, environment="wall")
+    found = [Part(together, tuple(len(group) for group in groups))]
+    for group in groups:
+        if len(group) > 1:
+            alone = dataclasses.replace(scenario, users=(group[0],), server=wall)
+            found.append(Part(alone, (1,)))
+    return found
+
+
+def _equal(left: Any, right: Any) -> bool:
+    """Compare parameters that may hold columns."""
+    if left is right:
+        return True
+    if dataclasses.is_dataclass(left):
+        return all(
+            _equal(getattr(left, field.name), getattr(right, field.name))
+            for field in dataclasses.fields(left)
+        )
+    return bool(np.array_equal(left, right))
