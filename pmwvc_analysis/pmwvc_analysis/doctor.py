@@ -56,7 +56,10 @@ def exit_code(findings: list[Finding]) -> int:
 
 def _structure(folder: Path) -> Iterator[Finding]:
     files = sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]
-    if not files:
+    if not files and any(folder.glob("*.db3")):
+        text = f"{folder} is no MCAP recording: its file is read, but not checked"
+        yield Finding("file", WARNING, text)
+    elif not files:
         yield Finding("file", PROBLEM, f"{folder} holds no .mcap file")
     for path in files:
         try:
@@ -93,6 +96,11 @@ def _losses(folder: Path) -> list[Finding]:
         Finding("missing", WARNING, f"{topic}: nothing recorded")
         for topic, count in traces.counts.items()
         if not count["messages"]
+    ]
+    found += [
+        Finding("missing", WARNING, str(event["what"]))
+        for event in traces.events
+        if event["who"] == "recorder"
     ]
     return found or [Finding("missing", OK, "no number of any publisher is missing")]
 

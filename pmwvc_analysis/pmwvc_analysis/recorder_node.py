@@ -6,6 +6,7 @@ It never decodes a message; it only reads the publishers' numbers, to know what 
 ``ready`` on standard output once a publisher is matched on every topic it waits for.
 """
 
+import bisect
 import importlib
 import sys
 import threading
@@ -54,37 +55,55 @@ class Recorder:
             writer.add_topic(topic)
         self._background = BackgroundWriter(writer)
         self._inlets = [(topic, _subscribed(node, topic)) for topic in topics]
+        self._waiting: list[Received] = []  # taken, but after the last look had begun
         publish_health(node, self._health)
 
     def run(self, stop: threading.Event) -> None:
         """Receive until asked to stop, and a little longer."""
         request_reception(RECEPTION_PRIORITY)
+        told = False
         while not stop.wait(POLL_S):
             self._take_all()
             if not self._ready and self._all_matched():
                 self._ready = True
                 print("ready", flush=True)
+            if not told and self._background.problem:
+                told = True
+                print(f"recorder: {self._background.problem}", file=sys.stderr, flush=True)
         until = time.monotonic() + LINGER_S
         while self._take_all() or time.monotonic() < until:
             time.sleep(POLL_S)
 
     def close(self) -> None:
         """Complete the recording and say what is missing."""
+        for message in self._waiting:
+            self._background.put(message)
+        self._waiting.clear()
         for line in self._background.close():
             print(f"recorder: {line}", file=sys.stderr)
 
     def _take_all(self) -> int:
-        """Take whatever has arrived; return how many messages."""
-        count = 0
+        """Take whatever has arrived; return how many messages.
+
+        Topic after topic is emptied, the file is in the order of reception: what came in meanwhile
+        waits for the next time.
+        """
+        before_ns = time.time_ns()
+        count = len(self._waiting)
         for topic, inlet in self._inlets:
             handle = inlet.subscription.handle
             while (got := handle.take_message(inlet.kind, True)) is not None:
                 data, info = got
                 log_ns = int(info["received_timestamp"]) or time.time_ns()
                 publish_ns = int(info["source_timestamp"]) or log_ns
-                self._background.put(Received(topic.name, bytes(data), log_ns, publish_ns))
-                count += 1
-        return count
+                self._waiting.append(Received(topic.name, bytes(data), log_ns, publish_ns))
+        taken = len(self._waiting) - count
+        self._waiting.sort(key=lambda message: message.log_ns)
+        ready = bisect.bisect_right(self._waiting, before_ns, key=lambda message: message.log_ns)
+        for message in self._waiting[:ready]:
+            self._background.put(message)
+        del self._waiting[:ready]
+        return taken
 
     def _all_matched(self) -> bool:
         return all(

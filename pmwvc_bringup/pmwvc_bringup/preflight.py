@@ -54,7 +54,9 @@ def _problems(user: User, scenario: Scenario) -> Iterator[str]:
             dof=scenario.dof,
         )
 
-    attempts = [lambda: required(user.device.plugin), operator]
+    attempts = [operator]
+    if user.device.plugin != SIMULATED:  # that one is part of this, installed or run from source
+        attempts.insert(0, lambda: required(user.device.plugin))
     for link in (user.link_up, user.link_down):
         if link.jitter == "trace":
             attempts.append(lambda at=link: load_delay_trace(at.trace_file, at.trace_scale))

@@ -33,6 +33,7 @@ GLANCE_S = 0.25
 BEGINNING_S = 3.0
 LINE_S = 2.0  # between two lines where there is no terminal
 READY = "ready"
+STOPPED = "recorder: recording stopped"  # begin of what the recorder says when its disk is full
 
 
 class StartError(PmwvcError):
@@ -97,7 +98,14 @@ class LiveSession:
         StartError
             If a node did not come up.
         """
-        (self.folder / "scenario.yaml").write_text(to_yaml(self.scenario), "utf-8")
+        try:
+            (self.folder / "scenario.yaml").write_text(to_yaml(self.scenario), "utf-8")
+            (self.folder / "nodes").mkdir()
+        except OSError as error:
+            raise StartError(
+                f"cannot write into {self.folder}: {error.strerror or error}; "
+                "choose another folder with --out"
+            ) from None
         with self.interrupts.caught(), own_domain(os.environ) as domain:
             self.console.print(f"other ROS programs see it with ROS_DOMAIN_ID={domain}")
             logs = self.folder / "nodes"
@@ -115,11 +123,14 @@ class LiveSession:
                 self._stop_nodes()
             finally:
                 self.children.kill()
-        (self.folder / "events.json").write_text(json.dumps(self.events, indent=2) + "\n", "utf-8")
+        try:
+            text = json.dumps(self.events, indent=2) + "\n"
+            (self.folder / "events.json").write_text(text, "utf-8")
+        except OSError as error:
+            self.console.print(f"events.json is not written: {error.strerror or error}")
         return True
 
     def _start_nodes(self, logs: Path, environment: dict[str, str]) -> None:
-        logs.mkdir()
         for node in self.nodes:
             file = logs / f"{node.file_name}.yaml"
             file.write_text(node.parameter_file(), "utf-8")
@@ -177,6 +188,8 @@ class LiveSession:
                     return
                 if now >= glance_at:
                     glance_at += GLANCE_S
+                    if stopped := self._recording_stopped():
+                        ended.append(stopped)
                     status = Status(now - begin, length, monitor.glance(), ended)
                     if self.console.is_terminal:
                         live.update(status.table(), refresh=True)
@@ -195,6 +208,17 @@ class LiveSession:
             endings = self.children.stop(names, hurried=lambda: self.interrupts.count > first)
             for ending in [*endings, *self.children.endings()]:
                 self._note(ending)
+
+    def _recording_stopped(self) -> str | None:
+        """Note, once, that the recorder records no more, and return it in words."""
+        lines = self.children.children["recorder"].log_tail().splitlines()
+        said = next((line for line in lines if line.startswith(STOPPED)), "")
+        what = said.removeprefix("recorder: ")
+        if not said or any(event["what"] == what for event in self.events):
+            return None
+        self.events.append({"time_ns": time.time_ns(), "who": "recorder", "what": what})
+        self.console.print(said, markup=False)
+        return "recording stopped"
 
     def _note(self, ending: Ending) -> None:
         """Keep how a node ended, for the report."""

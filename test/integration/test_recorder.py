@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The recorder as a process of its own; the test publishes a session's topics."""
 
+import resource
 import signal
 
 import pytest
@@ -117,23 +118,51 @@ def test_a_killed_recorder_leaves_what_it_flushed(tmp_path):
     assert any("ends early" in event["what"] for event in read_session(folder).events)
 
 
-def test_a_full_disk_is_reported_and_the_recorder_stays(tmp_path):
+def test_a_disk_too_full_to_begin_is_refused_in_one_line(tmp_path):
+    with recorder(tmp_path / "a", reserve_mib=2**40) as process:
+        assert process.wait() == 2
+        assert "are kept free; make room or choose another folder" in process.output
+        assert len(process.lines) == 1
+
+
+def test_a_full_disk_is_reported_at_once_and_the_recorder_stays(tmp_path):
     folder = tmp_path / "a"
-    with ros() as peer, recorder(folder, reserve_mib=2**40) as process:
+    with ros() as peer, recorder(folder) as process:
         session = Session(peer)
         process.await_output("^ready$")
         session.send(10)
+        session.in_file(folder, 10)
+        room = (folder / "session.mcap").stat().st_size + 10
+        resource.prlimit(process.process.pid, resource.RLIMIT_FSIZE, (room, room))
+        session.send(300)
+        process.await_output("recording stopped: .*kept up to the last whole chunk")
         assert process.process.poll() is None
         assert process.stop() == 0
-        assert "are kept free" in process.output
-    assert check_file(folder / "session.mcap").whole
+    assert len(recorded(folder)[0]) == 10
+
+
+def test_topics_are_recorded_in_the_order_of_reception(tmp_path):
+    folder = tmp_path / "a"
+    with ros() as peer, recorder(folder) as process:
+        session = Session(peer)
+        process.await_output("^ready$")
+        for number in range(1, 201):
+            packet = WavePacket(9, number, 8 * number, 0.008, 0.5, 0.1, 0.2, 0.3)
+            for publisher in session.waves.values():
+                publisher.publish(build.wave(TYPES, packet, 8_000_000 * number))
+        session.in_file(folder, 400)
+        assert process.stop() == 0
+    found, _ = recorded(folder)
+    assert {message.topic for message in found} == set(session.waves)
+    times = [message.log_ns for message in found]
+    assert times == sorted(times)
 
 
 @pytest.mark.parametrize(
     ("parameters", "words"),
     [
         ({"folder": ""}, "folder is empty"),
-        ({"users": ["user 1"]}, "users = 'user 1'"),
+        ({"users": ["user 1"]}, "users: 'user 1' must be"),
         ({"reserve_mib": -1}, "reserve_mib = -1"),
         ({"folders": "x"}, "folders"),
     ],

@@ -2,15 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the doctor finds in recordings."""
 
+import json
 import shutil
 
 import handmade
 import numpy as np
 import pytest
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
 from pmwvc_analysis.doctor import PROBLEM, WARNING, check_recording, exit_code
 from pmwvc_analysis.judge.consistency import inconsistencies
 from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.recording.schemas import typestore
+from pmwvc_core.errors import RecordingError
 
 
 @pytest.fixture(scope="module")
@@ -99,6 +103,38 @@ def test_a_folder_without_metadata_is_a_warning(folder, tmp_path):
     shutil.copy(folder / "session.mcap", tmp_path)
     findings = check_recording(tmp_path)
     assert "rosbag2 cannot open" in texts(findings, WARNING)
+
+
+def test_a_recording_that_stopped_early_is_not_complete(folder, tmp_path):
+    place = tmp_path / "stopped"
+    shutil.copytree(folder, place)
+    event = {"time_s": 0.5, "who": "recorder", "what": "recording stopped: no space"}
+    (place / "events.json").write_text(json.dumps([event]))
+    findings = check_recording(place)
+    assert "recording stopped: no space" in texts(findings, WARNING)
+    assert exit_code(findings) == 2
+
+
+def test_a_simulation_that_cannot_be_kept_is_refused_in_words(tmp_path):
+    (tmp_path / "scenario.yaml").mkdir()
+    with pytest.raises(RecordingError, match="cannot record into"):
+        recorded(tmp_path, handmade.session(duration_s=0.1))
+
+
+def test_a_database_of_rosbag2_is_read_but_its_file_not_checked(folder, tmp_path):
+    with (
+        Reader(folder) as reader,
+        Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer,
+    ):
+        ids = {
+            each.id: writer.add_connection(each.topic, each.msgtype, typestore=typestore())
+            for each in reader.connections
+        }
+        for connection, log_ns, data in reader.messages():
+            writer.write(ids[connection.id], log_ns, data)
+    findings = check_recording(tmp_path / "bag")
+    assert "its file is read, but not checked" in texts(findings, WARNING)
+    assert exit_code(findings) == 2
 
 
 @pytest.mark.parametrize("there", [True, False])

@@ -6,6 +6,7 @@ import pytest
 
 from pmwvc_bringup import preflight, scenarios
 from pmwvc_core.errors import ScenarioError
+from pmwvc_master import plugins
 
 MOTION = str(scenarios.folders()[0] / "hand_motion.csv")
 
@@ -51,6 +52,13 @@ def test_everything_wrong_is_told_at_once_and_with_its_user(tmp_path):
     assert len(found) == len(starts)
     for problem, start in zip(found, starts, strict=True):
         assert problem.startswith(start)
+
+
+def test_the_simulated_device_needs_no_installed_package(monkeypatch):
+    monkeypatch.setattr(plugins, "entry_points", lambda group: ())
+    preflight.check(scenarios.load("carry_16ms"))
+    (problem,) = problems("device.plugin=ros_topic", users=1)
+    assert "not installed; installed are: none" in problem
 
 
 def test_a_simulation_says_which_device_it_leaves_out():

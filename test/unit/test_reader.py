@@ -12,6 +12,7 @@ from handmade import START_NS, TICKS
 from mcap.reader import make_reader
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as ForeignWriter
+from rosbags.typesys import Stores, get_typestore
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
@@ -229,6 +230,32 @@ def test_a_clock_that_is_set_does_not_bend_the_time_line(folder, tmp_path, secon
     found = read_session(rewritten(raw(folder), tmp_path / "b", stepped))
     np.testing.assert_allclose(found.users[0].time_s, np.arange(1000) * 0.001, atol=1e-6)
     assert found.server.time_s[0] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_what_is_no_mcap_file_is_said_to_be_none(tmp_path):
+    file = tmp_path / "notes.txt"
+    file.write_text("no recording")
+    with pytest.raises(RecordingError, match=r"notes\.txt is not an MCAP file.*name a session"):
+        read_session(file)
+    (tmp_path / "session.mcap").write_bytes(b"")
+    with pytest.raises(RecordingError, match=r"session\.mcap is empty; name a session folder"):
+        read_session(tmp_path)
+
+
+def test_an_empty_folder_is_answered_with_what_to_name_instead(tmp_path):
+    with pytest.raises(RecordingError, match=r"holds no recording.*name a session folder"):
+        read_session(tmp_path)
+
+
+def test_a_recording_of_something_else_is_answered_with_its_topics(tmp_path):
+    store = get_typestore(Stores.ROS2_JAZZY)
+    kind = "std_msgs/msg/String"
+    with ForeignWriter(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connection = writer.add_connection("/chat", kind, typestore=store)
+        data = store.serialize_cdr(store.types[kind](data="x"), kind)
+        writer.write(connection, 10**18, data)
+    with pytest.raises(RecordingError, match=r"it has /chat; what is wanted are /server/trace"):
+        read_session(tmp_path / "bag")
 
 
 @pytest.mark.parametrize("what", ["nothing", "no messages", "no such folder"])

@@ -137,8 +137,15 @@ def test_a_full_disk_keeps_every_whole_chunk_and_says_so(tmp_path):
     assert writer.refused == 1000
 
 
-def test_running_out_of_space_ends_in_good_order(tmp_path):
-    writer = SessionWriter(tmp_path / "a", reserve_bytes=1 << 62)
+def test_a_disk_too_full_to_begin_is_refused_and_nothing_is_left(tmp_path):
+    with pytest.raises(RecordingError, match=r"MiB left on the disk.*choose another folder"):
+        SessionWriter(tmp_path / "a", reserve_bytes=1 << 62)
+    assert not (tmp_path / "a" / "session.mcap").exists()
+
+
+def test_running_out_of_space_ends_in_good_order(tmp_path, monkeypatch):
+    writer = SessionWriter(tmp_path / "a")
+    monkeypatch.setattr(writer, "_reserve", 1 << 62)
     writer.add_topic(TOPIC)
     write_some(writer, 10)
     writer.flush()

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.mcap_records import MAGIC
 from pmwvc_analysis.recording.recover import RawMessage, Salvage
 from pmwvc_analysis.recording.recover import messages as salvaged
 from pmwvc_analysis.recording.sequence import GapCounter
@@ -49,10 +50,16 @@ def read_content(folder: Path) -> Content:
     except Exception as error:  # rosbags raises many kinds for a damaged file
         reason = str(error) or type(error).__name__
     files = sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]
+    if not files and not (folder / "metadata.yaml").exists():
+        raise RecordingError(
+            f"{folder} holds no recording: neither an .mcap file nor a metadata.yaml is in it; "
+            "name a session folder, or one that rosbag2 recorded"
+        )
     if not files:
         raise RecordingError(f"{folder} holds no recording that can be read: {reason}")
     content = Content()
     for path in files:
+        _require_mcap(path)
         salvage = Salvage()
         decode = _Decoder(salvage)
         for message in salvaged(path, salvage):
@@ -62,6 +69,17 @@ def read_content(folder: Path) -> Content:
             what = f"{path.name} ends early ({salvage.end}); everything before is read"
             content.events.append({"time_s": None, "who": "recorder", "what": what})
     return content
+
+
+def _require_mcap(path: Path) -> None:
+    try:
+        with open(path, "rb") as stream:
+            begin = stream.read(len(MAGIC))
+    except OSError as error:
+        raise RecordingError(f"cannot read {path}: {error.strerror or error}") from error
+    if begin != MAGIC:
+        what = "is empty" if not begin else "is not an MCAP file: it does not begin as one does"
+        raise RecordingError(f"{path} {what}; name a session folder, or an .mcap file")
 
 
 def _read_whole(folder: Path, content: Content) -> None:

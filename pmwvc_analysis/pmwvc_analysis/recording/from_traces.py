@@ -21,6 +21,7 @@ from pmwvc_analysis.recording.assemble import ENERGIES
 from pmwvc_analysis.recording.link_blocks import fate_blocks, state_blocks
 from pmwvc_analysis.recording.topics import session_topics
 from pmwvc_analysis.recording.writer import SessionWriter
+from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.simulation.scenario import Scenario
@@ -51,7 +52,10 @@ def write_scenario(folder: str | Path, scenario: Scenario) -> None:
 
     Path(folder).mkdir(parents=True, exist_ok=True)
     text = yaml.safe_dump(scenario.to_dict(), sort_keys=False, allow_unicode=True)
-    (Path(folder) / "scenario.yaml").write_text(text, encoding="utf-8")
+    try:
+        (Path(folder) / "scenario.yaml").write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise RecordingError(f"cannot record into {folder}: {error.strerror or error}") from error
 
 
 def record_traces(

@@ -118,8 +118,16 @@ def _check_plain(record: mcap.Record, seen: Seen) -> None:
         _check_content(record, seen)
     elif record.opcode == mcap.METADATA:
         seen.metadata += 1
+        fields = record.fields()
+        seen.described[record.offset] = (fields.text(),)
+        fields.texts()
     elif record.opcode == mcap.ATTACHMENT:
         seen.attachments += 1
+        fields = record.fields()
+        log_time, create_time = fields.numbers(8, 8)
+        name, kind = fields.text(), fields.text()
+        size = len(fields.block(8))
+        seen.described[record.offset] = (log_time, create_time, size, name, kind)
         crc = int.from_bytes(record.content[-4:], "little")
         if crc and crc != zlib.crc32(record.content[:-4]):
             seen.problem(f"at byte {record.offset}: the checksum of an attachment is wrong")
@@ -138,7 +146,7 @@ def _check_content(record: mcap.Record, seen: Seen) -> int | None:
         _same(seen.schemas, number, record, f"schema {number}", seen)
     elif record.opcode == mcap.CHANNEL:
         number, schema = fields.numbers(2, 2)
-        fields.text(), fields.text(), fields.block(4)
+        fields.text(), fields.text(), fields.texts()
         if schema and schema not in seen.schemas:
             seen.problem(f"channel {number} has a schema, {schema}, that comes nowhere before")
         _same(seen.channels, number, record, f"channel {number}", seen)

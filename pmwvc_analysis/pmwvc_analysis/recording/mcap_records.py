@@ -125,3 +125,15 @@ class Fields:
             )
             for i in range(0, len(raw), step)
         ]
+
+    def texts(self) -> dict[str, str]:
+        """Return pairs of texts with their length in bytes in front."""
+        size = self.number(4)
+        end = self._place + size
+        found = {}
+        while self._place < end:
+            name = self.text()
+            found[name] = self.text()
+        if self._place != end:
+            raise Malformed(f"at byte {self._record.offset}: a map of {size} bytes")
+        return found

@@ -27,6 +27,8 @@ class Seen:
     last_ns: int = 0
     metadata: int = 0
     attachments: int = 0
+    # name of a metadata record; times, size, name and kind of an attachment; by offset
+    described: dict[int, tuple[int | str, ...]] = field(default_factory=dict)
     offsets: dict[int, mcap.Record] = field(default_factory=dict)
     chunks: dict[int, ChunkFacts] = field(default_factory=dict)
     chunk_indexes: dict[int, dict[int, mcap.Record]] = field(default_factory=dict)
@@ -85,19 +87,25 @@ def _check_records(summary: list[mcap.Record], seen: Seen) -> set[int]:
         elif record.opcode == mcap.CHUNK_INDEX:
             indexed.add(_check_chunk_index(record, seen))
         elif record.opcode == mcap.METADATA_INDEX:
-            offset, length = record.fields().numbers(8, 8)
-            _check_target(offset, length, mcap.METADATA, seen)
+            fields = record.fields()
+            offset, length = fields.numbers(8, 8)
+            _check_target(offset, length, mcap.METADATA, (fields.text(),), seen)
         elif record.opcode == mcap.ATTACHMENT_INDEX:
-            offset, length = record.fields().numbers(8, 8)
-            _check_target(offset, length, mcap.ATTACHMENT, seen)
+            fields = record.fields()
+            offset, length, *numbers = fields.numbers(8, 8, 8, 8, 8)
+            facts: tuple[int | str, ...] = (*numbers, fields.text(), fields.text())
+            _check_target(offset, length, mcap.ATTACHMENT, facts, seen)
         elif record.opcode != mcap.SUMMARY_OFFSET and record.opcode < 0x80:
             seen.problem(f"a {mcap.name_of(record.opcode)} record in the summary")
     return indexed
 
 
-def _check_target(offset: int, length: int, opcode: int, seen: Seen) -> None:
+def _check_target(
+    offset: int, length: int, opcode: int, facts: tuple[int | str, ...], seen: Seen
+) -> None:
     target = seen.offsets.get(offset)
-    if target is None or target.opcode != opcode or target.size != length:
+    fits = target is not None and (target.opcode, target.size) == (opcode, length)
+    if not fits or seen.described.get(offset) != facts:
         seen.problem(f"an index names a {mcap.name_of(opcode)} record at byte {offset}, wrongly")
 
 

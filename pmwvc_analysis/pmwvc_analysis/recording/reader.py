@@ -47,7 +47,7 @@ def read_session(folder: str | Path) -> SessionTraces:
         first.append(int(assemble.start_times(servers).min()))
     logs = [log_ns for seen in content.by_topic.values() for log_ns, _ in seen]
     if not logs:
-        raise RecordingError(f"{folder} holds no message of a session: nothing to read")
+        raise RecordingError(_nothing(Path(folder), content))
     zero_ns = clock.first(first or logs)
     users = [
         assemble.user_traces(name, [message for _, message in seen], zero_ns=zero_ns)
@@ -67,6 +67,20 @@ def read_session(folder: str | Path) -> SessionTraces:
     traces.counts = topic_counts(content.counter, traces.fates)
     traces.events = _events(Path(folder), content, zero_ns) + _findings(traces, masters)
     return traces
+
+
+def _nothing(folder: Path, content: Content) -> str:
+    """Say why a recording that could be opened holds nothing of a session, and what it holds."""
+    others = [topic for topic, count in content.counter.messages.items() if count]
+    reasons = [str(event["what"]) for event in content.events]
+    if others:
+        shown = ", ".join(others[:4]) + (", ..." if len(others) > 4 else "")
+        why = f"it has {shown}; what is wanted are /server/trace and the /trace of every user"
+    else:
+        why = "; ".join(reasons) or "nothing was recorded"
+    if (folder / "nodes").is_dir():
+        why += f"; logs of its nodes: {folder / 'nodes'}"
+    return f"{folder} holds no message of a session: {why}"
 
 
 def read_scenario(folder: str | Path) -> Scenario | None:

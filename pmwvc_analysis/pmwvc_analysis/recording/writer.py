@@ -43,7 +43,7 @@ class SessionWriter:
     Raises
     ------
     RecordingError
-        If the folder cannot be written at all, or already holds a recording.
+        If the folder cannot be written, already holds a recording, or its disk is too full.
     """
 
     def __init__(self, folder: str | Path, *, reserve_bytes: int = RESERVE_BYTES) -> None:
@@ -66,6 +66,7 @@ class SessionWriter:
         self._closed = False
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
+            self._require_space()
             self._file: BinaryIO = open(self.path, "xb")
         except FileExistsError as error:
             raise RecordingError(
@@ -80,6 +81,13 @@ class SessionWriter:
         self._writer: Any = Writer(self._file, chunk_size=1 << 62, enable_data_crcs=True)
         self._good = 0
         self._guarded(self._begin)
+
+    def _require_space(self) -> None:
+        if (free := self._free_bytes()) is not None and free < self._reserve:
+            raise RecordingError(
+                f"cannot record into {self.folder}: {free >> 20} MiB left on the disk, "
+                f"{self._reserve >> 20} MiB are kept free; make room or choose another folder"
+            )
 
     def _begin(self) -> None:
         self._writer.start(profile="ros2", library=LIBRARY)
@@ -170,8 +178,7 @@ class SessionWriter:
             self._finish()
             self.problem = (
                 f"recording stopped: {free >> 20} MiB left on the disk, {self._reserve >> 20} MiB "
-                "are kept free; "
-                "everything up to here is kept"
+                "are kept free; everything up to here is kept"
             )
 
     def refresh_metadata(self) -> None:
