@@ -9,7 +9,6 @@ from handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
 from pmwvc_analysis.judge.energy import TOLERANCE_J, Balance, running, user_energies
 
-
 PER_TICK = "time_s tick x_m xd_m f_h f_m f_applied u_m u_m_lp v_m lateness_s compute_s".split()
 
 
@@ -139,3 +138,17 @@ def test_a_master_that_was_started_again_is_judged_up_to_there():
     user.tick[again:] -= user.tick[again]
     found = user_energies(traces)[0]
     assert found.up.time_s[-1] == pytest.approx(user.time_s[again])
+
+
+def test_a_master_that_was_found_late_is_judged_from_there():
+    traces = handmade.session()
+    user, whole = traces.users[0], user_energies(traces)[0]
+    gone = len(user.tick) // 2
+    for name in PER_TICK:
+        setattr(user, name, getattr(user, name)[gone:])
+    user.block_time_s = user.block_time_s[gone // TICKS :]
+    user.energy = {name: sums[gone // TICKS :] for name, sums in user.energy.items()}
+    found = user_energies(traces)[0]
+    assert found.passive
+    rows = len(found.up.time_s)
+    np.testing.assert_allclose(found.up.balance_j, whole.up.balance_j[-rows:], atol=1e-12)

@@ -103,6 +103,8 @@ def _of_user(user: UserTraces, server: ServerTraces, lateness: Array | None) -> 
     if lateness is not None and len(lateness) == len(times):
         times = times + lateness
     known = times <= _end_s(user)
+    if user.tick[0] > 0:  # the recorder found this master only when it was running
+        known &= times >= user.time_s[0] + user.tick_s
     times = times[known]
     power_in = np.sum(user.f_applied * user.xd_m, axis=-1)
     power_out = np.nan_to_num(np.sum(server.f_s[place] * server.xd_s[place], axis=-1))
