@@ -39,6 +39,7 @@ ENTRY_POINTS = sorted({target for group in EXECUTABLES.values() for target in gr
 ROSDEP_KEYS = {
     "jinja2": "python3-jinja2",
     "matplotlib": "python3-matplotlib",
+    "PIL": "python3-pil",
     "mcap": "mcap-ros2-support",
     "numpy": "python3-numpy",
     "rich": "python3-rich",

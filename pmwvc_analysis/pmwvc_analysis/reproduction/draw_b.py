@@ -87,7 +87,10 @@ def _traces(result: Values, *, path: bool) -> Any:
             panel.set_xlabel("time [s]")
             panel.set_xlim(0.0, time_s[-1])
             if row == 0:
-                panel.legend(loc="center right" if not path else "upper left", ncols=2)
+                panel.legend(loc="center right", ncols=2)
+        if path and row == 0:
+            left.legend(loc="upper left", ncols=6, columnspacing=1.0)
+            left.set_ylim(-45.0, 110.0)
     return figure
 
 
