@@ -9,6 +9,7 @@ Dask cluster, with the same result; finished rows can be kept and the rest compu
 
 import concurrent.futures
 import contextlib
+import importlib
 import math
 import multiprocessing
 import os
@@ -193,7 +194,8 @@ def _one_thread_each() -> Iterator[None]:
 
 def _on_dask(grid: Grid, numbers: Iterable[int], address: str) -> Iterator[tuple[int, Array]]:
     try:
-        import distributed
+        # Optional, so no dependency of the package: looked for where it is asked for.
+        distributed: Any = importlib.import_module("distributed")
     except ImportError:
         raise PmwvcError(
             "--dask needs the package 'distributed' (pip install distributed), here and on the "
