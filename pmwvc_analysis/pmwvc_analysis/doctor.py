@@ -98,7 +98,7 @@ def _losses(folder: Path) -> list[Finding]:
         if not count["messages"]
     ]
     found += [
-        Finding("missing", WARNING, str(event["what"]))
+        Finding("missing", WARNING, f"recorder: {event['what']}")
         for event in traces.events
         if event["who"] == "recorder"
     ]

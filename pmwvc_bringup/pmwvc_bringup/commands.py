@@ -24,6 +24,7 @@ WIDTH = 99
 
 def run(arguments: argparse.Namespace) -> int:
     """Run a live session; 1 when a node did not come up, 130 when ended before it began."""
+    preflight.require_ros()
     scenario, folder = _prepared(arguments)
     from pmwvc_bringup.runner import LiveSession, StartError
 
@@ -78,6 +79,7 @@ def report(arguments: argparse.Namespace) -> int:
 
 def node(arguments: argparse.Namespace) -> int:
     """Become one node: same process, so that signals and exit code are the node's own."""
+    preflight.require_ros()
     from pmwvc_bringup.surroundings import own_environment
 
     words = [sys.executable, "-m", NODES[arguments.kind], *arguments.arguments]

@@ -4,6 +4,7 @@
 traces, device plug-ins. Works without ROS.
 """
 
+import importlib.util
 from collections.abc import Iterator
 
 from pmwvc_core.errors import PmwvcError, ScenarioError
@@ -29,6 +30,21 @@ def check(scenario: Scenario) -> None:
             found.setdefault(text, user.name)
     if found:
         raise ScenarioError(scenario.name, [f"{who}: {text}" for text, who in found.items()])
+
+
+def require_ros() -> None:
+    """Refuse what needs ROS where there is none.
+
+    Raises
+    ------
+    PmwvcError
+        With what to do about it.
+    """
+    if importlib.util.find_spec("rclpy") is None:
+        raise PmwvcError(
+            "ROS 2 is not in this Python environment (no rclpy): run 'make setup', or source an "
+            "installed ROS 2; 'pmwvc simulate' and 'pmwvc report' need none"
+        )
 
 
 def notes(scenario: Scenario) -> list[str]:

@@ -5,7 +5,7 @@
 import pytest
 
 from pmwvc_bringup import preflight, scenarios
-from pmwvc_core.errors import ScenarioError
+from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_master import plugins
 
 MOTION = str(scenarios.folders()[0] / "hand_motion.csv")
@@ -59,6 +59,12 @@ def test_the_simulated_device_needs_no_installed_package(monkeypatch):
     preflight.check(scenarios.load("carry_16ms"))
     (problem,) = problems("device.plugin=ros_topic", users=1)
     assert "not installed; installed are: none" in problem
+
+
+def test_without_ros_the_answer_says_what_to_do(monkeypatch):
+    monkeypatch.setattr(preflight.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(PmwvcError, match=r"no rclpy.*make setup.*'pmwvc simulate'"):
+        preflight.require_ros()
 
 
 def test_a_simulation_says_which_device_it_leaves_out():
