@@ -4,7 +4,8 @@
 
 import numpy as np
 
-from pmwvc_analysis.models.blocks import Block, Device, Hold, column, make_filter
+from pmwvc_analysis.models.blocks import Block, Device, Hold, column
+from pmwvc_analysis.models.filters import make_filter
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import User
 
