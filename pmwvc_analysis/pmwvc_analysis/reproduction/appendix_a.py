@@ -4,6 +4,7 @@
 
 import numpy as np
 
+from pmwvc_analysis.models.channel_energy import aliasing_example
 from pmwvc_analysis.models.down_sampler import energy_over_cut_off, printed_scenario
 from pmwvc_analysis.models.stability import crossings, radii
 from pmwvc_analysis.models.variation import varied
@@ -77,6 +78,10 @@ def energies(parameters: Values) -> Values:
     for place, hertz in enumerate(cut_off):
         numbers[f"minimum_{hertz:g}_hz_j"] = float(found["minimum_j"][place])
         numbers[f"final_{hertz:g}_hz_j"] = float(found["final_j"][place])
+    for shift in (0, 1):
+        example = aliasing_example(parameters["counterexample_edge_rad"], shift=shift)
+        numbers[f"counterexample_left_shift_{shift}"] = example["left_j"] / example["in_j"]
+    numbers["counterexample_printed"] = -(2.0 - np.pi / parameters["counterexample_edge_rad"])
     return {"data": data, "numbers": numbers}
 
 
@@ -139,7 +144,7 @@ FIGURES = (
     ),
     Figure(
         "A5",
-        "Z-width with waves and with direct coupling, wall at 50 Hz",
+        "Z-width with waves and with direct coupling",
         "From the model, not measured: no friction, no quantisation. Waves with one step of "
         "computational delay; with the loop solved no limit is found below 1e6 N/m.",
         {
@@ -192,6 +197,7 @@ FIGURES = (
         "Simulated, chirp of 1 N, loop solved: the printed amplitude is not given.",
         {
             "model": {},
+            "counterexample_edge_rad": 2.4,
             "edges_hz": [
                 [10.0, 25.0],
                 [25.0, 50.0],

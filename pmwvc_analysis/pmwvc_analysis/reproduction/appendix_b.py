@@ -159,8 +159,7 @@ FIGURES = (
     Figure(
         "B5",
         "Controlled experiments: 1 N from each side on a cube of 500 N/m",
-        "Simulated. Devices are drawn in the frame of their avatars; the force feedback rises "
-        "within the first half second (soft start).",
+        "Simulated. The hands push from 0.5 s on, when the soft start of the force is over.",
         {
             "model": EXPERIMENT,
             "delay_frames": list(EXPERIMENT_DELAYS),

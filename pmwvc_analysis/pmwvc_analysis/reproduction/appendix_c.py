@@ -64,7 +64,7 @@ FIGURES = (
     ),
     Figure(
         "C4",
-        "Z-width with waves and with direct coupling, b = 25 Ns/m",
+        "Z-width with waves and direct coupling, b = 25 Ns/m",
         "From the model: m = 0.15 kg, b_hd = 1 Ns/m, Butterworth 25/50 Hz, one step of delay, "
         "backward Euler. The printed third curve comes with the energetic compensation.",
         {

@@ -44,6 +44,23 @@ def channel(figure: str, impedance: int, contact: float) -> Read:
 
 
 APPENDIX_A = (
+    Claim(
+        "A 4.1, Eq. 18",
+        "aliasing with M = 2 gives out T α² (2 Ω_max - π)/π (summed over its closed form, "
+        "Ω_max = 2.4)",
+        "none: a sum over the wave itself",
+        ratio(
+            number("A8", "counterexample_left_shift_0"), number("A8", "counterexample_printed")
+        ),
+        printed=1.0,
+    ),
+    Claim(
+        "A 3",
+        "aliasing may also keep energy (share of what went in, the same wave one tick later)",
+        "which of the values is sent decides the sign",
+        number("A8", "counterexample_left_shift_1"),
+        at_least=0.0,
+    ),
     Claim("A 4.2, Fig. 3", "the allowed cut-off falls with M (K = 2000 N/m, M = 10 over 2)",
           "one step of computational delay, trapezoid; with the loop solved there is no limit "
           "from M = 3 on, so the text's \"in the absence of computational delay\" does not give "

@@ -33,7 +33,7 @@ def sheet(
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, columns, squeeze=squeeze)
     width = int(size_in[0] * 16)
-    title = "\n".join(textwrap.wrap(title, int(size_in[0] * 10.5)))
+    title = "\n".join(textwrap.wrap(title, int(size_in[0] * 9.5)))
     figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
     figure.supxlabel(
         "\n".join(textwrap.wrap(remark, width)), x=0.01, ha="left", fontsize=8, color="#555555"

@@ -13,11 +13,7 @@ LAST_S = 0.5  # the end of a session, over which steady values are means
 
 
 def curves(traces: SessionTraces, *, every_s: float, end_s: float | None = None) -> dict[str, Any]:
-    """Return positions [mm] and forces [N] of all users, thinned out.
-
-    A device is drawn in the frame of its avatar, from which it differs by the distance at which it
-    was seated.
-    """
+    """Return positions [mm] and forces [N] of all users, thinned out."""
     user_times = traces.users[0].time_s
     end = float(user_times[-1]) if end_s is None else end_s
     time_s = np.arange(0.0, end, every_s)
@@ -31,25 +27,14 @@ def curves(traces: SessionTraces, *, every_s: float, end_s: float | None = None)
     found: dict[str, Any] = {"time_s": time_s, "x_o_mm": 1e3 * at(server.time_s, server.x_o[:, 0])}
     found["target_mm"] = 1e3 * at(server.time_s, server.target[:, 0])
     for number, user in enumerate(traces.users, start=1):
-        shift = seat(traces, number - 1)
         seated = server.state[number - 1] > 0
         x_s = np.where(seated, server.x_s[number - 1][:, 0], np.nan)
         f_s = np.where(seated, server.f_s[number - 1][:, 0], np.nan)
-        found[f"x_{number}_mm"] = 1e3 * at(user.time_s, user.x_m[:, 0] + shift)
+        found[f"x_{number}_mm"] = 1e3 * at(user.time_s, user.x_m[:, 0])
         found[f"x_s{number}_mm"] = 1e3 * at(server.time_s, x_s)
         found[f"f_{number}_n"] = at(user.time_s, user.f_applied[:, 0])
         found[f"f_s{number}_n"] = at(server.time_s, f_s)
     return found
-
-
-def seat(traces: SessionTraces, place: int) -> float:
-    """Return how far the frame of an avatar is from that of its device [m]."""
-    server = traces.server
-    assert server is not None, "a simulated session has a server"
-    first = int(np.argmax(server.state[place] > 0))
-    user = traces.users[place]
-    tick = int(np.searchsorted(user.time_s, server.time_s[first]))
-    return float(server.x_s[place][first, 0] - user.x_m[min(tick, len(user.x_m) - 1), 0])
 
 
 def last_mean(time_s: Array, values: Array) -> float:
