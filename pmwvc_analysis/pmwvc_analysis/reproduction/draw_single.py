@@ -46,7 +46,7 @@ def admittance(result: Values) -> Any:
         upper.tick_params(labelsize=8)
     axes[0, -1].legend(loc="best")
     if parts == ["low"]:
-        axes[0, 0].set_ylim(None, 2.0 * axes[0, 0].get_ylim()[1])
+        axes[0, 0].set_ylim(None, 4.0 * axes[0, 0].get_ylim()[1])
     return figure
 
 
