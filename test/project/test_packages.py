@@ -149,4 +149,4 @@ def test_installed_launch_files_and_scenarios_are_the_ones_in_the_source(kind: s
     source = {file.name for file in (ROOT / "pmwvc_bringup" / kind).glob("*.*")}
     installed = Path(sys.prefix, "share", "pmwvc_bringup", kind)
     assert {file.name for file in installed.glob("*.*")} == source
-    assert all(re.search(r"\.launch\.py$|\.yaml$", name) for name in source)
+    assert all(re.search(r"\.launch\.py$|\.yaml$|\.csv$|\.xml$", name) for name in source)
