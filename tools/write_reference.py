@@ -85,9 +85,13 @@ def _message(file: Path) -> str:
             head += [comment.strip()] if "SPDX" not in comment else []
         else:
             kind, name = field.split(maxsplit=1)
-            rows.append(f"| `{name.strip()}` | {kind} | {comment.strip().replace('|', chr(92) + '|')} |")
+            rows.append(
+                f"| `{name.strip()}` | {kind} | {comment.strip().replace('|', chr(92) + '|')} |"
+            )
     text = " ".join(part for part in head if part)
-    return "\n".join([f"## {file.stem}", "", text, "", "| field | type | |", "|---|---|---|", *rows])
+    return "\n".join(
+        [f"## {file.stem}", "", text, "", "| field | type | |", "|---|---|---|", *rows]
+    )
 
 
 def _joined(*parts: str) -> str:

@@ -7,11 +7,11 @@ import subprocess
 
 import numpy as np
 import pytest
+from sessions import ROOT, Running
 
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.differences import FORCE_N, POSITION_M
 from pmwvc_core.simulation.session import simulate_one
-from sessions import ROOT, Running
 
 pytestmark = pytest.mark.integration
 

@@ -35,4 +35,3 @@ def test_the_readme_names_every_scenario_and_every_document():
         assert f"`{name}`" in text
     for page in (ROOT / "docs").glob("*.md"):
         assert f"docs/{page.name}" in text
-
