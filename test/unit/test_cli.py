@@ -105,9 +105,8 @@ def test_a_folder_in_use_is_refused(pmwvc, tmp_path):
 
 def test_a_folder_without_a_recording_is_refused(pmwvc, tmp_path):
     (tmp_path / "empty").mkdir()
-    refused(pmwvc("report", "empty"))
-    refused(pmwvc("report", "nowhere"))
-    refused(pmwvc("doctor", "nowhere"))
+    for command, folder in (("report", "empty"), ("report", "nowhere"), ("doctor", "nowhere")):
+        assert folder in refused(pmwvc(command, folder))
 
 
 def test_a_printed_scenario_can_be_simulated(pmwvc, tmp_path):
