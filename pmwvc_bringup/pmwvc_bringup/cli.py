@@ -24,6 +24,7 @@ from pmwvc_bringup import (
     stability_command,
     transparency_command,
 )
+from pmwvc_bringup.options import add_scenario, add_settings
 from pmwvc_core.errors import PmwvcError
 
 MAIN_EXAMPLES = """\
@@ -157,17 +158,9 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _add_session_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scenario", metavar="SCENARIO", help="name, or a YAML file")
+    add_scenario(parser)
     parser.add_argument("--duration", type=float, metavar="S", help="length of the session in s")
-    parser.add_argument("--users", type=int, metavar="N", help="number of users, 1 to 8")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        dest="settings",
-        help="change a parameter; may be given again",
-    )
+    add_settings(parser)
     parser.add_argument(
         "--out",
         metavar="FOLDER",

@@ -14,6 +14,7 @@ from typing import Any
 from rich.console import Console
 
 from pmwvc_bringup.combinations import Combination, combinations
+from pmwvc_bringup.options import add_scenario, add_settings
 from pmwvc_bringup.output import document
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_core.errors import PmwvcError
@@ -35,7 +36,7 @@ def add(several: Any) -> None:
     text = "run a scenario over several parameters and report side by side"
     parser = several.add_parser("compare", help=text, description=f"{text}.", epilog=EXAMPLES)
     parser.set_defaults(command=run)
-    parser.add_argument("scenario", metavar="SCENARIO", help="name, or a YAML file")
+    add_scenario(parser)
     parser.add_argument(
         "--over",
         action="append",
@@ -45,15 +46,7 @@ def add(several: Any) -> None:
     )
     parser.add_argument("--controllers", metavar="A,B,...", help="--over controller=A,B,...")
     parser.add_argument("--duration", type=float, metavar="S", help="length of each session in s")
-    parser.add_argument("--users", type=int, metavar="N", help="number of users, 1 to 8")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        dest="settings",
-        help="change a parameter of all; may be given again",
-    )
+    add_settings(parser, what="a parameter of all")
     parser.add_argument("--live", action="store_true", help="real nodes instead of virtual time")
     parser.add_argument(
         "--out",

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from pmwvc_bringup import scenarios as files
+from pmwvc_bringup.options import add_model_options
 from pmwvc_bringup.output import document
-from pmwvc_bringup.stability_command import add_model_options
 from pmwvc_core.errors import PmwvcError, RecordingError
 from pmwvc_core.simulation.scenario import Scenario
 

@@ -14,6 +14,7 @@ from typing import Any
 from rich.console import Console
 
 from pmwvc_bringup import scenarios as files
+from pmwvc_bringup.options import add_settings
 from pmwvc_bringup.output import document
 
 EXAMPLES = """\
@@ -34,14 +35,7 @@ def add(several: Any) -> None:
     parser = several.add_parser("replay", help=text, description=f"{text}.", epilog=EXAMPLES)
     parser.set_defaults(command=run)
     parser.add_argument("folder", metavar="FOLDER", help="a session folder")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        dest="settings",
-        help="change a parameter; may be given again",
-    )
+    add_settings(parser)
     parser.add_argument(
         "--hand",
         choices=("operator", "force"),

@@ -9,6 +9,7 @@ import argparse
 from typing import Any
 
 from pmwvc_bringup import scenarios as files
+from pmwvc_bringup.options import add_model_options
 from pmwvc_bringup.output import document
 
 EXAMPLES = """\
@@ -21,23 +22,6 @@ Exact for hands off and all contacts touching. Keys of --json: spectral_radius, 
 null: none up to k_max_bound is unstable), k_max_bound, islands, rigid_body_modes, states,
 hyperframe_ticks, slowest, notes.
 """
-
-
-def add_model_options(parser: argparse.ArgumentParser) -> None:
-    """Add what every question about the model of a scenario takes."""
-    parser.add_argument("scenario", metavar="SCENARIO", help="name, or a YAML file")
-    parser.add_argument("--users", type=int, metavar="N", help="number of users, 1 to 8")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        dest="settings",
-        help="change a parameter; may be given again",
-    )
-    parser.add_argument(
-        "--live", action="store_true", help="with the phases of a live session's loops"
-    )
 
 
 def add(several: Any) -> None:

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from pmwvc_bringup import scenarios as files
+from pmwvc_bringup.options import add_model_options
 from pmwvc_bringup.output import document
-from pmwvc_bringup.stability_command import add_model_options
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.simulation.scenario import Scenario
 
