@@ -6,13 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.master.port import MasterController, WaveMaster
+from pmwvc_core.master.controller import MasterController
+from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.numeric import Value
-from pmwvc_core.params import ContactParams, MasterParams, ServerParams
+from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.rivals.direct import DirectMaster, DirectServer
 from pmwvc_core.server.factory import make_seats
 from pmwvc_core.server.port import WaveServer
-from pmwvc_core.server.seats import Seat, ServerController
+from pmwvc_core.server.seats import AS_PUBLISHED, Seat, ServerController
 
 __all__ = [
     "MASTERS",
@@ -24,9 +25,9 @@ __all__ = [
 ]
 
 Maker = TypeVar("Maker")
-MASTERS: Mapping[str, Callable[[MasterParams], MasterController]] = {
-    "pmwvc": WaveMaster,
-    "direct": lambda params: DirectMaster(tick_s=params.tick_s),
+MASTERS: Mapping[str, Callable[[MasterParams, BaselineParams], MasterController]] = {
+    "pmwvc": lambda params, _: WaveMaster(params),
+    "direct": lambda params, _: DirectMaster(tick_s=params.tick_s),
 }
 SERVERS: Mapping[str, Callable[[ServerParams, Sequence[Seat]], ServerController]] = {
     "pmwvc": WaveServer,
@@ -34,7 +35,9 @@ SERVERS: Mapping[str, Callable[[ServerParams, Sequence[Seat]], ServerController]
 }
 
 
-def make_master(controller: str, params: MasterParams) -> MasterController:
+def make_master(
+    controller: str, params: MasterParams, baseline: BaselineParams = AS_PUBLISHED
+) -> MasterController:
     """Return the master's end of a controller by name, at rest.
 
     Raises
@@ -42,7 +45,7 @@ def make_master(controller: str, params: MasterParams) -> MasterController:
     ParameterError
         Naming the controllers there are.
     """
-    return _known(controller, MASTERS)(params)
+    return _known(controller, MASTERS)(params, baseline)
 
 
 def make_server(
@@ -53,6 +56,7 @@ def make_server(
     *,
     dof: int,
     sides: Sequence[int],
+    baselines: Sequence[BaselineParams] = (),
 ) -> ServerController:
     """Return the server's end of a controller by name, with nobody seated.
 
@@ -70,6 +74,8 @@ def make_server(
         Number of axes.
     sides
         -1 (left of the object) or +1 (right), one per user.
+    baselines
+        What other controllers than waves share between their ends, one per user.
 
     Raises
     ------
@@ -77,7 +83,8 @@ def make_server(
         Naming the controllers there are, or where the numbers of users differ.
     """
     make = _known(controller, SERVERS)
-    return make(server, make_seats(server, contacts, impedances, dof=dof, sides=sides))
+    seats = make_seats(server, contacts, impedances, dof=dof, sides=sides, baselines=baselines)
+    return make(server, seats)
 
 
 def _known(controller: str, makers: Mapping[str, Maker]) -> Maker:

@@ -59,6 +59,7 @@ class Block(TraceBlock):
     state = 0
     reason = ""
     energy: Mapping[str, Value] = MappingProxyType({})
+    accounts: Mapping[str, Value] = MappingProxyType({})
 
 
 class MasterLoop:
@@ -233,6 +234,7 @@ class MasterLoop:
                 "device": self.energy_device,
                 "hand": self.energy_hand,
             }
+            block.accounts = controller.accounts
             self._block, self._done = self._done, self._block
 
     def _publish_block(self, block: Block) -> None:

@@ -13,6 +13,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.client import Client
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.params import (
+    BaselineParams,
     ContactParams,
     DeviceParams,
     MasterParams,
@@ -42,6 +43,7 @@ class MasterSettings:
     period_s: float  # of the server [s]
     object_size_m: float
     master: MasterParams
+    baseline: BaselineParams
     safety: SafetyParams
     device: DeviceParams
     operator: OperatorParams
@@ -50,7 +52,7 @@ class MasterSettings:
 
     def make_controller(self, master: MasterParams) -> MasterController:
         """Return a controller at rest."""
-        return make_master(self.controller, master)
+        return make_master(self.controller, master, self.baseline)
 
     def make_safety(self, safety: SafetyParams) -> SafetyLimiter:
         """Return the limits, force at zero."""
@@ -115,6 +117,7 @@ def declare_settings(
         period_s=shared("period_s"),
         object_size_m=shared("object_size_m"),
         master=binding.declare("master", MasterParams, on_master),
+        baseline=declare(node, "baseline", BaselineParams),
         safety=binding.declare("safety", SafetyParams, on_safety),
         device=declare(node, "device", DeviceParams),
         operator=declare(node, "operator", OperatorParams),

@@ -78,6 +78,7 @@ class RosWires:
                 safety_events=int(loop.client.safety.events),
                 hand_force_known=self._hand_force_known,
                 energy=block.energy,
+                accounts=block.accounts,
             )
         )
 

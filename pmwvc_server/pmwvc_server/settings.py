@@ -15,6 +15,7 @@ from rclpy.node import Node
 from pmwvc_core.controllers import make_server
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import (
+    BaselineParams,
     ContactParams,
     MasterParams,
     SafetyParams,
@@ -70,6 +71,7 @@ class UserSettings:
     side: int
     port: PortParams
     contact: ContactParams
+    baseline: BaselineParams
 
     @property
     def impedance(self) -> float:
@@ -98,6 +100,7 @@ class ServerSettings:
             [user.impedance for user in self.users],
             dof=self.dof,
             sides=[user.side for user in self.users],
+            baselines=[user.baseline for user in self.users],
         )
         return Service(
             controller,
@@ -138,6 +141,7 @@ def declare_settings(node: Node) -> ServerSettings:
         raise ParameterError(f"users = {names}: must be 1 to {LARGEST} names")
     port = declare(node, "master", PortParams)
     contact = declare(node, "server", ContactParams)
+    baseline = declare(node, "baseline", BaselineParams)
     return ServerSettings(
         controller=declare_value(node, "controller", TOP["controller"], "pmwvc"),
         dof=declare_value(node, "dof", TOP["dof"], DEFAULTS["dof"]),
@@ -147,6 +151,7 @@ def declare_settings(node: Node) -> ServerSettings:
                 side=_side(node, name, -1 if number % 2 == 0 else 1),
                 port=declare(node, f"{name}.master", PortParams, defaults=port),
                 contact=declare(node, f"{name}.server", ContactParams, defaults=contact),
+                baseline=declare(node, f"{name}.baseline", BaselineParams, defaults=baseline),
             )
             for number, name in enumerate(names)
         ),

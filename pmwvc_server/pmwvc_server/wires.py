@@ -82,6 +82,7 @@ class RosWires:
                 kinetic=server.kinetic,
                 potential=server.potential,
                 dissipated=server.dissipated,
+                accounts=server.accounts,
                 lateness=tick.lateness_ns * 1e-9,
                 compute=compute_s,
             )

@@ -83,6 +83,7 @@ def master(types, block, *, dof=1):
         safety_events=2,
         hand_force_known=True,
         energy=ENERGY,
+        accounts={"velocity_filter": 0.5, "tank": np.array([0.25])},
     )
 
 
@@ -111,6 +112,7 @@ def server(types):
         kinetic=np.array([2.0]),
         potential=0.5,
         dissipated=0.125,
+        accounts={"ledger": np.array([1.5])},
     )
 
 

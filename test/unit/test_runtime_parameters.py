@@ -245,7 +245,7 @@ def test_parameters_of_others_do_not_concern_the_binding():
 
 def test_a_parameter_file_holds_everything_and_no_null():
     values = {
-        "master": MasterParams(filter=FilterParams(pole_rad_s=50.0)),
+        "filter": FilterParams(pole_rad_s=50.0),
         "seed": 3,
         "users": [],
         "user1.side": -1,
@@ -254,22 +254,16 @@ def test_a_parameter_file_holds_everything_and_no_null():
     assert to_ros_yaml(values, node="/netem") == {
         "/netem": {
             "ros__parameters": {
-                "master": {
-                    "impedance": 25.0,
-                    "rate_drop": 8,
-                    "tick_s": 0.001,
-                    "hold": "foh",
-                    "filter": {
-                        "kind": "first_order",
-                        "pole_rad_s": 50.0,
-                        "cutoff_hz": 0.0,
-                        "stop_hz": 0.0,
-                        "pass_hz": 25.0,
-                        "pass_db": 20.0,
-                        "stop_db": 40.0,
-                        "meet": "pass",
-                        "discretisation": "bilinear",
-                    },
+                "filter": {
+                    "kind": "first_order",
+                    "pole_rad_s": 50.0,
+                    "cutoff_hz": 0.0,
+                    "stop_hz": 0.0,
+                    "pass_hz": 25.0,
+                    "pass_db": 20.0,
+                    "stop_db": 40.0,
+                    "meet": "pass",
+                    "discretisation": "bilinear",
                 },
                 "seed": 3,
                 "user1": {"side": -1},

@@ -82,10 +82,21 @@ def user_traces(name: str, messages: Messages, *, zero_ns: int) -> UserTraces:
             energy: continued(np.array([getattr(b, f"energy_{energy}") for b in blocks]), epochs)
             for energy in ENERGIES
         },
+        accounts=_accounts(blocks),
         missed=_total(blocks, "missed"),
         safety_events=_total(blocks, "safety_events"),
         **signals,
     )
+
+
+def _accounts(messages: Messages) -> dict[str, Array]:
+    """Return the controller's own energies by name; NaN where a message lacks one."""
+    names = dict.fromkeys(str(name) for message in messages for name in message.account_names)
+    found = {name: np.full(len(messages), np.nan) for name in names}
+    for row, message in enumerate(messages):
+        for name, value in zip(message.account_names, message.accounts, strict=True):
+            found[str(name)][row] = value
+    return found
 
 
 def _total(blocks: Messages, field: str) -> int:
@@ -146,6 +157,7 @@ def server_traces(messages: Messages, *, zero_ns: int) -> tuple[ServerTraces, Ar
         kinetic=np.array([step.kinetic for step in steps], dtype=float),
         potential=np.array([step.potential for step in steps], dtype=float),
         dissipated=continued(np.array([step.dissipated for step in steps], dtype=float), epochs),
+        accounts=_accounts(steps),
     )
     return traces, np.array([step.lateness for step in steps], dtype=float)
 

@@ -166,6 +166,7 @@ def _master_blocks(types: Any, user: UserTraces, epoch: int, start: int) -> Iter
             safety_events=int(user.safety_events) if last else 0,
             hand_force_known=known,
             energy={name: user.energy[name][block] for name in ENERGIES},
+            accounts={name: values[block] for name, values in user.accounts.items()},
         )
         yield Outgoing(
             _ns(user.block_time_s[block]), f"/{user.name}/trace", schemas.MASTER_TRACE, message
@@ -189,6 +190,7 @@ def _server_steps(types: Any, server: ServerTraces, late: Array, start: int) -> 
             period=server.period_s,
             dof=server.x_o.shape[-1],
             users=server.users,
+            accounts={name: values[row] for name, values in server.accounts.items()},
             lateness=float(late_s),
             **fields,
         )

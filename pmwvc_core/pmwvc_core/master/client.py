@@ -7,7 +7,7 @@ The 1 kHz loop and the simulator call the same four methods in the order of a fr
 packet comes in. Time is an argument (integer nanoseconds of any monotonic clock).
 """
 
-from pmwvc_core.master.port import MasterController
+from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.numeric import Flag, Value, truth
 from pmwvc_core.wave.packet import FLAG_LEAVING, FLAG_LIMITED, Packer, WavePacket
@@ -65,11 +65,14 @@ class Client:
             now_ns,
             flags=flags,
             echo=self.inbox.echo(now_ns),
+            energy=self.controller.account(),
         )
 
     def receive(self, now_ns: int) -> None:
         """Hand the newest wave to the controller; a silent server becomes a matched damper."""
         wave = self.inbox.take(now_ns)
+        if self.inbox.newest is not None:
+            self.controller.hear(self.inbox.newest)
         if self.inbox.silent(now_ns):
             self.controller.silence()
         else:

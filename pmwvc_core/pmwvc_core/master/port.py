@@ -4,25 +4,33 @@
 
 Every tick (App. B Fig. 1)::
 
-    v_m   the returning wave, expanded to the ticks of its frame by the hold
+    v      the returning wave, expanded to the ticks of its frame by the hold
     F_m = b xd - sqrt(2b) v_m,   u_m = sqrt(2b) xd - v_m
     u_m_lp, u_tx: the anti-aliasing filter, and every M-th of its outputs
 
-so that F_m xd = (u_m^2 - v_m^2)/2. The safety limits may let another force F through. Then u_m is
-shortened until the port emits no more than it gets::
+so that F_m xd = (u_m^2 - v_m^2)/2. Without anything in between v_m = v. Parts (:mod:`.parts`:
+velocity filter, filter bank) let through w of v and answer u_m on the spot, so that
 
-    |u_m|^2/2 <= |v_m|^2/2 + F xd
+    v_m = w + g u_m,   u_m = (sqrt(2b) xd - w)/(1 + g)
 
-Only a limit on the change of force can make the right side negative (an old force still pushing
-when the motion has turned); what it gave away then, ``debt_j``, is kept back from later waves.
-A silent server is a wave v = 0, reached through the hold: F_m = b xd, a matched damper.
+The safety limits may let another force F through. Then u_m is shortened until the port emits no
+more than it gets, with the parts' answer to the shorter wave::
+
+    |u_m|^2/2 <= |w + g u_m|^2/2 + F xd
+
+Only a limit on the change of force can make this impossible (an old force still pushing when the
+motion has turned); what it gave away then, ``debt_j``, is kept back from later waves. A silent
+server is a wave v = 0, reached through the hold: F_m = b xd, a matched damper.
 
 Not here: limits (``safety``), packets, time.
 """
 
+import dataclasses
 import math
-from typing import Protocol
+from collections.abc import Mapping
 
+from pmwvc_core.master.parts import make_parts
+from pmwvc_core.master.position import make_position_feedback
 from pmwvc_core.numeric import (
     Value,
     absolute,
@@ -37,69 +45,9 @@ from pmwvc_core.numeric import (
 )
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.filters import AntiAliasing
+from pmwvc_core.wave.packet import WavePacket
 from pmwvc_core.wave.rates import Hold
 from pmwvc_core.wave.transform import decode_master, encode_master
-
-
-class MasterController(Protocol):
-    """What turns the device's motion into force and packets. Order within a frame: ``send``,
-    ``receive``, then per tick ``step`` and ``applied``.
-
-    Attributes
-    ----------
-    u_m, u_m_lp, v_m
-        Wave out before and after the filter, wave in after the hold [sqrt(W)]; zero where a
-        controller has no waves.
-    energy_u_m, energy_u_tx, energy_v_rx, energy_v_m
-        Running sums of |w|^2/2 times the period [J].
-    flags
-        ``FLAG_*`` of the packet.
-    """
-
-    u_m: Value
-    u_m_lp: Value
-    v_m: Value
-    flags: int
-
-    @property
-    def energy_u_m(self) -> Value:
-        """Energy of the outgoing wave before the filter [J]."""
-
-    @property
-    def energy_u_tx(self) -> Value:
-        """Energy sent [J]."""
-
-    @property
-    def energy_v_rx(self) -> Value:
-        """Energy received [J]."""
-
-    @property
-    def energy_v_m(self) -> Value:
-        """Energy of the returning wave after the hold [J]."""
-
-    def configure(self, params: MasterParams) -> None:
-        """Take other parameters over at a frame start; tick and rate drop stay."""
-
-    def receive(self, wave: Value) -> None:
-        """Take the newest wave, once a frame."""
-
-    def silence(self) -> None:
-        """Take a wave of zero instead, once a frame."""
-
-    def measure(self, x: Value, xd: Value) -> None:
-        """Note position [m] and velocity [m/s] at a frame start, for ``send`` and ``position``."""
-
-    def step(self, x: Value, xd: Value) -> Value:
-        """Return the force wanted for the tick that starts with this motion [N]."""
-
-    def applied(self, f: Value) -> None:
-        """Finish the tick with the force that safety let through [N]."""
-
-    def send(self) -> Value:
-        """Return the wave for the packet of this frame start."""
-
-    def position(self) -> Value:
-        """Return the position for the packet [m]."""
 
 
 class WaveMaster:
@@ -108,7 +56,8 @@ class WaveMaster:
     Parameters
     ----------
     params
-        Impedance, filter, rate drop and hold; numbers may be ``(runs, 1)``.
+        Impedance, filter, rate drop, hold, and what stands around the port; numbers may be
+        ``(runs, 1)``.
     """
 
     flags = 0
@@ -127,21 +76,23 @@ class WaveMaster:
         self.energy_v_m: Value = 0.0
         self._x: Value = 0.0
         self._xd: Value = 0.0
+        self._held: Value = 0.0  # w: what is in v_m whatever u_m
+        self._gain: Value = 0.0  # g
 
     def configure(self, params: MasterParams) -> None:
         """Take other parameters over at a frame start; tick and rate drop stay.
 
         Waves carry the same power whatever the impedance, so that may change at any time. Another
-        filter or hold starts at zero: what the old one held is lost, never gained.
+        filter, hold or part starts at zero: what the old one held is lost, never gained.
         """
-        same = params.filter == self.params.filter and params.hold == self.params.hold
-        if same:
+        old = self.params
+        if dataclasses.replace(old, impedance=params.impedance) == params:
             self.params, self._impedance = params, params.impedance
         else:
             self._begin(params)
 
     def _begin(self, params: MasterParams) -> None:
-        """Start filter and hold at rest."""
+        """Start filter, hold and what is in between at rest."""
         self.params = params
         self._impedance = params.impedance
         self._tick_s = params.tick_s
@@ -150,10 +101,32 @@ class WaveMaster:
         self._filter = AntiAliasing(
             params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop
         )
+        self._parts = make_parts(params)
+        self._position = make_position_feedback(params)
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        """Energies of parts and position feedback [J]."""
+        found: dict[str, Value] = {}
+        for part in self._parts:
+            found |= part.accounts
+        if self._position:
+            found |= self._position.accounts
+        return found
+
+    def account(self) -> None:
+        """Leave the packet's energy to the sum of its waves."""
+
+    def hear(self, packet: WavePacket) -> None:
+        """Note the avatar's position."""
+        if self._position:
+            self._position.hear(packet, self._x)
 
     def receive(self, wave: Value) -> None:
         """Take the newest wave [sqrt(W)]; it stands for the frame that begins."""
         self.energy_v_rx = self.energy_v_rx + squared(wave) * (0.5 * self._frame_s)
+        if self._position:
+            self._position.receive(wave)
         self._hold.load(wave)
 
     def silence(self) -> None:
@@ -182,22 +155,46 @@ class WaveMaster:
             x = where(absolute(x) < math.inf, x, self._x)
             xd = where(absolute(xd) < math.inf, xd, 0.0)
         self._x, self._xd = x, xd
-        self.v_m = v_m = self._hold.step()
-        self.energy_v_m = self.energy_v_m + squared(v_m) * (0.5 * self._tick_s)
+        v_m = self._hold.step()
+        if self._position:
+            v_m = self._position.down(v_m, x)
+        if self._parts:
+            v_m = self._answered(v_m, xd)
+        self.v_m = v_m
         self.u_m = encode_master(xd, v_m, self._impedance)
         self.f_m = decode_master(xd, v_m, self._impedance)
         return self.f_m
 
+    def _answered(self, v: Value, xd: Value) -> Value:
+        """Return v_m with the answer of the parts to the wave that fits it."""
+        gain: Value = 0.0
+        answer: Value = 0.0
+        for part in reversed(self._parts):
+            v = part.down(v)
+            own, slope = part.offer()
+            answer, gain = answer + own, gain + slope
+        self._held, self._gain = v + answer, gain
+        natural = encode_master(xd, self._held, self._impedance)
+        return self._held + gain * natural / (1.0 + gain)
+
     def applied(self, f: Value) -> None:
-        """Pay for the force that was applied [N], then let the wave pass the filter."""
+        """Pay for the force that was applied [N], then let the wave pass on to the filter."""
         if anywhere(f != self.f_m) or anywhere(self.debt_j > 0.0):
             self._shorten(f)
         u_m = self.u_m
+        self.energy_v_m = self.energy_v_m + squared(self.v_m) * (0.5 * self._tick_s)
         self.energy_u_m = self.energy_u_m + squared(u_m) * (0.5 * self._tick_s)
+        for part in self._parts:
+            u_m = part.step(u_m)
+        if self._position:
+            self._position.applied(u_m)
         self.u_m_lp = self._filter.step(u_m)
 
     def _shorten(self, f: Value) -> None:
         """Shorten the outgoing wave to what v_m and F xd pay for after the debt."""
+        if self._parts:
+            self._shorten_answered(f)
+            return
         owed = 2.0 * self.debt_j / self._tick_s  # [W]
         natural = squared(self.u_m)
         # The difference is formed from the two forces, so that equal forces cancel exactly.
@@ -208,9 +205,31 @@ class WaveMaster:
         spent = where(short, maximum(budget, 0.0), natural)
         self.debt_j = maximum((spent - budget) * (0.5 * self._tick_s), 0.0)
 
+    def _shorten_answered(self, f: Value) -> None:
+        """Find the longest s u_m, s <= 1, with |s u|^2 <= |w + g s u|^2 + 2 F xd - owed.
+
+        That is a s^2 - 2 c s <= p with a = |u|^2 - |g u|^2 > 0, c = w . g u.
+        """
+        owed = 2.0 * self.debt_j / self._tick_s  # [W]
+        answer = self._gain * self.u_m
+        a = squared(self.u_m) - squared(answer)
+        c = dot(self._held, answer)
+        natural = a - 2.0 * c  # what p has to be for s = 1
+        missing = 2.0 * dot(f - self.f_m, self._xd) - owed
+        p = natural + missing
+        at_best = maximum(c * c + a * p, 0.0)
+        share = (c + root(at_best)) / where(a > 0.0, a, 1.0)
+        share = where(missing < 0.0, maximum(minimum(share, 1.0), 0.0), 1.0)
+        self.u_m = share * self.u_m
+        self.v_m = self._held + self._gain * self.u_m
+        given = (a * share - 2.0 * c) * share - p
+        self.debt_j = maximum(given * (0.5 * self._tick_s), 0.0)
+
     def send(self) -> Value:
         """Return the filter's output after the last tick [sqrt(W)]."""
         wave = self._filter.sample()
+        if self._position:
+            wave = self._position.send(wave)
         self.energy_u_tx = self.energy_u_tx + squared(wave) * (0.5 * self._frame_s)
         return wave
 

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters as frozen dataclasses: one source for defaults, units, ranges and descriptions."""
 
+from pmwvc_core.params.around import BankParams, PositionParams, VelocityFilterParams
+from pmwvc_core.params.baseline import BaselineParams
 from pmwvc_core.params.fields import Spec, Validated, groups, specs, whole_ratio
 from pmwvc_core.params.master import FilterParams, MasterParams
 from pmwvc_core.params.network import LinkParams
@@ -9,17 +11,21 @@ from pmwvc_core.params.server import ContactParams, ServerParams
 from pmwvc_core.params.user import DeviceParams, OperatorParams, SafetyParams, TaskParams
 
 __all__ = [
+    "BankParams",
+    "BaselineParams",
     "ContactParams",
     "DeviceParams",
     "FilterParams",
     "LinkParams",
     "MasterParams",
     "OperatorParams",
+    "PositionParams",
     "SafetyParams",
     "ServerParams",
     "Spec",
     "TaskParams",
     "Validated",
+    "VelocityFilterParams",
     "groups",
     "specs",
     "whole_ratio",

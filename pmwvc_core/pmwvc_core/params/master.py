@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmwvc_core.params.around import BankParams, PositionParams, VelocityFilterParams
 from pmwvc_core.params.fields import Validated, group, parameter
 
 FILTER_KINDS = ("none", "first_order", "butterworth", "integrate_and_dump")
@@ -80,6 +81,9 @@ class MasterParams(Validated):
         choices=("zoh", "foh"),
     )
     filter: FilterParams = group(FilterParams)
+    velocity_filter: VelocityFilterParams = group(VelocityFilterParams)
+    bank: BankParams = group(BankParams)
+    position: PositionParams = group(PositionParams)
 
     @property
     def frame_s(self) -> float:

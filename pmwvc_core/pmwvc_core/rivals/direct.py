@@ -20,8 +20,8 @@ from pmwvc_core.numeric import Value, dot, maximum
 from pmwvc_core.params import MasterParams, ServerParams
 from pmwvc_core.server.couplings.sampled import push_object
 from pmwvc_core.server.environments import make_environment
-from pmwvc_core.server.seats import Seat, ServerController
-from pmwvc_core.wave.packet import FLAG_DIRECT
+from pmwvc_core.server.seats import NO_ACCOUNTS, Seat, ServerController
+from pmwvc_core.wave.packet import FLAG_DIRECT, WavePacket
 
 
 class DirectServer(ServerController):
@@ -71,6 +71,7 @@ class DirectMaster:
     u_m: Value = 0.0
     u_m_lp: Value = 0.0
     v_m: Value = 0.0
+    accounts = NO_ACCOUNTS
 
     def __init__(self, *, tick_s: float) -> None:
         self._tick_s = tick_s
@@ -92,6 +93,12 @@ class DirectMaster:
 
     def configure(self, params: MasterParams) -> None:
         """Nothing to take over: this controller has no parameters of its own."""
+
+    def hear(self, packet: WavePacket) -> None:
+        """Nothing to note: the force is all that counts."""
+
+    def account(self) -> None:
+        """Keep no energy of its own."""
 
     def receive(self, wave: Value) -> None:
         """Take the newest force [N]."""

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Value
-from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.params import BaselineParams, ContactParams, ServerParams
 from pmwvc_core.server.contacts import Bilateral, Contact
 from pmwvc_core.server.friction import AnchoredGrip
 from pmwvc_core.server.grip import Grip
-from pmwvc_core.server.seats import Seat
+from pmwvc_core.server.seats import AS_PUBLISHED, Seat
 
 
 def make_contact(params: ContactParams, *, side: int, size: Value, dof: int) -> Contact:
@@ -42,17 +42,20 @@ def make_seats(
     *,
     dof: int,
     sides: Sequence[int],
+    baselines: Sequence[BaselineParams] = (),
 ) -> list[Seat]:
     """Return an empty seat per user; a contact's own ``impedance`` goes before ``impedances``."""
-    if not len(contacts) == len(impedances) == len(sides):
+    each = baselines or [AS_PUBLISHED] * len(contacts)
+    if not len(contacts) == len(impedances) == len(sides) == len(each):
         raise ParameterError(
-            f"{len(contacts)} contacts, {len(impedances)} impedances, {len(sides)} sides: "
-            "there must be one of each per user"
+            f"{len(contacts)} contacts, {len(impedances)} impedances, {len(sides)} sides, "
+            f"{len(each)} baselines: there must be one of each per user"
         )
     return [
         Seat(
             given if contact.impedance is None else contact.impedance,
             make_contact(contact, side=side, size=server.object_size_m, dof=dof),
+            baseline,
         )
-        for contact, given, side in zip(contacts, impedances, sides, strict=True)
+        for contact, given, side, baseline in zip(contacts, impedances, sides, each, strict=True)
     ]

@@ -12,23 +12,35 @@ user who comes back joins anew. Not here: what is done with the signals of a ste
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from pmwvc_core.numeric import Flag, Value, root
+from pmwvc_core.params import BaselineParams
 from pmwvc_core.server.contacts import Contact
 from pmwvc_core.server.cube import Body
+from pmwvc_core.wave.packet import WavePacket
+
+AS_PUBLISHED = BaselineParams()
+NO_ACCOUNTS: Mapping[str, Value] = MappingProxyType({})
 
 
 class Seat:
-    """One user's end: wave impedance ``b`` [N s/m], contact, and the signals of the last step."""
+    """One user's end: wave impedance ``b`` [N s/m], contact, and the signals of the last step.
+
+    ``account`` is the running sum that goes into the user's packets [J]; None: that of the waves.
+    """
 
     __slots__ = (
+        "account",
         "b",
+        "baseline",
         "contact",
         "energy_u_s",
         "energy_v_s",
         "f_s",
+        "heard",
         "offset",
         "present",
         "ratio",
@@ -38,8 +50,13 @@ class Seat:
         "xd_s",
     )
 
-    def __init__(self, impedance: Value, contact: Contact) -> None:
+    def __init__(
+        self, impedance: Value, contact: Contact, baseline: BaselineParams = AS_PUBLISHED
+    ) -> None:
         self.b = impedance
+        self.baseline = baseline
+        self.account: Value | None = None
+        self.heard: WavePacket | None = None
         self.ratio = root(2.0 / impedance)  # [1/sqrt(N s/m)]
         self.contact = contact
         self.present = False
@@ -88,6 +105,15 @@ class ServerController(ABC):
             Per user what goes back: a wave [sqrt(W)] or a force [N]; 0.0 for users who are not
             seated.
         """
+
+    def hear(self, i: int, packet: WavePacket) -> None:
+        """Note the newest packet of user ``i`` before a step, for what is beside its wave."""
+        self.seats[i].heard = packet
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        """Energies that only this controller keeps, by name [J]; always the same names."""
+        return NO_ACCOUNTS
 
     def join(self, i: int, position: Value) -> None:
         """Seat user ``i`` with an avatar at the device's position [m]; no force, no energy.

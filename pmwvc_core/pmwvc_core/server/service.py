@@ -93,6 +93,8 @@ class Service:
             if inbox.silent(now_ns):
                 wave = wave * 0.0
             self._note_presence(user, now_ns)
+            if inbox.newest is not None and self.presence[user] is not Presence.ABSENT:
+                self.server.hear(user, inbox.newest)
             received.append((inbox.position(), wave) if direct else wave)
         answers = self.server.step(received)
         return [
@@ -104,6 +106,7 @@ class Service:
                 now_ns,
                 flags=self.server.flags,
                 echo=self.inboxes[user].echo(now_ns),
+                energy=self.server.seats[user].account,
             )
             for user in range(len(self.inboxes))
         ]

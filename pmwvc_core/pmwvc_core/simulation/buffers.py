@@ -4,7 +4,7 @@
 batch.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -45,6 +45,7 @@ class UserBuffer:
         self.energy = {energy: np.zeros((blocks, runs, 1)) for energy in ENERGIES}
         self.state = np.zeros((blocks, runs, 1), dtype=np.int64)
         self.reason: list[list[str]] = []
+        self.accounts: dict[str, Array] = {}
 
     def write_tick(self, tick: int, **signals: Value) -> None:
         """Write one tick."""
@@ -59,6 +60,7 @@ class UserBuffer:
         self,
         state: int | Integers,
         reason: str | Sequence[str],
+        accounts: Mapping[str, Value],
         **energies: Value,
     ) -> None:
         """Write what is noted once a frame, after its last tick."""
@@ -67,6 +69,7 @@ class UserBuffer:
         self.reason.append([reason] if isinstance(reason, str) else list(reason))
         for name, value in energies.items():
             self.energy[name][block] = value
+        _put(self.accounts, block, accounts, like=self.energy["hand"])
 
     def run(self, run: int, *, tick_s: float, safety_events: int) -> UserTraces:
         """Return the traces of one run: of the ticks that the loop ran."""
@@ -91,6 +94,7 @@ class UserBuffer:
             state=self.state[:, run, 0].copy(),
             reason=[names[run if len(names) > 1 else 0] for names in self.reason],
             energy={name: a[:, run, 0].copy() for name, a in self.energy.items()},
+            accounts={name: a[:, run, 0].copy() for name, a in self.accounts.items()},
             missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0,
             safety_events=safety_events,
             **signals,
@@ -113,6 +117,7 @@ class ServerBuffer:
         self.stored = {
             name: np.zeros((steps, runs, 1)) for name in ("kinetic", "potential", "dissipated")
         }
+        self.accounts: dict[str, Array] = {}
 
     def write(self, step: int, server: Any, presence: Sequence[int], target: float) -> None:
         """Write one step of the environment."""
@@ -128,6 +133,7 @@ class ServerBuffer:
             states[step] = now
         for name, array in self.stored.items():
             array[step] = getattr(server, name)
+        _put(self.accounts, step, server.accounts, like=self.stored["kinetic"])
 
     def run(self, run: int, *, period_s: float) -> ServerTraces:
         """Return the traces of one run."""
@@ -148,5 +154,12 @@ class ServerBuffer:
             step=numbers + 1,
             contact=contact,
             state=[array.copy() for array in self.state],
+            accounts={name: a[:, run, 0].copy() for name, a in self.accounts.items()},
             **parts,
         )
+
+
+def _put(store: dict[str, Array], row: int, values: Mapping[str, Value], *, like: Array) -> None:
+    """Write a row of energies whose names are known only once they come."""
+    for name, value in values.items():
+        store.setdefault(name, np.zeros_like(like))[row] = value

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pmwvc_core.params import (
+    BaselineParams,
     ContactParams,
     DeviceParams,
     LinkParams,
@@ -32,7 +33,7 @@ TOP: Mapping[str, Spec] = {
     "duration_s": Spec(float, "s", above=0.0, high=86400.0, description="length of the session"),
     "seed": Spec(int, "-", low=0, high=2**31 - 1, description="seed of everything random"),
     "controller": Spec(str, choices=CONTROLLERS, description="what joins the users to the server"),
-    "dof": Spec(int, "-", low=1, high=3, description="axes of motion"),
+    "dof": Spec(int, "-", low=1, high=6, description="axes of motion"),
     "users": Spec(int, "-", low=1, high=8, description="number of users"),
 }
 REQUIRED = ("name", "duration_s", "controller", "users")
@@ -41,6 +42,7 @@ DEFAULTS: Mapping[str, Any] = {"description": "", "seed": 1, "dof": 1}
 # Dotted prefix -> (attribute, dataclass): what each user has for itself, and what all share.
 USER_GROUPS: Mapping[str, tuple[str, type]] = {
     "master": ("master", MasterParams),
+    "baseline": ("baseline", BaselineParams),
     "device": ("device", DeviceParams),
     "operator": ("operator", OperatorParams),
     "safety": ("safety", SafetyParams),
@@ -64,6 +66,7 @@ class User:
     name: str
     side: int
     master: MasterParams
+    baseline: BaselineParams
     device: DeviceParams
     operator: OperatorParams
     safety: SafetyParams

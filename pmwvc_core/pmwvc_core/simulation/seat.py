@@ -74,7 +74,7 @@ class Seat:
             dof=dof,
         )
         self.client = Client(
-            make_master(scenario.controller, master),
+            make_master(scenario.controller, master, stack([user.baseline for user in users])),
             SafetyLimiter(safety, tick_s=tick_s, packet_s=server.period_s),
             inbox=self.down.receiver,
             packer=Packer(index + 1, period=frame_s),

@@ -120,6 +120,9 @@ class SessionBatch:
             [_impedance([s.users[i] for s in scenarios]) for i in range(len(self.seats))],
             dof=first.dof,
             sides=[seat.user.side for seat in self.seats],
+            baselines=[
+                stack([s.users[i].baseline for s in scenarios]) for i in range(len(self.seats))
+            ],
         )
         self.service = Service(
             server,
@@ -181,6 +184,7 @@ class SessionBatch:
         buffer.write_block(
             safety.state,
             safety.reason,
+            port.accounts,
             u_m=port.energy_u_m,
             u_tx=port.energy_u_tx,
             v_rx=port.energy_v_rx,

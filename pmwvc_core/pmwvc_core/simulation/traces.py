@@ -25,7 +25,7 @@ class UserTraces:
     M ticks.
 
     ``f_h`` is NaN where the hand's force is not known. ``state``: 0 starting, 1 coupled, 2
-    damping, 3 fault.
+    damping, 3 fault. ``accounts`` are the energies that only this controller keeps.
     """
 
     name: str
@@ -48,6 +48,7 @@ class UserTraces:
     energy: dict[str, Array]  # u_m, u_tx, v_rx, v_m, device, hand -> (..., block) [J]
     missed: int = 0
     safety_events: Any = 0
+    accounts: dict[str, Array] = field(default_factory=dict)  # (..., block) [J]
 
 
 @dataclass
@@ -73,6 +74,7 @@ class ServerTraces:
     kinetic: Array  # (..., step) [J]
     potential: Array
     dissipated: Array
+    accounts: dict[str, Array] = field(default_factory=dict)  # (..., step) [J]
 
 
 @dataclass

@@ -59,6 +59,7 @@ class Packer:
         *,
         flags: int = 0,
         echo: tuple[int, int, int] | None = None,
+        energy: Value | None = None,
     ) -> WavePacket:
         """Return the next packet.
 
@@ -74,6 +75,8 @@ class Packer:
             Bitwise or of ``FLAG_*``.
         echo
             What :meth:`Receiver.echo` says of the peer's newest packet.
+        energy
+            Running sum that a controller keeps itself [J]; by default that of the waves sent.
         """
         self.seq += 1
         self.integral = self.integral + wave * self.period
@@ -85,7 +88,7 @@ class Packer:
             self.period,
             wave,
             self.integral,
-            self.energy,
+            self.energy if energy is None else energy,
             position,
             *(echo or (0, 0, 0)),
             flags,

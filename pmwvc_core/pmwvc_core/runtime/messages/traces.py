@@ -96,6 +96,7 @@ def master_trace(
     safety_events: int,
     hand_force_known: bool,
     energy: Mapping[str, Value],
+    accounts: Mapping[str, Value],
 ) -> Any:
     """Return one block of ticks as a MasterTrace message.
 
@@ -105,6 +106,8 @@ def master_trace(
         Per-tick fields by name, row-major: ``TraceBlock.series()``, or arrays.
     energy
         ``u_m, u_tx, v_rx, v_m, device, hand`` [J] at the end of the block.
+    accounts
+        Energies that only this controller keeps [J].
     """
     numbers = {n: types.sequence(series[n], "d") for n in _PER_AXIS}
     numbers |= {n: types.sequence(series[n], "f") for n in ("lateness", "compute")}
@@ -127,6 +130,8 @@ def master_trace(
         energy_v_m=scalar(energy["v_m"]),
         energy_device=scalar(energy["device"]),
         energy_hand=scalar(energy["hand"]),
+        account_names=list(accounts),
+        accounts=types.sequence([scalar(entry) for entry in accounts.values()], "d"),
         **numbers,
     )
 
@@ -156,6 +161,7 @@ def server_trace(
     kinetic: Value,
     potential: Value,
     dissipated: Value,
+    accounts: Mapping[str, Value],
     lateness: float = 0.0,
     compute: float = 0.0,
 ) -> Any:
@@ -187,6 +193,8 @@ def server_trace(
         kinetic=scalar(kinetic),
         potential=scalar(potential),
         dissipated=scalar(dissipated),
+        account_names=list(accounts),
+        accounts=types.sequence([scalar(entry) for entry in accounts.values()], "d"),
         lateness=lateness,
         compute=compute,
     )
