@@ -23,6 +23,7 @@ from pmwvc_bringup import (
     replay_command,
     stability_command,
     transparency_command,
+    tune_command,
 )
 from pmwvc_bringup.options import add_scenario, add_settings
 from pmwvc_core.errors import PmwvcError
@@ -143,6 +144,7 @@ def build_parser() -> argparse.ArgumentParser:
     stability_command.add(several)
     map_command.add(several)
     transparency_command.add(several)
+    tune_command.add(several)
 
     node = command("node", "run one node by itself", NODE_EXAMPLES)
     node.add_argument("kind", choices=sorted(commands.NODES), help="which node")

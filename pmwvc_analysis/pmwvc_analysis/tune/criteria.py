@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How good a choice of impedance, filter and hold is, in numbers a person can weigh.
+
+**Margin**: spectral radius of the exact model, in touch and with nothing touched (then every wave
+comes back, and a device without damping has nothing but filter and hold to calm it), largest
+contact stiffness, largest ratio of packet energy to wave energy (aliasing), and whether every part
+is passive by itself.
+
+**Feel**: stiffness of a steady press and mass in free motion, from the exact model, beside those
+of the ideal coupling. A change of stiffness or of weight of about 23 % is what people just notice;
+in that unit the cost of a choice is
+
+    cost^2 = [ln(k_felt/k_ideal)/ln 1.23]^2 + [ln((m_felt + m_arm)/(m_ideal + m_arm))/ln 1.23]^2,
+
+the mass together with that of the arm, which moves along. A larger impedance b stiffens the link,
+2b/tau, and makes it heavier, b tau/2, so there is a best one.
+
+**Noise**: what the steps of an encoder make of the force. A position rounded to steps d has the
+variance d^2/12; its differences over a tick T_c make a force of b d/(sqrt(6) T_c), root mean
+square.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+from pmwvc_analysis.judge import prediction
+from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.transparency import transparency, untouched
+from pmwvc_core.params import FilterParams
+from pmwvc_core.simulation.scenario import Scenario
+
+NOTICED = math.log(1.23)  # just noticeable ratio of stiffnesses and of weights
+ENCODER_STEP_M = 1e-5  # taken where the scenario's device is exact
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One impedance [N s/m], filter and hold, for every user."""
+
+    impedance: float
+    filter: FilterParams
+    hold: str
+
+    def settings(self) -> dict[str, float | str]:
+        """Return the choice as parameters by name."""
+        found: dict[str, float | str] = {
+            "master.impedance": round(self.impedance, 2),
+            "master.hold": self.hold,
+        }
+        default = FilterParams()
+        for field in dataclasses.fields(FilterParams):
+            value = getattr(self.filter, field.name)
+            if field.name == "kind" or value != getattr(default, field.name):
+                found[f"master.filter.{field.name}"] = value
+        return found
+
+    def applied(self, scenario: Scenario) -> Scenario:
+        """Return the scenario with this choice for every user, the same at both ends."""
+        users = tuple(
+            dataclasses.replace(
+                user,
+                master=dataclasses.replace(
+                    user.master, impedance=self.impedance, filter=self.filter, hold=self.hold
+                ),
+                contact=dataclasses.replace(user.contact, impedance=None),
+            )
+            for user in scenario.users
+        )
+        return dataclasses.replace(scenario, users=users)
+
+
+@dataclass(frozen=True)
+class Rating:
+    """What a choice gives the first user; feel is None where the loop is not stable."""
+
+    choice: Choice
+    stable: bool  # in touch and free
+    spectral_radius: float  # in touch
+    free_radius: float  # with nothing touched
+    k_max: float | None  # [N/m] None: no limit found
+    passive: bool
+    aliasing_gain: float
+    lag_s: float
+    k_felt: float | None  # [N/m]
+    k_ideal: float | None
+    mass_felt: float | None  # [kg]
+    mass_ideal: float | None
+    noise_n: float  # [N] root mean square
+    cost: float | None
+
+
+def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
+    """Return what a choice does for a scenario.
+
+    Raises
+    ------
+    PmwvcError
+        If the scenario is not linear or its periods hardly ever meet.
+    """
+    chosen = choice.applied(scenario)
+    user = chosen.users[0]
+    radius = float(stability.radii(chosen, live=live)[0])
+    free_radius = float(stability.radii(untouched(chosen), live=live)[0])
+    stable = stability.stable(radius) and stability.stable(free_radius)
+    limit = stability.k_max(chosen, live=live)
+    felt = transparency(chosen, live=live) if stable else None
+    own = felt.felt if felt else None
+    ideal = felt.ideal if felt else None
+    rating = Rating(
+        choice=choice,
+        stable=stable,
+        spectral_radius=radius,
+        free_radius=free_radius,
+        k_max=limit.first,
+        passive=prediction.passive(chosen),
+        aliasing_gain=prediction.aliasing_gain(user),
+        lag_s=prediction.lag_s(user, chosen, live=live),
+        k_felt=own.k_felt if own else None,
+        k_ideal=ideal.k_felt if ideal else None,
+        mass_felt=own.mass_felt if own else None,
+        mass_ideal=ideal.mass_felt if ideal else None,
+        noise_n=noise_n(scenario, choice.impedance),
+        cost=None,
+    )
+    return dataclasses.replace(rating, cost=_cost(rating, float(user.operator.mass)))
+
+
+def noise_n(scenario: Scenario, impedance: float) -> float:
+    """Return the force noise of the encoder's steps [N], root mean square."""
+    step = float(scenario.users[0].device.encoder_step_m) or ENCODER_STEP_M
+    return impedance * step / (math.sqrt(6.0) * scenario.tick_s)
+
+
+def cost_of(k_ratio: float, m_ratio: float) -> float:
+    """Return the distance from the ideal in just noticeable steps."""
+    return math.hypot(math.log(k_ratio), math.log(m_ratio)) / NOTICED
+
+
+def _cost(rating: Rating, arm_kg: float) -> float | None:
+    """Return the cost of what is known; None where nothing is."""
+    k_ratio = m_ratio = 1.0
+    if rating.k_felt and rating.k_ideal:
+        k_ratio = rating.k_felt / rating.k_ideal
+    if rating.mass_felt and rating.mass_ideal:
+        m_ratio = (rating.mass_felt + arm_kg) / (rating.mass_ideal + arm_kg)
+    if not rating.stable or (rating.k_felt is None and rating.mass_felt is None):
+        return None
+    return cost_of(max(k_ratio, 1e-9), max(m_ratio, 1e-9))

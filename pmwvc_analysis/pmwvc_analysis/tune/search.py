@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The search: filters and holds that are fit for the rate drop, and the best impedance of each.
+
+The best impedance of a filter and a hold is found from their lag (the link is a spring 2b/tau and
+a mass b tau/2); the few choices that are left are then rated by the exact model. An impedance
+stays between the least that keeps a one-step-delay port passive (K T_VE + 2B <= b) and a quarter
+of what the force loop itself stands at a matched port, b T_c/m = 2.
+"""
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_analysis.judge import prediction
+from pmwvc_analysis.tune.criteria import Choice, Rating, cost_of, rated
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.params import FilterParams
+from pmwvc_core.simulation.scenario import Scenario
+
+LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
+STEP = 1.5  # factor between the alternatives
+HOLDS = ("foh", "zoh")
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What to take, and what else could be had.
+
+    Attributes
+    ----------
+    best
+        The proposal.
+    others
+        By what they are: as given, stiffer, lighter, other filters and holds.
+    bounds
+        Least and largest impedance looked at [N s/m].
+    """
+
+    best: Rating
+    others: dict[str, Rating]
+    bounds: tuple[float, float]
+
+
+def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
+    """Return the best choice for a scenario and its neighbours.
+
+    Raises
+    ------
+    PmwvcError
+        If the scenario is no wave session, is not linear, or nothing found is stable.
+    """
+    if scenario.controller != "pmwvc":
+        raise PmwvcError(
+            f"{scenario.name}: controller = {scenario.controller}: impedance, filter and hold "
+            "belong to waves; docs/controllers.md has the tuning rules of the others"
+        )
+    bounds = bounds_of(scenario)
+    names = {name: one for name, one in filters_of(scenario).items() if _fit(scenario, one)}
+    rows = {
+        (name, hold): rated(
+            scenario, best_impedance(scenario, one, hold, bounds, live=live), live=live
+        )
+        for name, one in names.items()
+        for hold in HOLDS
+    }
+    usable = {key: row for key, row in rows.items() if row.stable and row.cost is not None}
+    if not usable:
+        raise PmwvcError(
+            f"{scenario.name}: no impedance from {bounds[0]:.3g} to {bounds[1]:.3g} N s/m is "
+            "stable with any filter; make the environment softer or server.period_s shorter, or "
+            "take server.coupling = implicit"
+        )
+    passive = {key: row for key, row in usable.items() if row.passive} or usable
+    best_key = min(passive, key=lambda key: (round(passive[key].cost or 0.0, 3), key))
+    best = passive[best_key]
+    user = scenario.users[0]
+    as_given = Choice(float(user.master.impedance), user.master.filter, user.master.hold)
+    others = {"as given": rated(scenario, as_given, live=live)}
+    for label, factor in (("stiffer", STEP), ("lighter", 1.0 / STEP)):
+        impedance = float(np.clip(best.choice.impedance * factor, *bounds))
+        if impedance != best.choice.impedance:
+            choice = dataclasses.replace(best.choice, impedance=impedance)
+            others[label] = rated(scenario, choice, live=live)
+    for (name, hold), row in rows.items():
+        if (name, hold) != best_key and (name == best_key[0] or hold == best_key[1]):
+            others[f"{name}, {hold}"] = row
+    return Proposal(best, others, bounds)
+
+
+def bounds_of(scenario: Scenario) -> tuple[float, float]:
+    """Return the least and the largest impedance to look at [N s/m]."""
+    largest = min(
+        0.5 * float(user.device.mass) / float(user.master.tick_s) for user in scenario.users
+    )
+    least = LEAST
+    if scenario.server.coupling in ("one_step_delay", "unknown"):
+        least = max(
+            float(user.contact.contact_stiffness) * scenario.server.period_s
+            + 2.0 * float(user.contact.contact_damping)
+            for user in scenario.users
+        )
+    return min(max(least, LEAST), largest), largest
+
+
+def filters_of(scenario: Scenario) -> dict[str, FilterParams]:
+    """Return the filters to choose from, by what they are called in the answer."""
+    master = scenario.users[0].master
+    half_hz = 0.5 / master.frame_s  # half the packet rate
+    found = {
+        "integrate and dump": FilterParams(kind="integrate_and_dump"),
+        "first order, 0.1 of the packet rate": FilterParams(
+            kind="first_order", cutoff_hz=round(0.2 * half_hz, 3)
+        ),
+        "Butterworth up to half the packet rate": FilterParams(
+            kind="butterworth", pass_hz=half_hz, stop_hz=2.0 * half_hz
+        ),
+    }
+    return {"filter as given": master.filter} | {
+        name: one for name, one in found.items() if one != master.filter
+    }
+
+
+def _fit(scenario: Scenario, one: FilterParams) -> bool:
+    """Tell whether a filter can be built at this tick and lets hardly any aliasing through."""
+    user = scenario.users[0]
+    master = dataclasses.replace(user.master, filter=one)
+    try:
+        gain = prediction.aliasing_gain(dataclasses.replace(user, master=master))
+    except PmwvcError:
+        return False
+    return one == user.master.filter or gain <= prediction.ALIASING_BOUND
+
+
+def best_impedance(
+    scenario: Scenario,
+    one: FilterParams,
+    hold: str,
+    bounds: tuple[float, float],
+    *,
+    live: bool,
+) -> Choice:
+    """Return the impedance of least cost for a filter and a hold, from the lag of the link."""
+    grid = np.geomspace(*bounds, FINE) if bounds[0] < bounds[1] else np.array([bounds[1]])
+    chosen = Choice(float(grid[0]), one, hold).applied(scenario)
+    user = chosen.users[0]
+    lag = prediction.lag_s(user, chosen, live=live)
+    contact, device = float(user.contact.contact_stiffness), float(user.device.mass)
+    whole = device + float(user.operator.mass)
+    costs = []
+    for impedance in grid:
+        felt = prediction.felt_stiffness(contact, float(impedance), lag)
+        heavier = (whole + max(impedance * lag / 2.0, 0.0)) / whole
+        costs.append(cost_of(felt / contact if felt > 0.0 else 1.0, heavier))
+    return Choice(float(grid[int(np.argmin(costs))]), one, hold)

@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A proposal as plain data, as a table, and as what each choice costs."""
+
+import dataclasses
+from typing import Any
+
+from pmwvc_analysis.tune.criteria import Rating
+from pmwvc_analysis.tune.search import Proposal
+
+HEADS = ("b", "lag", "felt", "mass", "noise", "aliasing", "K max", "cost")
+UNITS = ("N s/m", "ms", "N/m", "kg", "mN", "-", "N/m", "steps")
+
+
+def answer(name: str, found: Proposal) -> dict[str, Any]:
+    """Return the document of ``--json``."""
+    return {
+        "scenario": name,
+        "bounds": list(found.bounds),
+        "best": _plain(found.best),
+        "others": {label: _plain(row) for label, row in found.others.items()},
+        "costs": {label: costs(found.best, row) for label, row in found.others.items()},
+    }
+
+
+def _plain(row: Rating) -> dict[str, Any]:
+    numbers = {
+        field.name: getattr(row, field.name)
+        for field in dataclasses.fields(row)
+        if field.name != "choice"
+    }
+    return {"settings": row.choice.settings(), **numbers}
+
+
+def sentences(name: str, found: Proposal) -> list[str]:
+    """Return the proposal for a terminal."""
+    rows = {"proposed": found.best, **found.others}
+    width = max(map(len, rows))
+    lines = [f"{name}: what each choice gives the first user"]
+    for heads in (HEADS, UNITS):
+        lines.append(" " * (width + 4) + "  ".join(f"{head:>8}" for head in heads))
+    for label, row in rows.items():
+        cells = "  ".join(f"{cell:>8}" for cell in _cells(row))
+        word = "" if row.passive else ("  not passive" if row.stable else "  NOT stable")
+        lines.append(f"  {label:{width}}  {cells}{word}")
+    best = found.best
+    if best.k_ideal is not None and best.mass_ideal is not None:
+        lines.append(
+            f"  ideal: {best.k_ideal:.4g} N/m, {best.mass_ideal:.3g} kg; cost in just noticeable "
+            "steps of stiffness and weight"
+        )
+    lines += [f"  {label}: {costs(best, row)}" for label, row in found.others.items()]
+    words = " ".join(f"--set {key}={value}" for key, value in best.choice.settings().items())
+    return [*lines, f"take it with: {words}"]
+
+
+def _cells(row: Rating) -> list[str]:
+    def cell(value: float | None, factor: float = 1.0) -> str:
+        return "-" if value is None else f"{value * factor:.3g}"
+
+    return [
+        cell(row.choice.impedance),
+        cell(row.lag_s, 1e3),
+        cell(row.k_felt),
+        cell(row.mass_felt),
+        cell(row.noise_n, 1e3),
+        cell(row.aliasing_gain),
+        "none" if row.k_max is None else cell(row.k_max),
+        cell(row.cost),
+    ]
+
+
+def costs(best: Rating, other: Rating) -> str:
+    """Return what another choice changes against the proposal, in words."""
+    if not other.stable:
+        if other.spectral_radius > 1.0:
+            return f"not stable (spectral radius {other.spectral_radius:.6f})"
+        return f"not stable with nothing touched (spectral radius {other.free_radius:.6f})"
+    found = []
+    for word, ours, theirs in (
+        ("felt stiffness", best.k_felt, other.k_felt),
+        ("felt mass", best.mass_felt, other.mass_felt),
+        ("noise", best.noise_n, other.noise_n),
+        ("lag", best.lag_s, other.lag_s),
+    ):
+        if ours and theirs and abs(theirs / ours - 1.0) >= 0.005:
+            found.append(f"{word} {(theirs / ours - 1.0) * 100.0:+.0f} %")
+    if best.passive and not other.passive:
+        found.append("no longer passive part by part")
+    return ", ".join(found) or "the same in everything listed"

@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``pmwvc tune``: impedance, filter and hold for a link and an environment.
+
+Heavy imports stand inside, as in :mod:`pmwvc_bringup.commands`.
+"""
+
+import argparse
+from typing import Any
+
+from pmwvc_bringup import scenarios as files
+from pmwvc_bringup.options import add_model_options
+from pmwvc_bringup.output import document
+
+EXAMPLES = """\
+examples:
+  pmwvc tune carry_16ms
+  pmwvc tune wall --set link.delay_s=0.03 --set server.contact_stiffness=500
+  pmwvc tune carry_24ms --live --json
+
+Criteria: margin (passive part by part, spectral radius, largest stiffness, aliasing gain), felt
+stiffness and mass beside the ideal, noise that an encoder's steps (device.encoder_step_m, or
+10 um) make of the force. Keys of --json: best, others, costs, bounds; see docs/controllers.md.
+"""
+
+
+def add(several: Any) -> None:
+    """Add the command to the sub-commands of a parser."""
+    text = "propose impedance, filter and hold for a link and an environment"
+    parser = several.add_parser("tune", help=text, description=f"{text}.", epilog=EXAMPLES)
+    parser.set_defaults(command=run)
+    add_model_options(parser)
+    parser.add_argument(
+        "--json", action="store_true", help="print JSON on stdout and nothing else"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Propose."""
+    scenario = files.load(
+        arguments.scenario, settings_texts=arguments.settings, users=arguments.users
+    )
+    from pmwvc_analysis.tune.search import propose
+    from pmwvc_analysis.tune.words import answer, sentences
+
+    with document(wanted=arguments.json) as write:
+        found = propose(scenario, live=arguments.live)
+        for line in sentences(scenario.name, found):
+            print(line)
+        write(answer(scenario.name, found))
+    return 0

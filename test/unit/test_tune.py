@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The proposal of impedance, filter and hold, against the exact model and closed forms."""
+
+import dataclasses
+import json
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.transparency import transparency, untouched
+from pmwvc_analysis.tune.criteria import Choice, cost_of, noise_n, rated
+from pmwvc_analysis.tune.search import best_impedance, bounds_of, propose
+from pmwvc_analysis.tune.words import answer, costs, sentences
+from pmwvc_bringup import scenarios
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.params import FilterParams
+
+
+def wall(**settings_by_name):
+    texts = [f"{name.replace('__', '.')}={value}" for name, value in settings_by_name.items()]
+    return scenarios.load("wall", settings_texts=texts)
+
+
+def test_the_proposal_is_stable_in_touch_and_free_and_passive_part_by_part():
+    found = propose(wall())
+    chosen = found.best.choice.applied(wall())
+    assert found.best.passive
+    assert stability.stable(float(stability.radii(chosen)[0]))
+    assert stability.stable(float(stability.radii(untouched(chosen))[0]))
+
+
+def test_a_choice_that_only_a_contact_calms_is_not_proposed():
+    """A matched device under a held force gains a little energy per tick; free, nothing takes
+    it where filter and hold pass everything.
+    """
+    scenario = scenarios.load("carry_16ms")
+    sharp = Choice(22.9, FilterParams(kind="integrate_and_dump"), "zoh")
+    row = rated(scenario, sharp, live=False)
+    assert row.spectral_radius < 1.0 < row.free_radius
+    assert not row.stable and row.cost is None
+    best = propose(scenario).best
+    assert best.stable and best.free_radius <= 1.0 + 1e-9
+    assert "nothing touched" in costs(best, row)
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    delay_s=st.sampled_from([0.0, 0.004, 0.016, 0.04]),
+    stiffness=st.floats(100.0, 3000.0),
+    hold=st.sampled_from(["zoh", "foh"]),
+)
+def test_the_impedance_from_the_lag_is_nearly_the_best_of_the_exact_model(
+    delay_s, stiffness, hold
+):
+    scenario = wall(link__delay_s=delay_s, server__contact_stiffness=stiffness)
+    one, arm = scenario.users[0].master.filter, scenario.users[0].operator.mass
+    low, high = bounds_of(scenario)
+
+    def exact(impedance):
+        chosen = Choice(impedance, one, hold).applied(scenario)
+        found = transparency(chosen, np.array([1.0]))
+        weight = (found.felt.mass_felt + arm) / (found.ideal.mass_felt + arm)
+        return cost_of(found.felt.k_felt / found.ideal.k_felt, weight)
+
+    ours = exact(best_impedance(scenario, one, hold, (low, high), live=False).impedance)
+    best = min(exact(float(b)) for b in np.geomspace(max(low, 8.0), min(high, 80.0), 15))
+    assert ours <= best + 0.15  # of a just noticeable step
+
+
+def test_more_impedance_is_stiffer_heavier_and_noisier():
+    found = propose(wall())
+    best, stiffer = found.best, found.others["stiffer"]
+    assert stiffer.k_felt > best.k_felt
+    assert stiffer.mass_felt > best.mass_felt
+    assert stiffer.noise_n > best.noise_n
+    assert stiffer.cost > best.cost
+    text = costs(best, stiffer)
+    assert "felt stiffness +" in text and "felt mass +" in text and "noise +50 %" in text
+
+
+def test_noise_is_that_of_a_rounded_position_differenced():
+    scenario = wall(device__encoder_step_m=5e-5)
+    step, tick_s, b = 5e-5, scenario.tick_s, 30.0
+    rng = np.random.default_rng(3)
+    x = np.cumsum(rng.normal(0.02, 0.05, 200_000)) * tick_s
+    shown = np.round(x / step) * step
+    error = b * (np.diff(shown) - np.diff(x)) / tick_s
+    assert np.std(error) == pytest.approx(noise_n(scenario, b), rel=0.02)
+
+
+def test_a_delayed_port_gets_an_impedance_that_keeps_it_passive():
+    scenario = scenarios.load("thesis_controlled_24ms")
+    contact, server = scenario.users[0].contact, scenario.server
+    needed = contact.contact_stiffness * server.period_s + 2.0 * contact.contact_damping
+    best = propose(scenario).best
+    assert best.passive and best.choice.impedance >= needed * (1.0 - 1e-9)
+    below = Choice(0.5 * needed, best.choice.filter, best.choice.hold)
+    assert not rated(scenario, below, live=False).passive
+
+
+def test_the_cost_of_the_ideal_is_zero_and_symmetric():
+    assert cost_of(1.0, 1.0) == 0.0
+    assert cost_of(0.5, 1.0) == pytest.approx(cost_of(2.0, 1.0))
+    assert cost_of(1.23, 1.0) == pytest.approx(1.0)
+    assert cost_of(1.23, 1.23) == pytest.approx(math.sqrt(2.0))
+
+
+def test_other_controllers_are_referred_to_their_rules():
+    with pytest.raises(PmwvcError, match=r"controller = direct.*docs/controllers\.md"):
+        propose(scenarios.load("direct_16ms"))
+
+
+def test_what_cannot_be_stable_says_what_to_change():
+    scenario = wall(
+        server__coupling="one_frame_late", server__contact_stiffness=200000, device__mass=0.02
+    )
+    with pytest.raises(PmwvcError, match=r"no impedance .* softer"):
+        propose(scenario)
+
+
+def test_the_settings_printed_give_the_choice():
+    words = [sys.executable, "-m", "pmwvc_bringup.cli", "tune", "wall", "--json"]
+    found = json.loads(subprocess.run(words, capture_output=True, check=True).stdout)
+    texts = [f"{name}={value}" for name, value in found["best"]["settings"].items()]
+    chosen = scenarios.load("wall", settings_texts=texts).users[0].master
+    best = propose(scenarios.load("wall")).best.choice
+    assert chosen.impedance == pytest.approx(best.impedance, abs=0.01)
+    assert (chosen.filter, chosen.hold) == (best.filter, best.hold)
+    assert set(found) == {"scenario", "bounds", "best", "others", "costs"}
+
+
+def test_the_table_names_every_row_and_ends_with_the_command():
+    scenario = wall()
+    found = propose(scenario)
+    lines = sentences("wall", found)
+    assert lines[-1].startswith("take it with: --set master.impedance=")
+    for label in found.others:
+        assert any(line.strip().startswith(label) for line in lines)
+    document = answer("wall", found)
+    assert document["best"]["cost"] == pytest.approx(
+        rated(scenario, found.best.choice, live=False).cost
+    )
+    assert dataclasses.asdict(found.best)["stable"] is document["best"]["stable"] is True
