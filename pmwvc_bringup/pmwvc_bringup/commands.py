@@ -157,14 +157,14 @@ def _console() -> Console:
 
 def _announce(console: Console, scenario: Scenario, folder: Path, *, live: bool) -> None:
     """Say what begins, and what the numbers promise before it does."""
-    from pmwvc_analysis.judge import prediction
+    from pmwvc_analysis.judge import prediction_words
 
     kind = "live" if live else "simulated"
     users = "one user" if len(scenario.users) == 1 else f"{len(scenario.users)} users"
     console.print(
         f"{scenario.name}: {scenario.duration_s:g} s {kind}, {users}, {scenario.controller}"
     )
-    for line in prediction.lines(scenario, live=live) + (
+    for line in prediction_words.lines(scenario, live=live) + (
         [] if live else preflight.notes(scenario)
     ):
         console.print(f"  {line}", markup=False)
@@ -173,7 +173,7 @@ def _announce(console: Console, scenario: Scenario, folder: Path, *, live: bool)
 
 def _finished(console: Console, folder: Path, scenario: Scenario | None) -> str:
     """Judge and draw what is recorded, say the verdict, and return the text of the summary."""
-    from pmwvc_analysis.judge import prediction
+    from pmwvc_analysis.judge import prediction_words
     from pmwvc_analysis.recording.reader import read_scenario
     from pmwvc_analysis.session_files import REPORT, SUMMARY, finish
 
@@ -182,7 +182,7 @@ def _finished(console: Console, folder: Path, scenario: Scenario | None) -> str:
         console.print(line, markup=False)
     scenario = scenario or read_scenario(folder)
     if scenario is not None:
-        for line in prediction.came_true(scenario, summary):
+        for line in prediction_words.came_true(scenario, summary):
             console.print(f"  {line}", markup=False)
     console.print(f"report: {folder / REPORT}", markup=False)
     return (folder / SUMMARY).read_text("utf-8")

@@ -7,14 +7,13 @@ import pytest
 
 from pmwvc_analysis.judge.prediction import (
     aliasing_gain,
-    came_true,
     lag_s,
-    lines,
     network_s,
     one_step_bound,
     parts_passive,
     prediction,
 )
+from pmwvc_analysis.judge.prediction_words import came_true, lines
 from pmwvc_analysis.judge.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.params import LinkParams
@@ -145,6 +144,17 @@ def test_what_is_not_linear_is_promised_only_what_its_parts_promise():
     assert values["stable"] is True
     late = prediction(handmade.scenario(server__coupling="one_frame_late", **rubbing), live=False)
     assert late["stable"] is None
+
+
+def test_what_is_not_linear_is_named_and_its_linear_relative_told():
+    rubbing = handmade.scenario(device__friction=0.1, user2__device__encoder_step_m=1e-5)
+    smooth = prediction(handmade.scenario(), live=False)
+    said = lines(rubbing, live=False)
+    assert "user1.device.friction = 0.1 N" in said[0]
+    assert "user2.device.encoder_step_m = 1e-05 m" in said[0]
+    assert "device.friction=0, device.encoder_step_m=0" in said[1]
+    assert f"Stable: spectral radius {smooth['spectral_radius']:.4f}" in said[1]
+    assert "relative" not in " ".join(lines(handmade.scenario(), live=False))
 
 
 @pytest.mark.parametrize(

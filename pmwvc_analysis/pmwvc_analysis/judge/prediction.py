@@ -31,7 +31,6 @@ LIVE_PHASE_S = (
     0.002  # the server steps 2 ms into the master's frame, the master takes the answer 2 ms later
 )
 ALIASING_BOUND = 1.1
-UP, DOWN = "up", "down"
 
 
 class Exact(NamedTuple):
@@ -156,99 +155,3 @@ def network_s(link: LinkParams, period_s: float, phase_s: float) -> float:
         return max(phase_s, link.delay_s + period_s / 2.0)
     looks = math.ceil(max(0.0, (link.delay_s - phase_s) / period_s) - 1e-6)
     return phase_s + looks * period_s
-
-
-def lines(scenario: Scenario, *, live: bool) -> list[str]:
-    """Return the prediction in sentences, for a terminal and for the report."""
-    found = _stability_lines(scenario, live=live)
-    if scenario.controller == "direct":
-        return [*found, "Direct coupling: nothing keeps it passive as delay or stiffness grows."]
-    for user in scenario.users:
-        tau, b = lag_s(user, scenario, live=live), float(user.master.impedance)
-        felt = felt_stiffness(float(user.contact.contact_stiffness), b, tau)
-        found.append(
-            f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; it feels like a spring "
-            f"of {2 * b / tau:.0f} N/m and {b * tau / 2:.2f} kg in between ({felt:.0f} N/m with "
-            "the contact)."
-        )
-    found += _aliasing_lines(scenario)
-    for user in scenario.users:
-        if one_step_bound(user, scenario) is False:
-            found.append(
-                f"{user.name}: K T + 2B > b: the one-step-delay coupling may give out energy."
-            )
-    if passive(scenario):
-        found.append("Every part is passive: that holds at any constant delay.")
-    return found
-
-
-def _aliasing_lines(scenario: Scenario) -> list[str]:
-    """Return a warning for every filter that lets aliasing through, with its users."""
-    found: dict[str, list[str]] = {}
-    for user in scenario.users:
-        master, gain = user.master, aliasing_gain(user)
-        texts = aliasing.warnings_of(
-            master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop
-        )
-        if not texts and gain > ALIASING_BOUND:
-            texts = [
-                "the anti-aliasing filter is weak: in the worst case packets carry "
-                f"{gain:.4g} times the energy that went in"
-            ]
-        for text in texts:
-            found.setdefault(text, []).append(user.name)
-    return [f"Warning: {', '.join(users)}: {text}." for text, users in found.items()]
-
-
-def _stability_lines(scenario: Scenario, *, live: bool) -> list[str]:
-    """Return what the exact model says in sentences."""
-    model = exact(scenario, live=live)
-    if model is None:
-        return ["No exact model of these settings (not linear, or periods that hardly ever meet)."]
-    first, bound = model.limit.first, model.limit.bound
-    if first is None:
-        reach = f"no contact stiffness up to {bound:g} N/m changes that"
-    elif first == 0.0:
-        reach = "no contact stiffness is stable"
-    else:
-        reach = f"the contact may be as stiff as {first:.0f} N/m"
-    word = "Stable" if model.stable else "NOT stable"
-    return [f"{word}: spectral radius {model.spectral_radius:.4f}; {reach} (hands off)."]
-
-
-def came_true(scenario: Scenario, summary: dict[str, Any]) -> list[str]:
-    """Return what became of the prediction, in sentences."""
-    predicted, found = summary["prediction"], []
-    if predicted["stable"] is True:
-        found.append(
-            "Predicted stable: it was."
-            if summary["stable"]
-            else "Predicted stable, but it was not: look at the events."
-        )
-    elif predicted["stable"] is None:
-        found.append(
-            f"No promise was made; the session was {'' if summary['stable'] else 'not '}stable."
-        )
-    elif summary["stable"]:
-        found.append(
-            "Predicted unstable, but it was stable: hands damp, contacts can part, and a short "
-            "session may end before it shows."
-        )
-    else:
-        found.append("Predicted unstable: it was.")
-    if predicted["mass_felt"] is None:
-        return found
-    live = summary["source"] == "live"
-    entries = {entry["name"]: entry for entry in summary["users"]}
-    for user in scenario.users:
-        entry = entries.get(user.name, {})
-        force, drift = entry.get("force_final_n"), entry.get("drift_m")
-        if not isinstance(force, float) or not isinstance(drift, float) or abs(force) < 0.2:
-            continue
-        lag, b = lag_s(user, scenario, live=live), float(user.master.impedance)
-        expected, was = force * lag / (2.0 * b) * 1e3, drift * 1e3
-        found.append(
-            f"{user.name}: the device was expected {expected:+.2f} mm from its avatar at the end, "
-            f"it was {was:+.2f} mm."
-        )
-    return found

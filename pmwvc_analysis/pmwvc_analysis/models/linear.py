@@ -1,15 +1,40 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What makes a scenario linear, and what a linear answer leaves out."""
+"""What makes a scenario linear, the nearest linear one, and what a linear answer leaves out."""
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.models.variation import varied
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.simulation.scenario import Scenario, User
 
 
+class Element(NamedTuple):
+    """Something that no linear model stands for."""
+
+    said: str  # name and value
+    name: str  # of the parameter, as for --set
+    instead: Any  # its value in the nearest linear scenario
+
+
+class Relative(NamedTuple):
+    """The nearest linear scenario, and the settings by which it differs."""
+
+    scenario: Scenario
+    settings: list[str]
+
+
 class NonlinearError(PmwvcError):
     """A linear model was asked of something that is not linear."""
+
+
+def nonlinear(scenario: Scenario) -> list[Element]:
+    """Return everything in a scenario that is not linear."""
+    return [element for user in scenario.users for element in _of_user(user)]
 
 
 def require_linear(scenario: Scenario) -> None:
@@ -18,24 +43,45 @@ def require_linear(scenario: Scenario) -> None:
     Raises
     ------
     NonlinearError
-        Naming each, and what to use instead.
+        Naming each, and what to ask instead.
     """
-    found = []
-    for user in scenario.users:
-        if np.any(np.asarray(user.device.friction) > 0.0):
-            found.append(f"{user.name}.device.friction = {user.device.friction} N")
-        if np.any(np.asarray(user.device.encoder_step_m) > 0.0):
-            found.append(f"{user.name}.device.encoder_step_m = {user.device.encoder_step_m} m")
-        for way, link in (("up", user.link_up), ("down", user.link_down)):
-            if link.rate_limit_bps > 0.0:
-                found.append(
-                    f"{user.name}.link.{way}.rate_limit_bps = {link.rate_limit_bps} bit/s"
-                )
+    found = nonlinear(scenario)
     if found:
+        settings = " ".join(f"--set {setting}" for setting in _settings(found))
         raise NonlinearError(
-            f"{scenario.name} is not linear: {', '.join(found)}; set them to 0 for the linear "
-            "model, or use 'pmwvc simulate', which has them"
+            f"{scenario.name} is not linear: {', '.join(element.said for element in found)}; ask "
+            f"for the nearest linear one with {settings}, or use 'pmwvc simulate', which has all"
         )
+
+
+def relative(scenario: Scenario) -> Relative | None:
+    """Return the nearest linear scenario; None where it is linear already."""
+    found = nonlinear(scenario)
+    if not found:
+        return None
+    changed = scenario
+    for element in found:
+        if element.name == "controller":
+            changed = dataclasses.replace(changed, controller=element.instead)
+        else:
+            changed = varied(changed, element.name, element.instead)
+    return Relative(changed, _settings(found))
+
+
+def _settings(found: list[Element]) -> list[str]:
+    return list(dict.fromkeys(f"{element.name}={element.instead}" for element in found))
+
+
+def _of_user(user: User) -> Iterator[Element]:
+    device = user.device
+    for name, unit in (("friction", "N"), ("encoder_step_m", "m")):
+        value = getattr(device, name)
+        if np.any(np.asarray(value) > 0.0):
+            yield Element(f"{user.name}.device.{name} = {value} {unit}", f"device.{name}", 0)
+    for way, link in (("up", user.link_up), ("down", user.link_down)):
+        if link.rate_limit_bps > 0.0:
+            name = f"link.{way}.rate_limit_bps"
+            yield Element(f"{user.name}.{name} = {link.rate_limit_bps} bit/s", name, 0)
 
 
 def notes_of(scenario: Scenario) -> list[str]:

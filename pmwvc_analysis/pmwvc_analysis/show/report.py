@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pmwvc_analysis.judge import budget_summary, stability
-from pmwvc_analysis.judge import prediction as predictions
+from pmwvc_analysis.judge import prediction_words
 from pmwvc_analysis.judge.budget import Budget
 from pmwvc_analysis.judge.energy import UserEnergy, user_energies
 from pmwvc_analysis.show.figures import Picture
@@ -54,8 +54,10 @@ def render(
         budget_notes=energies.notes if energies else [],
         events=events[:MOST_EVENTS],
         more_events=max(0, len(events) - MOST_EVENTS),
-        predicted=predictions.lines(scenario, live=traces.source == "live") if scenario else [],
-        outcome=predictions.came_true(scenario, summary) if scenario else [],
+        predicted=prediction_words.lines(scenario, live=traces.source == "live")
+        if scenario
+        else [],
+        outcome=prediction_words.came_true(scenario, summary) if scenario else [],
         pictures=[(picture, data_uri(picture.path)) for picture in pictures],
         parameters=scenario.flat() if scenario else {},
         software=traces.metadata.get("software", {}),
