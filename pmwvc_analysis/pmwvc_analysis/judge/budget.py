@@ -5,7 +5,8 @@
     hands = devices + safety + channels + server + residual
 
 at every step of the server. A part whose sum ever is below zero has given out energy that it never
-got: it was *active*. Parts and what they rest on: :mod:`pmwvc_analysis.judge.budget_accounts`.
+got: it was *active*. Parts and what they rest on: :mod:`.budget_device`,
+:mod:`.budget_channel`, :mod:`.budget_server`.
 
 The residual is what the parts, each computed for itself, do not explain. In a session of which
 nothing is missing it is rounding, ``TOLERANCE`` of the energy moved; ticks that were not recorded
@@ -18,7 +19,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pmwvc_analysis.judge import budget_accounts as accounts
+from pmwvc_analysis.judge.budget_channel import channel_account, master_account
+from pmwvc_analysis.judge.budget_clock import Clock
+from pmwvc_analysis.judge.budget_device import device_account, measured
+from pmwvc_analysis.judge.budget_server import server_account
 from pmwvc_analysis.judge.energy import TOLERANCE_J, TOLERANCE_RELATIVE, running
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
@@ -137,19 +141,19 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         return None
     if not all(np.isfinite(u.x_m).all() and np.isfinite(u.xd_m).all() for u in users):
         return None
-    clock = accounts.Clock(_times(traces, users))
+    clock = Clock(_times(traces, users))
     waves = scenario.controller != "direct"
-    inside = accounts.server_account(clock, server, scenario)
+    inside = server_account(clock, server, scenario)
     hands, parts, residuals = {}, {}, {}
     shared = inside["into_server"]
     for user in users:
         own = known[user.name]
-        device = accounts.device_account(clock, user, own.device)
-        port = accounts.master_account(clock, user, own, waves=waves)
+        device = device_account(clock, user, own.device)
+        port = master_account(clock, user, own, waves=waves)
         found = {**device, **port}
         if waves:
             live = traces.source == "live"
-            found |= accounts.channel_account(clock, user, own, server, live=live)
+            found |= channel_account(clock, user, own, server, live=live)
         else:
             found["link"] = port["into_channel"] - _into(clock, server, user.name)
         hands[user.name] = device["hand"]
@@ -161,7 +165,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     return Budget(clock.time_s, hands, parts, residuals, _notes(traces, users, scenario))
 
 
-def _into(clock: accounts.Clock, server: ServerTraces, name: str) -> Array:
+def _into(clock: Clock, server: ServerTraces, name: str) -> Array:
     """Return what went into the server at one user's port [J]."""
     place = server.users.index(name)
     sums = running(server.energy_u_s[place]) - running(server.energy_v_s[place])
@@ -194,7 +198,7 @@ def _notes(traces: SessionTraces, users: list[UserTraces], scenario: Scenario) -
         missing = int(np.sum(np.diff(user.tick) - 1))
         if missing:
             found.append(f"{user.name}: {missing} ticks were not recorded")
-        if accounts.measured(device):
+        if measured(device):
             found.append(
                 f"{user.name}: position or velocity is measured, not exact; what the sensors make "
                 "up counts as sample and hold"

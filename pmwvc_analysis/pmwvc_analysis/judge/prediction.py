@@ -19,7 +19,7 @@ of -2 T_VE.
 
 import functools
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pmwvc_analysis.models import stability
 from pmwvc_core.errors import PmwvcError

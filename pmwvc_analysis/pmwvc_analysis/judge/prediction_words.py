@@ -62,7 +62,7 @@ def _aliasing_lines(scenario: Scenario) -> list[str]:
 
 
 def _stability_lines(scenario: Scenario, *, live: bool) -> list[str]:
-    """Return what the exact model says in sentences: of the scenario, or of its linear relative."""
+    """Return what the exact model says: of the scenario, or of its linear relative."""
     model = exact(scenario, live=live)
     if model is not None:
         return [f"{_stability(model)} (hands off)."]

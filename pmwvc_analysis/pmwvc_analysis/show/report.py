@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pmwvc_analysis.judge import budget_summary, stability
-from pmwvc_analysis.judge import prediction_words
+from pmwvc_analysis.judge import budget_summary, prediction_words, stability
 from pmwvc_analysis.judge.budget import Budget
 from pmwvc_analysis.judge.energy import UserEnergy, user_energies
 from pmwvc_analysis.show.figures import Picture

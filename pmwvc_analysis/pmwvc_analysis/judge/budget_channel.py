@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where energy goes between the ports: safety, filter, rate drop, links, hold [J].
+
+======================  ==========================================================================
+safety                  F xd T_c less (|u_m|^2 - |v_m|^2) T_c/2, in ticks that were limited
+filter, rate drop,      differences of the energies of u_m, u_m after the filter, u_tx, u_s and of
+link, hold              v_s, v_rx, v_m
+======================  ==========================================================================
+"""
+
+import numpy as np
+
+from pmwvc_analysis.judge.budget_clock import Clock, Sums
+from pmwvc_analysis.judge.energy import anchored, half_square, running
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.scenario import User
+from pmwvc_core.simulation.traces import ServerTraces, UserTraces
+
+LIVE_TAKE_S = 0.004  # a live master takes the answer that much into its frame
+UNLIMITED_N = 1e-9  # forces closer than this are the same
+UNLIMITED_ROOT_W = 1e-9
+
+
+def master_account(clock: Clock, user: UserTraces, known: User, *, waves: bool) -> Sums:
+    """Return ``safety``, ``into_channel`` (both ways), ``residual`` of the master's port [J]."""
+    power = np.sum(user.f_applied * user.xd_m, axis=-1)
+    taken = clock.of_ticks(user, anchored(user, power * user.tick_s, user.energy.get("device")))
+    if not waves:
+        return {"safety": 0.0 * taken, "into_channel": taken, "residual": 0.0 * taken}
+    net = half_square(user.u_m) - half_square(user.v_m)
+    b = float(known.master.impedance)
+    natural = np.sqrt(2.0 * b) * user.xd_m - user.v_m
+    limited = (np.abs(user.f_applied - user.f_m) > UNLIMITED_N).any(axis=-1)
+    limited |= (np.abs(user.u_m - natural) > UNLIMITED_ROOT_W).any(axis=-1)
+    safety = clock.at_ticks(user, np.where(limited, power - net, 0.0) * user.tick_s)
+    u_m, v_m = (_kept(clock, user, name) for name in ("u_m", "v_m"))
+    return {
+        "safety": safety,
+        "into_channel": u_m - v_m,
+        "residual": taken - (u_m - v_m) - safety,
+    }
+
+
+def _kept(clock: Clock, user: UserTraces, wave: str) -> Array:
+    """Return the energy of a wave of the master's ticks."""
+    per_tick = half_square(getattr(user, wave)) * user.tick_s
+    return clock.of_ticks(user, anchored(user, per_tick, user.energy.get(wave)))
+
+
+def channel_account(
+    clock: Clock, user: UserTraces, known: User, server: ServerTraces, *, live: bool
+) -> Sums:
+    """Return ``filter``, ``rate_drop``, ``link_up``, ``link_down``, ``hold`` [J].
+
+    Integrate-and-dump filters and drops in one; there the rate drop has nothing of its own. A link
+    includes what is under way, and what becomes of packets at a server of another period.
+    """
+    place = server.users.index(user.name)
+    frame_s, take_s = known.master.frame_s, LIVE_TAKE_S if live else 0.0
+    u_m, v_m = _kept(clock, user, "u_m"), _kept(clock, user, "v_m")
+    u_tx = clock.of_blocks(user, user.energy["u_tx"], frame_s, after_s=0.0)
+    v_rx = clock.of_blocks(user, user.energy["v_rx"], frame_s, after_s=take_s)
+    u_s, v_s = running(server.energy_u_s[place]), running(server.energy_v_s[place])
+    count = len(clock.time_s)
+    if known.master.filter.kind == "integrate_and_dump":
+        filtered = u_tx
+    else:
+        filtered = clock.at_ticks(user, half_square(user.u_m_lp) * user.tick_s)
+    return {
+        "filter": u_m - filtered,
+        "rate_drop": filtered - u_tx,
+        "link_up": u_tx - u_s[:count],
+        "link_down": v_s[:count] - v_rx,
+        "hold": v_rx - v_m,
+    }

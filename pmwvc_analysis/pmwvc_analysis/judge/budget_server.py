@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where energy goes at the server: decoding, contacts, object [J].
+
+======================  ==========================================================================
+late decoding           (|u_s|^2 - |v_s|^2)/2 less F_s . xd_s: the force of the step before
+object damping          b_o times the integral of |xd_o|^2
+contact damping         what the server turned to heat, less what the object lost: the forces'
+                        work on it less its gain in motion
+======================  ==========================================================================
+"""
+
+import numpy as np
+
+from pmwvc_analysis.judge.budget_clock import WEIGHTS, Clock, Sums, speeds
+from pmwvc_analysis.judge.energy import running
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.traces import ServerTraces
+
+MOVED_BY_NEW_FORCE = ("implicit", "one_frame_late")  # the others: by the force of the step before
+
+
+def server_account(clock: Clock, server: ServerTraces, scenario: Scenario) -> Sums:
+    """Return what the server took in and where it is [J].
+
+    ``into_server`` at all wave ports; ``late_decoding``, ``contact_damping``, ``contact_stored``,
+    ``object_kinetic``, ``object_damping``; ``integration``, which the steps of a sampled coupling
+    leave over; ``residual``. The implicit coupling leaves nothing over; there it is the residual.
+    """
+    count, period = len(clock.time_s), server.period_s
+    into = sum(
+        (
+            running(u) - running(v)
+            for u, v in zip(server.energy_u_s, server.energy_v_s, strict=True)
+        ),
+        start=np.zeros(len(server.time_s)),
+    )
+    work = sum(
+        np.nan_to_num(np.sum(f * xd, axis=-1))
+        for f, xd in zip(server.f_s, server.xd_s, strict=True)
+    )
+    coupling = scenario.server.coupling
+    late = scenario.controller != "direct" and coupling == "one_step_delay"
+    decoding = into - np.cumsum(work) * period if late else np.zeros_like(into)
+    damping, missing = _object_heat(server, scenario)
+    contact = server.dissipated - damping - missing
+    left = into - decoding - server.kinetic - server.potential - server.dissipated
+    exact = scenario.controller != "direct" and coupling == "implicit"
+    found = {
+        "into_server": into,
+        "late_decoding": decoding,
+        "integration": 0.0 * left if exact else left,
+        "contact_damping": contact,
+        "contact_stored": server.potential,
+        "object_kinetic": server.kinetic,
+        "object_damping": damping,
+        "residual": left + missing if exact else missing,
+    }
+    return {name: sums[:count] for name, sums in found.items()}
+
+
+def _object_heat(server: ServerTraces, scenario: Scenario) -> tuple[Array, Array]:
+    """Return the heat of the object's damper [J], and what the forces' work on it leaves over."""
+    params = scenario.server
+    if params.environment != "cube":
+        return np.zeros(len(server.time_s)), np.zeros(len(server.time_s))
+    force = sum((np.nan_to_num(f) for f in server.f_s), start=np.zeros_like(server.x_o))
+    moved = np.diff(server.x_o, axis=0, prepend=server.x_o[:1])
+    before = np.concatenate([0.0 * server.xd_o[:1], server.xd_o[:-1]])
+    direct = scenario.controller == "direct"
+    if direct or params.coupling not in MOVED_BY_NEW_FORCE:
+        force = np.concatenate([0.0 * force[:1], force[:-1]])
+    if not direct and params.coupling == "implicit":
+        heat = params.object_damping * np.sum(moved**2, axis=-1) / server.period_s
+    else:
+        nodes = speeds(params.object_mass, params.object_damping, server.period_s, before, force)
+        square = sum(0.5 * w * np.sum(v**2, axis=-1) for w, v in zip(WEIGHTS, nodes, strict=True))
+        heat = params.object_damping * server.period_s * square
+    kinetic = np.diff(server.kinetic, prepend=0.0)
+    missing = np.sum(force * moved, axis=-1) - kinetic - heat
+    return np.cumsum(heat), np.cumsum(missing)
