@@ -9,8 +9,9 @@ One call per fast tick, on floats or on arrays ``(runs, dof)``. Coefficients com
 
 from typing import Protocol
 
-from pmwvc_core.numeric import Array, Value, exponential
+from pmwvc_core.numeric import Value, exponential
 from pmwvc_core.params import FilterParams
+from pmwvc_core.wave.cascade import Cascade
 from pmwvc_core.wave.filter_design import design, pole_of
 
 
@@ -49,33 +50,6 @@ class _FirstOrder:
     def step(self, u: Value) -> Value:
         self._y = y = self._rest * u + self._p * self._y
         return y
-
-    def sample(self) -> Value:
-        return self._y
-
-
-class _Cascade:
-    """Second-order sections one after the other, each in transposed direct form II, at rest at
-    first: y = b0 u + s1, s1+ = b1 u - a1 y + s2, s2+ = b2 u - a2 y.
-    """
-
-    def __init__(self, sos: Array) -> None:
-        plain = sos.ndim == 2
-        self._sections = [
-            [*(float(c) if plain else c for c in section[[0, 1, 2, 4, 5]]), 0.0, 0.0]
-            for section in sos
-        ]
-        self._y: Value = 0.0
-
-    def step(self, u: Value) -> Value:
-        for section in self._sections:
-            b0, b1, b2, a1, a2, s1, s2 = section
-            y = b0 * u + s1
-            section[5] = b1 * u - a1 * y + s2
-            section[6] = b2 * u - a2 * y
-            u = y
-        self._y = u
-        return u
 
     def sample(self) -> Value:
         return self._y
@@ -133,7 +107,7 @@ class AntiAliasing:
         elif params.kind == "first_order":
             stage = _FirstOrder(exponential(-pole_of(params) * tick_s))
         elif params.kind == "butterworth":
-            stage = _Cascade(design(params, tick_s=tick_s))
+            stage = Cascade(design(params, tick_s=tick_s))
         else:
             stage = _IntegrateAndDump(rate_drop)
         self._stage = stage
