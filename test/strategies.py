@@ -6,6 +6,8 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from pmwvc_core.wave.impedance import MatrixImpedance
+
 TICK_S = 0.001
 
 impedances = st.floats(0.1, 1000.0)
@@ -20,3 +22,22 @@ def signals(*, shortest=1, longest=200, dof=None):
     ticks = st.integers(shortest, longest)
     shapes = ticks if dof is None else ticks.map(lambda n: (n, dof))
     return hnp.arrays(np.float64, shapes, elements=amplitudes)
+
+
+@st.composite
+def matrices(draw, dof=None):
+    """Draw matrix impedances of 2 to 6 axes: eigenvalues 0.5 to 500 N s/m, any principal axes."""
+    size = dof or draw(st.integers(2, 6))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    axes, _ = np.linalg.qr(rng.normal(size=(size, size)))
+    return MatrixImpedance(np.sort(np.exp(rng.uniform(np.log(0.5), np.log(500.0), size))), axes)
+
+
+def signals_of(count):
+    """Draw a function that makes ``count`` signals for an impedance, single or of three runs."""
+
+    def function(seed_and_runs):
+        rng, runs = np.random.default_rng(seed_and_runs[0]), seed_and_runs[1]
+        return lambda b: [rng.normal(size=(*runs, len(b.values))) for _ in range(count)]
+
+    return st.tuples(st.integers(0, 2**32 - 1), st.sampled_from([(), (3,)])).map(function)

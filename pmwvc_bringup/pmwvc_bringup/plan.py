@@ -114,7 +114,7 @@ def _server(scenario: Scenario) -> dict[str, Any]:
     for user in scenario.users:
         found[f"{user.name}.side"] = user.side
         found[f"{user.name}.server"] = user.contact
-        for name in ("impedance", "rate_drop", "tick_s"):
+        for name in ("impedance", "impedance_matrix", "rate_drop", "tick_s"):
             found[f"{user.name}.master.{name}"] = getattr(user.master, name)
     return found
 

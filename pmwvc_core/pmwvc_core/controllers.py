@@ -8,12 +8,12 @@ from typing import TypeVar
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.port import WaveMaster
-from pmwvc_core.numeric import Value
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.rivals.direct import DirectMaster, DirectServer
 from pmwvc_core.server.factory import make_seats
 from pmwvc_core.server.port import WaveServer
 from pmwvc_core.server.seats import AS_PUBLISHED, Seat, ServerController
+from pmwvc_core.wave.impedance import Impedance
 
 __all__ = [
     "MASTERS",
@@ -52,7 +52,7 @@ def make_server(
     controller: str,
     server: ServerParams,
     contacts: Sequence[ContactParams],
-    impedances: Sequence[Value],
+    impedances: Sequence[Impedance],
     *,
     dof: int,
     sides: Sequence[int],

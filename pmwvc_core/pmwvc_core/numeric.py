@@ -43,8 +43,12 @@ def squared(value: Value) -> Value:
 
 
 def root(value: Value) -> Value:
-    """Square root of a value that is not negative."""
-    return np.sqrt(value) if isinstance(value, np.ndarray) else math.sqrt(value)
+    """Square root of a value that is not negative, or the root that something used like a number
+    (a matrix impedance) has of itself.
+    """
+    if isinstance(value, (float, int)):
+        return math.sqrt(value)
+    return np.sqrt(value) if isinstance(value, np.ndarray) else value.root()
 
 
 def exponential(value: Value) -> Value:

@@ -24,8 +24,10 @@ from pmwvc_core.params import (
     TaskParams,
     specs,
 )
+from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
 from pmwvc_core.simulation.scenario import DEFAULTS, SIDE, TOP
+from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.limits import largest_wave
 from pmwvc_core.wave.packet import Packer
 from pmwvc_core.wave.receiver import Receiver
@@ -67,7 +69,7 @@ class MasterSettings:
                 self.dof,
                 period_s=self.period_s,
                 timeout_s=self.safety.timeout_s,
-                max_wave=largest_wave(self.controller, self.master.impedance),
+                max_wave=largest_wave(self.controller, impedance_of(self.master)),
             ),
             packer=Packer(epoch, period=self.master.frame_s),
         )
@@ -126,4 +128,7 @@ def declare_settings(
     )
     if settings.side == 0:
         raise ParameterError("side = 0: must be -1 or 1")
+    wrong = matrix_conflicts(settings.master.impedance_matrix, settings.dof)
+    if wrong:
+        raise ParameterError(f"master.{wrong[0]}")
     return settings

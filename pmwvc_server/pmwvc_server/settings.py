@@ -23,10 +23,12 @@ from pmwvc_core.params import (
     TaskParams,
     Validated,
 )
+from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
 from pmwvc_core.server.service import Service
 from pmwvc_core.simulation.scenario import DEFAULTS, SIDE, TOP
+from pmwvc_core.wave.impedance import Impedance, server_impedance
 from pmwvc_core.wave.limits import largest_wave
 from pmwvc_core.wave.packet import Packer
 from pmwvc_core.wave.receiver import Receiver
@@ -45,8 +47,13 @@ class PortParams(Validated):
     """What the server has to know of a user's master."""
 
     impedance: float = _same_as(MasterParams, "impedance")
+    impedance_matrix: str = _same_as(MasterParams, "impedance_matrix")
     rate_drop: int = _same_as(MasterParams, "rate_drop")
     tick_s: float = _same_as(MasterParams, "tick_s")
+
+    def conflicts(self) -> list[str]:
+        """Check that the matrix is one."""
+        return matrix_conflicts(self.impedance_matrix)
 
     @property
     def frame_s(self) -> float:
@@ -74,10 +81,9 @@ class UserSettings:
     baseline: BaselineParams
 
     @property
-    def impedance(self) -> float:
+    def impedance(self) -> Impedance:
         """Wave impedance of this user's port at the server [N s/m]."""
-        own = self.contact.impedance
-        return self.port.impedance if own is None else own
+        return server_impedance(self.contact, self.port)
 
 
 @dataclass(frozen=True)
@@ -142,7 +148,7 @@ def declare_settings(node: Node) -> ServerSettings:
     port = declare(node, "master", PortParams)
     contact = declare(node, "server", ContactParams)
     baseline = declare(node, "baseline", BaselineParams)
-    return ServerSettings(
+    settings = ServerSettings(
         controller=declare_value(node, "controller", TOP["controller"], "pmwvc"),
         dof=declare_value(node, "dof", TOP["dof"], DEFAULTS["dof"]),
         users=tuple(
@@ -159,6 +165,12 @@ def declare_settings(node: Node) -> ServerSettings:
         watchdog=declare(node, "safety", WatchdogParams),
         task=declare(node, "task", TaskParams),
     )
+    for user in settings.users:
+        for group, given in (("master", user.port), ("server", user.contact)):
+            wrong = matrix_conflicts(given.impedance_matrix, settings.dof)
+            if wrong:
+                raise ParameterError(f"{user.name}.{group}.{wrong[0]}")
+    return settings
 
 
 def _side(node: Node, name: str, default: int) -> int:

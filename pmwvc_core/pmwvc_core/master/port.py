@@ -45,6 +45,7 @@ from pmwvc_core.numeric import (
 )
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.filters import AntiAliasing
+from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.packet import WavePacket
 from pmwvc_core.wave.rates import Hold
 from pmwvc_core.wave.transform import decode_master, encode_master
@@ -87,14 +88,14 @@ class WaveMaster:
         """
         old = self.params
         if dataclasses.replace(old, impedance=params.impedance) == params:
-            self.params, self._impedance = params, params.impedance
+            self.params, self._impedance = params, impedance_of(params)
         else:
             self._begin(params)
 
     def _begin(self, params: MasterParams) -> None:
         """Start filter, hold and what is in between at rest."""
         self.params = params
-        self._impedance = params.impedance
+        self._impedance = impedance_of(params)
         self._tick_s = params.tick_s
         self._frame_s = params.frame_s
         self._hold = Hold(params.hold, ticks=params.rate_drop)

@@ -8,6 +8,7 @@ import numpy as np
 
 from pmwvc_core.params.around import BankParams, PositionParams, VelocityFilterParams
 from pmwvc_core.params.fields import Validated, group, parameter
+from pmwvc_core.params.matrix import matrix_conflicts
 
 FILTER_KINDS = ("none", "first_order", "butterworth", "integrate_and_dump")
 
@@ -68,6 +69,12 @@ class MasterParams(Validated):
     """The client end of the wave channel (App. A Fig. 1, App. B Fig. 1)."""
 
     impedance: float = parameter(25.0, "N s/m", "wave impedance b", above=0.0)
+    impedance_matrix: str = parameter(
+        "",
+        "N s/m",
+        "symmetric positive definite matrix in place of b, like '30 2; 2 20' (empty: b)",
+        read_only=True,
+    )
     rate_drop: int = parameter(
         8, "-", "force-loop ticks per packet, M", low=1, high=1000, read_only=True
     )
@@ -89,3 +96,7 @@ class MasterParams(Validated):
     def frame_s(self) -> float:
         """Packet interval T_n = M T_c [s]."""
         return self.rate_drop * self.tick_s
+
+    def conflicts(self) -> list[str]:
+        """Check that the matrix is one."""
+        return matrix_conflicts(self.impedance_matrix)

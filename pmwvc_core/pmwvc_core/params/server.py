@@ -7,6 +7,7 @@ contact.
 from dataclasses import dataclass
 
 from pmwvc_core.params.fields import Validated, parameter
+from pmwvc_core.params.matrix import matrix_conflicts
 
 COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped")
 INTEGRATORS = ("forward_euler", "backward_euler", "trapezoid")
@@ -50,6 +51,12 @@ class ContactParams(Validated):
         kind=float,
         above=0.0,
     )
+    impedance_matrix: str = parameter(
+        "",
+        "N s/m",
+        "symmetric positive definite matrix in place of that number (empty: none)",
+        read_only=True,
+    )
     contact: str = parameter(
         "grip",
         "-",
@@ -62,3 +69,9 @@ class ContactParams(Validated):
     gap_m: float = parameter(
         0.0, "m", "distance of the avatar from the object at the start (grip and wall)", low=0.0
     )
+
+    def conflicts(self) -> list[str]:
+        """Check that the matrix is one, and the impedance said once."""
+        if self.impedance_matrix.strip() and self.impedance is not None:
+            return ["impedance and impedance_matrix are given: a server port takes one of them"]
+        return matrix_conflicts(self.impedance_matrix)

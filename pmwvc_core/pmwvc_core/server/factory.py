@@ -8,12 +8,16 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import BaselineParams, ContactParams, ServerParams
 from pmwvc_core.server.contacts import Bilateral, Contact
+from pmwvc_core.server.coupled_axes import CoupledBilateral, CoupledGrip
 from pmwvc_core.server.friction import AnchoredGrip
 from pmwvc_core.server.grip import Grip
 from pmwvc_core.server.seats import AS_PUBLISHED, Seat
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of
 
 
-def make_contact(params: ContactParams, *, side: int, size: Value, dof: int) -> Contact:
+def make_contact(
+    params: ContactParams, *, side: int, size: Value, dof: int, coupled: bool = False
+) -> Contact:
     """Return the contact law ``params.contact`` names.
 
     Parameters
@@ -25,37 +29,41 @@ def make_contact(params: ContactParams, *, side: int, size: Value, dof: int) -> 
         Edge length of the object along axis 0 [m].
     dof : int
         Number of axes.
+    coupled : bool
+        Whether the impedance of the wave port couples the axes.
     """
     if side not in (-1, 1):
         raise ParameterError(f"side = {side}: must be -1 (left of the object) or +1 (right)")
     stiffness, damping = params.contact_stiffness, params.contact_damping
     if params.contact == "bilateral":
-        return Bilateral(stiffness, damping)
+        return (CoupledBilateral if coupled else Bilateral)(stiffness, damping)
     grip = Grip(stiffness, damping, side=side, size=size, gap=params.gap_m)
-    return grip if dof == 1 else AnchoredGrip(grip, dof=dof)
+    if dof == 1:
+        return grip
+    return (CoupledGrip if coupled else AnchoredGrip)(grip, dof=dof)
 
 
 def make_seats(
     server: ServerParams,
     contacts: Sequence[ContactParams],
-    impedances: Sequence[Value],
+    impedances: Sequence[Impedance],
     *,
     dof: int,
     sides: Sequence[int],
     baselines: Sequence[BaselineParams] = (),
 ) -> list[Seat]:
-    """Return an empty seat per user; a contact's own ``impedance`` goes before ``impedances``."""
+    """Return an empty seat per user; a contact's own impedance goes before ``impedances``."""
     each = baselines or [AS_PUBLISHED] * len(contacts)
     if not len(contacts) == len(impedances) == len(sides) == len(each):
         raise ParameterError(
             f"{len(contacts)} contacts, {len(impedances)} impedances, {len(sides)} sides, "
             f"{len(each)} baselines: there must be one of each per user"
         )
-    return [
-        Seat(
-            given if contact.impedance is None else contact.impedance,
-            make_contact(contact, side=side, size=server.object_size_m, dof=dof),
-            baseline,
-        )
-        for contact, given, side, baseline in zip(contacts, impedances, sides, each, strict=True)
-    ]
+    seats = []
+    for contact, given, side, baseline in zip(contacts, impedances, sides, each, strict=True):
+        own = impedance_of(contact)
+        port = given if own is None else own
+        coupled = isinstance(port, MatrixImpedance)
+        law = make_contact(contact, side=side, size=server.object_size_m, dof=dof, coupled=coupled)
+        seats.append(Seat(port, law, baseline))
+    return seats

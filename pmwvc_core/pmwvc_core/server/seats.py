@@ -20,6 +20,7 @@ from pmwvc_core.numeric import Flag, Value, root
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.server.contacts import Contact
 from pmwvc_core.server.cube import Body
+from pmwvc_core.wave.impedance import Impedance
 from pmwvc_core.wave.packet import WavePacket
 
 AS_PUBLISHED = BaselineParams()
@@ -51,13 +52,13 @@ class Seat:
     )
 
     def __init__(
-        self, impedance: Value, contact: Contact, baseline: BaselineParams = AS_PUBLISHED
+        self, impedance: Impedance, contact: Contact, baseline: BaselineParams = AS_PUBLISHED
     ) -> None:
-        self.b = impedance
+        self.b: Any = impedance  # acts like a number, also where it is a matrix
         self.baseline = baseline
         self.account: Value | None = None
         self.heard: WavePacket | None = None
-        self.ratio = root(2.0 / impedance)  # [1/sqrt(N s/m)]
+        self.ratio: Any = root(2.0 / impedance)  # [1/sqrt(N s/m)]
         self.contact = contact
         self.present = False
         self.offset: Value = 0.0  # [m] avatar minus device

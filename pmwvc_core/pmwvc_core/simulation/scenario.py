@@ -24,6 +24,7 @@ from pmwvc_core.params import (
     groups,
     specs,
 )
+from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
 
 CONTROLLERS = ("pmwvc", "direct")
 
@@ -75,10 +76,14 @@ class User:
     link_down: LinkParams
 
     @property
-    def server_impedance(self) -> float:
+    def impedance(self) -> Impedance:
+        """Wave impedance of this user's master [N s/m]."""
+        return impedance_of(self.master)
+
+    @property
+    def server_impedance(self) -> Impedance:
         """Wave impedance of this user's port at the server [N s/m]."""
-        own = self.contact.impedance
-        return self.master.impedance if own is None else own
+        return server_impedance(self.contact, self.master)
 
 
 @dataclass(frozen=True)

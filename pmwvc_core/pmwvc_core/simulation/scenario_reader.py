@@ -14,6 +14,7 @@ from typing import Any
 
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.params import LinkParams, Spec, groups, specs, whole_ratio
+from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.simulation.scenario import (
     DEFAULTS,
     REQUIRED,
@@ -244,6 +245,9 @@ def _conflicts(scenario: Scenario) -> list[str]:
             f"server.period_s = {period}: must be a whole multiple of master.tick_s = {tick} s"
         )
     for user in scenario.users:
+        for group, port in (("master", user.master), ("server", user.contact)):
+            wrong = matrix_conflicts(port.impedance_matrix, scenario.dof)
+            found += [f"{user.name}.{group}.{mistake}" for mistake in wrong]
         if user.operator.kind.startswith("playback") and not user.operator.file:
             found.append(
                 f"{user.name}.operator.file is missing: {user.operator.kind} needs a recording"

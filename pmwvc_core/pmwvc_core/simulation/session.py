@@ -19,7 +19,6 @@ from typing import Any, TypeVar
 import numpy as np
 
 from pmwvc_core.controllers import make_server
-from pmwvc_core.numeric import Value
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.server.service import Service
@@ -34,6 +33,7 @@ from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.seat import Seat
 from pmwvc_core.simulation.stacking import batches, stack
 from pmwvc_core.simulation.traces import FateTraces, SessionTraces
+from pmwvc_core.wave.impedance import Impedance, server_impedance
 from pmwvc_core.wave.packet import Packer
 
 R = TypeVar("R")
@@ -240,12 +240,11 @@ class SessionBatch:
         return tables, found
 
 
-def _impedance(users: Sequence[User]) -> Value:
+def _impedance(users: Sequence[User]) -> Impedance:
     """Return the wave impedance of a user's server port, an array where the runs differ."""
-    values = [user.server_impedance for user in users]
-    if all(value == values[0] for value in values):
-        return values[0]
-    return np.array(values)[:, np.newaxis]
+    return server_impedance(
+        stack([user.contact for user in users]), stack([user.master for user in users])
+    )
 
 
 def _of_run(value: object, run: int) -> int:

@@ -5,6 +5,7 @@
 from pmwvc_core.wave.aliasing import delay_of, warnings_of, worst_case_gain
 from pmwvc_core.wave.filter_design import design, half_power_hz, pole_of
 from pmwvc_core.wave.filters import AntiAliasing
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of
 from pmwvc_core.wave.ledger import EnergyLedger, PortLedger
 from pmwvc_core.wave.packet import (
     FLAG_DIRECT,
@@ -31,6 +32,8 @@ __all__ = [
     "AntiAliasing",
     "EnergyLedger",
     "Hold",
+    "Impedance",
+    "MatrixImpedance",
     "Packer",
     "PortLedger",
     "Receiver",
@@ -43,6 +46,7 @@ __all__ = [
     "encode_master",
     "encode_server",
     "half_power_hz",
+    "impedance_of",
     "pole_of",
     "power",
     "size_bytes",

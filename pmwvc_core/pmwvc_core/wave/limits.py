@@ -10,13 +10,14 @@ emits, and a passive server returns no more.
 import math
 
 from pmwvc_core.params import SafetyParams, specs
+from pmwvc_core.wave.impedance import Impedance, longest_wave
 
 FORCE_N = float(specs(SafetyParams)["max_force"].high or math.inf)
 VELOCITY_M_S = float(specs(SafetyParams)["fault_velocity"].high or math.inf)
 DIRECT = 1000.0  # [m/s] up or [N] down: beyond any device, for the direct coupling
 
 
-def largest_wave(controller: str, impedance: float) -> float:
+def largest_wave(controller: str, impedance: Impedance) -> float:
     """Return the longest wave that can be meant [sqrt(W)], for one controller by name.
 
     Parameters
@@ -28,4 +29,4 @@ def largest_wave(controller: str, impedance: float) -> float:
     """
     if controller == "direct":
         return DIRECT
-    return (FORCE_N + impedance * VELOCITY_M_S) / math.sqrt(2.0 * impedance)
+    return longest_wave(impedance, FORCE_N, VELOCITY_M_S)

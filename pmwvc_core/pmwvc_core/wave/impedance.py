@@ -1,0 +1,165 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A wave impedance that couples the axes: a symmetric positive definite matrix B.
+
+It takes the place of the number b in the formulas of the port, which stay as they are::
+
+    u = sqrt(2B) xd - v,   F = B xd - sqrt(2B) v,   xd = sqrt(2/B) u - F/B
+
+with 2/B = 2 B^-1 and the symmetric square root sqrt(B) = V diag(sqrt(lambda)) V^T, from B = V
+diag(lambda) V^T. Then |u|^2 - |v|^2 = xd^T (2B) xd - 2 xd^T sqrt(2B) v = 2 F . xd. That needs
+sqrt(2B)^T sqrt(2B) = 2B *and* sqrt(2B) = sqrt(2B)^T; a root by elements has neither.
+
+Every component of a wave is in sqrt(W), so one energy serves all axes, whatever B says of metres
+or radians. Ends with different B are a lossless transformer, as with numbers.
+"""
+
+import functools
+import math
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+
+from pmwvc_core.numeric import Array, Value
+from pmwvc_core.params.matrix import matrix_of
+
+
+class MatrixImpedance:
+    """B, for signals ``(..., dof)`` where a scalar impedance may stand.
+
+    A number scales the matrix (``2.0 * b``, ``2.0 / b``, ``b / 2.0``), an array ``(..., dof)`` is
+    a signal it acts on (``b * xd``, ``f / b``), zero is zero; :func:`pmwvc_core.numeric.root`
+    takes the symmetric square root. Immutable: results of ``root`` and of the last number are
+    kept, as a control law asks for the same ones at every tick.
+
+    Attributes
+    ----------
+    values
+        Eigenvalues ``(dof,)`` [N s/m].
+    axes
+        Principal axes, one per column ``(dof, dof)``.
+    matrix
+        B itself ``(dof, dof)`` [N s/m].
+    """
+
+    __array_ufunc__ = None  # numpy leaves the operators to this class
+    __slots__ = ("_inverse", "_root", "_scaled", "axes", "matrix", "values")
+
+    def __init__(self, values: Array, axes: Array) -> None:
+        self.values = values
+        self.axes = axes
+        upper = (axes * values) @ axes.T
+        self.matrix: Array = 0.5 * (upper + upper.T)
+        self._root: MatrixImpedance | None = None
+        self._inverse: MatrixImpedance | None = None
+        self._scaled: tuple[float, MatrixImpedance] | None = None
+
+    def root(self) -> "MatrixImpedance":
+        """Return the symmetric square root."""
+        if self._root is None:
+            self._root = MatrixImpedance(np.sqrt(self.values), self.axes)
+        return self._root
+
+    def inverse(self) -> "MatrixImpedance":
+        """Return B^-1."""
+        if self._inverse is None:
+            self._inverse = MatrixImpedance(1.0 / self.values, self.axes)
+        return self._inverse
+
+    def scaled(self, factor: float) -> "MatrixImpedance":
+        """Return B times a positive number."""
+        if self._scaled is None or self._scaled[0] != factor:
+            self._scaled = factor, MatrixImpedance(factor * self.values, self.axes)
+        return self._scaled[1]
+
+    def to_principal(self, signal: Value) -> Array:
+        """Return a signal by its components along the principal axes."""
+        return np.asarray(signal @ self.axes)
+
+    def from_principal(self, signal: Value) -> Array:
+        """Return a signal given along the principal axes in the axes of the world."""
+        return np.asarray(signal @ self.axes.T)
+
+    def __mul__(self, other: Value) -> Any:
+        """Act on a signal, or scale by a number."""
+        if isinstance(other, np.ndarray):
+            return other @ self.matrix  # symmetric: rows of signals times B
+        return self.scaled(other) if other else 0.0
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, number: float) -> Any:
+        """Divide by a number."""
+        return self.scaled(1.0 / number)
+
+    def __rtruediv__(self, other: Value) -> Any:
+        """Return B^-1 times a signal or a number."""
+        return self.inverse() * other
+
+    def __repr__(self) -> str:
+        """Return the matrix as a parameter says it."""
+        rows = ("; ").join(" ".join(f"{entry:.6g}" for entry in row) for row in self.matrix)
+        return f"MatrixImpedance({rows!r})"
+
+
+Impedance: TypeAlias = Value | MatrixImpedance
+
+
+class Port(Protocol):
+    """Parameters that name an impedance: a number, and a matrix in its place."""
+
+    @property
+    def impedance(self) -> Any:
+        """Number b [N s/m]."""
+
+    @property
+    def impedance_matrix(self) -> str:
+        """Matrix B [N s/m], empty for b."""
+
+
+def impedance_of(port: Port) -> Impedance:
+    """Return the impedance that parameters name: the matrix where there is one, else the number.
+
+    Raises
+    ------
+    ParameterError
+        If the text is no symmetric positive definite matrix.
+    """
+    matrix = port.impedance_matrix.strip()
+    given: Impedance = parsed(matrix) if matrix else port.impedance
+    return given
+
+
+def server_impedance(own: Port, master: Port) -> Impedance:
+    """Return the impedance of a server port: its own, or that of the user's master."""
+    unsaid = own.impedance is None and not own.impedance_matrix.strip()
+    return impedance_of(master if unsaid else own)
+
+
+@functools.lru_cache(maxsize=256)
+def parsed(text: str) -> Impedance:
+    """Return the impedance that a text holds; for one axis a number."""
+    matrix = matrix_of(text)
+    if matrix.shape == (1, 1):
+        return float(matrix[0, 0])
+    values, axes = np.linalg.eigh(matrix)
+    return MatrixImpedance(values, axes)
+
+
+def first_axis(impedance: Impedance) -> float:
+    """Return what a force along the first axis alone meets, 1/(B^-1)_00 [N s/m]."""
+    if isinstance(impedance, MatrixImpedance):
+        return 1.0 / float(impedance.inverse().matrix[0, 0])
+    return float(impedance)
+
+
+def longest_wave(impedance: Impedance, force: float, velocity: float) -> float:
+    """Return the longest wave of a port with at most this force [N] and velocity [m/s].
+
+    u = (2B)^(-1/2) (F + B xd), so |u| <= F/sqrt(2 lambda_min) + xd sqrt(lambda_max/2).
+    """
+    if isinstance(impedance, MatrixImpedance):
+        least, most = float(impedance.values[0]), float(impedance.values[-1])
+    else:
+        least = most = float(impedance)
+    return force / math.sqrt(2.0 * least) + velocity * math.sqrt(0.5 * most)
