@@ -66,6 +66,7 @@ class WaveMaster:
     def __init__(self, params: MasterParams) -> None:
         self.params: MasterParams = params
         self._begin(params)
+        self._position = make_position_feedback(params)
         self.u_m: Value = 0.0
         self.u_m_lp: Value = 0.0
         self.v_m: Value = 0.0
@@ -75,6 +76,7 @@ class WaveMaster:
         self.energy_u_tx: Value = 0.0
         self.energy_v_rx: Value = 0.0
         self.energy_v_m: Value = 0.0
+        self._packets = 0  # sent, which is how their sender numbers them
         self._x: Value = 0.0
         self._xd: Value = 0.0
         self._held: Value = 0.0  # w: what is in v_m whatever u_m
@@ -83,14 +85,21 @@ class WaveMaster:
     def configure(self, params: MasterParams) -> None:
         """Take other parameters over at a frame start; tick and rate drop stay.
 
-        Waves carry the same power whatever the impedance, so that may change at any time. Another
-        filter, hold or part starts at zero: what the old one held is lost, never gained.
+        Waves carry the same power whatever the impedance, so that may change at any time, and so
+        may the position feedback. Another filter, hold or part starts at zero: what the old one
+        held is lost, never gained.
         """
-        old = self.params
-        if dataclasses.replace(old, impedance=params.impedance) == params:
+        same = dataclasses.replace(
+            params, impedance=self.params.impedance, position=self.params.position
+        )
+        if same == self.params:
             self.params, self._impedance = params, impedance_of(params)
         else:
             self._begin(params)
+        if self._position:
+            self._position.configure(params)
+        else:
+            self._position = make_position_feedback(params)
 
     def _begin(self, params: MasterParams) -> None:
         """Start filter, hold and what is in between at rest."""
@@ -103,7 +112,6 @@ class WaveMaster:
             params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop
         )
         self._parts = make_parts(params)
-        self._position = make_position_feedback(params)
 
     @property
     def accounts(self) -> Mapping[str, Value]:
@@ -121,17 +129,19 @@ class WaveMaster:
     def hear(self, packet: WavePacket) -> None:
         """Note the avatar's position."""
         if self._position:
-            self._position.hear(packet, self._x)
+            self._position.hear(packet)
 
     def receive(self, wave: Value) -> None:
         """Take the newest wave [sqrt(W)]; it stands for the frame that begins."""
         self.energy_v_rx = self.energy_v_rx + squared(wave) * (0.5 * self._frame_s)
         if self._position:
-            self._position.receive(wave)
+            self._position.receive()
         self._hold.load(wave)
 
     def silence(self) -> None:
         """Let the returning wave go to zero: the port becomes a matched damper."""
+        if self._position:
+            self._position.silence()
         self._hold.load(0.0 * self.v_m)
 
     def measure(self, x: Value, xd: Value) -> None:
@@ -188,7 +198,7 @@ class WaveMaster:
         for part in self._parts:
             u_m = part.step(u_m)
         if self._position:
-            self._position.applied(u_m)
+            self._position.applied(u_m, f, self._xd)
         self.u_m_lp = self._filter.step(u_m)
 
     def _shorten(self, f: Value) -> None:
@@ -229,8 +239,9 @@ class WaveMaster:
     def send(self) -> Value:
         """Return the filter's output after the last tick [sqrt(W)]."""
         wave = self._filter.sample()
+        self._packets += 1
         if self._position:
-            wave = self._position.send(wave)
+            wave = self._position.send(wave, self._packets)
         self.energy_u_tx = self.energy_u_tx + squared(wave) * (0.5 * self._frame_s)
         return wave
 

@@ -1,40 +1,155 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Position feedback on the returning wave (App. E, Eq. 3)."""
+"""Position feedback on the returning wave (App. E, Eq. 3).
+
+v_m <- v_m - K_p e, with e = x_m - x_s - x_ref (``printed``, ``budgeted``) or what of it the waves
+on their way do not explain (``integral``). ``printed`` pays for nothing: it can make energy. The
+others change v_m only as far as the surplus of the master pays for it (:mod:`.surplus`), and
+shorten a packet that it does not. Until the server is heard, and while it is silent, nothing is
+corrected.
+
+With K_p the link no longer is a spring: at rest v_m and e belong together only for e = 0, so that
+the felt stiffness is the environment's.
+"""
 
 from collections.abc import Mapping
 from typing import Protocol
 
-from pmwvc_core.numeric import Value
+from pmwvc_core.master.separation import Rest, Separation
+from pmwvc_core.master.surplus import Surplus
+from pmwvc_core.numeric import Value, anywhere, squared
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.packet import WavePacket
 
 
 class PositionFeedback(Protocol):
-    """What brings device and avatar together. Order: ``send``, ``hear``, ``receive`` once a
-    frame; ``down``, ``applied`` every tick.
+    """What brings device and avatar together. Order: ``send``, ``hear``, ``receive`` or
+    ``silence`` once a frame; ``down``, ``applied`` every tick.
     """
 
-    def hear(self, packet: WavePacket, x: Value) -> None:
-        """Note the newest packet with the avatar's position, and where the device is [m]."""
+    def configure(self, params: MasterParams) -> None:
+        """Take other parameters over; what is known and saved stays."""
 
-    def receive(self, wave: Value) -> None:
-        """Note the wave taken for the frame that begins [sqrt(W)]."""
+    def hear(self, packet: WavePacket) -> None:
+        """Note the newest packet with the avatar's position."""
+
+    def receive(self) -> None:
+        """Note that the server is there."""
+
+    def silence(self) -> None:
+        """Note that it is silent."""
 
     def down(self, v: Value, x: Value) -> Value:
         """Return the wave after the hold with the feedback for the device at ``x`` [m]."""
 
-    def applied(self, u: Value) -> None:
-        """Note the wave that left the port in this tick [sqrt(W)]."""
+    def applied(self, u: Value, f: Value, xd: Value) -> None:
+        """Note the wave that goes to the filter in this tick [sqrt(W)], the device's force [N]
+        and velocity [m/s].
+        """
 
-    def send(self, wave: Value) -> Value:
-        """Return the wave for the packet of this frame start [sqrt(W)]."""
+    def send(self, wave: Value, seq: int) -> Value:
+        """Return the wave for packet number ``seq`` [sqrt(W)]."""
 
     @property
     def accounts(self) -> Mapping[str, Value]:
         """Energies of the feedback since the start, by name [J]; always the same names."""
 
 
+class _Printed:
+    def __init__(self, params: MasterParams) -> None:
+        self._separation = Separation(params)
+        self._spent: Value = 0.0
+        self._there = False
+        self.configure(params)
+
+    def configure(self, params: MasterParams) -> None:
+        self._gain = params.position.gain
+        self._tick_s = params.tick_s
+        self._separation.configure(params)
+
+    def hear(self, packet: WavePacket) -> None:
+        self._separation.hear(packet)
+
+    def receive(self) -> None:
+        self._there = True
+
+    def silence(self) -> None:
+        self._there = False
+
+    def down(self, v: Value, x: Value) -> Value:
+        error = self._separation.step(x, v)
+        if not self._there:
+            return v
+        changed = v - self._gain * error
+        more = squared(changed) - squared(v)
+        self._spent = self._spent + more * (0.5 * self._tick_s)
+        return changed
+
+    def applied(self, u: Value, f: Value, xd: Value) -> None:
+        self._separation.take(u)
+
+    def send(self, wave: Value, seq: int) -> Value:
+        self._separation.send(wave, wave, seq)
+        return wave
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        return {"position_spent": self._spent}
+
+
+class _Budgeted:
+    def __init__(self, params: MasterParams, separation: Separation) -> None:
+        self._separation = separation
+        self._surplus = Surplus(params)
+        self._there = False
+        self.configure(params)
+
+    def configure(self, params: MasterParams) -> None:
+        self._gain = params.position.gain
+        self._separation.configure(params)
+        self._surplus.configure(params)
+
+    def hear(self, packet: WavePacket) -> None:
+        self._surplus.hear(packet)
+        self._separation.hear(packet)
+
+    def receive(self) -> None:
+        self._there = True
+
+    def silence(self) -> None:
+        self._there = False
+
+    def down(self, v: Value, x: Value) -> Value:
+        error = self._separation.step(x, v)
+        self._surplus.play(v)
+        if not self._there:
+            return v
+        return v + self._surplus.spend(v, -self._gain * error)
+
+    def applied(self, u: Value, f: Value, xd: Value) -> None:
+        self._separation.take(u)
+        self._surplus.take(u, f, xd)
+
+    def send(self, wave: Value, seq: int) -> Value:
+        sent = self._surplus.send(wave)
+        self._separation.send(wave, sent, seq)
+        return sent
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        return {
+            "position_spent": self._surplus.spent_j,
+            "position_surplus": self._surplus.free_j,
+            "position_discarded": self._surplus.discarded_j,
+            "position_owed": self._surplus.owed_j,
+        }
+
+
 def make_position_feedback(params: MasterParams) -> PositionFeedback | None:
     """Return the feedback that the parameters name, or None where there is none."""
-    return None
+    kind, gain = params.position.feedback, params.position.gain
+    if kind == "none" or not anywhere(gain > 0.0):
+        return None
+    if kind == "printed":
+        return _Printed(params)
+    return _Budgeted(params, Separation(params) if kind == "budgeted" else Rest(params))

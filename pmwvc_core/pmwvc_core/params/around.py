@@ -6,25 +6,110 @@ bank with local model (App. E), position feedback.
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from pmwvc_core.params.fields import Validated, parameter
 
-VELOCITY_FILTERS = ("none", "equivalent", "exact")
+VELOCITY_FILTERS = ("none", "equivalent", "exact", "complementary")
 BANKS = ("none", "dissertation", "complementary")
 POSITION_FEEDBACKS = ("none", "printed", "budgeted", "integral")
 
 
 @dataclass(frozen=True)
 class VelocityFilterParams(Validated):
-    """Velocity filter by feeding back the high-pass part of the outgoing wave (App. D)."""
+    """Velocity filter by feeding back the high-pass part of the outgoing wave (App. D).
 
-    kind: str = parameter("none", "-", "which form", choices=VELOCITY_FILTERS, read_only=True)
+    At most one of ``alpha`` and ``cutoff_hz``; without either they follow from the anti-aliasing
+    filter (``pmwvc filter`` tells).
+    """
+
+    kind: str = parameter(
+        "none",
+        "-",
+        "which form; complementary: low-pass filters both ways as well, passive by itself",
+        choices=VELOCITY_FILTERS,
+        read_only=True,
+    )
+    order: int = parameter(2, "-", "order of the high-pass filter", low=1, high=8)
+    share: float = parameter(
+        0.5, "-", "part of the high-pass wave fed back (App. D: half)", above=0.0, high=1.0
+    )
+    alpha: float | None = parameter(
+        None, "-", "order 1: the pole of (z - 1)/(z - alpha)", kind=float, above=0.0, below=1.0
+    )
+    cutoff_hz: float | None = parameter(
+        None, "Hz", "Butterworth: frequency of -3 dB", kind=float, above=0.0
+    )
+
+    def conflicts(self) -> list[str]:
+        """Check that the filter is said once, and that not the whole wave is answered at once."""
+        if self.alpha is not None and self.cutoff_hz is not None:
+            return ["alpha and cutoff_hz are given: a velocity filter takes one of them"]
+        if self.alpha is not None and (self.order != 1 or self.kind == "complementary"):
+            return [f"alpha = {self.alpha}: needs order = 1 and kind = equivalent or exact"]
+        whole = self.order == 1 and self.kind == "exact" and self.cutoff_hz is None
+        if whole and np.any(self.share >= 1.0):
+            return [f"share = {self.share}: must be < 1 for (z - 1)/(z - alpha)"]
+        return []
 
 
 @dataclass(frozen=True)
 class BankParams(Validated):
-    """Filter bank with a local model on its high-pass wave (App. E)."""
+    """Filter bank with a local model on its high-pass wave (App. E; edges of its Table 1)."""
 
-    kind: str = parameter("none", "-", "which bank", choices=BANKS, read_only=True)
+    kind: str = parameter(
+        "none",
+        "-",
+        "dissertation: HP to the local model, LP2 on its way back; complementary: a pair of "
+        "filters that is passive by construction",
+        choices=BANKS,
+        read_only=True,
+    )
+    high_stop_hz: float = parameter(
+        40.0, "Hz", "HP: edge of the stop band", above=0.0, read_only=True
+    )
+    high_stop_db: float = parameter(
+        40.0, "dB", "HP: attenuation at high_stop_hz", above=0.0, read_only=True
+    )
+    high_pass_hz: float = parameter(
+        70.0, "Hz", "HP: edge of the pass band", above=0.0, read_only=True
+    )
+    high_pass_db: float = parameter(
+        20.0, "dB", "HP: attenuation at high_pass_hz", above=0.0, read_only=True
+    )
+    low_pass_hz: float = parameter(
+        300.0, "Hz", "LP2: edge of the pass band", above=0.0, read_only=True
+    )
+    low_pass_db: float = parameter(
+        1.0, "dB", "LP2: attenuation at low_pass_hz", above=0.0, read_only=True
+    )
+    low_stop_hz: float = parameter(
+        600.0,
+        "Hz",
+        "LP2: edge of the stop band; above half the tick rate it only sets the order",
+        above=0.0,
+        read_only=True,
+    )
+    low_stop_db: float = parameter(
+        40.0, "dB", "LP2: attenuation at low_stop_hz", above=0.0, read_only=True
+    )
+    split_rad_s: float = parameter(
+        50.0, "rad/s", "complementary: pole of both filters", above=0.0, high=2000.0
+    )
+
+    def conflicts(self) -> list[str]:
+        """Check that the edges are in order."""
+        pairs = (
+            ("high_stop_hz", "high_pass_hz"),
+            ("low_pass_hz", "low_stop_hz"),
+            ("high_pass_db", "high_stop_db"),
+            ("low_pass_db", "low_stop_db"),
+        )
+        return [
+            f"{lower} = {getattr(self, lower)}: must be < {upper} = {getattr(self, upper)}"
+            for lower, upper in pairs
+            if np.any(getattr(self, lower) >= getattr(self, upper))
+        ]
 
 
 @dataclass(frozen=True)
@@ -39,4 +124,12 @@ class PositionParams(Validated):
         choices=POSITION_FEEDBACKS,
         read_only=True,
     )
-    gain: float = parameter(0.0, "sqrt(W)/m", "K_p (0: off)", low=0.0)
+    gain: float = parameter(0.0, "sqrt(W)/m", "K_p (0: off)", low=0.0, high=200.0)
+    most_j: float = parameter(
+        0.05,
+        "J",
+        "budgeted, integral: the largest surplus kept, so that minutes of saving are not released "
+        "at once (0.05 J move a device of 0.25 kg with 0.6 m/s)",
+        low=0.0,
+        high=10.0,
+    )

@@ -14,7 +14,7 @@ from typing import Any
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.server.seats import ServerController
-from pmwvc_core.wave.packet import FLAG_DIRECT, FLAG_LEAVING, Packer, WavePacket
+from pmwvc_core.wave.packet import FLAG_ANEW, FLAG_DIRECT, FLAG_LEAVING, Packer, WavePacket
 from pmwvc_core.wave.receiver import Receiver, Verdict
 
 
@@ -53,6 +53,7 @@ class Service:
         self.packers = list(packers)
         self.release_s = release_s
         self.presence = [Presence.ABSENT for _ in self.inboxes]
+        self._anew = [0 for _ in self.inboxes]  # FLAG_ANEW of each user's packets
 
     def deliver(self, user: int, packet: WavePacket, now_ns: int) -> Verdict:
         """Take one packet of a user in; a first one, or one of a new life, joins the user."""
@@ -70,6 +71,7 @@ class Service:
         if self.presence[user] is not Presence.ABSENT:
             self.server.leave(user)
         self.server.join(user, position)
+        self._anew[user] ^= FLAG_ANEW
         self.presence[user] = Presence.JOINING
 
     def leave(self, user: int) -> None:
@@ -104,7 +106,7 @@ class Service:
                 answers[user],
                 self.server.x_s[user],
                 now_ns,
-                flags=self.server.flags,
+                flags=self.server.flags | self._anew[user],
                 echo=self.inboxes[user].echo(now_ns),
                 energy=self.server.seats[user].account,
             )

@@ -13,6 +13,7 @@ from pmwvc_core.numeric import Value, squared
 FLAG_DIRECT = 1  # the wave is a velocity (up) or a force (down) of the direct coupling
 FLAG_LEAVING = 2  # the last packet: the sender leaves
 FLAG_LIMITED = 4  # the safety limits changed a force since the last packet
+FLAG_ANEW = 8  # flips whenever the server places the user's avatar anew
 
 
 @dataclass(slots=True)
