@@ -10,9 +10,13 @@ from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.rivals.direct import DirectMaster, DirectServer
+from pmwvc_core.server.blackbox.containment import Call, directly
+from pmwvc_core.server.blackbox.interface import EnvironmentSetup
+from pmwvc_core.server.blackbox.plugins import make_black_box
 from pmwvc_core.server.factory import make_seats
 from pmwvc_core.server.port import WaveServer
 from pmwvc_core.server.seats import AS_PUBLISHED, Seat, ServerController
+from pmwvc_core.server.unknown import UnknownServer
 from pmwvc_core.wave.impedance import Impedance
 
 __all__ = [
@@ -57,6 +61,7 @@ def make_server(
     dof: int,
     sides: Sequence[int],
     baselines: Sequence[BaselineParams] = (),
+    call: Call = directly,
 ) -> ServerController:
     """Return the server's end of a controller by name, with nobody seated.
 
@@ -76,14 +81,20 @@ def make_server(
         -1 (left of the object) or +1 (right), one per user.
     baselines
         What other controllers than waves share between their ends, one per user.
+    call
+        How an unknown environment is asked; directly by default.
 
     Raises
     ------
     ParameterError
-        Naming the controllers there are, or where the numbers of users differ.
+        Naming the controllers there are, or where the numbers of users differ; of an unknown
+        environment, why it cannot be used.
     """
     make = _known(controller, SERVERS)
     seats = make_seats(server, contacts, impedances, dof=dof, sides=sides, baselines=baselines)
+    if controller == "pmwvc" and server.coupling == "unknown":
+        setup = EnvironmentSetup(dof, server.period_s, tuple(sides), server, tuple(contacts))
+        return UnknownServer(server, seats, make_black_box(setup), call=call)
     return make(server, seats)
 
 

@@ -4,6 +4,7 @@
 
 from pmwvc_core.params.around import BankParams, PositionParams, VelocityFilterParams
 from pmwvc_core.params.baseline import BaselineParams
+from pmwvc_core.params.environment import ActiveWallParams, HuntCrossleyParams
 from pmwvc_core.params.fields import Spec, Validated, groups, specs, whole_ratio
 from pmwvc_core.params.master import FilterParams, MasterParams
 from pmwvc_core.params.network import LinkParams
@@ -11,11 +12,13 @@ from pmwvc_core.params.server import ContactParams, ServerParams
 from pmwvc_core.params.user import DeviceParams, OperatorParams, SafetyParams, TaskParams
 
 __all__ = [
+    "ActiveWallParams",
     "BankParams",
     "BaselineParams",
     "ContactParams",
     "DeviceParams",
     "FilterParams",
+    "HuntCrossleyParams",
     "LinkParams",
     "MasterParams",
     "OperatorParams",

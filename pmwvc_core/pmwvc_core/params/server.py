@@ -6,11 +6,14 @@ contact.
 
 from dataclasses import dataclass
 
-from pmwvc_core.params.fields import Validated, parameter
+from pmwvc_core.params.environment import ActiveWallParams, HuntCrossleyParams
+from pmwvc_core.params.fields import Validated, group, parameter
 from pmwvc_core.params.matrix import matrix_conflicts
 
-COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped")
+COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped", "unknown")
 INTEGRATORS = ("forward_euler", "backward_euler", "trapezoid")
+COMPENSATIONS = ("none", "printed", "corrected", "ledger")
+KNOWN = ("cube", "wall")  # environments whose equations every coupling has
 
 
 @dataclass(frozen=True)
@@ -23,14 +26,16 @@ class ServerParams(Validated):
     integrator: str = parameter(
         "backward_euler",
         "-",
-        "avatar position from its velocity (one_step_delay and unwrapped; the others fix it)",
+        "avatar position from its velocity (one_step_delay, unwrapped, unknown; the others fix "
+        "it)",
         choices=INTEGRATORS,
     )
     environment: str = parameter(
         "cube",
         "-",
-        "cube: the shared object; wall: a wall that does not move",
-        choices=("cube", "wall"),
+        "cube: the shared object; wall: a wall that does not move; with coupling = unknown also "
+        "wall_with_slope, hunt_crossley, active_wall, or a plug-in by entry-point name",
+        read_only=True,
     )
     period_s: float = parameter(
         0.008, "s", "time step of the environment, T_VE", low=1e-3, high=0.1, read_only=True
@@ -38,6 +43,36 @@ class ServerParams(Validated):
     object_mass: float = parameter(2.0, "kg", "mass of the shared object", above=0.0)
     object_damping: float = parameter(0.0, "N s/m", "damping of the object to ground", low=0.0)
     object_size_m: float = parameter(0.06, "m", "edge length of the cube", above=0.0)
+    compensation: str = parameter(
+        "ledger",
+        "-",
+        "unknown: what is done about the energy of the late decoding; printed: App. C Eq. 15; "
+        "corrected: the same, paid as it arises; ledger: return no more than was received",
+        choices=COMPENSATIONS,
+    )
+    allowance_w: float = parameter(
+        0.0, "W", "ledger: what an active environment may give at any time, at most", low=0.0
+    )
+    allowance_j: float = parameter(
+        0.0, "J", "ledger: what an active environment may give in all, at most", low=0.0
+    )
+    tank_cap_j: float = parameter(
+        0.25,
+        "J",
+        "ledger: energy kept for an environment that does not say how much it stores",
+        low=0.0,
+    )
+    hunt_crossley: HuntCrossleyParams = group(HuntCrossleyParams)
+    active_wall: ActiveWallParams = group(ActiveWallParams)
+
+    def conflicts(self) -> list[str]:
+        """Check that the coupling can do with what it knows of the environment."""
+        if self.environment in KNOWN or self.coupling == "unknown":
+            return []
+        return [
+            f"environment = {self.environment!r}: set coupling = unknown for it "
+            f"({self.coupling} knows only {' and '.join(KNOWN)})"
+        ]
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ class Contact(Protocol):
     """One avatar's contact; the methods below ``energy`` come in two families.
 
     Sampled (couplings that use the force at an instant): ``force``, ``heat``, ``unwrapped``, moved
-    by ``slide``. Mean over a step (implicit coupling): ``answer``, moved by ``advance``.
+    by ``slide``. Mean over a step (implicit coupling): ``answer``, ``meet``, moved by ``advance``.
     """
 
     @property
@@ -81,6 +81,10 @@ class Contact(Protocol):
 
     def answer(self, free: Value, impedance: Value, period: Value) -> Answer:
         """Return the mean force over a step for which rate = free - force/impedance."""
+        ...
+
+    def meet(self, rate: Value, period: Value) -> Answer:
+        """Return the mean force over a step with a given mean relative velocity."""
         ...
 
     def advance(self, answer: Answer, period: Value) -> Value:
@@ -146,6 +150,11 @@ class Bilateral:
         pull = self.stiffness * self.deflection
         rate = (free - pull / impedance) / share
         return Answer((pull + gain * free) / share, rate, gain / share)
+
+    def meet(self, rate: Value, period: Value) -> Answer:
+        """Return K (e + h w/2) + B w."""
+        gain = 0.5 * self.stiffness * period + self.damping
+        return Answer(self.stiffness * self.deflection + gain * rate, rate, gain)
 
     def advance(self, answer: Answer, period: Value) -> Value:
         """Stretch the spring by the mean rate; return h B |w|^2."""

@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Environments by name: the shared cube, and a wall that does not move.
 
-A wall is the cube nailed down: the same faces and contact laws, no motion. Another environment is
-a class with the methods of ``cube.Body`` and a line in ``ENVIRONMENTS``.
+A wall is the cube nailed down: the same faces and contact laws, no motion. These are the bodies
+whose equations the couplings know; other environments are black boxes (``blackbox``).
 """
 
 from collections.abc import Callable, Mapping
 
+from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.cube import Body, Cube
@@ -54,5 +55,16 @@ ENVIRONMENTS: Mapping[str, Callable[[ServerParams], Body]] = {"cube": _cube, "wa
 
 
 def make_environment(params: ServerParams) -> Body:
-    """Return the environment ``params.environment`` names, at rest at the origin."""
+    """Return the environment ``params.environment`` names, at rest at the origin.
+
+    Raises
+    ------
+    ParameterError
+        If it is a black box, which only a wave port with ``coupling = unknown`` can use.
+    """
+    if params.environment not in ENVIRONMENTS:
+        raise ParameterError(
+            f"server.environment = {params.environment!r}: needs controller = pmwvc with "
+            f"server.coupling = unknown; here there are {', '.join(ENVIRONMENTS)}"
+        )
     return ENVIRONMENTS[params.environment](params)

@@ -108,6 +108,17 @@ class AnchoredGrip:
             self._join(normal.slope, where(held, across.slope, 0.0)),
         )
 
+    def meet(self, rate: Value, period: Value) -> Answer:
+        """Meet each axis by itself; the anchor holds where the step begins inside."""
+        held = self.touching
+        normal = self.grip.meet(_normal(rate), period)
+        across = self.anchor.meet(_across(rate), period)
+        return Answer(
+            self._join(normal.force, where(held, across.force, 0.0)),
+            rate,
+            self._join(normal.slope, where(held, across.slope, 0.0)),
+        )
+
     def advance(self, answer: Answer, period: Value) -> Value:
         """Move by an answer; return what became heat or was dropped."""
         held = self.touching

@@ -121,6 +121,20 @@ class Grip:
             where(pushes, slope / (1.0 + slope / impedance), 0.0),
         )
 
+    def meet(self, rate: Value, period: Value) -> Answer:
+        """Return the mean law above for a given w."""
+        p0, w = self.depth, self.inward * rate
+        p1 = p0 + period * w
+        in0, in1 = maximum(p0, 0.0), maximum(p1, 0.0)
+        way = where(p1 > p0, p1 - p0, p0 - p1)
+        share = where((p0 >= 0.0) & (p1 >= 0.0), 1.0, maximum(in0, in1) / _nonzero(way))
+        normal = share * (0.5 * self.stiffness * (in0 + in1) + self.damping * w)
+        spring = 0.5 * self.stiffness * period * share
+        entering = spring * (2.0 - share) + self.damping
+        slope = where(p1 > 0.0, entering, spring * share)
+        pushes = normal > 0.0
+        return Answer(self.inward * where(pushes, normal, 0.0), rate, where(pushes, slope, 0.0))
+
     def _staying(self, p0: Value, c: Value, b: Value, h: Value) -> tuple[Value, Value, Value]:
         """Inside at both ends: N = K p0 + (K h/2 + B) w. Returns N, w, dN/dw."""
         gain = 0.5 * self.stiffness * h + self.damping

@@ -15,17 +15,20 @@ so that, whatever the waves, stiffnesses and step::
 Each f_i falls with v, at most by b_i per m/s, so the object's equation has one root and its slope
 is at least 2 m_o/h + b_o. Two-sided contacts are linear: one Newton step is the closed form.
 One-sided contacts are solved exactly for a given v (``grip``) and the root is found by Newton's
-method kept inside a bracket that halves when it must.
+method kept inside a bracket that halves when it must; axis by axis, or all axes at once where a
+wave impedance couples them (:mod:`.coupled_axes`).
 """
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from pmwvc_core.numeric import Flag, Value, maximum, minimum, truth, where
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.contacts import Answer
+from pmwvc_core.server.couplings.coupled_axes import solve_coupled
 from pmwvc_core.server.cube import Body
 from pmwvc_core.server.seats import Seat
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 _ROUNDING = 8.0 * sys.float_info.epsilon
 _NEWTON = 20  # steps before halving alone is trusted
@@ -40,44 +43,59 @@ class Implicit:
 
     def step(self, seats: Sequence[Seat], body: Body) -> Value:
         """Use every seat's ``u_s``; return the energy dissipated [J]."""
-        velocity, answers = self._solve(seats, body)
+        h = self._period
+
+        def ask(velocity: Value) -> list[tuple[Value, Answer]]:
+            free = [seat.ratio * seat.u_s - velocity for seat in seats]
+            return [
+                (rate, seat.contact.answer(rate, seat.b, h))
+                for rate, seat in zip(free, seats, strict=True)
+            ]
+
+        coupled = any(isinstance(seat.b, MatrixImpedance) for seat in seats)
+        velocity, answers = (solve_coupled if coupled else solve)(ask, body)
         lost = body.drift(velocity)
         for seat, answer in zip(seats, answers, strict=True):
             seat.f_s = answer.force
             seat.xd_s = seat.ratio * seat.u_s - answer.force / seat.b
-            lost = lost + seat.contact.advance(answer, self._period)
+            lost = lost + seat.contact.advance(answer, h)
         return lost
 
-    def _solve(self, seats: Sequence[Seat], body: Body) -> tuple[Value, list[Answer]]:
-        """Return the object's mean velocity [m/s] and the answers of all contacts to it."""
-        velocity = body.xd
-        low = high = velocity
-        for turn in range(_LIMIT):
-            answers = []
-            force: Value = 0.0
-            slope: Value = 0.0
-            size: Value = 0.0  # of the terms that may cancel, hence of rounding [N]
-            for seat in seats:
-                free = seat.ratio * seat.u_s - velocity
-                answer = seat.contact.answer(free, seat.b, self._period)
-                answers.append(answer)
-                force = force + answer.force
-                slope = slope + answer.slope
-                size = size + _size(answer.force) + answer.slope * _size(free)
-            missing = body.imbalance(velocity, force)
-            mobility = body.mobility(slope)
-            change = missing * mobility
-            settled = _size(change) <= _ROUNDING * (_size(velocity) + mobility * size)
-            if truth(settled):
-                break
-            if turn == 0:
-                other = velocity - missing * body.mobility(0.0 * slope)
-                low, high = minimum(velocity, other), maximum(velocity, other)
-            else:
-                low = where(missing < 0.0, velocity, low)
-                high = where(missing < 0.0, high, velocity)
-            velocity = where(settled, velocity, _next(velocity - change, low, high, turn))
-        return velocity, answers
+
+def solve(
+    ask: Callable[[Value], list[tuple[Value, Answer]]], body: Body
+) -> tuple[Value, list[Answer]]:
+    """Return the object's mean velocity [m/s] and the answers of all contacts to it.
+
+    ``ask`` returns for a mean velocity of the object per contact what the velocity relative to it
+    would be without the contact, and the answer.
+    """
+    velocity = body.xd
+    low = high = velocity
+    for turn in range(_LIMIT):
+        answers = []
+        force: Value = 0.0
+        slope: Value = 0.0
+        size: Value = 0.0  # of the terms that may cancel, hence of rounding [N]
+        for free, answer in ask(velocity):
+            answers.append(answer)
+            force = force + answer.force
+            slope = slope + answer.slope
+            size = size + _size(answer.force) + answer.slope * _size(free)
+        missing = body.imbalance(velocity, force)
+        mobility = body.mobility(slope)
+        change = missing * mobility
+        settled = _size(change) <= _ROUNDING * (_size(velocity) + mobility * size)
+        if truth(settled):
+            break
+        if turn == 0:
+            other = velocity - missing * body.mobility(0.0 * slope)
+            low, high = minimum(velocity, other), maximum(velocity, other)
+        else:
+            low = where(missing < 0.0, velocity, low)
+            high = where(missing < 0.0, high, velocity)
+        velocity = where(settled, velocity, _next(velocity - change, low, high, turn))
+    return velocity, answers
 
 
 def _size(value: Value) -> Value:
