@@ -50,8 +50,8 @@ def finish(
     folder = Path(folder)
     scenario = scenario or read_scenario(folder)
     traces = traces or read_session(folder)
-    result = summary(traces, scenario)
     energies = budget(traces, scenario)
+    result = summary(traces, scenario, energies)
     try:
         write_summary(folder, result)
         if energies is not None:

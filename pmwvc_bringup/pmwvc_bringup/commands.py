@@ -202,7 +202,7 @@ def _verdict(summary: dict[str, Any]) -> list[str]:
         if user["safety_events"]:
             parts.append(f"{user['safety_events']} safety events")
         found.append(f"  {user['name']}: {', '.join(parts)}")
-    return found
+    return found + [f"  {sentence}" for sentence in (summary["active"] or [])[:1]]
 
 
 def _vector(value: float | list[float]) -> str:

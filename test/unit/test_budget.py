@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from pmwvc_analysis.judge import budget_summary
-from pmwvc_analysis.judge.budget import SERVER, TOLERANCE_NOTED, budget
+from pmwvc_analysis.judge.budget import budget
+from pmwvc_analysis.judge.budget_result import SERVER, TOLERANCE_NOTED
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.simulation.session import simulate_one
 

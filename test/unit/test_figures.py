@@ -8,22 +8,40 @@ import handmade
 import numpy as np
 import pytest
 
+from pmwvc_analysis.judge.budget import budget
+from pmwvc_analysis.judge.budget_words import GROUPS
 from pmwvc_analysis.judge.energy import user_energies
 from pmwvc_analysis.show import style
 from pmwvc_analysis.show.channel_figures import energy, loop, network
+from pmwvc_analysis.show.energy_figures import bookings, whereabouts
 from pmwvc_analysis.show.figures import FIGURES, draw_all, forces, motion
+from pmwvc_core.simulation.session import simulate_one
 
 
 def lines(figure, row=0):
     """The labelled lines of a row of axes."""
-    axes = figure.axes[row]
+    return lines_of(figure.axes[row])
+
+
+def lines_of(axes):
     return {line.get_label(): line for line in axes.lines if not line.get_label().startswith("_")}
+
+
+def grouped(found):
+    """The energies of a budget by group, over all owners."""
+    sums = {}
+    for parts in found.parts.values():
+        for part, series in parts.items():
+            name = next(name for name, members in GROUPS.items() if part in members)
+            sums[name] = sums.get(name, 0.0) + series
+    return sums
 
 
 def live():
     traces = handmade.session()
     for place, user in enumerate(traces.users):
         user.lateness_s = np.random.default_rng(place).gamma(2.0, 40e-6, len(user.tick))
+        user.accounts["position_spent"] = np.linspace(0.0, 2e-3, len(user.block_time_s))
     return traces
 
 
@@ -131,3 +149,37 @@ def test_stretches_close_together_are_one():
 
 def test_users_can_be_told_apart_without_colour():
     assert len(set(style.USERS)) == 8
+
+
+def test_the_stack_of_energies_ends_where_the_hands_do():
+    scenario = handmade.scenario()
+    traces = simulate_one(scenario)
+    axes = whereabouts(traces, scenario).axes[0]
+    found = budget(traces, scenario)
+    given = sum(found.hands.values()) * 1e3
+    np.testing.assert_allclose(lines_of(axes)["hands"].get_ydata(), given)
+    top = sum(np.maximum(sums, 0.0) for sums in grouped(found).values())
+    bottom = sum(np.minimum(sums, 0.0) for sums in grouped(found).values())
+    edges = np.concatenate([area.get_paths()[0].vertices for area in axes.collections])
+    assert edges[:, 1].max() == pytest.approx(top.max() * 1e3, rel=1e-2)
+    assert edges[:, 1].min() == pytest.approx(min(0.0, bottom.min() * 1e3), rel=1e-2, abs=1e-3)
+
+
+def test_parts_that_were_active_have_a_row_of_their_own():
+    quiet, wild = handmade.scenario(), handmade.scenario(server__coupling="one_step_delay")
+    assert len(whereabouts(simulate_one(quiet), quiet).axes) == 1
+    active = whereabouts(simulate_one(wild), wild).axes[1]
+    label, line = next(iter(lines_of(active).items()))
+    assert label == "server: decoding with the force of the step before"
+    assert line.get_ydata().min() < 0.0
+
+
+def test_what_a_controller_booked_is_drawn_only_where_it_did():
+    traces = handmade.session()
+    assert bookings(traces, None) is None
+    user = traces.users[1]
+    user.accounts["position_spent"] = np.linspace(0.0, 2e-3, len(user.block_time_s))
+    figure = bookings(traces, None)
+    assert [axes.get_title() for axes in figure.axes] == ["user2"]
+    drawn = lines(figure)["given out by the position feedback"]
+    np.testing.assert_allclose(drawn.get_ydata(), user.accounts["position_spent"] * 1e3)

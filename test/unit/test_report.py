@@ -111,7 +111,7 @@ def test_finish_writes_summary_report_and_plots(tmp_path):
     assert result["source"] == "simulated"
     found = Page((tmp_path / "report.html").read_text())
     plots = {path.stem for path in (tmp_path / "plots").iterdir()}
-    assert plots == {"positions", "forces", "energy", "network"}
+    assert plots == {"positions", "forces", "energy", "budget", "network"}
     assert len(found.sources) == len(plots)
     assert all(source.startswith("data:image/png;base64,") for source in found.sources)
     assert "Nothing is missing in the recording." in found.text

@@ -15,117 +15,20 @@ velocity are measured rather than exact, what the sensors make up cannot be told
 and hold, which is then what the other parts of the device leave over.
 """
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
+from pmwvc_analysis.judge.budget_around import at_frames, between, booked
 from pmwvc_analysis.judge.budget_channel import channel_account, master_account
-from pmwvc_analysis.judge.budget_clock import Clock
+from pmwvc_analysis.judge.budget_clock import Clock, Sums
 from pmwvc_analysis.judge.budget_device import device_account, measured
+from pmwvc_analysis.judge.budget_result import SERVER, Budget, sum_of
 from pmwvc_analysis.judge.budget_server import server_account
-from pmwvc_analysis.judge.energy import TOLERANCE_J, TOLERANCE_RELATIVE, running
+from pmwvc_analysis.judge.energy import running
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
 
-TOLERANCE = 1e-9  # of the energy moved
-TOLERANCE_NOTED = 2e-2  # where ``notes`` say why
-SMALLEST_J = 1e-12
-SERVER = "server"
-USER_PARTS = (
-    "device_kinetic",
-    "device_damping",
-    "sample_hold",
-    "safety",
-    "filter",
-    "rate_drop",
-    "link_up",
-    "link_down",
-    "hold",
-)
-JOINT_PART = "filter_and_rate_drop"
-DIRECT_PARTS = ("device_kinetic", "device_damping", "sample_hold", "safety", "link")
-SERVER_PARTS = (
-    "late_decoding",
-    "integration",
-    "contact_damping",
-    "contact_stored",
-    "object_kinetic",
-    "object_damping",
-)
-
-
-@dataclass(frozen=True)
-class Active:
-    """A part that gave out energy it never got."""
-
-    owner: str
-    part: str
-    given_j: float  # at the worst
-    since_s: float  # first seen
-    time_s: float  # of the worst
-
-
-@dataclass(frozen=True)
-class Budget:
-    """Running energies at ``time_s``; by owner (a user, or ``server``), then by part [J]."""
-
-    time_s: Array
-    hands: dict[str, Array]
-    parts: dict[str, dict[str, Array]]
-    residuals: dict[str, Array]
-    notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
-
-    @property
-    def residual_j(self) -> Array:
-        """What the parts do not explain."""
-        return np.asarray(sum(self.residuals.values()), dtype=float)
-
-    @property
-    def moved_j(self) -> float:
-        """Energy that went through the hands, either way, or was held somewhere: the scale."""
-        hands = sum(float(np.abs(np.diff(sums)).sum()) for sums in self.hands.values())
-        held = (float(np.abs(s).max()) for each in self.parts.values() for s in each.values())
-        return max(hands, *held, SMALLEST_J)
-
-    @property
-    def tolerance_j(self) -> float:
-        """How large a residual may be."""
-        return SMALLEST_J + (TOLERANCE_NOTED if self.notes else TOLERANCE) * self.moved_j
-
-    @property
-    def closes(self) -> bool:
-        """Tell whether the residual was never larger than that."""
-        return bool(np.abs(self.residual_j).max(initial=0.0) <= self.tolerance_j)
-
-    @property
-    def active(self) -> list[Active]:
-        """Return the active parts, the one that gave out most first."""
-        limit = TOLERANCE_J + TOLERANCE_RELATIVE * self.moved_j
-        found = []
-        for owner, parts in self.parts.items():
-            for part, sums in _judged(parts).items():
-                lowest = int(np.argmin(sums))
-                if sums[lowest] < -limit:
-                    first = int(np.argmax(sums < -limit))
-                    found.append(
-                        Active(
-                            owner,
-                            part,
-                            -float(sums[lowest]),
-                            float(self.time_s[first]),
-                            float(self.time_s[lowest]),
-                        )
-                    )
-        return sorted(found, key=lambda entry: -entry.given_j)
-
-
-def _judged(parts: dict[str, Array]) -> dict[str, Array]:
-    """Return the parts by which activity is told: the filter is there to pay for the rate drop."""
-    found = dict(parts)
-    if "filter" in found:
-        found[JOINT_PART] = found.pop("filter") + found.pop("rate_drop")
-    return found
+WITHOUT_WAVES = ("direct", "virtual_coupling", "tdpa", "pspm")
 
 
 def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
@@ -142,27 +45,49 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     if not all(np.isfinite(u.x_m).all() and np.isfinite(u.xd_m).all() for u in users):
         return None
     clock = Clock(_times(traces, users))
-    waves = scenario.controller != "direct"
     inside = server_account(clock, server, scenario)
-    hands, parts, residuals = {}, {}, {}
-    shared = inside["into_server"]
+    shared = inside.pop("into_server")
+    waves = scenario.controller not in WITHOUT_WAVES
+    hands, parts, residuals, frames = {}, {}, {}, {}
     for user in users:
         own = known[user.name]
         device = device_account(clock, user, own.device)
-        port = master_account(clock, user, own, waves=waves)
-        found = {**device, **port}
-        if waves:
-            live = traces.source == "live"
-            found |= channel_account(clock, user, own, server, live=live)
-        else:
-            found["link"] = port["into_channel"] - _into(clock, server, user.name)
-        hands[user.name] = device["hand"]
-        parts[user.name] = {name: found[name] for name in (USER_PARTS if waves else DIRECT_PARTS)}
-        residuals[user.name] = device["residual"] + port["residual"]
+        hands[user.name] = device.pop("hand")
+        residuals[user.name] = device.pop("residual")
+        port = _port(clock, user, own, traces, waves=waves)
+        residuals[user.name] = residuals[user.name] + port.pop("residual")
+        parts[user.name] = {**device, **port}
+        if waves and booked(user.accounts):
+            frames[user.name] = at_frames(user, own)
         shared = shared - _into(clock, server, user.name)
-    parts[SERVER] = {name: inside[name] for name in SERVER_PARTS}
-    residuals[SERVER] = inside["residual"] - shared  # of users whose own trace is not there
-    return Budget(clock.time_s, hands, parts, residuals, _notes(traces, users, scenario))
+    residuals[SERVER] = inside.pop("residual") - shared  # of users whose own trace is not there
+    return Budget(
+        clock.time_s,
+        hands,
+        {**parts, SERVER: inside},
+        residuals,
+        frames,
+        frozenset(user.name for user in users if "position_surplus" in user.accounts),
+        _notes(traces, users, scenario),
+    )
+
+
+def _port(
+    clock: Clock, user: UserTraces, known: User, traces: SessionTraces, *, waves: bool
+) -> Sums:
+    """Return the parts between a device and the server's port, and ``residual``."""
+    assert traces.server is not None
+    port, around = master_account(clock, user, known, waves=waves), between(clock, user)
+    into_channel = port.pop("into_channel")
+    taken = sum_of([*around.values(), 0.0 * into_channel])
+    if not waves:
+        link = into_channel - _into(clock, traces.server, user.name) - taken
+        return {**port, **around, "link": link}
+    found = channel_account(clock, user, known, traces.server, live=traces.source == "live")
+    if around:
+        rest = found.pop("filter") + found.pop("hold") - taken
+        found = {**around, "filter_and_hold": rest, **found}
+    return {**port, **found}
 
 
 def _into(clock: Clock, server: ServerTraces, name: str) -> Array:

@@ -3,6 +3,7 @@
 """What had happened by the instants at which a budget is drawn up."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,23 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.plant.motion import motion
 from pmwvc_core.simulation.traces import UserTraces
 
-Sums = dict[str, Array]  # running sums [J] at the instants, by part
 # Gauss-Legendre: exact for the square of a velocity that is a polynomial up to the third degree.
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
+Sums = dict[str, Array]  # running sums [J] at the instants, by part
+
+
+class Series(NamedTuple):
+    """A running sum [J] over time."""
+
+    time_s: Array
+    sums: Array
+
+
+class AtFrames(NamedTuple):
+    """Running sums at times of their own: the ends of a master's frames."""
+
+    time_s: Array
+    sums: Sums
 
 
 @dataclass(frozen=True)

@@ -2,33 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """An energy budget as plain numbers (``budget.json``), as a table, and in sentences."""
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.judge.budget import SERVER, Active, Budget
+from pmwvc_analysis.judge.budget_result import SERVER, Active, Budget
+from pmwvc_analysis.judge.budget_words import words_of
 from pmwvc_core.numeric import Array
 
-WORDS = {
-    "device_kinetic": "motion of the device",
-    "device_damping": "damping of the device",
-    "sample_hold": "sampling and holding at the device",
-    "safety": "safety limits",
-    "filter": "anti-aliasing filter",
-    "rate_drop": "rate drop",
-    "filter_and_rate_drop": "anti-aliasing filter and rate drop",
-    "link_up": "link up, and under way on it",
-    "link_down": "link down, and under way on it",
-    "hold": "hold",
-    "link": "link, both ways",
-    "late_decoding": "decoding with the force of the step before",
-    "integration": "integration of the server",
-    "contact_damping": "damping of the contacts",
-    "contact_stored": "springs of the contacts",
-    "object_kinetic": "motion of the object",
-    "object_damping": "damping of the object",
-}
 WORTH_SAYING = 1e-2  # of the energy moved: what is said of an active part in sentences
+MOST_SAID = 3
 
 
 def summary(found: Budget) -> dict[str, Any]:
@@ -59,16 +43,7 @@ def summary(found: Budget) -> dict[str, Any]:
             **{f"{part}_j": last(sums) for part, sums in found.parts[SERVER].items()},
             "residual_j": last(found.residuals[SERVER]),
         },
-        "active": [
-            {
-                "owner": entry.owner,
-                "part": entry.part,
-                "given_j": entry.given_j,
-                "since_s": entry.since_s,
-                "time_s": entry.time_s,
-            }
-            for entry in found.active
-        ],
+        "active": [asdict(entry) for entry in found.active],
         "notes": found.notes,
     }
 
@@ -85,7 +60,7 @@ def rows(found: Budget) -> list[tuple[str, list[float | None]]]:
     parts = list(dict.fromkeys(part for owner in owners for part in found.parts[owner]))
     for part in parts:
         sums = [found.parts[owner].get(part) for owner in owners]
-        table.append((WORDS[part], [None if s is None else float(s[-1]) for s in sums]))
+        table.append((words_of(part), [None if s is None else float(s[-1]) for s in sums]))
     table.append(("not explained", [float(found.residuals[owner][-1]) for owner in owners]))
     return table
 
@@ -99,17 +74,28 @@ def lines(found: Budget) -> list[tuple[bool, str]]:
         said = [
             (False, f"The energy budget does not close: {_joule(residual)} are not explained.")
         ]
-    large = [entry for entry in found.active if entry.given_j > WORTH_SAYING * found.moved_j]
+    large = active_sentences(found)
     if not large:
         return [*said, (True, "No part gave out energy that it had not got.")]
-    return said + [(False, _said(entry)) for entry in large[:3]]
+    return said + [(False, words) for words in large]
 
 
-def _said(entry: Active) -> str:
+def active_sentences(found: Budget) -> list[str]:
+    """Return in words what was active beyond a small share of the energy moved, worst first."""
+    return [_sentence(entry) for entry in worth_saying(found)]
+
+
+def worth_saying(found: Budget) -> list[Active]:
+    """Return the few worst active parts that gave out a share of the energy moved."""
+    large = [entry for entry in found.active if entry.given_j > WORTH_SAYING * found.moved_j]
+    return large[:MOST_SAID]
+
+
+def _sentence(entry: Active) -> str:
     where = "at the server" if entry.owner == SERVER else f"of {entry.owner}"
     return (
-        f"Active, {where}: {WORDS[entry.part]} gave out {_joule(entry.given_j)} more than it had "
-        f"got, at {entry.time_s:.2f} s (first seen at {entry.since_s:.2f} s)."
+        f"Active, {where}: {words_of(entry.part)} gave out {_joule(entry.given_j)} more than it "
+        f"had got, at {entry.time_s:.2f} s (first seen at {entry.since_s:.2f} s)."
     )
 
 

@@ -8,6 +8,8 @@ the users have left.
 
 =============================  ====================================================================
 ``stable``, ``instability``    stability.py
+``active``                     parts of the energy budget that gave out energy they never got, more
+                               than 1 % of what was moved, in sentences; null without a budget
 ``passive``                    no energy balance below zero beyond rounding (energy.py); null where
                                the trace of one end is missing
 ``energy_up_min_j``            lowest energy balance of the way up; null without waves
@@ -31,7 +33,8 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.judge import energy, shape, stability
+from pmwvc_analysis.judge import budget_summary, energy, shape, stability
+from pmwvc_analysis.judge.budget_result import Budget
 from pmwvc_analysis.judge.links import link_summaries
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
@@ -41,7 +44,9 @@ COUPLED = 2
 PREDICTION_KEYS = ("spectral_radius", "stable", "k_max", "aliasing_gain", "k_felt", "mass_felt")
 
 
-def summary(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]:
+def summary(
+    traces: SessionTraces, scenario: Scenario | None, energies: Budget | None = None
+) -> dict[str, Any]:
     """Return the summary of a single run."""
     from pmwvc_analysis.judge.prediction import prediction
 
@@ -55,6 +60,7 @@ def summary(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]:
         "parameters": scenario.flat() if scenario else {},
         "stable": judged.stable,
         "instability": judged.instability,
+        "active": budget_summary.active_sentences(energies) if energies else None,
         "object": _object(traces),
         "users": [_user(user, traces, balances.get(user.name)) for user in traces.users],
         "links": link_summaries(traces),

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The figures of a session: motion and force; the others are in ``channel_figures``.
+"""The figures of a session: motion and force; others in ``channel_figures``, ``energy_figures``.
 
 A figure whose signals were not recorded is left out.
 """
@@ -14,6 +14,7 @@ import numpy as np
 
 from pmwvc_analysis.show import style
 from pmwvc_analysis.show.channel_figures import energy, loop, network
+from pmwvc_analysis.show.energy_figures import bookings, whereabouts
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
 
@@ -150,6 +151,18 @@ FIGURES: dict[str, tuple[Draw, str, str]] = {
         "Energy balance of the channel",
         "What went into each direction of the link, less what came out. A passive channel never "
         "is below zero; where it is, the stretch is hatched.",
+    ),
+    "budget": (
+        whereabouts,
+        "Energy budget over time",
+        "What the hands have given (black) and where it is: stored, turned to heat, or under way. "
+        "What is below zero was given out without having been taken in; the parts that did so "
+        "have a row of their own.",
+    ),
+    "controller": (
+        bookings,
+        "Energies of the controller",
+        "What the controller booked itself: taken, given out, held back, saved.",
     ),
     "network": (
         network,

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pmwvc_analysis.judge import budget_summary, prediction_words, stability
-from pmwvc_analysis.judge.budget import Budget
+from pmwvc_analysis.judge.budget_result import Budget
 from pmwvc_analysis.judge.energy import UserEnergy, user_energies
 from pmwvc_analysis.show.figures import Picture
 from pmwvc_analysis.show.text import cell, quantity

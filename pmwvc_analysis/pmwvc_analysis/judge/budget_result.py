@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""An energy budget as numbers over time, whether it closes, and which part was active.
+
+A part whose sum ever is below zero has given out energy that it never got: it was *active*. What
+belongs together is judged together: the anti-aliasing filter is there to pay for the rate drop,
+and a position feedback that keeps a surplus spends what filter, hold and link have kept.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pmwvc_analysis.judge.budget_clock import AtFrames, Series
+from pmwvc_analysis.judge.energy import TOLERANCE_J, TOLERANCE_RELATIVE
+from pmwvc_core.numeric import Array
+
+TOLERANCE = 1e-9  # of the energy moved
+TOLERANCE_NOTED = 2e-2  # where ``notes`` say why
+SMALLEST_J = 1e-12
+SERVER = "server"
+TOGETHER = {
+    "filter_and_rate_drop": ("filter", "rate_drop"),
+    "filter_hold_and_rate_drop": ("filter_and_hold", "rate_drop"),
+}
+PAID = "position_and_surplus"
+PAYING = ("position_spent", "filter_and_hold", "rate_drop", "link_down")
+
+
+@dataclass(frozen=True)
+class Active:
+    """A part that gave out energy it never got."""
+
+    owner: str
+    part: str
+    given_j: float  # at the worst
+    since_s: float  # first seen
+    time_s: float  # of the worst
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Running energies at ``time_s``; by owner (a user, or ``server``), then by part [J]."""
+
+    time_s: Array
+    hands: dict[str, Array]
+    parts: dict[str, dict[str, Array]]
+    residuals: dict[str, Array]
+    at_frames: dict[str, AtFrames] = field(default_factory=dict)  # what is known better then
+    paid: frozenset[str] = frozenset()  # users whose position feedback spends a surplus
+    notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
+
+    @property
+    def residual_j(self) -> Array:
+        """What the parts do not explain."""
+        return np.asarray(sum(self.residuals.values()), dtype=float)
+
+    @property
+    def moved_j(self) -> float:
+        """Energy that went through the hands, either way, or was held somewhere: the scale."""
+        hands = sum(float(np.abs(np.diff(sums)).sum()) for sums in self.hands.values())
+        held = (float(np.abs(s).max()) for each in self.parts.values() for s in each.values())
+        return max(hands, *held, SMALLEST_J)
+
+    @property
+    def tolerance_j(self) -> float:
+        """How large a residual may be."""
+        return SMALLEST_J + (TOLERANCE_NOTED if self.notes else TOLERANCE) * self.moved_j
+
+    @property
+    def closes(self) -> bool:
+        """Tell whether the residual was never larger than that."""
+        return bool(np.abs(self.residual_j).max(initial=0.0) <= self.tolerance_j)
+
+    def judged(self) -> Iterator[tuple[str, str, Series]]:
+        """Return owner, part and its sums over time, the way activity is told from them."""
+        for owner, parts in self.parts.items():
+            known = {part: Series(self.time_s, sums) for part, sums in parts.items()}
+            if owner in self.at_frames:
+                time_s, exact = self.at_frames[owner]
+                known |= {part: Series(time_s, sums) for part, sums in exact.items()}
+            for name, members in TOGETHER.items():
+                if set(members) <= set(known):
+                    series = [known.pop(member) for member in members]
+                    known[name] = Series(series[0].time_s, sum_of([s.sums for s in series]))
+            if owner in self.paid:
+                known.pop("position_spent")
+                known[PAID] = Series(self.time_s, sum_of([parts[part] for part in PAYING]))
+            for part, sums in known.items():
+                yield owner, part, sums
+
+    @property
+    def active(self) -> list[Active]:
+        """Return the active parts, the one that gave out most first."""
+        limit = TOLERANCE_J + TOLERANCE_RELATIVE * self.moved_j
+        found = []
+        for owner, part, (time_s, sums) in self.judged():
+            lowest = int(np.argmin(sums))
+            if sums[lowest] < -limit:
+                first = int(np.argmax(sums < -limit))
+                times = float(time_s[first]), float(time_s[lowest])
+                found.append(Active(owner, part, -float(sums[lowest]), *times))
+        return sorted(found, key=lambda entry: -entry.given_j)
+
+
+def sum_of(sums: list[Array]) -> Array:
+    """Return the sum of several energies over time."""
+    return np.asarray(np.sum(sums, axis=0), dtype=float)
