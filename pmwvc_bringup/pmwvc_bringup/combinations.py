@@ -10,9 +10,11 @@ from typing import Any
 import yaml
 
 from pmwvc_bringup import scenarios as files
+from pmwvc_bringup.variants import settings_of
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.simulation.scenario import Scenario
 
+CONTROLLER = "controller"
 MOST = 100  # sessions whose traces are held at a time
 
 
@@ -29,6 +31,7 @@ def combinations(
     name: str,
     over: Sequence[str],
     *,
+    controllers: Sequence[str] = (),
     settings_texts: Sequence[str] = (),
     users: int | None = None,
     duration_s: float | None = None,
@@ -41,6 +44,8 @@ def combinations(
         Scenario, by name or file.
     over
         Parameters with their values.
+    controllers
+        Words of :mod:`pmwvc_bringup.variants`, an axis of their own.
     settings_texts, users, duration_s
         What is set for all, as with ``pmwvc simulate``.
 
@@ -50,6 +55,11 @@ def combinations(
         Listing every mistake of the scenario, the values and their combinations, each once.
     """
     axes, problems = _axes(over)
+    if controllers:
+        if CONTROLLER in axes:
+            problems.append("--controllers and --over controller: give one of them")
+        axes |= {CONTROLLER: list(controllers)}
+    gain_given = bool(controllers) and _has_gain(name, settings_texts)
     count = 1
     for values in axes.values():
         count *= len(values)
@@ -59,6 +69,8 @@ def combinations(
     found = []
     for chosen in itertools.product(*axes.values()) if count <= MOST else ():
         texts = [f"{path}={value}" for path, value in zip(axes, chosen, strict=True)]
+        if controllers:
+            texts = [*settings_of(chosen[-1], gain_given=gain_given), *texts[:-1]]
         try:
             scenario = files.load(
                 name,
@@ -75,6 +87,12 @@ def combinations(
     if problems:
         raise ScenarioError(name, problems)
     return found
+
+
+def _has_gain(name: str, settings_texts: Sequence[str]) -> bool:
+    """Tell whether a scenario has a gain of the position feedback."""
+    scenario = files.load(name, settings_texts=settings_texts)
+    return any(float(user.master.position.gain) > 0.0 for user in scenario.users)
 
 
 def _axes(over: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:

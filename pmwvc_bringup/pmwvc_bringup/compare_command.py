@@ -17,6 +17,7 @@ from pmwvc_bringup.combinations import Combination, combinations
 from pmwvc_bringup.options import add_scenario, add_settings
 from pmwvc_bringup.output import document
 from pmwvc_bringup.scenarios import to_yaml
+from pmwvc_bringup.variants import words_of
 from pmwvc_core.errors import PmwvcError
 
 EXAMPLES = """\
@@ -24,7 +25,13 @@ examples:
   pmwvc compare carry_16ms --over server.coupling=implicit,one_step_delay \\
                            --over link.delay_s=0,0.016,0.024
   pmwvc compare carry_16ms --controllers pmwvc,direct --duration 8
+  pmwvc compare wall_slow --controllers direct,waves,printed,corrected,ledger
   pmwvc compare stiff_24ms --over master.impedance=15,25,40 --live --out /tmp/impedances
+
+--controllers takes pmwvc (the scenario's own settings), direct, virtual_coupling, tdpa, pspm, and
+waves (plain), or features on plain waves, joined by +: printed, corrected, ledger (compensation of
+an unknown environment), velocity_filter, velocity_filter_printed, filter_bank, complementary_bank,
+position, position_printed, position_integral.
 
 Every combination of the values runs with the same hands and the same fate of every packet (one
 seed), in virtual time or, with --live, as nodes one session after the other.
@@ -44,7 +51,7 @@ def add(several: Any) -> None:
         metavar="NAME=A,B,...",
         help="values of a parameter; may be given again",
     )
-    parser.add_argument("--controllers", metavar="A,B,...", help="--over controller=A,B,...")
+    parser.add_argument("--controllers", metavar="A,B,...", help="controllers by name; see below")
     parser.add_argument("--duration", type=float, metavar="S", help="length of each session in s")
     add_settings(parser, what="a parameter of all")
     parser.add_argument("--live", action="store_true", help="real nodes instead of virtual time")
@@ -67,7 +74,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     chosen = combinations(
         arguments.scenario,
-        [*arguments.over, *_controllers(arguments.controllers)],
+        arguments.over,
+        controllers=words_of(arguments.controllers),
         settings_texts=arguments.settings,
         users=arguments.users,
         duration_s=arguments.duration,
@@ -101,10 +109,6 @@ def run(arguments: argparse.Namespace) -> int:
         console.print(f"report: {folder / page}", markup=False)
         write(json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False))
     return 0
-
-
-def _controllers(text: str | None) -> list[str]:
-    return [f"controller={text}"] if text is not None else []
 
 
 def _place(number: int, one: Combination) -> str:
@@ -191,9 +195,25 @@ def lines(found: dict[str, Any]) -> list[str]:
     """Return the table of a comparison for a terminal."""
     sessions = found["sessions"]
     width = max(len("session"), *(len(session["label"]) for session in sessions))
-    heads = ("K max [N/m]", "apart [mm]", "dF [N]", "balance [mJ]", "noise [mN]")
-    names = ("k_max", "coherency_rms_m", "force_error_rms_n", "energy_min_j", "force_noise_n")
-    factors = (1.0, 1e3, 1.0, 1e3, 1e3)
+    heads = (
+        "K max [N/m]",
+        "felt [N/m]",
+        "peak [Hz]",
+        "apart [mm]",
+        "dF [N]",
+        "balance [mJ]",
+        "noise [mN]",
+    )
+    names = (
+        "k_max",
+        "k_felt",
+        "first_peak_hz",
+        "coherency_rms_m",
+        "force_error_rms_n",
+        "energy_min_j",
+        "force_noise_n",
+    )
+    factors = (1.0, 1.0, 1.0, 1e3, 1.0, 1e3, 1e3)
     table = [f"{'session':{width}}  " + "  ".join(f"{head:>12}" for head in heads) + "  verdict"]
     for session in sessions:
         numbers = [

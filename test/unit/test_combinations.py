@@ -5,6 +5,7 @@
 import pytest
 
 from pmwvc_bringup.combinations import combinations
+from pmwvc_bringup.variants import FEATURES, PLAIN, names, settings_of, words_of
 from pmwvc_core.errors import ScenarioError
 
 
@@ -52,3 +53,49 @@ def test_too_many_are_refused():
     over = [f"link.delay_s={values}", f"task.move_s={values.replace('0.0,', '0.5,', 1)}"]
     with pytest.raises(ScenarioError, match="121 combinations: must be at most 100"):
         combinations("carry_16ms", over)
+
+
+def test_controllers_are_the_axis_that_varies_fastest():
+    found = combinations("wall", ["link.delay_s=0,0.01"], controllers=["direct", "waves"])
+    got = [(c.scenario.users[0].link_up.delay_s, c.scenario.controller) for c in found]
+    assert got == [(d, c) for d in (0.0, 0.01) for c in ("direct", "pmwvc")]
+    assert found[1].settings == {"link.delay_s": 0, "controller": "waves"}
+
+
+def test_every_word_gives_a_scenario_of_its_own():
+    found = combinations("wall", [], controllers=names())
+    assert [c.settings["controller"] for c in found] == names()
+    plain = found[names().index("waves")].scenario
+    for word, one in zip(names(), found, strict=True):
+        if word in FEATURES and word != "waves":
+            assert one.scenario != plain, word
+
+
+def test_features_joined_are_all_there_and_what_is_not_named_is_off():
+    (one,) = combinations("wall", [], controllers=["filter_bank+position"])
+    master = one.scenario.users[0].master
+    assert (master.bank.kind, master.position.feedback) == ("dissertation", "budgeted")
+    assert master.position.gain == 20.0
+    assert master.velocity_filter.kind == "none"
+    assert one.scenario.server.compensation == "none"
+
+
+def test_a_gain_of_the_scenario_stays():
+    (one,) = combinations(
+        "wall", [], controllers=["position"], settings_texts=["master.position.gain=7"]
+    )
+    assert one.scenario.users[0].master.position.gain == 7.0
+
+
+def test_plain_waves_switch_off_every_feature():
+    switched = {name for feature in FEATURES.values() for name in feature}
+    assert switched - {"server.coupling"} <= set(PLAIN)
+
+
+def test_words_that_are_none_are_named_with_those_there_are():
+    with pytest.raises(ScenarioError, match=r"'drect': must be of pmwvc, direct.*ledger"):
+        settings_of("drect", gain_given=False)
+    with pytest.raises(ScenarioError, match="different names"):
+        words_of("waves,waves")
+    with pytest.raises(ScenarioError, match="give one of them"):
+        combinations("wall", ["controller=direct"], controllers=["waves"])

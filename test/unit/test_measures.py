@@ -5,6 +5,7 @@
 import numpy as np
 import pytest
 
+from pmwvc_analysis.compare.feel import feel_of, ideal_feel
 from pmwvc_analysis.compare.measures import (
     MEASURES,
     Entry,
@@ -86,3 +87,49 @@ def test_the_largest_stiffness_is_null_without_a_linear_model():
         assert measured(Entry("", {}, simulate_one(each), each)).measures["k_max"] is expected
     limited = measured(Entry("", {}, simulate_one(naive), naive)).measures["k_max"]
     assert 1e3 < limited < 1e4
+
+
+CHIRP = {
+    "name": "chirp",
+    "duration_s": 30.0,
+    "controller": "pmwvc",
+    "users": 1,
+    "server": {"environment": "wall", "contact": "bilateral", "contact_stiffness": 800.0},
+    "operator": {
+        "kind": "chirp",
+        "frequency_hz": 0.1,
+        "frequency_end_hz": 20.0,
+        "sweep_s": 28.0,
+    },
+    "task": {"kind": "free"},
+}
+
+
+def test_what_a_chirp_shows_is_what_the_model_says():
+    """Two routes: the exact model, and spectra of a session with the same settings."""
+    scenario = parse_scenario(CHIRP)
+    traces = simulate_one(scenario)
+    model = feel_of(traces, scenario, live=False)
+    # Nothing of the model is asked for what is not linear; with friction of nearly zero the motion
+    # is the same, and the chirp has to tell.
+    rubbed = parse_scenario(CHIRP, overrides={"device.friction": 1e-9})
+    seen = feel_of(traces, rubbed, live=False)
+    assert (model.source, seen.source) == ("model", "measured")
+    # Windows of 8 s smear the lowest frequencies of a sweep: about 3 %.
+    assert seen.k_felt == pytest.approx(model.k_felt, rel=0.05)
+    assert seen.first_peak_hz == pytest.approx(model.first_peak_hz, rel=0.06)
+
+
+def test_an_unstable_session_feels_like_nothing():
+    naive = parse_scenario(
+        CHIRP,
+        overrides={"controller": "direct", "link.delay_s": 0.02, "device.damping": 0.0},
+        duration_s=4.0,
+    )
+    row = measured(Entry("", {}, simulate_one(naive), naive)).measures
+    assert not row["stable"]
+    assert row["k_felt"] is None and row["first_peak_hz"] is None
+
+
+def test_the_ideal_has_the_stiffness_of_the_wall():
+    assert ideal_feel(parse_scenario(CHIRP)).k_felt == pytest.approx(800.0, rel=1e-3)

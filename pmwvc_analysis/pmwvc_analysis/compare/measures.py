@@ -6,6 +6,9 @@
 ``stable``              judged from the motion (``judge.stability``); ``instability`` says which
 ``k_max``               largest contact stiffness with which the exact linear model is stable
                         [N/m]; None where there is none below its bound or no linear model
+``k_felt``              stiffness that the first user feels at rest [N/m], from the exact model,
+                        else from a chirp (``compare.feel``); None where the session was not stable
+``first_peak_hz``       first resonance of what the first user moves, likewise [Hz]
 ``coherency_rms_m``     RMS of x_m - x_s of all users while coupled, the distance at joining taken
                         out [m]
 ``force_error_rms_n``   RMS of F_m - F_s of all users at the server's steps while coupled: force
@@ -24,6 +27,7 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.compare.feel import Feel, feel_of
 from pmwvc_analysis.judge import energy, shape, stability
 from pmwvc_analysis.judge.oscillation import beyond
 from pmwvc_analysis.judge.verdicts import COUPLED, separation
@@ -37,6 +41,8 @@ MEASURES = (
     "stable",
     "instability",
     "k_max",
+    "k_felt",
+    "first_peak_hz",
     "coherency_rms_m",
     "force_error_rms_n",
     "energy_min_j",
@@ -59,13 +65,21 @@ class Entry:
     scenario: Scenario
     folder: str = ""
     measures: dict[str, Any] = field(default_factory=dict)
+    feel: Feel | None = None
 
 
 def measured(entry: Entry, *, stiffness: bool = True) -> Entry:
-    """Fill in the measures of an entry and return it; without ``stiffness`` k_max stays None."""
+    """Fill in the measures of an entry and return it; without ``stiffness`` what comes from models
+    stays None.
+    """
     entry.measures = measures(entry.traces, entry.scenario)
     if stiffness:
-        entry.measures["k_max"] = largest_stiffness(entry.scenario, live=_is_live(entry.traces))
+        live = _is_live(entry.traces)
+        entry.measures["k_max"] = largest_stiffness(entry.scenario, live=live)
+        if entry.measures["stable"]:
+            entry.feel = feel_of(entry.traces, entry.scenario, live=live)
+            entry.measures["k_felt"] = entry.feel.k_felt
+            entry.measures["first_peak_hz"] = entry.feel.first_peak_hz
     return entry
 
 
@@ -76,7 +90,7 @@ def _is_live(traces: SessionTraces) -> bool:
 
 
 def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]:
-    """Return the numbers of one session, ``k_max`` still None."""
+    """Return the numbers of one session; those from models are still None."""
     judged = stability.verdict(traces, scenario)
     balances = energy.user_energies(traces)
     lows = [part.minimum_j for e in balances for part in (e.up, e.down) if part is not None]
@@ -88,6 +102,8 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
         "stable": judged.stable,
         "instability": judged.instability,
         "k_max": None,
+        "k_felt": None,
+        "first_peak_hz": None,
         "coherency_rms_m": _over_users(traces, _apart),
         "force_error_rms_n": _over_users(traces, force_error),
         "energy_min_j": shape.number(min(lows)) if lows else None,

@@ -15,7 +15,7 @@ import numpy as np
 
 from pmwvc_analysis.compare.measures import Entry
 from pmwvc_analysis.judge.verdicts import separation
-from pmwvc_analysis.show import style
+from pmwvc_analysis.show import comparison_admittance, style
 from pmwvc_analysis.show.figures import Picture
 from pmwvc_core.numeric import Array
 
@@ -44,6 +44,11 @@ def draw_all(entries: Sequence[Entry], folder: Path) -> list[Picture]:
             caption = "Each user's force and position: solid the first session, dashed the second."
             picture = _saved(overlay(*entries), folder, "compare_overlay", heading, caption)
             pictures.insert(0, picture)
+        figure = comparison_admittance.draw(entries)
+        if figure is not None:
+            heading = "What the first user feels"
+            caption = "How far the device gives way to the hand; low is stiff, a peak resonates."
+            pictures.append(_saved(figure, folder, "compare_admittance", heading, caption))
         figure = dots(entries)
         heading, caption = "Measures", "One row of dots per measure, one column per session."
         pictures.insert(0, _saved(figure, folder, "compare_measures", heading, caption))

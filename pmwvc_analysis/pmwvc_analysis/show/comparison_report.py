@@ -14,6 +14,8 @@ from pmwvc_analysis.show.text import cell, quantity
 TEMPLATE = "comparison_template.html"
 COLUMNS = (  # measure, heading, factor
     ("k_max", "largest stable stiffness [N/m]", 1.0),
+    ("k_felt", "felt stiffness [N/m]", 1.0),
+    ("first_peak_hz", "first resonance [Hz]", 1.0),
     ("coherency_rms_m", "device from avatar, RMS [mm]", 1e3),
     ("force_error_rms_n", "force error, RMS [N]", 1.0),
     ("energy_min_j", "lowest energy balance [mJ]", 1e3),

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the first user of a session feels: stiffness and first resonance of x/f.
+
+From the exact model where there is one; else from what a chirp has shown: a series k - m w^2 + c
+w^4 is fitted to the trusted values of Re(f/x) below the first peak, so a stiffness is what is felt
+at rest, as that of the model, within a few per cent.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_analysis.models.measured import TRUSTED, Measured, measure
+from pmwvc_analysis.models.transparency import ideal_of, transparency
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.traces import SessionTraces
+
+LOW = 0.8  # of the peak's frequency: below it the series holds
+LEAST = 5  # values to fit a stiffness to
+PROMINENT = 0.05  # of the largest size: what counts as a peak of a measurement
+SHOWN_HZ = (0.1, 100.0)
+
+
+@dataclass(frozen=True)
+class Feel:
+    """Felt stiffness [N/m], first peak [Hz] and the curve |x/f| [m/N] they come from."""
+
+    source: str  # "model", "measured", or "" where neither is to be had
+    k_felt: float | None
+    first_peak_hz: float | None
+    frequency_hz: Array  # (points,)
+    admittance: Array  # (points,)
+
+
+NOTHING = Feel("", None, None, np.zeros(0), np.zeros(0))
+
+
+def feel_of(traces: SessionTraces, scenario: Scenario, *, live: bool) -> Feel:
+    """Return what the first user felt in a session."""
+    return _modelled(scenario, live=live) or _measured(traces, scenario) or NOTHING
+
+
+def ideal_feel(scenario: Scenario) -> Feel:
+    """Return what the first user would feel with direct coupling at every tick and no delay."""
+    return _modelled(ideal_of(scenario), live=False) or NOTHING
+
+
+def _modelled(scenario: Scenario, *, live: bool) -> Feel | None:
+    highest = min(SHOWN_HZ[1], 0.25 / scenario.tick_s)
+    try:
+        found = transparency(scenario, np.geomspace(SHOWN_HZ[0], highest, 300), live=live)
+    except (PmwvcError, np.linalg.LinAlgError):  # not linear, not stable, or singular
+        return None
+    felt = found.felt
+    return Feel(
+        "model", felt.k_felt, felt.first_peak_hz, found.frequency_hz, np.abs(found.admittance)
+    )
+
+
+def _measured(traces: SessionTraces, scenario: Scenario) -> Feel | None:
+    if scenario.users[0].operator.kind != "chirp" or not traces.users:
+        return None
+    try:
+        found = measure(traces.users[0], scenario.users[0])
+    except PmwvcError:  # the hand's force is unknown, or there is too little of it
+        return None
+    size = np.abs(found.admittance)
+    peak = _first_peak(found)
+    return Feel("measured", _stiffness(found, peak), peak, found.frequency_hz, size)
+
+
+def _first_peak(found: Measured) -> float | None:
+    from scipy.signal import find_peaks
+
+    trusted = found.coherence >= TRUSTED
+    size = np.abs(found.admittance)[trusted]
+    if len(size) < LEAST:
+        return None
+    smooth = np.convolve(np.pad(size, 1, mode="edge"), np.ones(3) / 3.0, mode="valid")
+    peaks, _ = find_peaks(smooth, prominence=PROMINENT * float(smooth.max()))
+    return float(found.frequency_hz[trusted][peaks[0]]) if len(peaks) else None
+
+
+def _stiffness(found: Measured, peak_hz: float | None) -> float | None:
+    trusted = found.coherence >= TRUSTED
+    if peak_hz is not None:
+        trusted &= found.frequency_hz <= LOW * peak_hz
+    if trusted.sum() < LEAST:
+        return None
+    square = (2.0 * np.pi * found.frequency_hz[trusted]) ** 2
+    powers = np.stack([square**0, square, square**2], axis=1) / square.max() ** np.arange(3)
+    (stiffness, _, _), *_ = np.linalg.lstsq(powers, (1.0 / found.admittance[trusted]).real)
+    return float(stiffness)
