@@ -21,6 +21,7 @@ from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.wave.aliasing import warnings_of
+from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.receiver import Verdict
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.plugins import make_device
@@ -60,7 +61,7 @@ class Master:
             dof=settings.dof,
         )
         self.device.open()
-        if settings.controller == "pmwvc":
+        if has_waves(settings.controller):
             for text in warnings_of(
                 settings.master.filter,
                 tick_s=settings.master.tick_s,

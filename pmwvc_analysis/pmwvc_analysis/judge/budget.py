@@ -27,8 +27,7 @@ from pmwvc_analysis.judge.energy import running
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
-
-WITHOUT_WAVES = ("direct", "virtual_coupling", "tdpa", "pspm")
+from pmwvc_core.wave.content import has_waves
 
 
 def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
@@ -47,7 +46,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     clock = Clock(_times(traces, users))
     inside = server_account(clock, server, scenario)
     shared = inside.pop("into_server")
-    waves = scenario.controller not in WITHOUT_WAVES
+    waves = has_waves(scenario.controller)
     hands, parts, residuals, frames = {}, {}, {}, {}
     for user in users:
         own = known[user.name]

@@ -17,6 +17,7 @@ from pmwvc_analysis.judge.energy import running
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import ServerTraces
+from pmwvc_core.wave.content import has_waves
 
 MOVED_BY_NEW_FORCE = ("implicit", "one_frame_late")  # the others: by the force of the step before
 
@@ -41,12 +42,12 @@ def server_account(clock: Clock, server: ServerTraces, scenario: Scenario) -> Su
         for f, xd in zip(server.f_s, server.xd_s, strict=True)
     )
     coupling = scenario.server.coupling
-    late = scenario.controller != "direct" and coupling == "one_step_delay"
+    late = has_waves(scenario.controller) and coupling == "one_step_delay"
     decoding = into - np.cumsum(work) * period if late else np.zeros_like(into)
     damping, missing = _object_heat(server, scenario)
     contact = server.dissipated - damping - missing
     left = into - decoding - server.kinetic - server.potential - server.dissipated
-    exact = scenario.controller != "direct" and coupling == "implicit"
+    exact = has_waves(scenario.controller) and coupling == "implicit"
     found = {
         "into_server": into,
         "late_decoding": decoding,
@@ -68,7 +69,7 @@ def _object_heat(server: ServerTraces, scenario: Scenario) -> tuple[Array, Array
     force = sum((np.nan_to_num(f) for f in server.f_s), start=np.zeros_like(server.x_o))
     moved = np.diff(server.x_o, axis=0, prepend=server.x_o[:1])
     before = np.concatenate([0.0 * server.xd_o[:1], server.xd_o[:-1]])
-    direct = scenario.controller == "direct"
+    direct = not has_waves(scenario.controller)
     if direct or params.coupling not in MOVED_BY_NEW_FORCE:
         force = np.concatenate([0.0 * force[:1], force[:-1]])
     if not direct and params.coupling == "implicit":

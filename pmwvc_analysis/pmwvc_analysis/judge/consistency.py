@@ -12,6 +12,7 @@ import numpy as np
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.wave.content import has_waves
 
 RELATIVE = 1e-6
 SMALLEST = 1e-9
@@ -23,7 +24,7 @@ def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[st
     """Return every contradiction in words."""
     found = []
     users = {user.name: user for user in scenario.users} if scenario else {}
-    waves = scenario is None or scenario.controller != "direct"
+    waves = scenario is None or has_waves(scenario.controller)
     exact = scenario is not None and scenario.server.coupling in EXACT_COUPLINGS
     for user in traces.users:
         found += _not_finite(user.name, {n: getattr(user, n) for n in MASTER_SIGNALS})

@@ -26,6 +26,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.wave import aliasing
+from pmwvc_core.wave.content import has_waves
 
 LIVE_PHASE_S = (
     0.002  # the server steps 2 ms into the master's frame, the master takes the answer 2 ms later
@@ -66,7 +67,7 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, float | bool | No
     if model is not None:
         values["spectral_radius"], values["stable"] = model.spectral_radius, model.stable
         values["k_max"] = model.limit.first
-    if scenario.controller == "direct":
+    if not has_waves(scenario.controller):
         return values
     lags = [lag_s(user, scenario, live=live) for user in scenario.users]
     impedances = [float(user.master.impedance) for user in scenario.users]
@@ -84,7 +85,7 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, float | bool | No
 
 def passive(scenario: Scenario) -> bool:
     """Tell whether all parts are passive, each for itself: stable at any delay, with any hand."""
-    return scenario.controller != "direct" and all(
+    return has_waves(scenario.controller) and all(
         aliasing_gain(user) <= ALIASING_BOUND and parts_passive(user, scenario)
         for user in scenario.users
     )

@@ -17,13 +17,21 @@ from pmwvc_analysis.judge.prediction import (
 from pmwvc_analysis.models.linear import nonlinear, relative
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.wave import aliasing
+from pmwvc_core.wave.content import has_waves
+
+WITHOUT_WAVES = {
+    "direct": "Direct coupling: nothing keeps it passive as delay or stiffness grows.",
+    "virtual_coupling": "Virtual coupling: stable where its rule holds, see docs/controllers.md.",
+    "tdpa": "Time-domain passivity control: the link's observed energy is kept above zero.",
+    "pspm": "Set-position modulation: each end spends no more energy than it has.",
+}
 
 
 def lines(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the prediction in sentences, for a terminal and for the report."""
     found = _stability_lines(scenario, live=live)
-    if scenario.controller == "direct":
-        return [*found, "Direct coupling: nothing keeps it passive as delay or stiffness grows."]
+    if not has_waves(scenario.controller):
+        return [*found, WITHOUT_WAVES[scenario.controller]]
     for user in scenario.users:
         tau, b = lag_s(user, scenario, live=live), float(user.master.impedance)
         felt = felt_stiffness(float(user.contact.contact_stiffness), b, tau)

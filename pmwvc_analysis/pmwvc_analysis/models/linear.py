@@ -12,6 +12,8 @@ from pmwvc_analysis.models.variation import varied
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.simulation.scenario import Scenario, User
 
+MODELLED = ("pmwvc", "direct")  # controllers
+
 
 class Element(NamedTuple):
     """Something that no linear model stands for."""
@@ -33,8 +35,11 @@ class NonlinearError(PmwvcError):
 
 
 def nonlinear(scenario: Scenario) -> list[Element]:
-    """Return everything in a scenario that is not linear."""
-    return [element for user in scenario.users for element in _of_user(user)]
+    """Return everything in a scenario that is not linear, or that has no linear model."""
+    found = [element for user in scenario.users for element in _of_user(user)]
+    if scenario.controller in MODELLED:
+        return found
+    return [Element(f"controller = {scenario.controller}", "controller", "direct"), *found]
 
 
 def require_linear(scenario: Scenario) -> None:

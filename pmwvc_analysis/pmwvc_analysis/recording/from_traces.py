@@ -32,6 +32,7 @@ from pmwvc_core.simulation.traces import (
     SessionTraces,
     UserTraces,
 )
+from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.packet import FLAG_DIRECT, WavePacket
 
 SERVER_EPOCH = 1000
@@ -205,7 +206,7 @@ def _packets(
     master = next(user.master for user in scenario.users if user.name == owner)
     period = master.frame_s if up else scenario.server.period_s
     positions = _positions(traces, owner, packets.sent_ns.astype(float) * 1e-9, up=up)
-    flags = FLAG_DIRECT if scenario.controller == "direct" else 0
+    flags = 0 if has_waves(scenario.controller) else FLAG_DIRECT
     for row, time_s in enumerate(packets.time_s):
         sent_ns = int(packets.sent_ns[row])
         packet = WavePacket(

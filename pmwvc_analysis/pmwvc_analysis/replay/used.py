@@ -10,6 +10,7 @@ from pmwvc_analysis.replay.taken import Looks, Sent
 from pmwvc_core.simulation.agenda import Act, Integers, Loop, Steps, once_a_frame
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import PacketTraces, SessionTraces, UserTraces
+from pmwvc_core.wave.content import has_waves
 
 FAR_OFF = 3  # packets that may be missing at the end of a recording
 
@@ -22,7 +23,7 @@ def sent_and_used(
     A link is left out where its sender was started again or its packets were not recorded.
     """
     server = traces.server
-    if server is None or steps is None or recorded.controller == "direct":
+    if server is None or steps is None or not has_waves(recorded.controller):
         return {}
     found: dict[str, tuple[Sent, Looks]] = {}
     ticks = max(len(loop.ran_ns) for loop in loops.values() if loop.ran_ns is not None)

@@ -14,6 +14,7 @@ import numpy as np
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_core.wave.content import has_waves
 
 # After Okabe and Ito; black is the object's.
 Share = Literal["none", "col"]
@@ -123,7 +124,7 @@ def note(traces: SessionTraces, scenario: Scenario | None) -> str:
         return f"{traces.source}, {traces.duration_s:.1f} s, parameters not known"
     user = scenario.users[0]
     parts = [traces.source, f"{len(scenario.users)} users", f"controller {scenario.controller}"]
-    if scenario.controller != "direct":
+    if has_waves(scenario.controller):
         master = user.master
         kind = master.filter.kind.replace("_", " ")
         parts += [

@@ -10,11 +10,12 @@ emits, and a passive server returns no more.
 import math
 
 from pmwvc_core.params import SafetyParams, specs
+from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import Impedance, longest_wave
 
 FORCE_N = float(specs(SafetyParams)["max_force"].high or math.inf)
 VELOCITY_M_S = float(specs(SafetyParams)["fault_velocity"].high or math.inf)
-DIRECT = 1000.0  # [m/s] up or [N] down: beyond any device, for the direct coupling
+DIRECT = 1000.0  # [m/s] up or [N] down: beyond any device, where there are no waves
 
 
 def largest_wave(controller: str, impedance: Impedance) -> float:
@@ -23,10 +24,10 @@ def largest_wave(controller: str, impedance: Impedance) -> float:
     Parameters
     ----------
     controller
-        Name of the controller; ``direct`` sends no waves but velocities and forces.
+        Name of the controller; those without waves send velocities, forces, positions.
     impedance
         Wave impedance of the port [N s/m].
     """
-    if controller == "direct":
+    if not has_waves(controller):
         return DIRECT
     return longest_wave(impedance, FORCE_N, VELOCITY_M_S)

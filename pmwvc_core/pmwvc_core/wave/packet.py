@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from pmwvc_core.numeric import Value, squared
 
-FLAG_DIRECT = 1  # the wave is a velocity (up) or a force (down) of the direct coupling
+FLAG_DIRECT = 1  # no wave: a velocity (up), a force or a position (down); see ``content``
 FLAG_LEAVING = 2  # the last packet: the sender leaves
 FLAG_LIMITED = 4  # the safety limits changed a force since the last packet
 FLAG_ANEW = 8  # flips whenever the server places the user's avatar anew
