@@ -57,6 +57,7 @@ class Server:
         self._markers = node.create_publisher(MarkerArray, "/markers", 1)
         self._looked_s = time.monotonic()
         self._missed = 0
+        self._contained = 0
         node.create_timer(1.0 / MARKER_HZ, self._show)
         publish_health(node, self._health)
 
@@ -103,7 +104,22 @@ class Server:
         text = f"{there} of {len(self.names)} users"
         text += f"; {', '.join(silent)} silent" if silent else ""
         text += f"; {missed} deadlines missed" if missed else ""
-        return (WARN if missed or silent else OK), text, values
+        contained = self._contain(values)
+        text += f"; {contained}" if contained else ""
+        return (WARN if missed or silent or contained else OK), text, values
+
+    def _contain(self, values: dict[str, object]) -> str:
+        """Return and log what is wrong with the environment since the last call, if anything."""
+        trouble = self.loop.service.server.trouble
+        if trouble is None:
+            return ""
+        steps, text = trouble.steps, trouble.text
+        values |= {"environment: steps contained": steps, "environment: last fault": text}
+        new, self._contained = steps - self._contained, steps
+        if not new:
+            return ""
+        self.node.get_logger().warning(f"{text}: a damper stood in for {new} steps")
+        return f"a damper stood in for the environment in {new} steps: {text}"
 
 
 def _user_values(name: str, presence: Presence, inbox: Receiver) -> dict[str, object]:

@@ -32,6 +32,7 @@ from pmwvc_core.wave.impedance import Impedance, server_impedance
 from pmwvc_core.wave.limits import largest_wave
 from pmwvc_core.wave.packet import Packer
 from pmwvc_core.wave.receiver import Receiver
+from pmwvc_server.asking import caller
 
 LARGEST = 8
 
@@ -107,6 +108,7 @@ class ServerSettings:
             dof=self.dof,
             sides=[user.side for user in self.users],
             baselines=[user.baseline for user in self.users],
+            call=caller(self.server),
         )
         return Service(
             controller,

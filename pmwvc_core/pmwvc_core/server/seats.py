@@ -18,6 +18,7 @@ from typing import Any
 
 from pmwvc_core.numeric import Flag, Value, root
 from pmwvc_core.params import BaselineParams
+from pmwvc_core.server.blackbox.faults import Faults
 from pmwvc_core.server.contacts import Contact
 from pmwvc_core.server.cube import Body
 from pmwvc_core.wave.impedance import Impedance
@@ -83,6 +84,7 @@ class ServerController(ABC):
     """
 
     flags = 0  # of outgoing packets
+    trouble: Faults | None = None  # with an environment that had to be contained
 
     def __init__(self, body: Body, seats: Sequence[Seat]) -> None:
         self.body = body

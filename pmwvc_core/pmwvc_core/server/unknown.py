@@ -23,7 +23,8 @@ import numpy as np
 
 from pmwvc_core.numeric import Array, Flag, Value, dot, squared, where
 from pmwvc_core.params import ServerParams
-from pmwvc_core.server.blackbox.containment import Asked, BadAnswer, Call, Faults, Reply, directly
+from pmwvc_core.server.blackbox.containment import Asked, Call, Reply, directly
+from pmwvc_core.server.blackbox.faults import BadAnswer, Faults
 from pmwvc_core.server.blackbox.interface import Environment
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.compensations.interface import Wave
@@ -55,7 +56,7 @@ class UnknownServer(ServerController):
         call: Call = directly,
     ) -> None:
         super().__init__(Wall(), seats)  # the body is what is shown
-        self.trouble = Faults(params.environment)
+        self._faults = self.trouble = Faults(params.environment)
         self._asked = Asked(environment)
         self._call = call
         self._compensation = COMPENSATIONS[params.compensation](params, len(seats))
@@ -127,12 +128,12 @@ class UnknownServer(ServerController):
                 )
             )
         except Exception as error:  # whatever a foreign environment raises
-            self.trouble.note(error)
+            self._faults.note(error)
             return None
         if not reply.good.all():
             who = [user for user, good in enumerate(reply.good) if not good.all()]
             text = f"returned no usable force (not finite, or beyond 1e6 N) for users {who}"
-            self.trouble.note(BadAnswer(text))
+            self._faults.note(BadAnswer(text))
         self._stored = reply.stored
         self._show(reply.shown)
         return reply

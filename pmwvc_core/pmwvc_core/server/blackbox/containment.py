@@ -4,8 +4,8 @@
 
 The port asks once per step; whatever the environment does wrong, the port renders a matched damper
 for that step and goes on. Waiting is not decided here: a ``Call`` runs the exchange, directly in a
-simulation, in a thread of its own in a live server, and raises ``Unanswered`` where it will not
-wait any longer.
+simulation, in a thread of its own in a live server, and raises ``faults.Unanswered`` where it will
+not wait any longer.
 """
 
 from collections import deque
@@ -15,20 +15,12 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 
 from pmwvc_core.numeric import Array
+from pmwvc_core.server.blackbox.faults import BadAnswer
 from pmwvc_core.server.blackbox.interface import Environment, Shown, Sloped, Storing
-from pmwvc_core.server.blackbox.plugins import reason
 
 LARGEST_N = 1e6  # more is no force
 R = TypeVar("R")
 Call: TypeAlias = Callable[[Callable[[], Any]], Any]
-
-
-class Unanswered(Exception):
-    """The environment has not answered in time, or is still busy with an earlier step."""
-
-
-class BadAnswer(Exception):
-    """The environment answered with something that is no answer."""
 
 
 def directly(exchange: Callable[[], R]) -> R:
@@ -44,22 +36,6 @@ class Reply(NamedTuple):
     good: Array  # (users, ..., 1) of bool: where the force can be used
     stored: Any  # energy in the environment [J] or None
     shown: tuple[Array, Array] | None  # position and velocity of an object (..., dof)
-
-
-class Faults:
-    """How often an environment had to be contained, and why at last."""
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-        self.steps = 0
-        self.text = ""
-
-    def note(self, error: Exception) -> None:
-        """Count a step."""
-        known = isinstance(error, (Unanswered, BadAnswer))
-        what = str(error) if known else f"raised {reason(error)}"
-        self.steps += 1
-        self.text = f"server.environment = {self._name!r} {what}"
 
 
 class Asked:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint, entry_points
 
 from pmwvc_core.errors import ParameterError, PmwvcError
+from pmwvc_core.server.blackbox.faults import reason
 from pmwvc_core.server.blackbox.hunt_crossley import HuntCrossley
 from pmwvc_core.server.blackbox.interface import Environment, EnvironmentSetup
 from pmwvc_core.server.blackbox.touch import ActiveWall, FreeCube, SlopedWall, Wall
@@ -76,8 +77,3 @@ def make_black_box(setup: EnvironmentSetup) -> Environment:
     if not callable(getattr(environment, "step", None)):
         raise ParameterError(f"{where} is not an environment: it lacks step")
     return environment
-
-
-def reason(error: BaseException) -> str:
-    """Return what a foreign error says, in one line."""
-    return " ".join(f"{type(error).__name__}: {error}".split())
