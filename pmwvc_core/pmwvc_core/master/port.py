@@ -29,8 +29,9 @@ import dataclasses
 import math
 from collections.abc import Mapping
 
-from pmwvc_core.master.parts import make_parts
+from pmwvc_core.master.parts import Part, make_parts
 from pmwvc_core.master.position import make_position_feedback
+from pmwvc_core.master.velocity_filter import EquivalentVelocityFilter, make_force_velocity
 from pmwvc_core.numeric import (
     Value,
     absolute,
@@ -65,6 +66,9 @@ class WaveMaster:
 
     def __init__(self, params: MasterParams) -> None:
         self.params: MasterParams = params
+        self._before: dict[str, Value] = {}
+        self._parts: list[Part] = []
+        self._velocity: EquivalentVelocityFilter | None = None
         self._begin(params)
         self._position = make_position_feedback(params)
         self.u_m: Value = 0.0
@@ -102,7 +106,8 @@ class WaveMaster:
             self._position = make_position_feedback(params)
 
     def _begin(self, params: MasterParams) -> None:
-        """Start filter, hold and what is in between at rest."""
+        """Start filter, hold and what is in between at rest; accounts go on."""
+        self._before = self._between()
         self.params = params
         self._impedance = impedance_of(params)
         self._tick_s = params.tick_s
@@ -112,16 +117,24 @@ class WaveMaster:
             params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop
         )
         self._parts = make_parts(params)
+        self._velocity = make_force_velocity(params)
 
     @property
     def accounts(self) -> Mapping[str, Value]:
-        """Energies of parts and position feedback [J]."""
-        found: dict[str, Value] = {}
-        for part in self._parts:
-            found |= part.accounts
-        if self._position:
-            found |= self._position.accounts
-        return found
+        """Energies of parts, velocity filter and position feedback [J]."""
+        return self._between() | (dict(self._position.accounts) if self._position else {})
+
+    def _between(self) -> dict[str, Value]:
+        """Return the energies of what is in between, with what went before a change of it [J]."""
+        found = [part.accounts for part in self._parts]
+        if self._velocity:
+            found.append(self._velocity.accounts)
+        before = self._before
+        return {
+            name: before.get(name, 0.0) + value
+            for accounts in found
+            for name, value in accounts.items()
+        }
 
     def account(self) -> None:
         """Leave the packet's energy to the sum of its waves."""
@@ -173,6 +186,8 @@ class WaveMaster:
             v_m = self._answered(v_m, xd)
         self.v_m = v_m
         self.u_m = encode_master(xd, v_m, self._impedance)
+        if self._velocity:
+            xd = self._velocity.step(xd, self._impedance)
         self.f_m = decode_master(xd, v_m, self._impedance)
         return self.f_m
 
