@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Z-width by two routes: eigenvalues of the exact model, and sessions that are simulated."""
+
+import pytest
+
+from pmwvc_analysis.models.stability import z_width
+from pmwvc_analysis.models.z_width_simulated import dies_out, simulated_z_width
+from pmwvc_analysis.reproduction.scenarios import scenario, wall
+from pmwvc_core.simulation.session import simulate_one
+
+DAMPING = [0.0, 7.0, 20.0, 30.0]
+HIGHEST, PARTS, ROUNDS = 4000.0, 8, 3
+STEP = HIGHEST / PARTS**ROUNDS
+
+LATE = {"server__coupling": "one_step_delay", "server__integrator": "backward_euler"}
+CASES = {
+    "direct": ("direct", {}),
+    "waves": ("pmwvc", LATE),
+    "waves, trapezoid": ("pmwvc", LATE | {"server__integrator": "trapezoid"}),
+    "waves, other device": ("pmwvc", LATE | {"device__mass": 0.1, "master__impedance": 15.0}),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_both_routes_agree_within_the_step_of_the_bisection(case):
+    controller, values = CASES[case]
+    of = scenario(wall(**values), users=1, controller=controller)
+    exact = z_width(of, DAMPING)
+    brackets = simulated_z_width(of, DAMPING, highest=HIGHEST, parts=PARTS, rounds=ROUNDS)
+    for limit, bracket in zip(exact, brackets, strict=True):
+        assert limit.first is not None and bracket.high is not None
+        assert bracket.high - bracket.low <= STEP * (1.0 + 1e-9)
+        assert bracket.low - STEP <= limit.first <= bracket.high + STEP
+
+
+def test_where_all_is_stable_no_upper_end_is_claimed():
+    of = scenario(wall(server__coupling="implicit"), users=1)
+    (bracket,) = simulated_z_width(of, [10.0], highest=3000.0, parts=4, rounds=2)
+    assert bracket == (3000.0, None)
+
+
+def test_help_from_the_safety_limits_does_not_count_as_stable():
+    values = wall(server__contact_stiffness=3000.0, server__contact_damping=5.0)
+    push = {"kind": "constant", "force": 1.0}
+    of = scenario(values, users=1, controller="direct", operator=push, duration_s=4.0)
+    traces = simulate_one(of)
+    assert int(traces.users[0].safety_events) > 0
+    assert not dies_out(traces)
