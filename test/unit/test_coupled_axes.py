@@ -100,6 +100,15 @@ def test_an_unwrapped_force_fits_the_velocity_it_leaves(params, b, weight, seed)
         np.testing.assert_allclose(force, expected, rtol=1e-6, atol=scale)
 
 
+@pytest.mark.parametrize("contact", ["bilateral", "grip"])
+def test_the_plain_zero_of_a_first_packet_is_a_wave_of_zero(contact):
+    b = MatrixImpedance(np.array([10.0, 20.0, 30.0]), np.eye(3))
+    laws = [pressed(ContactParams(contact=contact), b, np.random.default_rng(4)) for _ in (0, 1)]
+    xd_o = np.array([0.1, 0.0, -0.1])
+    plain, whole = laws[0].unwrapped(0.0, xd_o, b, H), laws[1].unwrapped(0.0 * xd_o, xd_o, b, H)
+    np.testing.assert_array_equal(plain, whole)
+
+
 def test_a_grip_that_is_not_held_still_leans_sideways_on_the_port():
     """Pushed along axis 0 through a matrix, the avatar gives way across, too."""
     b = MatrixImpedance(*np.linalg.eigh(np.array([[30.0, 12.0], [12.0, 20.0]])))

@@ -110,8 +110,10 @@ class CoupledGrip(AnchoredGrip):
 
 
 def _split(value: Value) -> tuple[Array, Array]:
-    """Return the components along axis 0 and across."""
-    array = np.asarray(value)
+    """Return the components along axis 0 and across; the zero of a start is zero along all."""
+    array = np.atleast_1d(value)
+    if array.shape[-1] == 1:
+        return array, array
     return array[..., :1], array[..., 1:]
 
 
