@@ -111,7 +111,7 @@ class Surplus:
             cost = share * (2.0 * along + share * size)
         cost = cost * (0.5 * self._tick_s)
         self.spent_j = self.spent_j + cost
-        self.saved_j = self.saved_j - cost
+        self._save(-cost)
         return wanted
 
     def take(self, u: Value, f: Value, xd: Value) -> None:
