@@ -7,7 +7,7 @@ beforehand how its answer will depend on that wave, v = v0 + g u_m with |g| < 1,
 can solve the loop through the device's velocity.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 from pmwvc_core.master.filter_bank import make_bank
@@ -33,7 +33,10 @@ class Part(Protocol):
         """Energies of this part since the start, by name [J]; always the same names."""
 
 
-def make_parts(params: MasterParams) -> list[Part]:
-    """Return the parts that the parameters name, the one nearest to the device first."""
-    made = (make_velocity_filter(params), make_bank(params))
+def make_parts(params: MasterParams, position: Callable[[], Value]) -> list[Part]:
+    """Return the parts that the parameters name, the one nearest to the device first.
+
+    ``position`` returns where the device is [m].
+    """
+    made = (make_velocity_filter(params), make_bank(params, position))
     return [part for part in made if part is not None]

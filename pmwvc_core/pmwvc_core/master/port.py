@@ -116,7 +116,7 @@ class WaveMaster:
         self._filter = AntiAliasing(
             params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop
         )
-        self._parts = make_parts(params)
+        self._parts = make_parts(params, self.position)
         self._velocity = make_force_velocity(params)
 
     @property

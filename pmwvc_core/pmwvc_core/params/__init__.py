@@ -6,6 +6,7 @@ from pmwvc_core.params.around import BankParams, PositionParams, VelocityFilterP
 from pmwvc_core.params.baseline import BaselineParams
 from pmwvc_core.params.environment import ActiveWallParams, HuntCrossleyParams
 from pmwvc_core.params.fields import Spec, Validated, groups, specs, whole_ratio
+from pmwvc_core.params.local_model import LocalModelParams
 from pmwvc_core.params.master import FilterParams, MasterParams
 from pmwvc_core.params.network import LinkParams
 from pmwvc_core.params.server import ContactParams, ServerParams
@@ -20,6 +21,7 @@ __all__ = [
     "FilterParams",
     "HuntCrossleyParams",
     "LinkParams",
+    "LocalModelParams",
     "MasterParams",
     "OperatorParams",
     "PositionParams",

@@ -47,6 +47,8 @@ class VelocityFilterParams(Validated):
             return ["alpha and cutoff_hz are given: a velocity filter takes one of them"]
         if self.alpha is not None and (self.order != 1 or self.kind == "complementary"):
             return [f"alpha = {self.alpha}: needs order = 1 and kind = equivalent or exact"]
+        if self.kind == "equivalent" and np.any(self.share > 0.5):
+            return [f"share = {self.share}: must be <= 0.5 with kind = equivalent, 1 - 2 share H"]
         whole = self.order == 1 and self.kind == "exact" and self.cutoff_hz is None
         if whole and np.any(self.share >= 1.0):
             return [f"share = {self.share}: must be < 1 for (z - 1)/(z - alpha)"]
@@ -94,7 +96,7 @@ class BankParams(Validated):
         40.0, "dB", "LP2: attenuation at low_stop_hz", above=0.0, read_only=True
     )
     split_rad_s: float = parameter(
-        50.0, "rad/s", "complementary: pole of both filters", above=0.0, high=2000.0
+        20.0, "rad/s", "complementary: pole of both filters", above=0.0, high=2000.0
     )
 
     def conflicts(self) -> list[str]:

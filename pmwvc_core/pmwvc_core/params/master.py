@@ -8,6 +8,7 @@ import numpy as np
 
 from pmwvc_core.params.around import BankParams, PositionParams, VelocityFilterParams
 from pmwvc_core.params.fields import Validated, group, parameter
+from pmwvc_core.params.local_model import LocalModelParams
 from pmwvc_core.params.matrix import matrix_conflicts
 
 FILTER_KINDS = ("none", "first_order", "butterworth", "integrate_and_dump")
@@ -90,6 +91,7 @@ class MasterParams(Validated):
     filter: FilterParams = group(FilterParams)
     velocity_filter: VelocityFilterParams = group(VelocityFilterParams)
     bank: BankParams = group(BankParams)
+    local_model: LocalModelParams = group(LocalModelParams)
     position: PositionParams = group(PositionParams)
 
     @property

@@ -8,14 +8,15 @@ filter that runs is in :mod:`pmwvc_core.wave.filters`.
 
 import dataclasses
 import math
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array, Value, exponential
-from pmwvc_core.params import FilterParams
+from pmwvc_core.params import FilterParams, Validated, specs
 
+P = TypeVar("P", bound=Validated)
 DEFAULT_POLE_RAD_S = 50.0  # the filter of App. B
 HIGHEST_ORDER = 20
 PASS_THROUGH = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)  # a section that changes nothing
@@ -107,21 +108,21 @@ def design(params: FilterParams, *, tick_s: float) -> Array:
     return np.stack(padded, axis=-1)[..., np.newaxis]
 
 
-def runs_of(params: FilterParams) -> list[FilterParams]:
+def runs_of(params: P) -> list[P]:
     """Return plain parameters for each run of a batch; the parameters themselves where no number
     is ``(runs, 1)``.
     """
     stacked = {
-        field.name: np.ravel(value)
-        for field in dataclasses.fields(params)
-        if isinstance(value := getattr(params, field.name), np.ndarray)
+        name: np.ravel(value)
+        for name in specs(params)
+        if isinstance(value := getattr(params, name), np.ndarray)
     }
     runs = max((column.size for column in stacked.values()), default=0)
     columns = {name: np.broadcast_to(column, runs) for name, column in stacked.items()}
     found = []
     for run in range(runs):
         numbers: dict[str, Any] = {name: float(column[run]) for name, column in columns.items()}
-        found.append(dataclasses.replace(params, **numbers))
+        found.append(dataclasses.replace(params, **numbers))  # type: ignore[type-var]
     return found or [params]
 
 
