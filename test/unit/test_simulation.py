@@ -151,3 +151,33 @@ def test_nothing_moves_and_no_energy_flows_when_nobody_acts():
     traces = simulate_one(scenario)
     assert not traces.server.x_o.any()
     assert all(not user.f_applied.any() and not user.u_m.any() for user in traces.users)
+
+
+def test_a_run_that_runs_away_leaves_the_others_of_its_batch_alone():
+    """A port with 2B > b diverges at the server beyond all numbers within seconds."""
+    base = {
+        "name": "batch",
+        "duration_s": 8.0,
+        "controller": "pmwvc",
+        "users": 1,
+        "master": {"impedance": 15.0, "rate_drop": 20},
+        "server": {
+            "environment": "wall",
+            "contact": "bilateral",
+            "coupling": "one_step_delay",
+            "period_s": 0.02,
+            "contact_stiffness": 100.0,
+        },
+        "operator": {"kind": "constant", "force": 0.01},
+        "task": {"kind": "free"},
+    }
+    calm, wild = (
+        parse_scenario(base, overrides={"server.contact_damping": damping})
+        for damping in (2.0, 400.0)
+    )
+    with np.errstate(over="ignore", invalid="ignore"):
+        together = simulate([calm, wild])
+    alone = simulate_one(calm)
+    assert not np.isfinite(together[1].server.f_s[0]).all()
+    np.testing.assert_allclose(together[0].users[0].x_m, alone.users[0].x_m, rtol=1e-9, atol=1e-12)
+    assert set(together[0].users[0].state.tolist()) == set(alone.users[0].state.tolist())

@@ -80,7 +80,8 @@ def simulated_z_width(
             for place, points in wanted
             for stiffness in points
         ]
-        flags = iter(simulate(runs, keep=dies_out))
+        with np.errstate(over="ignore", invalid="ignore"):  # some run away beyond all numbers
+            flags = iter(simulate(runs, keep=dies_out))
         for place, points in wanted:
             good = [bool(next(flags)) for _ in points]
             brackets[place] = _narrowed(brackets[place], points, good)

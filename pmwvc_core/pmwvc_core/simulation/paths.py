@@ -3,12 +3,18 @@
 """One direction of one user's network in virtual time: sender's log, link and receiver.
 
 The runs of a batch share one network: what is compared within a batch meets the same packet fates.
+A run that has run away beyond all numbers is nobody else's concern: from then on its own packets
+say zero.
 """
 
+import dataclasses
 from collections.abc import Sequence
+
+import numpy as np
 
 from pmwvc_core.network.link import Fate, Link
 from pmwvc_core.network.recorded_link import RecordedLink
+from pmwvc_core.numeric import Value
 from pmwvc_core.params import LinkParams
 from pmwvc_core.wave.packet import WavePacket, size_bytes
 from pmwvc_core.wave.receiver import Receiver
@@ -43,6 +49,7 @@ class Path:
 
     def send(self, packet: WavePacket, now_ns: int) -> None:
         """Give a packet to the link."""
+        packet = _each_for_itself(packet)
         self.sent.append(packet)
         self.fates += self.link.send(packet, now_ns, size_bytes=self._size_bytes)
 
@@ -56,3 +63,20 @@ class Path:
         """Note what came out before the end of the session but was not looked at any more."""
         for packet, fate in self.link.arrivals(end_ns - 1):
             self.arrived.append((packet, fate.time_due_ns))
+
+
+def _each_for_itself(packet: WavePacket) -> WavePacket:
+    """Return a packet of a batch that its receiver takes whatever a single run has come to.
+
+    Where there is only one run a packet that is not finite is refused, as live.
+    """
+    values = {name: getattr(packet, name) for name in ("wave", "integral", "energy", "position")}
+    wild = {name: value for name, value in values.items() if _is_wild(value)}
+    if not wild:
+        return packet
+    tamed = {n: np.nan_to_num(v, nan=0.0, posinf=0.0, neginf=0.0) for n, v in wild.items()}
+    return dataclasses.replace(packet, **tamed)
+
+
+def _is_wild(value: Value) -> bool:
+    return isinstance(value, np.ndarray) and value.ndim == 2 and not np.isfinite(value).all()
