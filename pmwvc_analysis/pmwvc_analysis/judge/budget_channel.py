@@ -13,7 +13,7 @@ import numpy as np
 
 from pmwvc_analysis.judge.budget_clock import Clock, Sums
 from pmwvc_analysis.judge.energy import anchored, half_square, running
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, root
 from pmwvc_core.simulation.scenario import User
 from pmwvc_core.simulation.traces import ServerTraces, UserTraces
 
@@ -29,8 +29,7 @@ def master_account(clock: Clock, user: UserTraces, known: User, *, waves: bool) 
     if not waves:
         return {"safety": 0.0 * taken, "into_channel": taken, "residual": 0.0 * taken}
     net = half_square(user.u_m) - half_square(user.v_m)
-    b = float(known.master.impedance)
-    natural = np.sqrt(2.0 * b) * user.xd_m - user.v_m
+    natural = root(2.0 * known.impedance) * user.xd_m - user.v_m
     limited = (np.abs(user.f_applied - user.f_m) > UNLIMITED_N).any(axis=-1)
     limited |= (np.abs(user.u_m - natural) > UNLIMITED_ROOT_W).any(axis=-1)
     safety = clock.at_ticks(user, np.where(limited, power - net, 0.0) * user.tick_s)

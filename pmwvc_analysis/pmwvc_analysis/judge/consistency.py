@@ -9,7 +9,7 @@ of the waves they recorded.
 
 import numpy as np
 
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, root
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.wave.content import has_waves
@@ -72,7 +72,7 @@ def _master_port(user: UserTraces, known: User | None) -> list[str]:
     if (gap := differs(power, waves)) is not None:
         found.append(f"{user.name}: F xd is not (|u|^2 - |v|^2)/2 at the master, {gap:.3g} W off")
     if known is not None:
-        force = np.sqrt(float(known.master.impedance) / 2.0) * (user.u_m - user.v_m)[rows]
+        force = root(known.impedance / 2.0) * (user.u_m - user.v_m)[rows]
         if (gap := differs(user.f_m[rows], force)) is not None:
             found.append(f"{user.name}: F is not sqrt(b/2) (u - v) at the master, {gap:.3g} N off")
     return found
@@ -106,7 +106,7 @@ def _server_port(
     if exact and (gap := differs(np.sum(f_s * xd_s, axis=-1), waves)) is not None:
         found.append(f"{name}: F xd is not (|u|^2 - |v|^2)/2 at the server, {gap:.3g} W off")
     if known is not None:
-        force = np.sqrt(known.server_impedance / 2.0) * (u_s - v_s)
+        force = root(known.server_impedance / 2.0) * (u_s - v_s)
         if (gap := differs(f_s, force)) is not None:
             found.append(f"{name}: F is not sqrt(b/2) (u - v) at the server, {gap:.3g} N off")
     return found

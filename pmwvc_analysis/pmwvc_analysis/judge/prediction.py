@@ -15,6 +15,9 @@ In a steady press with force F the device stands F tau/(2b) ahead of its avatar,
 contact yields. With ``one_step_delay`` the avatar moves by the force of the step before: once the
 force F has been built up it stands F T_VE/b further in than its waves say, which counts as a lag
 of -2 T_VE.
+
+Where a matrix stands for b, k_felt and mass_felt are those of a force along the first axis, and
+what has to hold for b holds for its smallest or largest eigenvalue.
 """
 
 import functools
@@ -27,6 +30,7 @@ from pmwvc_core.params import LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.wave import aliasing
 from pmwvc_core.wave.content import has_waves
+from pmwvc_core.wave.impedance import first_axis, largest, smallest
 
 LIVE_PHASE_S = (
     0.002  # the server steps 2 ms into the master's frame, the master takes the answer 2 ms later
@@ -70,7 +74,7 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, float | bool | No
     if not has_waves(scenario.controller):
         return values
     lags = [lag_s(user, scenario, live=live) for user in scenario.users]
-    impedances = [float(user.master.impedance) for user in scenario.users]
+    impedances = [first_axis(user.impedance) for user in scenario.users]
     stiffness = [
         felt_stiffness(float(user.contact.contact_stiffness), b, tau)
         for user, b, tau in zip(scenario.users, impedances, lags, strict=True)
@@ -106,7 +110,7 @@ def parts_passive(user: User, scenario: Scenario) -> bool:
     energy exactly; ``one_step_delay`` is passive for K T_VE + 2B <= b (backward Euler). The other
     couplings have no such bound.
     """
-    if float(user.master.impedance) * user.master.tick_s / float(user.device.mass) >= 2.0:
+    if largest(user.impedance) * user.master.tick_s / float(user.device.mass) >= 2.0:
         return False
     if scenario.server.coupling == "implicit":
         return True
@@ -121,7 +125,7 @@ def one_step_bound(user: User, scenario: Scenario) -> bool | None:
     needed = float(contact.contact_stiffness) * server.period_s + 2.0 * float(
         contact.contact_damping
     )
-    return needed <= user.server_impedance
+    return needed <= smallest(user.server_impedance)
 
 
 def felt_stiffness(contact: float, impedance: float, tau: float) -> float:

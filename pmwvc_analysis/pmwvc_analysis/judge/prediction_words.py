@@ -18,6 +18,7 @@ from pmwvc_analysis.models.linear import nonlinear, relative
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.wave import aliasing
 from pmwvc_core.wave.content import has_waves
+from pmwvc_core.wave.impedance import first_axis
 
 WITHOUT_WAVES = {
     "direct": "Direct coupling: nothing keeps it passive as delay or stiffness grows.",
@@ -33,7 +34,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     if not has_waves(scenario.controller):
         return [*found, WITHOUT_WAVES[scenario.controller]]
     for user in scenario.users:
-        tau, b = lag_s(user, scenario, live=live), float(user.master.impedance)
+        tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
         felt = felt_stiffness(float(user.contact.contact_stiffness), b, tau)
         found.append(
             f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; it feels like a spring "
@@ -129,7 +130,7 @@ def came_true(scenario: Scenario, summary: dict[str, Any]) -> list[str]:
         force, drift = entry.get("force_final_n"), entry.get("drift_m")
         if not isinstance(force, float) or not isinstance(drift, float) or abs(force) < 0.2:
             continue
-        lag, b = lag_s(user, scenario, live=live), float(user.master.impedance)
+        lag, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
         expected, was = force * lag / (2.0 * b) * 1e3, drift * 1e3
         found.append(
             f"{user.name}: the device was expected {expected:+.2f} mm from its avatar at the end, "

@@ -15,6 +15,9 @@ from pmwvc_core.simulation.scenario import Scenario, User
 MODELLED = ("pmwvc", "direct")  # controllers
 
 
+LINEAR = ("wall", "wall_with_slope", "cube")  # environments behind a port that knows nothing
+
+
 class Element(NamedTuple):
     """Something that no linear model stands for."""
 
@@ -77,16 +80,42 @@ def _settings(found: list[Element]) -> list[str]:
     return list(dict.fromkeys(f"{element.name}={element.instead}" for element in found))
 
 
+def _of_server(scenario: Scenario) -> Iterator[Element]:
+    server = scenario.server
+    if scenario.controller != "pmwvc" or server.coupling != "unknown":
+        return
+    for name, linear in (("compensation", ("none",)), ("environment", LINEAR)):
+        value = getattr(server, name)
+        if value not in linear:
+            yield Element(f"server.{name} = {value}", f"server.{name}", linear[0])
+
+
 def _of_user(user: User) -> Iterator[Element]:
     device = user.device
     for name, unit in (("friction", "N"), ("encoder_step_m", "m")):
         value = getattr(device, name)
         if np.any(np.asarray(value) > 0.0):
             yield Element(f"{user.name}.device.{name} = {value} {unit}", f"device.{name}", 0)
+    for group, port in (("master", user.master), ("server", user.contact)):
+        if port.impedance_matrix:
+            name = f"{group}.impedance_matrix"
+            said = f"{user.name}.{name} = {port.impedance_matrix!r} (the model has one axis)"
+            yield Element(said, name, "")
     for way, link in (("up", user.link_up), ("down", user.link_down)):
         if link.rate_limit_bps > 0.0:
             name = f"link.{way}.rate_limit_bps"
             yield Element(f"{user.name}.{name} = {link.rate_limit_bps} bit/s", name, 0)
+    for group, port in (("master", user.master), ("server", user.contact)):
+        if port.impedance_matrix:
+            name = f"{group}.impedance_matrix"
+            yield Element(f"{user.name}.{name} (one axis is modelled)", name, "")
+    position, local = user.master.position, user.master.local_model
+    if position.feedback not in ("none", "printed") and np.any(np.asarray(position.gain) > 0.0):
+        name = "master.position.feedback"
+        yield Element(f"{user.name}.{name} = {position.feedback}", name, "printed")
+    if user.master.bank.kind != "none" and local.kind != "spring_damper":
+        name = "master.local_model.kind"
+        yield Element(f"{user.name}.{name} = {local.kind}", name, "spring_damper")
 
 
 def notes_of(scenario: Scenario) -> list[str]:
@@ -95,6 +124,11 @@ def notes_of(scenario: Scenario) -> list[str]:
     found = []
     if any(user.contact.contact == "grip" for user in users):
         found.append("Grip contacts are taken as two-sided: the answer holds while all touch.")
+    if any(
+        user.master.bank.kind != "none" and user.master.local_model.acts != "everywhere"
+        for user in users
+    ):
+        found.append("Local models that act on one side are taken as in place.")
     if any(user.operator.kind == "hand" or "motion" in user.operator.kind for user in users):
         found.append("Hands are given forces: their own stiffness and mass are left out.")
     if any(_random(user) for user in users):

@@ -128,7 +128,7 @@ def note(traces: SessionTraces, scenario: Scenario | None) -> str:
         master = user.master
         kind = master.filter.kind.replace("_", " ")
         parts += [
-            f"b = {master.impedance:g} N s/m",
+            f"b = {user.impedance:g} N s/m",
             f"M = {master.rate_drop}",
             f"filter {kind}",
             f"hold {master.hold}",

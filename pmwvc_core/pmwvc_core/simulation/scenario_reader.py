@@ -99,6 +99,8 @@ def _converted(spec: Spec, value: object) -> object:
         return float(value)
     if spec.kind is int and isinstance(value, float) and value.is_integer():
         return int(value)
+    if spec.kind is str and value is None:  # a name with nothing behind it: an empty text
+        return ""
     if spec.kind is str and type(value) is int:  # the number of a column is a text to us
         return str(value)
     return value

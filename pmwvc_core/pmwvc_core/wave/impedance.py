@@ -96,10 +96,13 @@ class MatrixImpedance:
         """Return B^-1 times a signal or a number."""
         return self.inverse() * other
 
+    def __format__(self, spec: str) -> str:
+        """Return the rows as a parameter says them, every entry formatted."""
+        return "; ".join(" ".join(format(entry, spec) for entry in row) for row in self.matrix)
+
     def __repr__(self) -> str:
-        """Return the matrix as a parameter says it."""
-        rows = ("; ").join(" ".join(f"{entry:.6g}" for entry in row) for row in self.matrix)
-        return f"MatrixImpedance({rows!r})"
+        """Return the rows."""
+        return f"<{self:.6g}>"
 
 
 Impedance: TypeAlias = Value | MatrixImpedance
@@ -153,13 +156,22 @@ def first_axis(impedance: Impedance) -> float:
     return float(impedance)
 
 
+def smallest(impedance: Impedance) -> float:
+    """Return the smallest eigenvalue [N s/m]."""
+    least = impedance.values[0] if isinstance(impedance, MatrixImpedance) else impedance
+    return float(least)
+
+
+def largest(impedance: Impedance) -> float:
+    """Return the largest eigenvalue [N s/m]."""
+    most = impedance.values[-1] if isinstance(impedance, MatrixImpedance) else impedance
+    return float(most)
+
+
 def longest_wave(impedance: Impedance, force: float, velocity: float) -> float:
     """Return the longest wave of a port with at most this force [N] and velocity [m/s].
 
     u = (2B)^(-1/2) (F + B xd), so |u| <= F/sqrt(2 lambda_min) + xd sqrt(lambda_max/2).
     """
-    if isinstance(impedance, MatrixImpedance):
-        least, most = float(impedance.values[0]), float(impedance.values[-1])
-    else:
-        least = most = float(impedance)
+    least, most = smallest(impedance), largest(impedance)
     return force / math.sqrt(2.0 * least) + velocity * math.sqrt(0.5 * most)
