@@ -91,13 +91,14 @@ class Client:
             Whether position and velocity can be trusted; where not, no force is rendered, and
             after it the force rises from zero. They have to be finite all the same.
         """
-        self.f_asked = self.controller.step(x, xd)
+        controller, inbox = self.controller, self.inbox
+        self.f_asked = f_asked = controller.step(x, xd)
         f_applied = self.safety.step(
-            self.f_asked,
+            f_asked,
             x,
             xd,
-            silence_s=self.inbox.silence_s(now_ns),
-            coupled=self.inbox.heard() & sensed,
+            silence_s=inbox.silence_s(now_ns),
+            coupled=inbox.heard() & sensed,
         )
-        self.controller.applied(f_applied)
+        controller.applied(f_applied)
         return f_applied

@@ -17,6 +17,9 @@ What reaches the device, for whatever a controller asks, including values that a
 
 Everything that is a limit on the force is also a limit on its way to zero: letting go is fast, but
 never a step. Works on floats and on arrays; in a batch every run has its own state.
+
+A tick is calm when all of that leaves the force as it is, in every run. After a calm tick a few
+comparisons tell whether the next one is calm, too; only where they do not, it is worked out.
 """
 
 from typing import Any
@@ -41,6 +44,7 @@ from pmwvc_core.numeric import (
     minimum,
     root,
     squared,
+    truth,
     where,
 )
 from pmwvc_core.params import SafetyParams
@@ -50,6 +54,7 @@ __all__ = ["SafetyLimiter", "SafetyState"]
 FADE_S = 0.02
 LET_GO_S = 0.5
 USABLE = 1e100  # what is larger, or not a number, is no measurement and no force
+SURELY = 1.0 - 1e-12  # of a squared limit: inside whatever the rounding of lengths
 
 
 class SafetyLimiter:
@@ -86,6 +91,7 @@ class SafetyLimiter:
         self._damped: Flag = False
         self._trouble: Flag = False
         self._limited: Flag = False
+        self._calm = False
         self._seen = Seen()
 
     def configure(self, params: SafetyParams) -> None:
@@ -97,6 +103,9 @@ class SafetyLimiter:
         self._too_fast = params.damper_velocity**2
         self._runaway = params.fault_velocity**2
         self._longest = params.max_force**2
+        self._slow = SURELY * minimum(self._too_fast, self._runaway)
+        self._weak = SURELY * self._longest
+        self._gentle = SURELY * self._slew**2
 
     def rearm(self) -> None:
         """Leave a fault; the force starts from zero again."""
@@ -118,6 +127,9 @@ class SafetyLimiter:
         coupled
             Whether the server has ever answered.
         """
+        if self._calm and self._goes_on(f_asked, x, xd, silence_s=silence_s, coupled=coupled):
+            self.f = f_asked
+            return f_asked
         good = _usable(f_asked) & _usable(x) & _usable(xd)
         if good is not True:
             f_asked, xd = where(good, f_asked, 0.0), where(good, xd, 0.0)
@@ -136,7 +148,21 @@ class SafetyLimiter:
         applied, limited = self._limit(f_asked * self._gain)
         self._count(felt & (damped | (through ^ True)), limited & through & (damped ^ True))
         self._seen = Seen(felt, good, faulty, silent, released, fast)
+        self._calm = truth(through & ((damped | limited) ^ True) & (self._gain >= 1.0))
         return applied
+
+    def _goes_on(
+        self, f_asked: Value, x: Value, xd: Value, *, silence_s: Value, coupled: Flag
+    ) -> bool:
+        """Tell whether the tick after a calm one is calm, too; a value not finite never is."""
+        return truth(
+            coupled
+            & (silence_s <= self._silence_s)
+            & (squared(xd) <= self._slow)
+            & (squared(f_asked) <= self._weak)
+            & (squared(f_asked - self.f) <= self._gentle)
+            & _usable(x)
+        )
 
     @property
     def state(self) -> int | Integers:

@@ -50,6 +50,14 @@ _STATES = {
     Cause.RUNAWAY: SafetyState.FAULT,
 }
 _STATE_OF = np.array([_STATES[cause] for cause in Cause])
+_TEXTS = {
+    Cause.NONE: "",
+    Cause.WAITING: "waiting for the server's first answer or a working device",
+    Cause.SOFT_START: "soft start",
+    Cause.SILENT: "server silent: damping only",
+    Cause.RELEASED: "server silent: let go",
+    Cause.NOT_FINITE: "a value is not a finite number: no force",
+}
 
 
 class Seen(NamedTuple):
@@ -78,24 +86,16 @@ def state_of(cause: int | Integers) -> int | Integers:
     """Return the state that a cause means."""
     if isinstance(cause, np.ndarray):
         return np.asarray(_STATE_OF[cause])
-    return SafetyState(_STATE_OF[cause])
+    return _STATES[Cause(cause)]
 
 
 def text_of(cause: int, limits: SafetyParams, run: int = 0) -> str:
     """Return a cause in words, empty when all is well."""
-    texts = {
-        Cause.NONE: "",
-        Cause.WAITING: "waiting for the server's first answer or a working device",
-        Cause.SOFT_START: "soft start",
-        Cause.SILENT: "server silent: damping only",
-        Cause.RELEASED: "server silent: let go",
-        Cause.TOO_FAST: f"faster than {_number(limits.damper_velocity, run)} m/s: damping only",
-        Cause.NOT_FINITE: "a value is not a finite number: no force",
-        Cause.RUNAWAY: (
-            f"faster than {_number(limits.fault_velocity, run)} m/s: no force until re-armed"
-        ),
-    }
-    return texts[Cause(cause)]
+    if cause == Cause.TOO_FAST:
+        return f"faster than {_number(limits.damper_velocity, run)} m/s: damping only"
+    if cause == Cause.RUNAWAY:
+        return f"faster than {_number(limits.fault_velocity, run)} m/s: no force until re-armed"
+    return _TEXTS[Cause(cause)]
 
 
 def whole(value: Any) -> int | Integers:

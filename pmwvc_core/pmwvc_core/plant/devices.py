@@ -107,7 +107,7 @@ class SimulatedDevice:
         else:
             x, xd = self._motion.advance(self.x, self.xd, force)
         stopped = absolute(x) >= self._reach
-        if anywhere(stopped):
+        if stopped is not False and anywhere(stopped):
             x = clip(x, -self._reach, self._reach)
             xd = where(stopped, 0.0 * xd, xd)
         self.x, self.xd = x, xd

@@ -130,19 +130,19 @@ class Hand(Operator):
 
     def _move(self, f_h: Value) -> None:
         """Advance the arm one tick by the implicit midpoint rule, the grip force held."""
-        tick_s = self.tick_s
+        tick_s, yd = self.tick_s, self.yd
         before, closed = self._target, self._closing
         self._target, self._closing = target, closing = self._aim(self._ticks + 1)
         step = target - before
         squeeze = (0.5 * self._squeeze * (closed + closing)) * self.axis
         lead = before + 0.5 * step - self.y
         drive = self._stiffness * lead + self._damping * step / tick_s + squeeze - f_h
-        velocity = (2.0 * self._mass * self.yd + tick_s * drive) / self._inertia
+        velocity = (2.0 * self._mass * yd + tick_s * drive) / self._inertia
         moved = tick_s * velocity
         pull = self._stiffness * (lead - 0.5 * moved) + self._damping * (step - moved) / tick_s
         self.effort_j = self.effort_j + dot(pull, step) + dot(squeeze, moved)
         self.y = self.y + moved
-        self.yd = 2.0 * velocity - self.yd
+        self.yd = 2.0 * velocity - yd
 
 
 class RecordedHand(Operator):

@@ -5,17 +5,22 @@
 Without a recording everything happens on its grid and in the order of a frame: all masters send,
 the server steps, all masters take the answer, all ticks. With the times at which the loops of a
 recorded session really ran, events come in the order of those times.
+
+Users meet in the network only: what one of them does between two events of the network is a turn
+of its own, taken at once.
 """
 
 import enum
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Integers = NDArray[np.int64]
-AT_ONCE = 50_000  # events unpacked at a time
+AT_ONCE = 8192  # turns unpacked at a time
 
 
 class Act(enum.IntEnum):
@@ -65,10 +70,19 @@ class Steps:
         return cls(tick, tick * tick_ns)
 
 
-def events(
-    loops: Sequence[Loop], steps: Steps, *, ticks: int, tick_ns: int
-) -> Iterator[tuple[int, int, int, int]]:
-    """Yield (time [ns], act, whose, tick); for the server ``tick`` is the number of its step.
+class Turn(NamedTuple):
+    """One event, or the ticks of one user between two events of other kinds."""
+
+    act: int
+    who: int
+    time_ns: list[int]
+    tick: list[int]
+
+
+def events(loops: Sequence[Loop], steps: Steps, *, ticks: int, tick_ns: int) -> Integers:
+    """Return all events in their order, ``(events, 4)``: time [ns], act, whose, tick.
+
+    For the server ``tick`` is the number of its step.
 
     Parameters
     ----------
@@ -81,10 +95,24 @@ def events(
     for who, loop in enumerate(loops):
         parts += _of_loop(loop, who, ticks=ticks, tick_ns=tick_ns)
     table = np.concatenate(parts)
-    table = table[np.lexsort((table[:, 3], table[:, 2], table[:, 1], table[:, 0]))]
-    for start in range(0, len(table), AT_ONCE):
-        for row in table[start : start + AT_ONCE].tolist():
-            yield row[0], row[1], row[2], row[3]
+    return table[np.lexsort((table[:, 3], table[:, 2], table[:, 1], table[:, 0]))]
+
+
+def turns(table: Integers) -> Iterator[Turn]:
+    """Yield the events as turns: a stretch of ticks is taken user by user."""
+    ticking = table[:, 1] == Act.TICK
+    stretch = np.cumsum(~(ticking & np.roll(ticking, 1)))
+    table = table[np.lexsort((table[:, 2], stretch))]
+    begins = np.ones(len(table), dtype=np.bool_)
+    begins[1:] = (np.diff(stretch) != 0) | (np.diff(table[:, 2]) != 0)
+    bounds = np.append(np.flatnonzero(begins), len(table)).tolist()
+    for chosen in range(0, len(bounds) - 1, AT_ONCE):
+        edges = bounds[chosen : chosen + AT_ONCE + 1]
+        first = edges[0]
+        time_ns, act, who, tick = table[first : edges[-1]].T.tolist()
+        for start, end in itertools.pairwise(edges):
+            here = slice(start - first, end - first)
+            yield Turn(act[here.start], who[here.start], time_ns[here], tick[here])
 
 
 def _of_loop(loop: Loop, who: int, *, ticks: int, tick_ns: int) -> list[Integers]:

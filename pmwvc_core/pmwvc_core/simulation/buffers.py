@@ -8,10 +8,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pmwvc_core.numeric import Array, Value
+from pmwvc_core.numeric import Array, Value, dot, where
+from pmwvc_core.server.seats import ServerController
 from pmwvc_core.simulation.agenda import Loop
+from pmwvc_core.simulation.columns import Columns
 from pmwvc_core.simulation.traces import (
     Integers,
     ServerTraces,
@@ -19,14 +20,15 @@ from pmwvc_core.simulation.traces import (
 )
 
 SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
-ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
+WAVE_ENERGIES = ("u_m", "u_tx", "v_rx", "v_m")
+OBJECT = ("x_o", "xd_o")
 PER_USER = ("x_s", "xd_s", "f_s", "u_s", "v_s")
+STORED = ("kinetic", "potential", "dissipated")
+ENERGIES_PER_USER = ("energy_u_s", "energy_v_s")
 
 
 class UserBuffer:
-    """Traces of one user: ``(tick, runs, dof)`` while running, so that a tick writes one block of
-    memory.
-    """
+    """Traces of one user while running: rows per tick, and per frame after its last tick."""
 
     def __init__(self, name: str, loop: Loop, *, ticks: int, runs: int, dof: int) -> None:
         self.name = name
@@ -39,37 +41,36 @@ class UserBuffer:
         self._block_of = (every - loop.first) // loop.rate_drop
         self._ends = np.zeros(ticks, dtype=np.bool_)
         self._ends[self._ran[np.diff(self._block_of[ran], append=-1) != 0]] = True
-        self._last: list[bool] = self._ends.tolist()
-        blocks = int(self._ends.sum())
-        self.signals = {signal: np.zeros((ticks, runs, dof)) for signal in SIGNALS}
-        self.energy = {energy: np.zeros((blocks, runs, 1)) for energy in ENERGIES}
-        self.state = np.zeros((blocks, runs, 1), dtype=np.int64)
-        self.reason: list[list[str]] = []
-        self.accounts: dict[str, Array] = {}
+        self._last = frozenset(np.flatnonzero(self._ends).tolist())
+        blocks = len(self._last)
+        plain = runs == dof == 1
+        self._signals = Columns(SIGNALS, rows=ticks, runs=runs, width=dof, plain=plain)
+        self._energies = Columns(WAVE_ENERGIES, rows=blocks, runs=runs, width=1, plain=plain)
+        self._state = np.zeros((blocks, runs, 1), dtype=np.int64)
+        self._reason: list[list[str]] = []
+        self._accounts: dict[str, Array] = {}
 
-    def write_tick(self, tick: int, **signals: Value) -> None:
-        """Write one tick."""
-        for name, value in signals.items():
-            self.signals[name][tick] = value
+    def write_ticks(self, ticks: Sequence[int], rows: Sequence[Sequence[Value]]) -> None:
+        """Write ``SIGNALS`` of consecutive ticks."""
+        self._signals.write(ticks, rows)
 
     def ends_block(self, tick: int) -> bool:
         """Tell whether a tick is the last one of its frame that the loop ran."""
-        return self._last[tick]
+        return tick in self._last
 
     def write_block(
         self,
         state: int | Integers,
         reason: str | Sequence[str],
+        energies: Sequence[Value],
         accounts: Mapping[str, Value],
-        **energies: Value,
     ) -> None:
-        """Write what is noted once a frame, after its last tick."""
-        block = len(self.reason)
-        self.state[block] = state
-        self.reason.append([reason] if isinstance(reason, str) else list(reason))
-        for name, value in energies.items():
-            self.energy[name][block] = value
-        _put(self.accounts, block, accounts, like=self.energy["hand"])
+        """Write what is noted once a frame, after its last tick, with its ``WAVE_ENERGIES``."""
+        block = len(self._reason)
+        self._state[block] = state
+        self._reason.append([reason] if isinstance(reason, str) else list(reason))
+        self._energies.write([block], [energies])
+        _put(self._accounts, block, accounts, shape=self._state.shape)
 
     def run(self, run: int, *, tick_s: float, safety_events: int) -> UserTraces:
         """Return the traces of one run: of the ticks that the loop ran."""
@@ -82,7 +83,7 @@ class UserBuffer:
         late_s = np.zeros(len(ran))
         if loop.ran_ns is not None:
             late_s = loop.ran_ns[ran].astype(np.float64) * 1e-9 - time_s
-        signals: dict[str, Any] = {name: a[ran, run] for name, a in self.signals.items()}
+        signals: dict[str, Any] = {name: self._signals[name][ran, run] for name in SIGNALS}
         return UserTraces(
             name=self.name,
             tick_s=tick_s,
@@ -91,75 +92,92 @@ class UserBuffer:
             lateness_s=late_s,
             compute_s=np.zeros(len(ran)),
             block_time_s=ends * tick_s,
-            state=self.state[:, run, 0].copy(),
-            reason=[names[run if len(names) > 1 else 0] for names in self.reason],
-            energy={name: a[:, run, 0].copy() for name, a in self.energy.items()},
-            accounts={name: a[:, run, 0].copy() for name, a in self.accounts.items()},
+            state=self._state[:, run, 0].copy(),
+            reason=[names[run if len(names) > 1 else 0] for names in self._reason],
+            energy=self._energy(run, tick_s, signals),
+            accounts={name: a[:, run, 0].copy() for name, a in self._accounts.items()},
             missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0,
             safety_events=safety_events,
             **signals,
         )
 
+    def _energy(self, run: int, tick_s: float, signals: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the running sums at the ends of blocks: of the waves, and of both forces."""
+        found = {name: self._energies[name][:, run, 0].copy() for name in WAVE_ENERGIES}
+        last = self._ends[self._ran]
+        for name, force in (("device", "f_applied"), ("hand", "f_h")):
+            work = np.ravel(dot(signals[force], signals["xd_m"]))
+            found[name] = np.cumsum(work * tick_s)[last]
+        return found
+
 
 class ServerBuffer:
-    """Traces of the server: ``(step, runs, dof)``, per user where there are several."""
+    """Traces of the server while running: a row per step."""
 
     def __init__(self, users: Sequence[str], *, steps: int, runs: int, dof: int) -> None:
         self.users = list(users)
-        self.object = {name: np.zeros((steps, runs, dof)) for name in ("x_o", "xd_o", "target")}
-        self.each = {name: [np.zeros((steps, runs, dof)) for _ in users] for name in PER_USER}
-        self.energy = {
-            name: [np.zeros((steps, runs, 1)) for _ in users]
-            for name in ("energy_u_s", "energy_v_s")
-        }
-        self.contact = [np.zeros((steps, runs, 1), dtype=np.bool_) for _ in users]
-        self.state = [np.zeros(steps, dtype=np.int64) for _ in users]
-        self.stored = {
-            name: np.zeros((steps, runs, 1)) for name in ("kinetic", "potential", "dissipated")
-        }
-        self.accounts: dict[str, Array] = {}
+        signals = _names(OBJECT, PER_USER, users)
+        energies = _names(STORED, (*ENERGIES_PER_USER, "contact"), users)
+        plain = runs == dof == 1
+        self._signals = Columns(signals, rows=steps, runs=runs, width=dof, plain=plain)
+        self._energies = Columns(energies, rows=steps, runs=runs, width=1, plain=plain)
+        self._state: list[tuple[int, ...]] = []
+        self._target: list[float] = []
+        self._accounts: dict[str, Array] = {}
+        self._shape = (steps, runs, 1)
 
-    def write(self, step: int, server: Any, presence: Sequence[int], target: float) -> None:
+    def write(
+        self, step: int, server: ServerController, presence: Sequence[int], target: float
+    ) -> None:
         """Write one step of the environment."""
-        self.object["x_o"][step] = server.x_o
-        self.object["xd_o"][step] = server.xd_o
-        self.object["target"][step, :, 0] = target
-        for name, arrays in (*self.each.items(), *self.energy.items()):
-            for array, value in zip(arrays, getattr(server, name), strict=True):
-                array[step] = value
-        for touching, value in zip(self.contact, server.contact, strict=True):
-            touching[step] = value
-        for states, now in zip(self.state, presence, strict=True):
-            states[step] = now
-        for name, array in self.stored.items():
-            array[step] = getattr(server, name)
-        _put(self.accounts, step, server.accounts, like=self.stored["kinetic"])
+        signals = [server.x_o, server.xd_o]
+        energies: list[Value] = [server.kinetic, server.potential, server.dissipated]
+        for seat in server.seats:
+            signals += (seat.x_s, seat.xd_s, seat.f_s, seat.u_s, seat.v_s)
+            touching = where(seat.present and seat.contact.touching, 1.0, 0.0)
+            energies += (seat.energy_u_s, seat.energy_v_s, touching)
+        self._signals.write([step], [signals])
+        self._energies.write([step], [energies])
+        self._state.append(tuple(presence))
+        self._target.append(target)
+        _put(self._accounts, step, server.accounts, shape=self._shape)
 
     def run(self, run: int, *, period_s: float) -> ServerTraces:
         """Return the traces of one run."""
-        numbers = np.arange(len(self.object["x_o"]), dtype=np.int64)
-
-        def of(arrays: list[Array], axis: int | slice = slice(None)) -> list[Array]:
-            return [array[:, run, axis].copy() for array in arrays]
-
-        parts: dict[str, Any] = {name: a[:, run].copy() for name, a in self.object.items()}
-        parts |= {name: of(arrays) for name, arrays in self.each.items()}
-        parts |= {name: of(arrays, 0) for name, arrays in self.energy.items()}
-        parts |= {name: a[:, run, 0].copy() for name, a in self.stored.items()}
-        contact: list[NDArray[np.bool_]] = [array[:, run, 0].copy() for array in self.contact]
+        numbers = np.arange(len(self._target), dtype=np.int64)
+        each = range(len(self.users))
+        signals = {name: self._signals[name][:, run].copy() for name in OBJECT}
+        parts: dict[str, Any] = dict(signals)
+        parts["target"] = np.zeros_like(signals["x_o"])
+        parts["target"][:, 0] = self._target
+        for name in PER_USER:
+            parts[name] = [self._signals[f"{name}{i}"][:, run].copy() for i in each]
+        for name in STORED:
+            parts[name] = self._energies[name][:, run, 0].copy()
+        for name in ENERGIES_PER_USER:
+            parts[name] = [self._energies[f"{name}{i}"][:, run, 0].copy() for i in each]
+        contact = [self._energies[f"contact{i}"][:, run, 0] != 0.0 for i in each]
+        state = np.array(self._state, dtype=np.int64).reshape(len(numbers), len(self.users))
         return ServerTraces(
             users=self.users,
             period_s=period_s,
             time_s=numbers.astype(np.float64) * period_s,
             step=numbers + 1,
             contact=contact,
-            state=[array.copy() for array in self.state],
-            accounts={name: a[:, run, 0].copy() for name, a in self.accounts.items()},
+            state=[column.copy() for column in state.T],
+            accounts={name: a[:, run, 0].copy() for name, a in self._accounts.items()},
             **parts,
         )
 
 
-def _put(store: dict[str, Array], row: int, values: Mapping[str, Value], *, like: Array) -> None:
+def _names(common: Sequence[str], each: Sequence[str], users: Sequence[str]) -> list[str]:
+    """Return names of columns: those per user with its number behind."""
+    return [*common, *(f"{name}{i}" for i in range(len(users)) for name in each)]
+
+
+def _put(
+    store: dict[str, Array], row: int, values: Mapping[str, Value], *, shape: tuple[int, ...]
+) -> None:
     """Write a row of energies whose names are known only once they come."""
     for name, value in values.items():
-        store.setdefault(name, np.zeros_like(like))[row] = value
+        store.setdefault(name, np.zeros(shape))[row] = value

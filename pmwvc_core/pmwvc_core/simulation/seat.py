@@ -4,11 +4,13 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from pmwvc_core.controllers import make_master
 from pmwvc_core.master.client import Client
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.network.link import stream_of
-from pmwvc_core.numeric import Value, dot
+from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.plant.operators import Operator, make_operator
 from pmwvc_core.simulation.agenda import Loop
@@ -80,7 +82,8 @@ class Seat:
             packer=Packer(index + 1, period=frame_s),
         )
         self.device = SimulatedDevice(stack([u.device for u in users]), tick_s=tick_s, dof=dof)
-        self.device.place(start)
+        # In a batch every run has a place of its own from the beginning.
+        self.device.place(start + np.zeros((len(users), 1)) if len(users) > 1 else start)
         hand = conditions.hands.get(name)
         self.operator: Operator = (
             hand()
@@ -96,8 +99,6 @@ class Seat:
             )
         )
         self.f_applied: Value = 0.0
-        self.energy_device: Value = 0.0
-        self.energy_hand: Value = 0.0
 
     def send(self, now_ns: int) -> None:
         """Send the packet of a frame start."""
@@ -114,38 +115,39 @@ class Seat:
         for packet in self.down.collect(now_ns):
             self.down.receiver.push(packet, now_ns)
 
-    def tick(self, now_ns: int, tick_s: float) -> dict[str, Value]:
-        """Advance hand, controller and device by one tick; return the signals to trace."""
-        x, xd = self.device.read()
-        if self._listens:
-            due_ns = self.down.link.next_due_ns
-            if due_ns is not None and due_ns <= now_ns:
+    def advance(self, times_ns: Sequence[int]) -> list[tuple[Value, ...]]:
+        """Go on tick by tick, in between two events of the network.
+
+        Returns
+        -------
+        list
+            Signals of every tick, in the order of ``buffers.SIGNALS``.
+        """
+        device, client, port, down = self.device, self.client, self.client.controller, self.down
+        due_ns = down.link.next_due_ns if self._listens else None
+        comes = due_ns is not None and due_ns <= times_ns[-1]
+        f_applied = self.f_applied
+        rows: list[tuple[Value, ...]] = []
+        for now_ns in times_ns:
+            x, xd = device.read()
+            if comes:
                 self._listen(now_ns)
-            f_h = self._hand(self._acts)
-            self._acts = self._coupled
-        else:
-            f_h = self._hand(self.client.ready())
-        f_applied = self.client.step(x, xd, now_ns)
-        self.energy_device = self.energy_device + dot(f_applied, xd) * tick_s
-        self.energy_hand = self.energy_hand + dot(f_h, xd) * tick_s
+            if not self._acts and not self._listens:
+                self._acts = client.ready()
+            f_h = self._hand()
+            self._acts = self._acts or self._coupled
+            f_applied = client.step(x, xd, now_ns)
+            device.step(f_h, f_applied)
+            rows.append((x, xd, f_h, client.f_asked, f_applied, port.u_m, port.u_m_lp, port.v_m))
         self.f_applied = f_applied
-        self.device.step(f_h, f_applied)
-        port = self.client.controller
-        return {
-            "x_m": x,
-            "xd_m": xd,
-            "f_h": f_h,
-            "f_m": self.client.f_asked,
-            "f_applied": f_applied,
-            "u_m": port.u_m,
-            "u_m_lp": port.u_m_lp,
-            "v_m": port.v_m,
-        }
+        return rows
 
     def pass_by(self) -> None:
         """Let a tick pass that the force loop missed: the last force stays on the device."""
-        self.device.step(self._hand(self._acts), self.f_applied)
+        self.device.step(self._hand(), self.f_applied)
 
-    def _hand(self, acts: bool) -> Value:
-        # The hand is in touch with the device itself, not with what its encoder shows.
-        return self.operator.step(self.device.x, self.device.xd) if acts else self.operator.hold()
+    def _hand(self) -> Value:
+        """Return the force of a hand in touch with the device itself, not with its encoder [N]."""
+        if self._acts:
+            return self.operator.step(self.device.x, self.device.xd)
+        return self.operator.hold()

@@ -22,7 +22,7 @@ from pmwvc_core.controllers import make_server
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.server.service import Service
-from pmwvc_core.simulation.agenda import Act, Steps, events
+from pmwvc_core.simulation.agenda import Act, Steps, Turn, events, turns
 from pmwvc_core.simulation.buffers import (
     ServerBuffer,
     UserBuffer,
@@ -39,6 +39,7 @@ from pmwvc_core.wave.packet import Packer
 R = TypeVar("R")
 LARGEST_BATCH = 256  # bounds the memory of the traces: about 90 MB per user and ten seconds
 AS_THE_SCENARIO_SAYS = Conditions()
+PROGRESS_NS = 1_000_000_000  # of virtual time between two reports
 SERVER_EPOCH = 1000  # epochs are random in live sessions, where a process can start again
 
 
@@ -143,33 +144,46 @@ class SessionBatch:
     def run(self, progress: Callable[[float], None]) -> None:
         """Step from the first tick to the last."""
         loops = [seat.loop for seat in self.seats]
-        shown = -1
-        for now_ns, act, who, tick in events(
-            loops, self.steps, ticks=self.ticks, tick_ns=self.tick_ns
-        ):
-            if act == Act.TICK:
-                seat, buffer = self.seats[who], self.user_buffers[who]
-                buffer.write_tick(tick, **seat.tick(now_ns, self.tick_s))
-                if buffer.ends_block(tick):
-                    self._note(seat, buffer)
-                if tick // 1000 > shown:
-                    shown = tick // 1000
-                    progress(tick / self.ticks)
-            elif act == Act.SEND:
-                self.seats[who].send(now_ns)
-            elif act == Act.ANSWER:
-                self.seats[who].answer(now_ns)
-            elif act == Act.SERVE:
-                self._serve(tick, now_ns)
-            else:
-                self.seats[who].pass_by()
+        end_ns, next_ns = self.ticks * self.tick_ns, 0
+        act_of: dict[int, Callable[[Turn], None]] = {
+            Act.PASS: self._pass,
+            Act.SEND: self._send,
+            Act.SERVE: self._serve,
+            Act.ANSWER: self._answer,
+            Act.TICK: self._advance,
+        }
+        table = events(loops, self.steps, ticks=self.ticks, tick_ns=self.tick_ns)
+        for turn in turns(table):
+            act_of[turn.act](turn)
+            if turn.time_ns[0] >= next_ns:
+                next_ns += PROGRESS_NS
+                progress(min(turn.time_ns[0] / end_ns, 1.0))
         for seat in self.seats:
-            seat.up.drain(self.ticks * self.tick_ns)
-            seat.down.drain(self.ticks * self.tick_ns)
+            seat.up.drain(end_ns)
+            seat.down.drain(end_ns)
         progress(1.0)
 
-    def _serve(self, step: int, now_ns: int) -> None:
+    def _send(self, turn: Turn) -> None:
+        self.seats[turn.who].send(turn.time_ns[0])
+
+    def _answer(self, turn: Turn) -> None:
+        self.seats[turn.who].answer(turn.time_ns[0])
+
+    def _pass(self, turn: Turn) -> None:
+        self.seats[turn.who].pass_by()
+
+    def _advance(self, turn: Turn) -> None:
+        """Go on tick by tick; note waves and safety where a frame ends."""
+        seat, buffer = self.seats[turn.who], self.user_buffers[turn.who]
+        buffer.write_ticks(turn.tick, seat.advance(turn.time_ns))
+        if buffer.ends_block(turn.tick[-1]):
+            port, safety = seat.client.controller, seat.client.safety
+            energies = (port.energy_u_m, port.energy_u_tx, port.energy_v_rx, port.energy_v_m)
+            buffer.write_block(safety.state, safety.reason, energies, port.accounts)
+
+    def _serve(self, turn: Turn) -> None:
         """Take in what has arrived, step the environment, answer."""
+        now_ns = turn.time_ns[0]
         for user, seat in enumerate(self.seats):
             for packet in seat.up.collect(now_ns):
                 self.service.deliver(user, packet, now_ns)
@@ -177,21 +191,7 @@ class SessionBatch:
             if answer is not None:
                 seat.down.send(answer, now_ns)
         target = self.target.step(together=self.service.together())
-        self.server_buffer.write(step, self.service.server, self.service.presence, target)
-
-    def _note(self, seat: Seat, buffer: UserBuffer) -> None:
-        port, safety = seat.client.controller, seat.client.safety
-        buffer.write_block(
-            safety.state,
-            safety.reason,
-            port.accounts,
-            u_m=port.energy_u_m,
-            u_tx=port.energy_u_tx,
-            v_rx=port.energy_v_rx,
-            v_m=port.energy_v_m,
-            device=seat.energy_device,
-            hand=seat.energy_hand,
-        )
+        self.server_buffer.write(turn.tick[0], self.service.server, self.service.presence, target)
 
     def traces(self, run: int) -> SessionTraces:
         """Return what one run of the batch leaves behind."""

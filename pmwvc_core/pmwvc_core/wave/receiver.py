@@ -39,6 +39,11 @@ class Verdict(enum.Enum):
     WRONG_PERIOD = "wrong period"
     TOO_LARGE = "too large"
 
+    __hash__ = object.__hash__  # that of Enum takes the hash of the name, in Python
+
+
+ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
+
 
 class Receiver:
     """The receiving end of one direction.
@@ -81,11 +86,14 @@ class Receiver:
     def push(self, packet: WavePacket, now_ns: int) -> Verdict:
         """Judge a packet that has come in; whatever it is, the answer is a verdict."""
         verdict = self._unfit(packet) or self._placed(packet)
-        if verdict in (Verdict.REORDERED, Verdict.STALE) and self._insists(packet, now_ns):
-            verdict = Verdict.NEW_EPOCH
+        if verdict is not ACCEPTED:
+            if verdict in (Verdict.REORDERED, Verdict.STALE) and self._insists(packet, now_ns):
+                verdict = Verdict.NEW_EPOCH
+            if verdict is not Verdict.NEW_EPOCH:
+                self.counts[verdict] += 1
+                return verdict
         self.counts[verdict] += 1
-        if verdict is Verdict.ACCEPTED or verdict is Verdict.NEW_EPOCH:
-            self._accept(packet, now_ns, fresh=verdict is Verdict.NEW_EPOCH)
+        self._accept(packet, now_ns, fresh=verdict is not ACCEPTED)
         return verdict
 
     def take(self, now_ns: int) -> Value:
@@ -125,6 +133,8 @@ class Receiver:
 
     def _unfit(self, packet: WavePacket) -> Verdict | None:
         """Judge a packet by itself."""
+        if type(packet) is WavePacket and self._ordinary(packet):
+            return None
         if not isinstance(packet, WavePacket) or not _well_typed(packet):
             return Verdict.MALFORMED
         values = (packet.wave, packet.integral, packet.energy, packet.position, packet.period)
@@ -137,6 +147,20 @@ class Receiver:
         if self.max_wave < math.inf and np.any(squared(packet.wave) > self.max_wave**2):
             return Verdict.TOO_LARGE
         return None
+
+    def _ordinary(self, packet: WavePacket) -> bool:
+        """Tell at a glance that nothing is wrong with a packet of one axis, as nearly always."""
+        p = packet
+        return (
+            self.dof == 1
+            and type(p.wave) is type(p.integral) is type(p.energy) is type(p.position) is float
+            and type(p.epoch) is type(p.seq) is type(p.sent_ns) is type(p.flags) is int
+            and type(p.echo_seq) is type(p.echo_sent_ns) is type(p.echo_hold_ns) is int
+            and 1 <= p.seq < 1 << 32
+            and p.period == self.period_s
+            and -self.max_wave <= p.wave <= self.max_wave
+            and math.isfinite(p.wave + p.integral + p.energy + p.position)
+        )
 
     def _fits(self, value: Value) -> bool:
         """Tell whether a value has our number of axes; the zero of a start has any number."""
@@ -152,7 +176,7 @@ class Receiver:
         if packet.epoch != newest.epoch:
             return Verdict.STALE if packet.epoch in self._retired else Verdict.NEW_EPOCH
         if packet.seq > newest.seq:
-            return Verdict.STALE if packet.sent_ns < newest.sent_ns else Verdict.ACCEPTED
+            return Verdict.STALE if packet.sent_ns < newest.sent_ns else ACCEPTED
         behind = newest.seq - packet.seq
         if self._seen >> behind & 1:
             return Verdict.DUPLICATE
