@@ -45,13 +45,23 @@ class FilterBank:
     """
 
     def __init__(self, params: MasterParams, position: Callable[[], Value]) -> None:
-        filters = bank_filters(params.bank, tick_s=params.tick_s)
-        self._low_up, self._low_down = _maybe(filters.low_up), _maybe(filters.low_down)
-        self._high_up, self._high_down = Cascade(filters.high_up), Cascade(filters.high_down)
+        self._begin(params)
         self._local = LocalPort(params, position)
         self._tick_s = params.tick_s
         self._low_in, self._low_out = EnergyLedger(), EnergyLedger()
         self._high_in, self._high_out = EnergyLedger(), EnergyLedger()
+
+    def configure(self, params: MasterParams) -> None:
+        """Take other parameters over: another split starts at zero, another spring at rest."""
+        if params.bank != self._params:
+            self._begin(params)
+        self._local.configure(params)
+
+    def _begin(self, params: MasterParams) -> None:
+        self._params = params.bank
+        filters = bank_filters(params.bank, tick_s=params.tick_s)
+        self._low_up, self._low_down = _maybe(filters.low_up), _maybe(filters.low_down)
+        self._high_up, self._high_down = Cascade(filters.high_up), Cascade(filters.high_down)
 
     def down(self, v: Value) -> Value:
         """Return the low branch of the wave from the server."""

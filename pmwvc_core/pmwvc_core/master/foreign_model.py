@@ -62,6 +62,9 @@ class ForeignModel:
         self._f: Value = 0.0
         self.stored: Value = 0.0  # what went in and has not come back
 
+    def configure(self, params: LocalModelParams) -> None:
+        """Go on: the model has its numbers from when it was made."""
+
     def offer(self) -> tuple[Value, Value]:
         """Return F0 and G: the model's, or those of a matched damper."""
         f0: Value = self._f

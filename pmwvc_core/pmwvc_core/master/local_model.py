@@ -34,6 +34,9 @@ from pmwvc_core.wave.reflection import reflection
 class Model(Protocol):
     """A local model as its port sees it. Order within a tick: ``offer``, ``take``."""
 
+    def configure(self, params: LocalModelParams) -> None:
+        """Take other numbers over, without storing more."""
+
     def offer(self) -> tuple[Value, Value]:
         """Return F0 [N] and G >= 0 [N s/m] of this tick's force F0 + G xd."""
 
@@ -56,11 +59,19 @@ class SpringDamper:
     """F = K x + B xd to ground, by the implicit midpoint rule; at rest at first."""
 
     def __init__(self, params: LocalModelParams, *, tick_s: float) -> None:
-        self._stiffness, self._damping = params.stiffness, params.damping
-        self._slope = params.stiffness * (0.5 * tick_s) + params.damping
         self._tick_s = tick_s
         self.x: Value = 0.0
         self.dissipated: Value = 0.0
+        self._begin(params)
+
+    def configure(self, params: LocalModelParams) -> None:
+        """Take other numbers over; the old spring is dropped."""
+        self.drop(True)
+        self._begin(params)
+
+    def _begin(self, params: LocalModelParams) -> None:
+        self._stiffness, self._damping = params.stiffness, params.damping
+        self._slope = params.stiffness * (0.5 * self._tick_s) + params.damping
 
     def offer(self) -> tuple[Value, Value]:
         """Return K x and K T_c/2 + B."""
@@ -102,17 +113,26 @@ class LocalPort:
             if local.kind == "spring_damper"
             else ForeignModel(local, matched=_plain(b), tick_s=params.tick_s)
         )
-        self._reflection = reflection(b)
-        self._acts, self._begins = local.acts, local.begins_m
         self._position = position
-        self._there: Flag = True
+        self._begin(params)
         self._f0: Value = 0.0
         self._slope: Value = 0.0
+
+    def configure(self, params: MasterParams) -> None:
+        """Take other parameters over. Waves carry the same power whatever the impedance."""
+        if params.local_model != self._params:
+            self.model.configure(params.local_model)
+        self._begin(params)
+
+    def _begin(self, params: MasterParams) -> None:
+        self._there: Flag = True
+        self._params = params.local_model
+        self._reflection = reflection(impedance_of(params))
 
     def offer(self) -> tuple[Value, Value]:
         """Return v0 [sqrt(W)] and g of the answer v0 + g u2."""
         f0, slope = self.model.offer()
-        if self._acts != "everywhere":
+        if self._params.acts != "everywhere":
             there = self._touching()
             self.model.drop(there ^ True)
             f0, slope = where(there, f0, 0.0), where(there, slope, 0.0)
@@ -134,7 +154,8 @@ class LocalPort:
     def _touching(self) -> Flag:
         x = self._position()
         along = x[..., :1] if isinstance(x, np.ndarray) and x.ndim else x
-        return along > self._begins if self._acts == "above" else along < self._begins
+        begins = self._params.begins_m
+        return along > begins if self._params.acts == "above" else along < begins
 
 
 def _plain(b: Impedance) -> Value:

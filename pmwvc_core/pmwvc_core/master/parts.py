@@ -7,10 +7,9 @@ beforehand how its answer will depend on that wave, v = v0 + g u_m with |g| < 1,
 can solve the loop through the device's velocity.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Protocol
 
-from pmwvc_core.master.filter_bank import make_bank
 from pmwvc_core.master.velocity_filter import make_velocity_filter
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import MasterParams
@@ -33,10 +32,7 @@ class Part(Protocol):
         """Energies of this part since the start, by name [J]; always the same names."""
 
 
-def make_parts(params: MasterParams, position: Callable[[], Value]) -> list[Part]:
-    """Return the parts that the parameters name, the one nearest to the device first.
-
-    ``position`` returns where the device is [m].
-    """
-    made = (make_velocity_filter(params), make_bank(params, position))
+def make_parts(params: MasterParams, bank: Part | None) -> list[Part]:
+    """Return the parts that the parameters name, the one nearest to the device first."""
+    made: tuple[Part | None, ...] = (make_velocity_filter(params), bank)
     return [part for part in made if part is not None]

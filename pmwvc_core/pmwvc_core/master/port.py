@@ -29,6 +29,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 
+from pmwvc_core.master.filter_bank import make_bank
 from pmwvc_core.master.parts import Part, make_parts
 from pmwvc_core.master.position import make_position_feedback
 from pmwvc_core.master.velocity_filter import EquivalentVelocityFilter, make_force_velocity
@@ -69,6 +70,7 @@ class WaveMaster:
         self._before: dict[str, Value] = {}
         self._parts: list[Part] = []
         self._velocity: EquivalentVelocityFilter | None = None
+        self._bank = make_bank(params, self.position)
         self._begin(params)
         self._position = make_position_feedback(params)
         self.u_m: Value = 0.0
@@ -90,16 +92,23 @@ class WaveMaster:
         """Take other parameters over at a frame start; tick and rate drop stay.
 
         Waves carry the same power whatever the impedance, so that may change at any time, and so
-        may the position feedback. Another filter, hold or part starts at zero: what the old one
-        held is lost, never gained.
+        may position feedback and local model. Another filter, hold or part starts at zero: what
+        the old one held is lost, never gained.
         """
+        old = self.params
         same = dataclasses.replace(
-            params, impedance=self.params.impedance, position=self.params.position
+            params,
+            impedance=old.impedance,
+            position=old.position,
+            bank=old.bank,
+            local_model=old.local_model,
         )
-        if same == self.params:
+        if same == old:
             self.params, self._impedance = params, impedance_of(params)
         else:
             self._begin(params)
+        if self._bank:
+            self._bank.configure(params)
         if self._position:
             self._position.configure(params)
         else:
@@ -116,17 +125,21 @@ class WaveMaster:
         self._filter = AntiAliasing(
             params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop
         )
-        self._parts = make_parts(params, self.position)
+        self._parts = make_parts(params, self._bank)
         self._velocity = make_force_velocity(params)
 
     @property
     def accounts(self) -> Mapping[str, Value]:
-        """Energies of parts, velocity filter and position feedback [J]."""
-        return self._between() | (dict(self._position.accounts) if self._position else {})
+        """Energies of velocity filter, filter bank and position feedback [J]."""
+        found = self._between()
+        for own in (self._bank, self._position):
+            if own:
+                found |= own.accounts
+        return found
 
     def _between(self) -> dict[str, Value]:
-        """Return the energies of what is in between, with what went before a change of it [J]."""
-        found = [part.accounts for part in self._parts]
+        """Return the energies of what starts anew, with what went before a change of it [J]."""
+        found = [part.accounts for part in self._parts if part is not self._bank]
         if self._velocity:
             found.append(self._velocity.accounts)
         before = self._before
