@@ -19,6 +19,7 @@ from typing import Any, NoReturn
 from pmwvc_bringup import (
     commands,
     compare_command,
+    filter_command,
     map_command,
     replay_command,
     stability_command,
@@ -145,6 +146,7 @@ def build_parser() -> argparse.ArgumentParser:
     map_command.add(several)
     transparency_command.add(several)
     tune_command.add(several)
+    filter_command.add(several)
 
     node = command("node", "run one node by itself", NODE_EXAMPLES)
     node.add_argument("kind", choices=sorted(commands.NODES), help="which node")

@@ -1,19 +1,20 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Passivity over infinite time: folded gains and the two conditions on a pair of branches."""
+"""Passivity over infinite time: folded gains."""
 
 import dataclasses
 import math
 
 import numpy as np
 import pytest
-from filter_runs import BUTTERWORTH, KINDS, run
+from filter_runs import KINDS, run
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import TICK_S, poles_rad_s
 
 from pmwvc_analysis.models import passivity
 from pmwvc_core.params import FilterParams
+from pmwvc_core.wave.response import response
 
 FIRST_ORDER = FilterParams(pole_rad_s=50.0)
 
@@ -75,50 +76,5 @@ def test_the_response_is_that_of_the_running_filter(kind):
     else:
         expected = np.fft.rfft(run(params, pulse.tolist())[0])
     frequency = np.fft.rfftfreq(1024, TICK_S)
-    found = passivity.response(params, frequency, tick_s=TICK_S, rate_drop=8)
+    found = response(params, frequency, tick_s=TICK_S, rate_drop=8)
     np.testing.assert_allclose(found, expected, atol=1e-9)
-
-
-def test_without_the_high_branch_both_conditions_say_the_filter_amplifies_nothing():
-    frequency = np.linspace(0.0, 499.0, 200)
-    low = passivity.response(BUTTERWORTH, frequency, tick_s=TICK_S, rate_drop=8)
-    found = passivity.margins(low, np.zeros_like(low), frequency)
-    assert abs(found["in_phase_margin"]) < 1e-9
-    assert abs(found["any_environment_margin"]) < 1e-9
-
-
-@given(alpha=st.floats(0.05, 0.949))
-def test_no_first_order_high_pass_suits_every_environment(alpha):
-    # near rest the low pass falls with the square of the frequency, the high pass rises with it
-    angle, low, high = passivity.printed_branches(alpha, points=2**17)
-    found = passivity.margins(low, high, angle)
-    assert found["any_environment_margin"] < 0.0
-    reached = 1.0 - found["any_environment_margin"]
-    assert reached**2 >= 1.0 - found["in_phase_margin"] - 1e-9
-
-
-@given(alpha=st.floats(0.05, 0.949), turn=st.floats(-math.pi, math.pi))
-def test_the_wider_condition_bounds_what_any_reflection_makes_of_the_branches(alpha, turn):
-    angle, low, high = passivity.printed_branches(alpha)
-    found = passivity.margins(low, high, angle)
-    total = np.abs(np.exp(1j * turn) * low + 0.5 * high)
-    assert np.all(total <= found["any_environment"] + 1e-12)
-
-
-def test_some_reflection_reaches_the_wider_condition_where_the_narrow_one_still_holds():
-    angle, low, high = passivity.printed_branches(0.9)
-    found = passivity.margins(low, high, angle)
-    worst = int(np.argmax(found["any_environment"]))
-    turn = np.angle(high[worst]) - np.angle(low[worst])
-    total = abs(np.exp(1j * turn) * low[worst] + 0.5 * high[worst])
-    assert total == pytest.approx(1.0 - found["any_environment_margin"])
-    assert total > 1.0
-
-
-def test_the_flattest_in_phase_condition_is_near_the_printed_alpha():
-    assert passivity.best_alpha() == pytest.approx(0.9274, abs=5e-5)
-    angle, low, high = passivity.printed_branches(0.92913)
-    printed = passivity.margins(low, high, angle)
-    angle, low, high = passivity.printed_branches(passivity.best_alpha())
-    best = passivity.margins(low, high, angle)
-    assert np.max(np.abs(best["in_phase"] - 1)) < np.max(np.abs(printed["in_phase"] - 1))

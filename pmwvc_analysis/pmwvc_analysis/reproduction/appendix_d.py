@@ -4,11 +4,12 @@
 
 import numpy as np
 
-from pmwvc_analysis.models.passivity import best_alpha, margins, printed_branches
 from pmwvc_analysis.reproduction import draw_d, draw_single
 from pmwvc_analysis.reproduction.figure import Figure, Values
 from pmwvc_analysis.reproduction.scenarios import wall
 from pmwvc_analysis.reproduction.single_user import admittance
+from pmwvc_core.wave.branches import margins
+from pmwvc_core.wave.velocity_filter_design import best_alpha, printed_branches
 
 TICK_S = 1e-3
 

@@ -10,8 +10,8 @@ Where the parameters do not say it, it follows from H_LP, the response of the an
   that came from cannot be told.
 * order n >= 2, Butterworth: the lowest cut-off with |H_LP| + s |H_HP| <= 1 everywhere. Near rest
   1 - |H_LP| rises with the power 2m of the frequency (m the order of H_LP; 1 for
-  ``integrate_and_dump``) and |H_HP| with the power n, so that n >= 2m is necessary: no filter of
-  first order has this margin.
+  ``integrate_and_dump``) and |H_HP| with the power n, so that n >= 2m is what it takes: no filter
+  of first order has this margin (a little less than 2m may fail by less than rounding).
 * complementary, H_1 and H_2 a Butterworth pair of order n, |H_1|^2 + |H_2|^2 = 1 (bilinear, so
   exactly that): any cut-off will do; it is half the packet rate, above which no packet can say
   anything. Both branches go through their filter twice: H_LP = H_1^2 with the anti-aliasing filter
@@ -33,9 +33,10 @@ from pmwvc_core.wave.response import Complex, response, sections_response
 
 PRINTED_POINTS = 512  # frequencies of App. D section 4
 PRINTED_LOW_POLE = 0.95  # H_LP = 0.05/(z - 0.95), App. D Eq. 15
-POINTS = 4096  # of a search, half of them near rest
+POINTS = 8192  # of a search, half of them near rest
 ASIDE = 1.001  # of a cut-off: what may lie between two of them
-HIGHEST = 0.49  # of the tick rate
+HIGHEST = 0.49  # of the tick rate, of a cut-off that is given
+HIGHEST_DESIGNED = 0.25  # above that hardly anything would be filtered
 
 
 def high_pass(params: MasterParams) -> Array:
@@ -98,7 +99,7 @@ def _said(
     if own.alpha is not None:
         return own
     if own.kind == "complementary":
-        cutoff_hz = min(0.5 / (rate_drop * tick_s), 0.25 / tick_s)
+        cutoff_hz = min(0.5 / rate_drop, HIGHEST_DESIGNED) / tick_s
         return dataclasses.replace(own, cutoff_hz=cutoff_hz)
     if low.kind == "none":
         raise ParameterError(
@@ -113,7 +114,7 @@ def _said(
         return dataclasses.replace(
             own, alpha=flattest_alpha(values, angle, share=own.share, below=below)
         )
-    near = np.geomspace(1e-4, 1.0, POINTS // 2)
+    near = np.geomspace(1e-6, 1.0, POINTS // 2)
     angle = np.pi * np.concatenate([near, (1.0 + np.arange(POINTS // 2)) / (POINTS // 2)])
     values = response(low, angle / (2.0 * np.pi * tick_s), tick_s=tick_s, rate_drop=rate_drop)
     return dataclasses.replace(own, cutoff_hz=_lowest_cutoff(own, np.abs(values), angle, tick_s))
@@ -168,12 +169,12 @@ def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: 
         high = 1.0 / np.sqrt(1.0 + ratio ** (2 * own.order))
         return float((low + own.share * high).max()) - 1.0
 
-    few, many = 1e-3 / tick_s * 1e-3, HIGHEST / tick_s / ASIDE
+    few, many = 1e-8 / tick_s, HIGHEST_DESIGNED / tick_s / ASIDE
     if excess(many) > TOLERANCE:
         raise ParameterError(
             f"velocity_filter.share = {own.share}: no high-pass filter of order {own.order} "
-            "leaves |H_LP| + share |H_HP| <= 1 with this anti-aliasing filter; take a smaller "
-            "share, an order of at least twice that of the anti-aliasing filter, or kind = "
+            "leaves |H_LP| + share |H_HP| <= 1 with this anti-aliasing filter; take a higher "
+            "order (twice that of the anti-aliasing filter), a smaller share, or kind = "
             "complementary, or give cutoff_hz"
         )
     while many / few > 1.0 + 1e-9:
