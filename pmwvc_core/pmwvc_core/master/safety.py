@@ -33,6 +33,7 @@ from pmwvc_core.master.safety_states import (
     cause_of,
     state_of,
     text_of,
+    texts_of,
     whole,
 )
 from pmwvc_core.numeric import (
@@ -174,9 +175,7 @@ class SafetyLimiter:
         """Why, empty when coupled; in a batch one text per run."""
         cause = cause_of(self._seen, self._gain)
         if isinstance(cause, np.ndarray):
-            return [
-                text_of(each, self.params, run) for run, each in enumerate(cause.ravel().tolist())
-            ]
+            return texts_of(cause, self.params)
         return text_of(cause, self.params)
 
     @property

@@ -50,7 +50,7 @@ _STATES = {
     Cause.RUNAWAY: SafetyState.FAULT,
 }
 _STATE_OF = np.array([_STATES[cause] for cause in Cause])
-_TEXTS = {
+_TEXTS: dict[int, str] = {
     Cause.NONE: "",
     Cause.WAITING: "waiting for the server's first answer or a working device",
     Cause.SOFT_START: "soft start",
@@ -96,6 +96,14 @@ def text_of(cause: int, limits: SafetyParams, run: int = 0) -> str:
     if cause == Cause.RUNAWAY:
         return f"faster than {_number(limits.fault_velocity, run)} m/s: no force until re-armed"
     return _TEXTS[Cause(cause)]
+
+
+def texts_of(causes: Integers, limits: SafetyParams) -> list[str]:
+    """Return the causes of all runs in words."""
+    return [
+        _TEXTS[cause] if cause in _TEXTS else text_of(cause, limits, run)
+        for run, cause in enumerate(causes.ravel().tolist())
+    ]
 
 
 def whole(value: Any) -> int | Integers:

@@ -83,7 +83,7 @@ class UserBuffer:
         late_s = np.zeros(len(ran))
         if loop.ran_ns is not None:
             late_s = loop.ran_ns[ran].astype(np.float64) * 1e-9 - time_s
-        signals: dict[str, Any] = {name: self._signals[name][ran, run] for name in SIGNALS}
+        signals: dict[str, Any] = {name: self._signals.of(name, run)[ran] for name in SIGNALS}
         return UserTraces(
             name=self.name,
             tick_s=tick_s,
@@ -103,7 +103,7 @@ class UserBuffer:
 
     def _energy(self, run: int, tick_s: float, signals: Mapping[str, Array]) -> dict[str, Array]:
         """Return the running sums at the ends of blocks: of the waves, and of both forces."""
-        found = {name: self._energies[name][:, run, 0].copy() for name in WAVE_ENERGIES}
+        found = {name: self._energies.of(name, run)[:, 0].copy() for name in WAVE_ENERGIES}
         last = self._ends[self._ran]
         for name, force in (("device", "f_applied"), ("hand", "f_h")):
             work = np.ravel(dot(signals[force], signals["xd_m"]))
@@ -146,17 +146,17 @@ class ServerBuffer:
         """Return the traces of one run."""
         numbers = np.arange(len(self._target), dtype=np.int64)
         each = range(len(self.users))
-        signals = {name: self._signals[name][:, run].copy() for name in OBJECT}
+        signals = {name: self._signals.of(name, run).copy() for name in OBJECT}
         parts: dict[str, Any] = dict(signals)
         parts["target"] = np.zeros_like(signals["x_o"])
         parts["target"][:, 0] = self._target
         for name in PER_USER:
-            parts[name] = [self._signals[f"{name}{i}"][:, run].copy() for i in each]
+            parts[name] = [self._signals.of(f"{name}{i}", run).copy() for i in each]
         for name in STORED:
-            parts[name] = self._energies[name][:, run, 0].copy()
+            parts[name] = self._energies.of(name, run)[:, 0].copy()
         for name in ENERGIES_PER_USER:
-            parts[name] = [self._energies[f"{name}{i}"][:, run, 0].copy() for i in each]
-        contact = [self._energies[f"contact{i}"][:, run, 0] != 0.0 for i in each]
+            parts[name] = [self._energies.of(f"{name}{i}", run)[:, 0].copy() for i in each]
+        contact = [self._energies.of(f"contact{i}", run)[:, 0] != 0.0 for i in each]
         state = np.array(self._state, dtype=np.int64).reshape(len(numbers), len(self.users))
         return ServerTraces(
             users=self.users,

@@ -8,14 +8,16 @@ import numpy as np
 
 from pmwvc_core.numeric import Array, Value
 
+TURNED = 16384  # numbers turned together: they fit into a cache
 AT_ONCE = 4096  # rows of plain numbers that wait before they become arrays
 
 
 class Columns:
-    """Several signals of one width, ``(rows, runs, width)`` each; zero where nothing is noted.
+    """Several signals of one width; zero where nothing is noted.
 
-    A row of plain numbers is only put aside; many of them become arrays together, which takes a
-    fifth of the time of writing each number into an array.
+    While running a row is one block of memory, afterwards a run is. A row of plain numbers is only
+    put aside; many of them become arrays together, which takes a fifth of the time of writing each
+    number into an array.
 
     Parameters
     ----------
@@ -31,12 +33,13 @@ class Columns:
         self, names: Sequence[str], *, rows: int, runs: int, width: int, plain: bool
     ) -> None:
         self._plain = plain
-        if self._plain:
+        if plain:
             self._together = np.zeros((rows, len(names)))
             arrays = [each.reshape(rows, 1, 1) for each in self._together.T]
         else:
             arrays = [np.zeros((rows, runs, width)) for _ in names]
-        self._arrays = dict(zip(names, arrays, strict=True))
+        self._by_row = dict(zip(names, arrays, strict=True))
+        self._by_run: dict[str, Array] = {}
         self._in_order = arrays
         self._waiting: list[Sequence[Value]] = []
         self._places: list[int] = []
@@ -53,13 +56,28 @@ class Columns:
             for array, value in zip(self._in_order, row, strict=True):
                 array[place] = value
 
-    def __getitem__(self, name: str) -> Array:
-        """Return a signal ``(rows, runs, width)``."""
+    def of(self, name: str, run: int) -> Array:
+        """Return a signal of one run ``(rows, width)``, a view; nothing is noted after it."""
         if self._waiting:
             self._settle()
-        return self._arrays[name]
+        self._in_order = []
+        if name in self._by_row:
+            self._by_run[name] = _turned(self._by_row.pop(name))
+        found: Array = self._by_run[name][run]
+        return found
 
     def _settle(self) -> None:
         self._together[self._places] = self._waiting
         self._waiting.clear()
         self._places.clear()
+
+
+def _turned(by_row: Array) -> Array:
+    """Return ``(rows, runs, width)`` as ``(runs, rows, width)``."""
+    rows, runs, width = by_row.shape
+    by_run = np.empty((runs, rows, width))
+    some = max(1, TURNED // (runs * width))
+    for first in range(0, rows, some):
+        here = slice(first, first + some)
+        by_run[:, here] = by_row[here].swapaxes(0, 1)
+    return by_run

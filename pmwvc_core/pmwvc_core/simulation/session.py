@@ -37,7 +37,7 @@ from pmwvc_core.wave.impedance import Impedance, server_impedance
 from pmwvc_core.wave.packet import Packer
 
 R = TypeVar("R")
-LARGEST_BATCH = 256  # bounds the memory of the traces: about 90 MB per user and ten seconds
+LARGEST_BATCH = 512  # bounds the memory of the traces: 330 MB per user and ten seconds
 AS_THE_SCENARIO_SAYS = Conditions()
 PROGRESS_NS = 1_000_000_000  # of virtual time between two reports
 SERVER_EPOCH = 1000  # epochs are random in live sessions, where a process can start again
@@ -84,6 +84,7 @@ def simulate(
             traces = batch.traces(run)
             results[position] = traces if keep is None else keep(traces)
         done += len(members)
+        del batch  # before the next one takes as much memory
     return results
 
 
