@@ -60,7 +60,7 @@ class Scene:
         cube.pose.position = self._point(server.x_o)
         cube.scale = Vector3(x=size, y=size, z=size)
         target = _marker("target", 0, Marker.CUBE, stamp, (0.2, 0.7, 0.2), 0.25)
-        target.pose.position = Point(x=float(loop.target.position_m))
+        target.pose.position = self._point(loop.target.position_m)
         target.scale = Vector3(x=1.02 * size, y=1.02 * size, z=1.02 * size)
         found = [cube, target]
         for user, name in enumerate(self._users):

@@ -131,6 +131,7 @@ class ServerSettings:
             Task(self.task),
             period_s=self.server.period_s,
             soft_start_s=self.watchdog.soft_start_s,
+            dof=self.dof,
         )
 
 

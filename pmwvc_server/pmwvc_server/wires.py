@@ -11,7 +11,6 @@ from collections.abc import Sequence
 
 from rclpy.node import Node
 
-from pmwvc_core.numeric import signal
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled
@@ -56,7 +55,6 @@ class RosWires:
     def publish_trace(self, loop: ServerLoop, tick: Tick, compute_s: float) -> None:
         """Publish the step just made."""
         server = loop.service.server
-        target = [loop.target.position_m, *[0.0] * (self._dof - 1)]
         self._trace.publish(
             messages.server_trace(
                 self._types,
@@ -69,7 +67,7 @@ class RosWires:
                 users=self._users,
                 x_o=server.x_o,
                 xd_o=server.xd_o,
-                target=signal(target, self._dof),
+                target=loop.target.position_m,
                 x_s=server.x_s,
                 xd_s=server.xd_s,
                 f_s=server.f_s,

@@ -57,6 +57,14 @@ def test_the_target_stays_on_its_way_and_hands_close_once(params, time_s):
     assert closing == sorted(closing)
 
 
+def test_in_several_axes_the_way_is_a_straight_line():
+    task = Task(TaskParams(kind="carry", distance_m=0.05, sideways_m=-0.02))
+    for time_s in (0.0, 5.0, 6.3, 20.0):
+        along, _ = task.target(time_s)
+        np.testing.assert_allclose(task.place(time_s, dof=3), [along, -0.4 * along, 0.0])
+        assert task.place(time_s, dof=1) == along
+
+
 @pytest.mark.parametrize(("kind", "closes"), [("free", 0.0), ("hold", 1.0), ("carry", 1.0)])
 def test_only_carrying_moves_and_a_free_hand_does_not_close(kind, closes):
     task = Task(TaskParams(kind=kind))

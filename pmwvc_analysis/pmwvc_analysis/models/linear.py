@@ -105,10 +105,6 @@ def _of_user(user: User) -> Iterator[Element]:
         if link.rate_limit_bps > 0.0:
             name = f"link.{way}.rate_limit_bps"
             yield Element(f"{user.name}.{name} = {link.rate_limit_bps} bit/s", name, 0)
-    for group, port in (("master", user.master), ("server", user.contact)):
-        if port.impedance_matrix:
-            name = f"{group}.impedance_matrix"
-            yield Element(f"{user.name}.{name} (one axis is modelled)", name, "")
     position, local = user.master.position, user.master.local_model
     if position.feedback not in ("none", "printed") and np.any(np.asarray(position.gain) > 0.0):
         name = "master.position.feedback"

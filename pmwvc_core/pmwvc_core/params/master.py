@@ -72,8 +72,8 @@ class MasterParams(Validated):
     impedance: float = parameter(25.0, "N s/m", "wave impedance b", above=0.0)
     impedance_matrix: str = parameter(
         "",
-        "N s/m",
-        "symmetric positive definite matrix in place of b, like '30 2; 2 20' (empty: b)",
+        "-",
+        "symmetric positive definite matrix in place of b, like '30 2; 2 20' N s/m (empty: b)",
         read_only=True,
     )
     rate_drop: int = parameter(

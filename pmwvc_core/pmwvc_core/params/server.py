@@ -88,8 +88,8 @@ class ContactParams(Validated):
     )
     impedance_matrix: str = parameter(
         "",
-        "N s/m",
-        "symmetric positive definite matrix in place of that number (empty: none)",
+        "-",
+        "symmetric positive definite matrix in place of that number, N s/m (empty: none)",
         read_only=True,
     )
     contact: str = parameter(

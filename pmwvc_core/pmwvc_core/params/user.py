@@ -139,5 +139,8 @@ class TaskParams(Validated):
     grip_rise_s: float = parameter(1.0, "s", "time the closing takes", above=0.0)
     move_s: float = parameter(4.0, "s", "time at which the target starts to move", low=0.0)
     distance_m: float = parameter(0.05, "m", "how far the target moves along +x")
+    sideways_m: float = parameter(
+        0.0, "m", "how far it moves along the second axis meanwhile (dof of 2 or more)"
+    )
     move_rise_s: float = parameter(3.0, "s", "duration of one minimum-jerk move", above=0.0)
     rest_s: float = parameter(1.0, "s", "pause between moves", low=0.0)

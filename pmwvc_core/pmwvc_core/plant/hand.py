@@ -100,7 +100,7 @@ class Hand(Operator):
     ) -> None:
         super().__init__(tick_s=tick_s, dof=dof)
         self._grip = Grip(params, arm_mass=params.mass, tick_s=tick_s)
-        self._task = task
+        self._task, self._dof = task, dof
         self._face = side * half_width
         self._gap = start - self._face
         # The arm's spring takes k/K of it back when the grip gives way: press that much harder.
@@ -120,8 +120,8 @@ class Hand(Operator):
         """Return where the arm wants to be [m], and how far the hand is closed."""
         time_s = tick * self.tick_s
         closing, _ = self._task.closing(time_s)
-        aim = self._face + self._gap * (1.0 - closing) + self._task.target(time_s)[0]
-        return aim * self.axis, closing
+        aim = self._face + self._gap * (1.0 - closing)
+        return aim * self.axis + self._task.place(time_s, dof=self._dof), closing
 
     def _force(self, x: Value, xd: Value) -> Value:
         f_h = self._grip.force(self.y - x, self.yd - xd)

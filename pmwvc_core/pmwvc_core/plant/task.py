@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the hands are asked to do, as functions of time (App. B Fig. 6 shows such a target).
 
-``carry``: the target rests at the origin until ``move_s``, moves to ``distance_m`` and back again
-with a pause after each move, for ever. Every move is the minimum-jerk one
-s(r) = 10 r^3 - 15 r^4 + 6 r^5, the same that closes the hands. ``hold`` has the closing only,
-``free`` nothing.
+``carry``: the target rests at the origin until ``move_s``, moves to ``distance_m`` along the first
+axis (and ``sideways_m`` along the second) and back again with a pause after each move, for ever.
+Every move is the minimum-jerk one s(r) = 10 r^3 - 15 r^4 + 6 r^5, the same that closes the hands.
+``hold`` has the closing only, ``free`` nothing.
 """
 
+import numpy as np
+
+from pmwvc_core.numeric import Value
 from pmwvc_core.params import TaskParams
 
 
@@ -33,17 +36,29 @@ class Task:
         self._moves = params.kind == "carry"
         self._closes = params.kind != "free"
 
+    def place(self, time_s: float, *, dof: int) -> Value:
+        """Return the position of the target along all axes [m]."""
+        if dof == 1:
+            return self.target(time_s)[0]
+        place = np.zeros(dof)
+        place[:2] = self.params.distance_m, self.params.sideways_m
+        return place * self._share(time_s)[0]
+
     def target(self, time_s: float) -> tuple[float, float]:
         """Return position [m] and velocity [m/s] of the target along axis 0."""
+        share, slope = self._share(time_s)
+        return self.params.distance_m * share, self.params.distance_m * slope
+
+    def _share(self, time_s: float) -> tuple[float, float]:
+        """Return how far the target is on its way, 0 to 1, and its rate [1/s]."""
         since = time_s - self.params.move_s
         if not self._moves or since <= 0.0:
             return 0.0, 0.0
         leg, within_s = divmod(since, self._leg_s)
         share, slope = minimum_jerk(within_s / self.params.move_rise_s)
-        distance = self.params.distance_m
         if leg % 2:
             share, slope = 1.0 - share, -slope
-        return distance * share, distance * slope / self.params.move_rise_s
+        return share, slope / self.params.move_rise_s
 
     def closing(self, time_s: float) -> tuple[float, float]:
         """Return how far the hands have closed, 0 (open) to 1, and its rate [1/s]."""
@@ -67,20 +82,23 @@ class ShownTarget:
         Time step of the server [s].
     soft_start_s
         How long the masters take until their hands begin [s].
+    dof
+        Number of axes.
     """
 
-    def __init__(self, task: Task, *, period_s: float, soft_start_s: float) -> None:
-        self.position_m = 0.0
+    def __init__(self, task: Task, *, period_s: float, soft_start_s: float, dof: int = 1) -> None:
         self._task = task
+        self._dof = dof
         self._period_s = period_s
         self._time_s: float | None = None
         self._soft_start_s = soft_start_s
+        self.position_m: Value = task.place(0.0, dof=dof)
 
-    def step(self, *, together: bool) -> float:
+    def step(self, *, together: bool) -> Value:
         """Return the position [m] for a step, told whether all users are there now."""
         if self._time_s is not None:
             self._time_s += self._period_s
         elif together:
             self._time_s = -self._soft_start_s
-        self.position_m = 0.0 if self._time_s is None else self._task.target(self._time_s)[0]
+        self.position_m = self._task.place(self._time_s or 0.0, dof=self._dof)
         return self.position_m

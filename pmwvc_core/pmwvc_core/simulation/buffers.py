@@ -122,12 +122,12 @@ class ServerBuffer:
         self._signals = Columns(signals, rows=steps, runs=runs, width=dof, plain=plain)
         self._energies = Columns(energies, rows=steps, runs=runs, width=1, plain=plain)
         self._state: list[tuple[int, ...]] = []
-        self._target: list[float] = []
+        self._target: list[Value] = []
         self._accounts: dict[str, Array] = {}
         self._shape = (steps, runs, 1)
 
     def write(
-        self, step: int, server: ServerController, presence: Sequence[int], target: float
+        self, step: int, server: ServerController, presence: Sequence[int], target: Value
     ) -> None:
         """Write one step of the environment."""
         signals = [server.x_o, server.xd_o]
@@ -148,8 +148,7 @@ class ServerBuffer:
         each = range(len(self.users))
         signals = {name: self._signals.of(name, run).copy() for name in OBJECT}
         parts: dict[str, Any] = dict(signals)
-        parts["target"] = np.zeros_like(signals["x_o"])
-        parts["target"][:, 0] = self._target
+        parts["target"] = np.array(self._target).reshape(signals["x_o"].shape)
         for name in PER_USER:
             parts[name] = [self._signals.of(f"{name}{i}", run).copy() for i in each]
         for name in STORED:

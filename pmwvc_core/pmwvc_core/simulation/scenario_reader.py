@@ -246,6 +246,10 @@ def _conflicts(scenario: Scenario) -> list[str]:
         found.append(
             f"server.period_s = {period}: must be a whole multiple of master.tick_s = {tick} s"
         )
+    if scenario.task.sideways_m and scenario.dof == 1:
+        found.append(
+            f"task.sideways_m = {scenario.task.sideways_m}: there is one axis only; raise dof"
+        )
     for user in scenario.users:
         for group, port in (("master", user.master), ("server", user.contact)):
             wrong = matrix_conflicts(port.impedance_matrix, scenario.dof)

@@ -114,6 +114,7 @@ class SessionBatch:
             Task(first.task),
             period_s=first.server.period_s,
             soft_start_s=max(user.safety.soft_start_s for user in first.users),
+            dof=first.dof,
         )
         server = make_server(
             first.controller,

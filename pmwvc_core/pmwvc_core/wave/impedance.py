@@ -97,12 +97,12 @@ class MatrixImpedance:
         return self.inverse() * other
 
     def __format__(self, spec: str) -> str:
-        """Return the rows as a parameter says them, every entry formatted."""
-        return "; ".join(" ".join(format(entry, spec) for entry in row) for row in self.matrix)
+        """Return the smallest and the largest eigenvalue, for a line of text."""
+        return f"{float(self.values[0]):{spec}} to {float(self.values[-1]):{spec}}"
 
     def __repr__(self) -> str:
-        """Return the rows."""
-        return f"<{self:.6g}>"
+        """Return the matrix."""
+        return f"MatrixImpedance({self.matrix.tolist()})"
 
 
 Impedance: TypeAlias = Value | MatrixImpedance
