@@ -14,10 +14,23 @@ from scipy.linalg import null_space
 
 from pmwvc_core.controllers import make_master, make_server
 from pmwvc_core.plant.devices import SimulatedDevice
+from pmwvc_core.wave.cascade import Cascade
+from pmwvc_core.wave.packet import WavePacket
+
+
+def cascades(master):
+    """The filters that stand around the wave port, in a fixed order."""
+    owners = [*master._parts, *([master._velocity] if master._velocity else [])]
+    return [f for owner in owners for f in vars(owner).values() if isinstance(f, Cascade)]
+
+
+def springs(master):
+    """The springs of local models."""
+    return [part._local.model for part in master._parts if hasattr(part, "_local")]
 
 
 class IdentityLoop:
-    """Waves, first-order filter, whole frames of delay."""
+    """Waves, first-order filter, whole frames of delay, and what stands around the port."""
 
     def __init__(self, scenario):
         self.scenario, self.users = scenario, scenario.users
@@ -31,6 +44,15 @@ class IdentityLoop:
             self.names += [f"{name}{i}" for name in ("x", "xd", "y", "v", "e", "xd_s", "f_s")]
             self.names += [f"up{i}.{age}" for age in range(up)]
             self.names += [f"down{i}.{age}" for age in range(down)]
+            self.names += [f"place{i}.{age}" for age in range(down)]
+            master = make_master("pmwvc", self.users[i].master)
+            self.names += [
+                f"filter{i}.{place}.{section}.{state}"
+                for place, cascade in enumerate(cascades(master))
+                for section in range(len(cascade._sections))
+                for state in (0, 1)
+            ]
+            self.names += [f"spring{i}.{place}" for place in range(len(springs(master)))]
 
     def frame(self, state):
         """Return the states ``(runs, states)`` a frame later."""
@@ -61,14 +83,42 @@ class IdentityLoop:
             device._read = (device.x, device.xd)
             master._filter._stage._y = s[f"y{i}"]
             master._hold._value = s[f"v{i}"]
+            self._around(s, i, master)
+            place = self._through(s, f"place{i}", self.delays[i][1], server.x_s[i])
+            if master._position:
+                self._tell(master, place)
             master.receive(self._through(s, f"down{i}", self.delays[i][1], answers[i]))
             for _ in range(user.master.rate_drop):
                 force = master.step(*device.read())
                 master.applied(force)
                 device.step(0.0, force)
             s[f"x{i}"], s[f"xd{i}"] = device.x, device.xd
-            s[f"y{i}"], s[f"v{i}"] = master.send(), master.v_m
+            s[f"y{i}"], s[f"v{i}"] = master.send(), master._hold._value
+            self._around(s, i, master, read=True)
         return np.concatenate([s[name] + np.zeros((runs, 1)) for name in self.names], axis=1)
+
+    @staticmethod
+    def _around(s, i, master, *, read=False):
+        """Set the states of filters and springs around the port, or read them."""
+        for place, cascade in enumerate(cascades(master)):
+            for number, section in enumerate(cascade._sections):
+                for state in (0, 1):
+                    name = f"filter{i}.{place}.{number}.{state}"
+                    if read:
+                        s[name] = section[5 + state]
+                    else:
+                        section[5 + state] = s[name]
+        for place, spring in enumerate(springs(master)):
+            if read:
+                s[f"spring{i}.{place}"] = spring.x
+            else:
+                spring.x = s[f"spring{i}.{place}"]
+
+    @staticmethod
+    def _tell(master, place):
+        """Let a position feedback hear where the avatar is."""
+        master.hear(WavePacket(1, 1, 0, 1.0, 0.0, 0.0, 0.0, place))
+        master._position._separation._reference = 0.0
 
     @staticmethod
     def _through(s, link, delay, value):
@@ -81,7 +131,11 @@ class IdentityLoop:
     def spectral_radius(self):
         """Return the largest length of an eigenvalue, rigid motions taken out."""
         a = self.frame(np.eye(len(self.names))).T
-        for _ in range(2):  # translations, then what moves on with them uniformly
+        tied = any(user.master.position.gain > 0.0 for user in self.users)
+        moving = (
+            not tied or self.users[0].master.rate_drop == 1
+        )  # heard of in steps: no such motion
+        for _ in range(1 + moving):  # translations, then what moves on with them uniformly
             still = null_space(a - np.eye(len(a)), rcond=1e-11)
             basis, _ = np.linalg.qr(np.hstack([still, np.eye(len(a))]), mode="reduced")
             k = still.shape[1]

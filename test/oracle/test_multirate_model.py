@@ -27,6 +27,19 @@ FILTERS = (
 )
 
 
+EXACT = {"velocity_filter.kind": "exact", "velocity_filter.cutoff_hz": 20.0}
+AROUND = (
+    {},
+    EXACT,
+    {"velocity_filter.kind": "exact", "velocity_filter.order": 1, "velocity_filter.alpha": 0.93},
+    {"velocity_filter.kind": "equivalent", "velocity_filter.cutoff_hz": 90.0},
+    {"velocity_filter.kind": "complementary", "velocity_filter.cutoff_hz": 40.0},
+    {"bank.kind": "dissertation", "local_model.damping": 4.0},
+    {"bank.kind": "complementary", "bank.split_rad_s": 80.0, "local_model.stiffness": 900.0},
+    {"bank.kind": "complementary", "velocity_filter.share": 0.3} | EXACT,
+)
+
+
 @st.composite
 def scenarios(draw, delays_s=(0.0, 0.001, 0.0035, 0.008, 0.021)):
     users = draw(st.integers(1, 4))
@@ -50,6 +63,12 @@ def scenarios(draw, delays_s=(0.0, 0.001, 0.0035, 0.008, 0.021)):
     kind = draw(st.sampled_from(FILTERS))
     for name, value in ({"pole_rad_s": None} | kind).items():
         values[f"master.filter.{name}"] = value
+    values |= {f"master.{name}": value for name, value in draw(st.sampled_from(AROUND)).items()}
+    if draw(st.integers(0, 3)) == 0:
+        values |= {"master.position.feedback": "printed", "master.position.gain": 15.0}
+    if draw(st.integers(0, 3)) == 0:
+        values |= {"server.coupling": "unknown", "server.compensation": "none"}
+        values["server.environment"] = draw(st.sampled_from(["cube", "wall", "wall_with_slope"]))
     if draw(st.booleans()):
         values["server.impedance"] = draw(st.floats(5.0, 60.0))
     if draw(st.booleans()):

@@ -60,6 +60,16 @@ def test_the_implicit_coupling_has_no_largest_stiffness(hold, delay_s):
     assert k_max(scenario, bound=1e7).first is None
 
 
+AROUND = (
+    {},
+    {"velocity_filter__kind": "exact", "velocity_filter__cutoff_hz": 15.0},
+    {"velocity_filter__kind": "equivalent", "velocity_filter__cutoff_hz": 90.0},
+    {"velocity_filter__kind": "complementary", "velocity_filter__cutoff_hz": 40.0},
+    {"bank__kind": "dissertation", "local_model__damping": 4.0},
+    {"bank__kind": "complementary", "local_model__stiffness": 900.0},
+)
+
+
 @st.composite
 def scenarios(draw):
     users = draw(st.integers(3, 8))
@@ -79,6 +89,10 @@ def scenarios(draw):
         "server__object_damping": draw(st.sampled_from([0.0, 1.0])),
         "master__filter__pole_rad_s": draw(st.floats(20.0, 120.0)),
     }
+    around = draw(st.sampled_from(AROUND))
+    values |= {f"master__{name}": value for name, value in around.items()}
+    if draw(st.integers(0, 3)) == 0:
+        values |= {"master__position__feedback": "printed", "master__position__gain": 15.0}
     for user in range(1, users + 1):
         values[f"user{user}__master__impedance"] = draw(st.floats(8.0, 50.0))
         values[f"user{user}__device__mass"] = draw(st.floats(0.1, 0.6))
@@ -115,6 +129,9 @@ RIGID = [
     ({"controller": "direct", "server__environment": "wall"}, 0),
     ({"server__contact_stiffness": 0.0}, 6),
     ({"server__contact_stiffness": 0.0, "server__contact_damping": 0.0}, 8),
+    ({"master__bank__kind": "complementary"}, 4),
+    ({"master__bank__kind": "complementary", "master__local_model__stiffness": 0.0}, 6),
+    ({"master__velocity_filter__kind": "exact", "master__velocity_filter__cutoff_hz": 15.0}, 4),
 ]
 
 
@@ -137,6 +154,43 @@ def test_motions_that_are_no_instability_are_exact_and_counted(values, modes):
         after = rigid.quotient(matrices, [*before, family])[0]
         assert np.sum(np.abs(np.linalg.eigvals(after) - 1.0) < 1e-3) == ones - 1
     assert spectral_radius(build(scenario)) < 1.0
+
+
+def tied(**values):
+    return linear_loops.scenario(
+        master__position__feedback="printed", master__position__gain=15.0, **values
+    )
+
+
+@pytest.mark.parametrize(
+    ("values", "modes"),
+    [
+        ({}, 1),  # all together
+        ({"user2__master__position__gain": 0.0}, 2),  # user2's device by itself
+        ({"server__environment": "wall"}, 0),
+        ({"server__environment": "wall", "server__contact_stiffness": 0.0}, 2),
+        ({"master__rate_drop": 1, "server__period_s": 0.001}, 2),  # and moving on
+        ({"master__rate_drop": 1, "server__period_s": 0.001, "user1__server__impedance": 14.0}, 1),
+    ],
+)
+def test_a_position_feedback_ties_devices_to_their_avatars(values, modes):
+    loop = Loop(tied(link__delay_s=0.008, **values))
+    (a,), _ = loop.around(inputs=False)
+    found = rigid.families(loop)
+    assert rigid.count(found) == modes
+    for place, family in enumerate(found):
+        vector = family.vector[0]
+        rest = a @ vector - vector
+        spanned = np.array([f.vector[0] for f in found[:place]])
+        if len(spanned):
+            rest = rest - np.linalg.lstsq(spanned.T, rest, rcond=None)[0] @ spanned
+        np.testing.assert_allclose(rest, 0.0, atol=1e-12)
+
+
+def test_the_printed_position_feedback_drives_a_free_cube():
+    assert spectral_radius(build(tied(link__delay_s=0.008))) > 1.0 + 1e-5
+    at_a_wall = tied(link__delay_s=0.008, server__environment="wall")
+    assert spectral_radius(build(at_a_wall)) < 1.0
 
 
 @pytest.mark.parametrize("controller", ["pmwvc", "direct"])

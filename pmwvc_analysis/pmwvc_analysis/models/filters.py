@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from pmwvc_analysis.models.blocks import column
+from pmwvc_analysis.models.sections import Sections
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.filter_design import design
@@ -55,47 +56,30 @@ class Cascade:
     """
 
     def __init__(self, sos: Array) -> None:
-        self._sections = [[column(c) for c in section] for section in sos]
-        self._second = [bool(np.any(s[[2, 5]])) for s in sos]
-        self._first = [
-            second or bool(np.any(s[[1, 4]])) for second, s in zip(self._second, sos, strict=True)
-        ]
-        names = ["y"]
-        for place, (first, second) in enumerate(zip(self._first, self._second, strict=True)):
-            names += [f"s{place}1"] * first + [f"s{place}2"] * second
-        self.names = tuple(names)
-        self.state: list[Array] = []
+        self._inside = Sections(sos)
+        self.names = ("y", *self._inside.names)
+        self._y: Array = np.zeros((1, 1))
+
+    @property
+    def state(self) -> list[Array]:
+        """One row per name."""
+        return [self._y, *self._inside.state]
+
+    @state.setter
+    def state(self, rows: list[Array]) -> None:
+        self._y, self._inside.state = rows[0], rows[1:]
 
     def step(self, u: Array) -> None:
         """Advance all sections."""
-        old, new = iter(self.state[1:]), []
-        for (b0, b1, b2, _, a1, a2), first, second in zip(
-            self._sections, self._first, self._second, strict=True
-        ):
-            y = b0 * u + next(old) if first else b0 * u
-            if first:
-                s2 = next(old) if second else 0.0
-                new.append(b1 * u - a1 * y + s2)
-            if second:
-                new.append(b2 * u - a2 * y)
-            u = y
-        self.state = [u, *new]
+        self._y = self._inside.step(u)
 
     def sample(self) -> Array:
         """Return the output after the last tick."""
-        return self.state[0]
+        return self._y
 
     def steady(self, u: Array) -> list[Array]:
         """Return the states under a constant wave."""
-        found = []
-        for (b0, b1, b2, _, a1, a2), first, second in zip(
-            self._sections, self._first, self._second, strict=True
-        ):
-            y = u * (b0 + b1 + b2) / (1.0 + a1 + a2)
-            found += [y - b0 * u] if first else []
-            found += [b2 * u - a2 * y] if second else []
-            u = y
-        return [u, *found]
+        return [self._inside.at_rest(u), *self._inside.steady(u)]
 
 
 class FirstOrder:

@@ -6,7 +6,8 @@ The motion of g equal users is the mean motion, in which they act on the object 
 times the force, and g - 1 motions against one another, in which their forces cancel: the object
 stays, and each of them has the eigenvalues of one user at a wall. So the eigenvalues of the whole
 loop are those of one user for each group, weighted, and of one user at a wall for each group of
-several. Side, hand and limits do not matter here.
+several. Side, hand and limits do not matter here. (A cube behind a port that does not know it is
+not resolved like a wall: there, users are left apart.)
 """
 
 import dataclasses
@@ -29,9 +30,12 @@ class Part(NamedTuple):
 def parts(scenario: Scenario) -> list[Part]:
     """Return smaller problems with, together, all eigenvalues of a scenario."""
     groups: list[list[User]] = []
+    apart = scenario.server.coupling == "unknown" and scenario.server.environment == "cube"
     for user in scenario.users:
         for group in groups:
-            if all(_equal(getattr(user, name), getattr(group[0], name)) for name in MATTERS):
+            if not apart and all(
+                _equal(getattr(user, name), getattr(group[0], name)) for name in MATTERS
+            ):
                 group.append(user)
                 break
         else:

@@ -17,7 +17,7 @@ from pmwvc_analysis.models.blocks import Block
 from pmwvc_analysis.models.channel import Channel, Times, delay_ticks
 from pmwvc_analysis.models.linear import require_linear
 from pmwvc_analysis.models.ports import DirectPort, WavePort
-from pmwvc_analysis.models.server import Server
+from pmwvc_analysis.models.server import Server, at_server, law_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import whole_ratio
@@ -59,17 +59,22 @@ class Line:
             ticks=ticks,
             signals=self.port.signals,
         )
+        self.delay_down = delay_ticks(user.link_down, tick_s=tick_s, live=live)
         self.down = Channel(
             serve,
             self.answer,
-            delay=delay_ticks(user.link_down, tick_s=tick_s, live=live),
+            delay=self.delay_down,
             ticks=ticks,
-            signals=("v",),
+            signals=self.port.heard,
         )
 
     def ages(self) -> list[int]:
         """Return how old packets are when the server reads them [ticks]."""
         return self.up.ages(self.serve)
+
+    def heard_at(self, tick: int) -> int:
+        """Return when the answer was sent that the master has at a tick."""
+        return self.serve.last(self.answer.last(tick) - self.delay_down)
 
 
 class Loop:
@@ -111,10 +116,10 @@ class Loop:
             for user in scenario.users
         ]
         self.server = Server(
-            "direct" if scenario.controller == "direct" else scenario.server.coupling,
+            law_of(scenario),
             scenario.server,
             [user.contact for user in scenario.users],
-            [user.server_impedance for user in scenario.users],
+            [at_server(user) for user in scenario.users],
             weights or [1] * len(scenario.users),
         )
         self._blocks: list[tuple[str, Block]] = [("", self.server.body)]
@@ -170,12 +175,20 @@ class Loop:
         if self.serve.due(tick):
             answers = self.server.step([line.up.take(tick) for line in self.lines])
             for line, answer in zip(self.lines, answers, strict=True):
-                line.down.send(tick, [answer])
+                line.down.send(tick, answer[: len(line.port.heard)])
         for line in self.lines:
             if line.answer.due(tick):
-                line.port.hold.load(line.down.take(tick)[0])
+                line.port.hear(line.down.take(tick))
 
-    def motion(self, x: list[Array], xd: list[Array], *, x_o: Array, xd_o: Array) -> Array:
+    def motion(
+        self,
+        x: list[Array],
+        xd: list[Array],
+        *,
+        x_o: Array,
+        xd_o: Array,
+        e: list[Array] | None = None,
+    ) -> Array:
         """Return the state ``(runs, n)`` of a uniform motion without forces.
 
         Parameters
@@ -184,15 +197,26 @@ class Loop:
             Position [m] and velocity [m/s] of every device at tick 0, as columns.
         x_o, xd_o
             Those of the object; its position is that of the server's last step.
+        e
+            Deflections [m] of contacts that exert no force; else zero.
         """
         values = [x_o, xd_o][: len(self.server.body.names)]
-        for line, seat, at, rate in zip(self.lines, self.server.seats, x, xd, strict=True):
+        last = (self.serve.phase - self.serve.period) * self.tick_s
+        offsets = e or [0.0 * x_o] * len(x)
+        for line, seat, at, rate, offset in zip(
+            self.lines, self.server.seats, x, xd, offsets, strict=True
+        ):
             u = line.port.wave(rate)
-            values += [*line.port.steady(at, rate), *seat.steady(u)]
-            if self.server.direct:
-                packet, slope = [at, rate], [rate * self.tick_s, 0.0 * rate]
-            else:
-                packet, slope = [u], [0.0 * u]
-            values += [*line.up.steady(packet, slope), *line.down.steady([u], [0.0 * u])]
+            now = x_o - last * xd_o + offset  # of the avatar, as if it moved between steps, too
+            rise = self.tick_s * xd_o
+            heard = now + rise * line.heard_at(-1)
+            values += [*line.port.steady(at, rate, heard), *seat.steady(u, offset)]
+            up, up_rise = ([at, rate], [rate * self.tick_s, 0.0 * rate])
+            if not self.server.direct:
+                up, up_rise = [u], [0.0 * u]
+            values += line.up.steady(up, up_rise)
+            down, down_rise = [u, now], [0.0 * u, rise]
+            width = len(line.port.heard)
+            values += line.down.steady(down[:width], down_rise[:width])
         runs = max(len(value) for value in values)
         return np.concatenate([np.broadcast_to(v, (runs, 1)) for v in values], axis=1)

@@ -4,14 +4,16 @@
 
 import numpy as np
 
+from pmwvc_analysis.models.around import Feedback, LessVelocity, make_parts
 from pmwvc_analysis.models.blocks import Block, Device, Hold, column
 from pmwvc_analysis.models.filters import make_filter
 from pmwvc_core.numeric import Array
+from pmwvc_core.params import MasterParams
 from pmwvc_core.simulation.scenario import User
 
 
 class WavePort:
-    """Waves: filter, hold and device.
+    """Waves: filter, hold and device, and what stands in between.
 
     Parameters
     ----------
@@ -32,39 +34,83 @@ class WavePort:
         self.device = Device(user.device, tick_s=tick_s)
         self.filter = make_filter(master.filter, tick_s=tick_s, rate_drop=master.rate_drop)
         self.hold = Hold(master.hold, ticks=master.rate_drop, phase=phase)
+        self.parts = make_parts(master)
+        self.feedback = Feedback(master, phase=phase) if fed_back(master) else None
+        self.heard = ("v", "x_s") if self.feedback else ("v",)
+        equivalent = master.velocity_filter.kind == "equivalent"
+        self._velocity = LessVelocity(master) if equivalent else None
         self.blocks: dict[str, Block] = {
             "": self.device,
             "filter.": self.filter,
             "hold.": self.hold,
         }
+        for part in self.parts:
+            self.blocks |= part.blocks
+        if self._velocity:
+            self.blocks["velocity_filter."] = self._velocity
+        if self.feedback:
+            self.blocks["position."] = self.feedback
 
     def send(self) -> list[Array]:
         """Return the packet of a frame start."""
         return [self.filter.sample()]
 
+    def hear(self, packet: list[Array]) -> None:
+        """Take an answer."""
+        self.hold.load(packet[0])
+        if self.feedback:
+            self.feedback.hear(packet[1])
+
     def step(self, f_h: Array) -> tuple[Array, Array, Array]:
         """Go one tick on; return x, xd and the controller's force at its start."""
         x, xd = self.device.read()
         v = self.hold.step()
-        force = self._b * xd - self._root * v
-        self.filter.step(self._root * xd - v)
+        if self.feedback:
+            v = self.feedback.down(v, x)
+        v, u = self._answered(v, xd)
+        felt = self._velocity.step(xd) if self._velocity else xd
+        force = self._b * felt - self._root * v
+        for part in self.parts:
+            u = part.step(u)
+        self.filter.step(u)
         self.device.step(f_h - force)
         return x, xd, force
+
+    def _answered(self, v: Array, xd: Array) -> tuple[Array, Array]:
+        """Return v_m with the answers of the parts, and u_m, each depending on the other."""
+        answer, gain = np.zeros((1, 1)), np.zeros((1, 1))
+        for part in reversed(self.parts):
+            v = part.down(v)
+            own, slope = part.offer()
+            answer, gain = answer + own, gain + slope
+        u = (self._root * xd - v - answer) / (1.0 + gain)
+        return v + answer + gain * u, u
 
     def wave(self, xd: Array) -> Array:
         """Return the wave, the same both ways, of a uniform motion without force."""
         return 0.5 * self._root * xd
 
-    def steady(self, x: Array, xd: Array) -> list[Array]:
-        """Return the states in uniform motion."""
+    def steady(self, x: Array, xd: Array, x_s: Array) -> list[Array]:
+        """Return the states in uniform motion while the avatar is heard to be at x_s."""
         u = self.wave(xd)
-        return [*self.device.steady(x, xd), *self.filter.steady(u), *self.hold.steady(u)]
+        found = [*self.device.steady(x, xd), *self.filter.steady(u), *self.hold.steady(u)]
+        for part in self.parts:
+            found += part.steady(u)
+        found += self._velocity.steady(xd) if self._velocity else []
+        return found + (self.feedback.steady(x_s) if self.feedback else [])
+
+
+def fed_back(params: MasterParams) -> bool:
+    """Tell whether there is a position feedback."""
+    return params.position.feedback != "none" and bool(np.any(column(params.position.gain) > 0.0))
 
 
 class DirectPort:
     """Direct coupling: motion goes up, force comes back and is held."""
 
     signals: tuple[str, ...] = ("x", "xd")
+    heard: tuple[str, ...] = ("f",)
+    feedback = None
 
     def __init__(self, user: User, *, tick_s: float, phase: int) -> None:
         self.device = Device(user.device, tick_s=tick_s)
@@ -74,6 +120,10 @@ class DirectPort:
     def send(self) -> list[Array]:
         """Return the packet of a frame start."""
         return list(self.device.read())
+
+    def hear(self, packet: list[Array]) -> None:
+        """Take an answer."""
+        self.hold.load(packet[0])
 
     def step(self, f_h: Array) -> tuple[Array, Array, Array]:
         """Go one tick on; return x, xd and the controller's force at its start."""
@@ -86,6 +136,6 @@ class DirectPort:
         """Return zero: nothing comes back in a motion without force."""
         return 0.0 * xd
 
-    def steady(self, x: Array, xd: Array) -> list[Array]:
+    def steady(self, x: Array, xd: Array, x_s: Array) -> list[Array]:
         """Return the states in uniform motion."""
         return [*self.device.steady(x, xd), *self.hold.steady(0.0 * xd)]

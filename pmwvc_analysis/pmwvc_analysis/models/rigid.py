@@ -13,8 +13,9 @@ has the eigenvalues of A less one that was 1, and a zero in its place. In a batc
 own motions; ``mask`` says which runs have a given one.
 
 With waves a device's position acts on nothing, and neither does the object's: each one is a
-translation of its own. The same holds for the deflection of a contact of no stiffness. A user
-without any contact moves on for itself.
+translation of its own, unless a position feedback ties a device to its avatar: then they move
+together. The same holds for the deflection of a spring of no stiffness. A user without any contact
+moves on for itself.
 """
 
 from typing import NamedTuple
@@ -82,14 +83,41 @@ def count(found: list[Family]) -> int:
 def _free_positions(loop: Loop) -> list[Family]:
     if loop.server.direct:
         return _direct_translations(loop)
-    names = ["x_o"] if loop.server.body.names else []
-    names += [f"{line.name}.x" for line in loop.lines]
-    found = [_unit(loop, name, np.array([True])) for name in names]
-    for line, seat in zip(loop.lines, loop.server.seats, strict=True):
+    zero, one = np.zeros((1, 1)), np.ones((1, 1))
+    still, tied = [zero] * len(loop.lines), [_tied(line) for line in loop.lines]
+    found = [
+        _unit(loop, f"{line.name}.x", ~bound[:, 0])
+        for line, bound in zip(loop.lines, tied, strict=True)
+        if not bound.all()
+    ]
+    if loop.server.body.names:
+        x: list[Array] = [np.where(bound, 1.0, 0.0) for bound in tied]
+        vector = loop.motion(x, still, x_o=one, xd_o=zero)
+        found.append(Family(vector, loop.names.index("x_o"), np.array([True])))
+    for place, (line, seat) in enumerate(zip(loop.lines, loop.server.seats, strict=True)):
         loose = seat.stiffness[:, 0] == 0.0
         if loose.any():
-            found.append(_unit(loop, f"{line.name}.seat.e", loose))
+            e = [one if other is line else zero for other in loop.lines]
+            x = [np.where(bound, own, 0.0) for bound, own in zip(tied, e, strict=True)]
+            vector = loop.motion(x, still, x_o=zero, xd_o=zero, e=e)
+            found.append(Family(vector, loop.names.index(f"{line.name}.seat.e"), loose))
+        found += _free_springs(loop, place)
     return found
+
+
+def _tied(line: Line) -> NDArray[np.bool_]:
+    """Tell, as a column, where a position feedback ties a device to its avatar."""
+    feedback = line.port.feedback
+    return feedback.gain > 0.0 if feedback else np.zeros((1, 1), dtype=np.bool_)
+
+
+def _free_springs(loop: Loop, place: int) -> list[Family]:
+    """Return the motion of a local model whose spring exerts nothing."""
+    name = f"{loop.lines[place].name}.bank.local.x"
+    if name not in loop.names:
+        return []
+    loose = column(loop.scenario.users[place].master.local_model.stiffness)[:, 0] == 0.0
+    return [_unit(loop, name, loose)] if loose.any() else []
 
 
 def _unit(loop: Loop, name: str, mask: NDArray[np.bool_]) -> Family:
@@ -121,7 +149,7 @@ def _drifting(loop: Loop) -> list[Family]:
     alone = [(seat.stiffness == 0.0) & (seat.damping == 0.0) for seat in seats]
     braked = [column(user.device.damping) > 0.0 for user in users]
     for place, line in enumerate(loop.lines):
-        mask = alone[place] & ~braked[place]
+        mask = alone[place] & ~braked[place] & ~_tied(line)
         if mask.any():
             one = np.ones((1, 1))
             xd = [one if other is line else zero for other in loop.lines]
@@ -137,17 +165,22 @@ def _common_drift(
 ) -> list[Family]:
     """Return the uniform motion of the object with all users who touch it, where none is braked.
 
-    The two ends of a wave link move as sqrt(b of the server / b of the master).
+    The two ends of a wave link move as sqrt(b of the server / b of the master). A position
+    feedback hears of the avatar in steps: only with a packet at every tick is there no force.
     """
     mask = ~(column(loop.scenario.server.object_damping) > 0.0)
     x, xd = [], []
     for line, user, seat, off, brake in zip(
         loop.lines, loop.scenario.users, loop.server.seats, alone, braked, strict=True
     ):
-        mask = mask & (off | ~brake)
         ratio = 1.0 if loop.server.direct else np.sqrt(seat.b / column(user.master.impedance))
+        tied = _tied(line)
+        mask = mask & (off | ~brake) & (off | ~tied | (_steady_answers(line) & (ratio == 1.0)))
         xd.append(np.where(off, 0.0, 1.0) * ratio)
-        x.append(xd[-1] * (line.ages()[0] * loop.tick_s if loop.server.direct else 0.0))
+        if loop.server.direct:
+            x.append(xd[-1] * (line.ages()[0] * loop.tick_s))
+        else:
+            x.append(tied * xd[-1] * (line.heard_at(0) * loop.tick_s))
     if not mask.any():
         return []
     one, serve = np.ones((1, 1)), loop.serve
@@ -161,3 +194,8 @@ def _steady_age(line: Line) -> bool:
     in turns, and there is no uniform motion without forces. Waves do not mind.
     """
     return line.port.signals == ("u",) or len(set(line.ages())) == 1
+
+
+def _steady_answers(line: Line) -> bool:
+    """Tell whether a position feedback hears of the avatar equally late at every tick."""
+    return line.answer.period == 1 and line.serve.period == 1

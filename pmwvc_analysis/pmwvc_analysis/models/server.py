@@ -1,212 +1,35 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Couplings of the server as linear maps: contacts in touch, object and wave ports.
+"""The server in the linear model: seats behind their ports around an object, and by which law."""
 
-The equations are those of :mod:`pmwvc_core.server.couplings`, written out for two-sided contacts
-(f = K e + B (xd_s - xd_o), e the deflection of the spring) and applied to rows.
-"""
-
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-
-import numpy as np
+from collections.abc import Mapping, Sequence
 
 from pmwvc_analysis.models.blocks import column
+from pmwvc_analysis.models.couplings import LAWS, Body, Cube, Seat, Wall, remembered
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.plant.motion import motion
-from pmwvc_core.server.couplings import sampled
+from pmwvc_core.simulation.scenario import Scenario, User
 
-
-@dataclass
-class Seat:
-    """One user's end: parameters as columns, signals as rows; ``names`` are those that the next
-    step needs.
-    """
-
-    stiffness: Array
-    damping: Array
-    b: Array
-    names: tuple[str, ...]
-    weight: int = 1  # how many users like this one move together
-    ratio: Array = field(init=False)
-    rows: dict[str, Array] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        """Form sqrt(2/b)."""
-        self.ratio = np.sqrt(2.0 / self.b)
-
-    @property
-    def state(self) -> list[Array]:
-        """One row per name."""
-        return [self.rows[name] for name in self.names]
-
-    @state.setter
-    def state(self, rows: list[Array]) -> None:
-        self.rows.update(zip(self.names, rows, strict=True))
-
-    def steady(self, u: Array) -> list[Array]:
-        """Return the states in uniform motion, with waves u both ways."""
-        values = {"e": 0.0 * u, "f": 0.0 * u, "xd_s": self.ratio * u}
-        return [values[name] for name in self.names]
-
-
-class Wall:
-    """An object that never moves."""
-
-    names: tuple[str, ...] = ()
-
-    def __init__(self) -> None:
-        self.state: list[Array] = []
-        self.velocity: Array = np.zeros((1, 1))
-
-    def push(self, force: Array) -> Array:
-        """Stay; return the displacement."""
-        return 0.0 * force
-
-    def mean_velocity(self, force: Array, slope: Array) -> Array:
-        """Return zero."""
-        return 0.0 * force
-
-    def drift(self, velocity: Array) -> None:
-        """Stay."""
-
-
-class Cube:
-    """m x'' + b x' = force, exact under held forces or by the midpoint rule."""
-
-    names: tuple[str, ...] = ("x_o", "xd_o")
-
-    def __init__(self, params: ServerParams) -> None:
-        mass, damping = column(params.object_mass), column(params.object_damping)
-        self._motion = motion(mass, damping, params.period_s)
-        self._period = params.period_s
-        self._inertance = 2.0 * mass / params.period_s
-        self._damping = damping
-        self.state: list[Array] = []
-
-    @property
-    def velocity(self) -> Array:
-        """Row of the velocity [m/s]."""
-        return self.state[1]
-
-    def push(self, force: Array) -> Array:
-        """Go one step on under a held force; return the displacement."""
-        x, xd = self.state
-        moved = self._motion.xd_x * xd + self._motion.f_x * force
-        self.state = [x + moved, self._motion.xd_xd * xd + self._motion.f_xd * force]
-        return moved
-
-    def mean_velocity(self, force: Array, slope: Array) -> Array:
-        """Return v of m (v1 - v0)/h + b v = force - slope v, v = (v0 + v1)/2."""
-        inflow = self._inertance * self.velocity + force
-        return inflow / (self._inertance + self._damping + slope)
-
-    def drift(self, velocity: Array) -> None:
-        """Go one step on at a mean velocity."""
-        x, xd = self.state
-        self.state = [x + self._period * velocity, 2.0 * velocity - xd]
-
-
-Body = Wall | Cube
-
-
-def _implicit(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
-    h = params.period_s
-    force: Array = np.zeros((1, 1))
-    slope: Array = np.zeros((1, 1))
-    for seat in seats:
-        gain = 0.5 * h * seat.stiffness + seat.damping
-        share = 1.0 + gain / seat.b
-        free = seat.ratio * seat.rows["u"]
-        seat.rows["gripping"] = (seat.stiffness * seat.rows["e"] + gain * free) / share
-        force = force + seat.weight * seat.rows["gripping"]
-        slope = slope + seat.weight * gain / share
-    velocity = body.mean_velocity(force, slope)
-    for seat in seats:
-        gain = 0.5 * h * seat.stiffness + seat.damping
-        seat.rows["f"] = seat.rows["gripping"] - gain / (1.0 + gain / seat.b) * velocity
-        xd_s = seat.ratio * seat.rows["u"] - seat.rows["f"] / seat.b
-        seat.rows["e"] = seat.rows["e"] + h * (xd_s - velocity)
-    body.drift(velocity)
-
-
-def _sum_of_forces(seats: Sequence[Seat]) -> Array:
-    return sum((seat.weight * seat.rows["f"] for seat in seats), start=np.zeros((1, 1)))
-
-
-def _push(seats: Sequence[Seat], body: Body) -> None:
-    force = _sum_of_forces(seats)
-    moved = body.push(force)
-    for seat in seats:
-        seat.rows["e"] = seat.rows["e"] - moved
-
-
-def _one_step_delay(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
-    old, new = sampled.weights(params.integrator, params.period_s)
-    _push(seats, body)
-    for seat in seats:
-        rows = seat.rows
-        xd_s = seat.ratio * rows["u"] - rows["f"] / seat.b
-        rows["e"] = rows["e"] + new * xd_s
-        if old:
-            rows["e"] = rows["e"] + old * rows["xd_s"]
-        rows["xd_s"] = xd_s
-        rows["f"] = seat.stiffness * rows["e"] + seat.damping * (xd_s - body.velocity)
-
-
-def _one_frame_late(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
-    for seat in seats:
-        rows = seat.rows
-        rows["f"] = seat.stiffness * rows["e"] + seat.damping * (rows["xd_s"] - body.velocity)
-        rows["e"] = rows["e"] + params.period_s * rows["xd_s"]
-        rows["xd_s"] = seat.ratio * rows["u"] - rows["f"] / seat.b
-    _push(seats, body)
-
-
-def _unwrapped(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
-    old, new = sampled.weights(params.integrator, params.period_s)
-    _push(seats, body)
-    for seat in seats:
-        rows = seat.rows
-        if old:
-            rows["e"] = rows["e"] + old * rows["xd_s"]
-        gain = seat.damping + new * seat.stiffness
-        free = seat.ratio * rows["u"]
-        loose = seat.stiffness * rows["e"] + gain * free - seat.damping * body.velocity
-        rows["f"] = loose / (1.0 + gain / seat.b)
-        rows["xd_s"] = free - rows["f"] / seat.b
-        rows["e"] = rows["e"] + new * rows["xd_s"]
-
-
-def _direct(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
-    force = _sum_of_forces(seats)
-    body.push(force)
-    for seat in seats:
-        x, xd = seat.rows["x"], seat.rows["xd"]
-        e = x - (body.state[0] if body.state else 0.0 * x)
-        seat.rows["f"] = seat.stiffness * e + seat.damping * (xd - body.velocity)
-
-
-Law = Callable[[Sequence[Seat], Body, ServerParams], None]
-LAWS: Mapping[str, Law] = {
-    "implicit": _implicit,
-    "one_step_delay": _one_step_delay,
-    "one_frame_late": _one_frame_late,
-    "unwrapped": _unwrapped,
-    "direct": _direct,
+# Laws of environments of which the port knows nothing; none of them is compensated for.
+UNKNOWN: Mapping[str, str] = {
+    "wall": "one_step_delay",
+    "wall_with_slope": "unwrapped",
+    "cube": "carried",
 }
 
 
-def _remembered(law: str, integrator: str) -> tuple[str, ...]:
-    """Return which signals of a seat a law needs in its next step."""
-    if law == "direct":
-        return ("f",)
-    if law == "implicit":
-        return ("e",)
-    if law == "one_frame_late":
-        return ("e", "xd_s")
-    return ("e", "f") if integrator == "backward_euler" else ("e", "f", "xd_s")
+def law_of(scenario: Scenario) -> str:
+    """Return the law by which a scenario's server goes on."""
+    if scenario.controller != "pmwvc":
+        return scenario.controller
+    server = scenario.server
+    return UNKNOWN[server.environment] if server.coupling == "unknown" else server.coupling
+
+
+def at_server(user: User) -> Value:
+    """Return the wave impedance of a user's port at the server, a number or a column [N s/m]."""
+    own = user.contact.impedance
+    return user.master.impedance if own is None else own
 
 
 class Server:
@@ -232,19 +55,26 @@ class Server:
     ) -> None:
         self._law, self._params = LAWS[law], params
         self.direct = law == "direct"
-        names = _remembered(law, params.integrator)
-        self.body: Body = Wall() if params.environment == "wall" else Cube(params)
+        names = remembered(law, params.integrator)
+        self.body: Body = Cube(params) if params.environment == "cube" else Wall()
         self.seats = [
             Seat(column(c.contact_stiffness), column(c.contact_damping), column(b), names, w)
             for c, b, w in zip(contacts, impedances, weights, strict=True)
         ]
 
-    def step(self, received: Sequence[list[Array]]) -> list[Array]:
-        """Go one step on with a packet per user; return what goes back."""
+    def step(self, received: Sequence[list[Array]]) -> list[list[Array]]:
+        """Go one step on with a packet per user; return those that go back."""
         names = ("x", "xd") if self.direct else ("u",)
         for seat, packet in zip(self.seats, received, strict=True):
             seat.rows.update(zip(names, packet, strict=True))
         self._law(self.seats, self.body, self._params)
         if self.direct:
-            return [seat.rows["f"] for seat in self.seats]
-        return [seat.rows["u"] - seat.ratio * seat.rows["f"] for seat in self.seats]
+            return [[seat.rows["f"]] for seat in self.seats]
+        return [
+            [seat.rows["u"] - seat.ratio * seat.rows["f"], self._place(seat)]
+            for seat in self.seats
+        ]
+
+    def _place(self, seat: Seat) -> Array:
+        """Return where an avatar is; its own place of rest is left out."""
+        return self.body.state[0] + seat.rows["e"] if self.body.names else seat.rows["e"]
