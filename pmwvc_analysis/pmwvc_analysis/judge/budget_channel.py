@@ -6,16 +6,20 @@
 safety                  F xd T_c less (|u_m|^2 - |v_m|^2) T_c/2, in ticks that were limited
 filter, rate drop,      differences of the energies of u_m, u_m after the filter, u_tx, u_s and of
 link, hold              v_s, v_rx, v_m
+force_velocity_filter   (F_m - b xd + sqrt(2b) v_m) xd T_c, of the equivalent velocity filter: at
+                        the device, beside the waves
 ======================  ==========================================================================
 """
 
 import numpy as np
 
 from pmwvc_analysis.judge.budget_clock import Clock, Sums
+from pmwvc_analysis.judge.budget_result import sum_of
 from pmwvc_analysis.judge.energy import anchored, half_square, running
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.simulation.scenario import User
 from pmwvc_core.simulation.traces import ServerTraces, UserTraces
+from pmwvc_core.wave.transform import decode_master
 
 LIVE_TAKE_S = 0.004  # a live master takes the answer that much into its frame
 UNLIMITED_N = 1e-9  # forces closer than this are the same
@@ -23,7 +27,9 @@ UNLIMITED_ROOT_W = 1e-9
 
 
 def master_account(clock: Clock, user: UserTraces, known: User, *, waves: bool) -> Sums:
-    """Return ``safety``, ``into_channel`` (both ways), ``residual`` of the master's port [J]."""
+    """Return ``safety``, ``into_channel`` (both ways), ``residual`` of the master's port [J], and
+    ``force_velocity_filter`` where there is one.
+    """
     power = np.sum(user.f_applied * user.xd_m, axis=-1)
     taken = clock.of_ticks(user, anchored(user, power * user.tick_s, user.energy.get("device")))
     if not waves:
@@ -32,12 +38,20 @@ def master_account(clock: Clock, user: UserTraces, known: User, *, waves: bool) 
     natural = root(2.0 * known.impedance) * user.xd_m - user.v_m
     limited = (np.abs(user.f_applied - user.f_m) > UNLIMITED_N).any(axis=-1)
     limited |= (np.abs(user.u_m - natural) > UNLIMITED_ROOT_W).any(axis=-1)
+    found: Sums = {}
+    if known.master.velocity_filter.kind == "equivalent":
+        unfiltered = decode_master(user.xd_m, user.v_m, known.impedance)
+        kept = np.sum((user.f_m - unfiltered) * user.xd_m, axis=-1)
+        net = net + kept
+        found["force_velocity_filter"] = clock.at_ticks(user, kept * user.tick_s)
     safety = clock.at_ticks(user, np.where(limited, power - net, 0.0) * user.tick_s)
     u_m, v_m = (_kept(clock, user, name) for name in ("u_m", "v_m"))
+    rest = taken - (u_m - v_m) - safety
     return {
         "safety": safety,
+        **found,
         "into_channel": u_m - v_m,
-        "residual": taken - (u_m - v_m) - safety,
+        "residual": rest - sum_of([*found.values(), 0.0 * rest]),
     }
 
 

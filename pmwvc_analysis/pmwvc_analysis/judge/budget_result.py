@@ -3,8 +3,9 @@
 """An energy budget as numbers over time, whether it closes, and which part was active.
 
 A part whose sum ever is below zero has given out energy that it never got: it was *active*. What
-belongs together is judged together: the anti-aliasing filter is there to pay for the rate drop,
-and a position feedback that keeps a surplus spends what filter, hold and link have kept.
+belongs together is judged together: the anti-aliasing filter is there to pay for the rate drop and
+for a velocity filter, and a position feedback that keeps a surplus spends what filter, hold and
+link have kept.
 """
 
 from collections.abc import Iterator
@@ -20,7 +21,8 @@ TOLERANCE = 1e-9  # of the energy moved
 TOLERANCE_NOTED = 2e-2  # where ``notes`` say why
 SMALLEST_J = 1e-12
 SERVER = "server"
-TOGETHER = {
+TOGETHER = {  # the first that is there
+    "velocity_filter_and_filter": ("velocity_filter", "filter_and_hold", "rate_drop"),
     "filter_and_rate_drop": ("filter", "rate_drop"),
     "filter_hold_and_rate_drop": ("filter_and_hold", "rate_drop"),
 }

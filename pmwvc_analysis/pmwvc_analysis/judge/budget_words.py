@@ -15,6 +15,7 @@ WORDS: Mapping[str, str] = {
     "filter_and_rate_drop": "anti-aliasing filter and rate drop",
     "filter_and_hold": "anti-aliasing filter and hold",
     "filter_hold_and_rate_drop": "anti-aliasing filter, hold and rate drop",
+    "velocity_filter_and_filter": "velocity filter with anti-aliasing filter, hold and rate drop",
     "position_and_surplus": "position feedback with what pays for it",
     "link_up": "link up, and under way on it",
     "link_down": "link down, and under way on it",
@@ -49,6 +50,8 @@ class Account(NamedTuple):
 
 
 ACCOUNTS: Mapping[str, Account] = {
+    "velocity_filter": Account("velocity filter", 1),
+    "force_velocity_filter": Account("velocity filter of the force", 0),
     "position_spent": Account("given out by the position feedback", -1),
     "position_surplus": Account("surplus that position feedback may spend", 0),
     "position_discarded": Account("surplus beyond the cap, let go", 0),

@@ -19,7 +19,9 @@ server still got: the balance ends there.
 
 Without waves (``direct``) the two directions cannot be told apart; there, only the joint balance
 of the two ports exists, sum_k F_m xd_m T_c - sum_n F_s xd_s T_VE, which for waves is E_up +
-E_down.
+E_down. Nor can they where something at the device answers the outgoing wave at once (velocity
+filter, filter bank): what goes up and what comes down is then partly the same wave. There the
+joint balance is sum_k F_m xd_m T_c - sum_n (|u_s|^2 - |v_s|^2) T_VE/2.
 """
 
 from dataclasses import dataclass
@@ -31,6 +33,7 @@ from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
 
 TOLERANCE_J = 1e-6
 TOLERANCE_RELATIVE = 1e-6
+FEEDBACK = "position_"  # accounts of what only adds to the wave that comes down
 
 
 @dataclass(frozen=True)
@@ -115,10 +118,14 @@ def _of_user(user: UserTraces, server: ServerTraces, lateness: Array | None) -> 
     )
     if not (user.u_m.any() or user.v_m.any()):
         return UserEnergy(user.name, None, None, joint)
+    u_s, v_s = (running(sums[place])[known] for sums in (server.energy_u_s, server.energy_v_s))
+    if any(not name.startswith(FEEDBACK) for name in user.accounts):
+        both = Balance(times, joint.energy_in_j, u_s - v_s)
+        return UserEnergy(user.name, None, None, both)
     u_m = anchored(user, half_square(user.u_m) * user.tick_s, user.energy.get("u_m"))
     v_m = anchored(user, half_square(user.v_m) * user.tick_s, user.energy.get("v_m"))
-    up = Balance(times, _at(times, user, u_m), running(server.energy_u_s[place])[known])
-    down = Balance(times, running(server.energy_v_s[place])[known], _at(times, user, v_m))
+    up = Balance(times, _at(times, user, u_m), u_s)
+    down = Balance(times, v_s, _at(times, user, v_m))
     return UserEnergy(user.name, up, down, joint)
 
 

@@ -32,6 +32,7 @@ from pmwvc_core.wave.cascade import Cascade
 from pmwvc_core.wave.velocity_filter_design import high_pass, low_pass
 
 ACCOUNT = "velocity_filter"
+AT_DEVICE = "force_velocity_filter"
 
 
 class ExactVelocityFilter:
@@ -134,7 +135,7 @@ class EquivalentVelocityFilter:
     @property
     def accounts(self) -> Mapping[str, Value]:
         """Energy kept, less than none where the device gave less than left on the wave [J]."""
-        return {ACCOUNT: self._kept}
+        return {AT_DEVICE: self._kept}
 
 
 def make_velocity_filter(
