@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Drawing of App. C."""
+"""Drawings of App. C that no other appendix has."""
 
 from typing import Any
 
 from pmwvc_analysis.reproduction.draw_single import heading
 from pmwvc_analysis.reproduction.drawing import EDGE, REGION, numbers, sheet
 from pmwvc_analysis.reproduction.figure import Values
+from pmwvc_analysis.show import style
 
 CASES = {"unwrapped": "1) loop unwrapped", "one_step_delay": "2) one step of delay"}
 WHOSE = {"printed": "as printed", "loop": "consistent diagram"}
@@ -34,4 +35,40 @@ def regions(result: Values) -> Any:
             panel.set_xlabel("β = b T/m")
             panel.set_ylabel("α = K T²/m")
             panel.set_title(f"{words}, {WHOSE[row['polynomial']]}, σ = {row['sigma']:g}", size=10)
+    return figure
+
+
+def energies(result: Values) -> Any:
+    """Fig. 5: positions, forces, and where the energy is."""
+    figure, axes = sheet(3, 1, title=heading(result), remark=result["remark"], size_in=(7.6, 8.6))
+    data = {name: numbers(values) for name, values in result["data"].items()}
+    above, middle, below = axes[:, 0]
+    for panel, unit, words in ((above, "mm", "x"), (middle, "n", "F")):
+        letter = words.lower()
+        for side, colour in (("s", style.USERS[1]), ("m", style.USERS[0])):
+            panel.plot(data["time_s"], data[f"{letter}_{side}_{unit}"], color=colour,
+                       label=f"${words}_{side}$", linewidth=1.2)  # fmt: skip
+    for place, (name, label) in enumerate(
+        (
+            ("environment", "environment"),
+            ("late_decoding", "computational delay"),
+            ("before", "port before compensation"),
+            ("after", "port after compensation"),
+        )
+    ):
+        below.plot(
+            data["step_s"], data[f"{name}_mj"], label=label, color=style.colour(place),
+            linewidth=3.0 if name == "environment" else 1.4,
+        )  # fmt: skip
+    below.axhline(0.0, color=style.TARGET, linewidth=0.8)
+    above.set_title("(a) Positions of the device $x_m$, and commanded in the VE $x_s$")
+    middle.set_title("(b) Forces applied to the user $F_m$, and computed in the VE $F_s$")
+    below.set_title("(c) Energy balances")
+    above.set_ylabel("depth in the wall [mm]")
+    middle.set_ylabel("force [N]")
+    below.set_ylabel("energy [mJ]")
+    for panel in axes[:, 0]:
+        panel.set_xlim(0.0, data["time_s"][-1])
+        panel.set_xlabel("time [s]")
+        panel.legend(loc="best", fontsize=8)
     return figure

@@ -9,10 +9,12 @@ import numpy as np
 from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.stability import z_width
 from pmwvc_analysis.models.transparency import transparency
+from pmwvc_analysis.models.z_width_simulated import simulated_z_width
 from pmwvc_analysis.reproduction.figure import Values
 from pmwvc_analysis.reproduction.scenarios import scenario
 from pmwvc_analysis.reproduction.traces import curves, last_mean
 from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
 
 BOUND = 1e6
@@ -51,13 +53,22 @@ def widths(parameters: Values) -> Values:
     for name, changed in parameters["curves"].items():
         values = {**parameters["model"], **changed["values"]}
         of = scenario(values, users=1, controller=changed.get("controller", "pmwvc"))
-        limits = z_width(of, damping.tolist())
-        data[name] = [limit.first for limit in limits]
-        firsts = [limit.first for limit in limits if limit.first is not None]
-        numbers[f"largest_{name}"] = max(firsts) if len(firsts) == len(limits) else None
         at = float(parameters["at_damping"])
-        numbers[f"at_{at:g}_{name}"] = z_width(of, [at])[0].first
+        if "highest" in changed:  # not linear: from sessions
+            found = _simulated(of, [*damping.tolist(), at], changed["highest"])
+        else:
+            found = [limit.first for limit in z_width(of, [*damping.tolist(), at])]
+        data[name] = found[:-1]
+        firsts = [first for first in data[name] if first is not None]
+        numbers[f"largest_{name}"] = max(firsts) if len(firsts) == len(damping) else None
+        numbers[f"at_{at:g}_{name}"] = found[-1]
     return {"data": data, "numbers": numbers}
+
+
+def _simulated(of: Scenario, damping: list[float], highest: float) -> list[float | None]:
+    """Return the middle of the bracket of each largest stiffness; None beyond the highest."""
+    brackets = simulated_z_width(of, damping, highest=highest, duration_s=16.0, dying=0.8)
+    return [None if high is None else 0.5 * (low + high) for low, high in brackets]
 
 
 def contact(parameters: Values) -> Values:
