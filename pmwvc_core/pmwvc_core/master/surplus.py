@@ -26,6 +26,8 @@ from pmwvc_core.wave.aliasing import delay_of
 from pmwvc_core.wave.ledger import EnergyLedger, PortLedger
 from pmwvc_core.wave.packet import WavePacket
 
+SPREAD_S = 0.1  # what is there is given out over this time: at once it would be felt as a knock
+
 
 class Surplus:
     """The account of one master; empty at first.
@@ -98,11 +100,11 @@ class Surplus:
     def spend(self, v: Value, wanted: Value) -> Value:
         """Return as much of a change wanted of the wave v as can be paid for [sqrt(W)].
 
-        That is the longest s w, s <= 1, with |v + s w|^2 - |v|^2 <= 2 free/T_c. A change that
+        That is the longest s w, s <= 1, with (|v + s w|^2 - |v|^2)/2 <= free/0.1 s. A change that
         makes the wave smaller brings energy.
         """
         along, size = dot(v, wanted), squared(wanted)
-        power = self.free_j * (2.0 / self._tick_s)
+        power = self.free_j * (2.0 / SPREAD_S)
         cost = 2.0 * along + size
         if anywhere(cost > power):
             share = (root(along * along + size * power) - along) / where(size > 0.0, size, 1.0)

@@ -1,0 +1,259 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Position feedback: what it corrects, what it takes for the same place, what it may spend."""
+
+import math
+
+import numpy as np
+import pytest
+
+from pmwvc_core.master import WaveMaster
+from pmwvc_core.master.surplus import SPREAD_S
+from pmwvc_core.numeric import dot, squared
+from pmwvc_core.params import FilterParams, MasterParams, PositionParams
+from pmwvc_core.wave import Packer
+from pmwvc_core.wave.packet import FLAG_ANEW
+
+M, TICK_S, FRAME_S = 8, 0.001, 0.008
+KINDS = ("printed", "budgeted", "integral")
+PAID = KINDS[1:]
+
+
+def params(kind="budgeted", gain=20.0, b=25.0, hold="foh", **position):
+    return MasterParams(
+        impedance=b,
+        rate_drop=M,
+        tick_s=TICK_S,
+        hold=hold,
+        filter=FilterParams(kind="integrate_and_dump"),
+        position=PositionParams(feedback=kind, gain=gain, **position),
+    )
+
+
+class Rig:
+    """A master, and a server that says what it is told to."""
+
+    def __init__(self, given, epoch=7):
+        self.port = WaveMaster(given)
+        self.server = Packer(epoch, period=FRAME_S)
+        self.sent = 0
+
+    def frame(self, x, x_s, *, v=0.0, xd=0.0, flags=0, echo=None, silent=False):
+        """Run a frame; return the forces of its ticks."""
+        self.port.send()
+        self.sent += 1
+        echo = (self.sent if echo is None else echo, 0, 0)
+        self.port.hear(self.server.pack(v, x_s, 0, flags=flags, echo=echo))
+        if silent:
+            self.port.silence()
+        else:
+            self.port.receive(v)
+        forces = []
+        for _ in range(M):
+            forces.append(self.port.step(x, xd))
+            self.port.applied(forces[-1])
+        return forces
+
+
+def saved(rig, joules):
+    """Let a port take in energy: a hand that moves on against the damper."""
+    speed = math.sqrt(joules / (25.0 * 4 * FRAME_S)) * 3.0
+    for sign in (1.0, -1.0, 1.0, -1.0):  # to and fro: the mean over a frame is lost
+        for _ in range(M):
+            rig.port.applied(rig.port.step(0.0, sign * speed))
+            sign = -sign
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_where_device_and_avatar_stood_at_first_does_not_count(kind):
+    rig = Rig(params(kind))
+    for _ in range(5):
+        assert rig.frame(0.3, 0.1) == [0.0] * M
+
+
+def test_printed_is_its_equation():
+    rig = Rig(params("printed", hold="zoh"))
+    rig.frame(0.3, 0.1)
+    forces = rig.frame(0.31, 0.102, v=0.05, xd=0.02)
+    v_m = 0.05 - 20.0 * (0.31 - 0.102 - 0.2)
+    assert forces == pytest.approx([25.0 * 0.02 - math.sqrt(50.0) * v_m] * M, rel=1e-12)
+    assert rig.port.v_m == pytest.approx(v_m, rel=1e-12)
+    assert rig.port.accounts["position_spent"] == pytest.approx(
+        (v_m**2 - 0.05**2) / 2 * FRAME_S, rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_new_avatar_or_a_new_server_is_a_new_place(kind):
+    rig = Rig(params(kind))
+    rig.frame(0.3, 0.1)
+    rig.frame(0.3, 0.1)
+    assert rig.frame(0.3, -0.5, flags=FLAG_ANEW) == [0.0] * M
+    rig.server = Packer(8, period=FRAME_S)
+    assert rig.frame(0.3, 0.7, flags=FLAG_ANEW) == [0.0] * M
+    saved(rig, 1e-3)
+    rig.frame(0.3, 0.7, flags=FLAG_ANEW)
+    assert np.all(np.array(rig.frame(0.3, 0.69, flags=FLAG_ANEW)) > 0.0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_nothing_is_corrected_before_an_answer_and_in_silence(kind):
+    rig = Rig(params(kind))
+    assert rig.frame(0.3, 0.1, echo=0) == [0.0] * M  # of a packet we do not know
+    rig.frame(0.3, 0.1)
+    saved(rig, 1e-3)
+    rig.frame(0.3, 0.1)
+    assert rig.frame(0.3, 0.08, silent=True) == [0.0] * M
+    assert rig.frame(0.3, 0.08)[-1] > 0.0
+
+
+@pytest.mark.parametrize("kind", PAID)
+def test_without_a_surplus_nothing_happens_and_with_one_only_as_much(kind):
+    rig = Rig(params(kind))
+    rig.frame(0.0, 0.0)
+    assert rig.frame(0.01, 0.0) == [0.0] * M
+    saved(rig, 1e-4)
+    rig.frame(0.0, 0.0)
+    free = rig.port.accounts["position_surplus"]
+    assert free > 1e-5
+    forces = rig.frame(0.1, 0.0)
+    spent = rig.port.accounts["position_spent"]
+    share = 1.0 - (1.0 - TICK_S / SPREAD_S) ** M  # of it, in the ticks of a frame
+    assert spent == pytest.approx(share * free, rel=1e-9)
+    assert min(forces) > 0.9 * max(forces) > 0.0
+
+
+@pytest.mark.parametrize("kind", PAID)
+def test_a_correction_that_makes_the_wave_smaller_is_free_and_brings_energy(kind):
+    rig = Rig(params(kind, hold="zoh"))
+    rig.frame(0.0, 0.0)
+    rig.frame(0.01, 0.0, v=1.0)
+    assert rig.port.v_m == pytest.approx(
+        1.0 - 20.0 * 0.01, rel=0.1 if kind == "integral" else 1e-9
+    )
+    assert rig.port.accounts["position_spent"] < 0.0
+
+
+def test_the_wave_on_its_way_is_no_error_of_the_integrals():
+    """One packet of a moving device, unanswered yet, is what the avatar is behind by."""
+    rig, step = Rig(params("integral")), 0.1 * FRAME_S
+    x = 0.0
+    rig.frame(x, x)
+    saved(rig, 1e-3)
+    rig.frame(x, x)
+    rig.port.send()
+    rig.sent += 1
+    for _ in range(M):
+        rig.port.applied(rig.port.step(x, 0.1))
+        x += 0.1 * TICK_S
+    # echo names the packet before: the frame just sent is on its way
+    assert rig.frame(x, -0.0, echo=rig.sent)[0] == pytest.approx(0.0, abs=1e-9)
+    # the same distance, but the server has used everything and stands still: it is lost
+    assert rig.frame(x, 0.0)[0] == pytest.approx(math.sqrt(50.0) * 20.0 * step, rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_gain_and_impedance_change_without_a_restart_of_filter_and_hold(kind):
+    steady, changed = Rig(params(kind)), Rig(params(kind))
+    for rig in (steady, changed):
+        for v in (0.2, 0.3, 0.4):
+            rig.frame(0.0, 0.0, v=v)
+    changed.port.configure(params(kind, gain=40.0, b=30.0))
+    assert changed.port.send() == steady.port.send()
+    for rig in (steady, changed):
+        rig.port.step(0.0, 0.0)
+    before = [rig.port._hold._value for rig in (steady, changed)]
+    assert before[0] == before[1] == 0.4
+    accounts = [rig.port.accounts["position_spent"] for rig in (steady, changed)]
+    assert accounts[0] == pytest.approx(accounts[1], abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_feedback_can_be_switched_on_while_running(kind):
+    rig = Rig(params(kind, gain=0.0))
+    for _ in range(3):
+        rig.frame(0.3, 0.1)
+    assert dict(rig.port.accounts) == {}
+    rig.port.configure(params(kind))
+    rig.frame(0.3, 0.1)
+    assert rig.frame(0.3, 0.1) == [0.0] * M
+    assert "position_spent" in rig.port.accounts
+
+
+class Amplifier:
+    """A part that gives the server more than it got."""
+
+    def __init__(self):
+        self.accounts = {}
+
+    def down(self, v):
+        return v
+
+    def offer(self):
+        return 0.0, 0.0
+
+    def step(self, u):
+        return 1.5 * u
+
+
+@pytest.mark.parametrize("kind", PAID)
+def test_what_a_part_makes_is_not_spent_and_not_sent(kind):
+    rig, rng = Rig(params(kind)), np.random.default_rng(4)
+    rig.port._parts = [Amplifier()]
+    brought = hand = sent = 0.0
+    for _ in range(100):
+        sent += squared(rig.port.send()) * FRAME_S / 2
+        rig.sent += 1
+        x_s = float(rng.normal(0.0, 0.02))
+        packet = rig.server.pack(float(rng.normal(0.0, 0.3)), x_s, 0, echo=(rig.sent, 0, 0))
+        brought = packet.energy
+        rig.port.hear(packet)
+        rig.port.receive(packet.wave)
+        for _ in range(M):
+            xd = float(rng.normal(0.0, 0.1))
+            f = rig.port.step(0.0, xd)
+            rig.port.applied(f)
+            hand += dot(f, xd) * TICK_S
+        assert brought + hand - sent >= -1e-12
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_batch_is_its_runs_side_by_side(kind):
+    rng = np.random.default_rng(5)
+    gains, impedances = np.array([[5.0], [20.0], [80.0]]), np.array([[10.0], [25.0], [50.0]])
+    batch = Rig(params(kind, gains, impedances))
+    singles = [
+        Rig(params(kind, float(k), float(b)))
+        for k, b in zip(gains[:, 0], impedances[:, 0], strict=True)
+    ]
+    for _ in range(40):
+        x, x_s, v, xd = rng.normal(0.0, [[0.01], [0.01], [0.2], [0.1]], (4, 3)).reshape(4, 3, 1)
+        batch.frame(x, x_s, v=v, xd=xd)
+        for i, rig in enumerate(singles):
+            rig.frame(
+                *(float(each[i, 0]) for each in (x, x_s)), v=float(v[i, 0]), xd=float(xd[i, 0])
+            )
+        for name in batch.port.accounts:
+            np.testing.assert_allclose(
+                np.ravel(batch.port.accounts[name] + 0.0 * gains),
+                [rig.port.accounts[name] for rig in singles],
+                rtol=1e-9,
+                atol=1e-13,
+            )
+        np.testing.assert_allclose(
+            np.ravel(batch.port.v_m), [rig.port.v_m for rig in singles], rtol=1e-9, atol=1e-12
+        )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("dof", [2, 3, 6])
+def test_motion_along_any_direction_is_that_of_one_axis(kind, dof):
+    rng = np.random.default_rng(6)
+    along = rng.normal(size=dof)
+    along /= np.linalg.norm(along)
+    one, several = Rig(params(kind)), Rig(params(kind))
+    for _ in range(40):
+        x, x_s, v, xd = (float(value) for value in rng.normal(0.0, [0.01, 0.01, 0.2, 0.1]))
+        forces = one.frame(x, x_s, v=v, xd=xd)
+        vectors = several.frame(x * along, x_s * along, v=v * along, xd=xd * along)
+        np.testing.assert_allclose(vectors, np.outer(forces, along), rtol=1e-8, atol=1e-11)
