@@ -9,7 +9,16 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
-from pmwvc_core.rivals.direct import DirectMaster, DirectServer
+from pmwvc_core.rivals import (
+    DirectMaster,
+    DirectServer,
+    PspmMaster,
+    PspmServer,
+    TdpaMaster,
+    TdpaServer,
+    VirtualCouplingMaster,
+    VirtualCouplingServer,
+)
 from pmwvc_core.server.blackbox.containment import Call, directly
 from pmwvc_core.server.blackbox.interface import EnvironmentSetup
 from pmwvc_core.server.blackbox.plugins import make_black_box
@@ -32,10 +41,18 @@ Maker = TypeVar("Maker")
 MASTERS: Mapping[str, Callable[[MasterParams, BaselineParams], MasterController]] = {
     "pmwvc": lambda params, _: WaveMaster(params),
     "direct": lambda params, _: DirectMaster(tick_s=params.tick_s),
+    "virtual_coupling": lambda params, baseline: VirtualCouplingMaster(
+        baseline.virtual_coupling, tick_s=params.tick_s
+    ),
+    "tdpa": lambda params, baseline: TdpaMaster(baseline.tdpa, tick_s=params.tick_s),
+    "pspm": lambda params, baseline: PspmMaster(baseline.pspm, tick_s=params.tick_s),
 }
 SERVERS: Mapping[str, Callable[[ServerParams, Sequence[Seat]], ServerController]] = {
     "pmwvc": WaveServer,
     "direct": DirectServer,
+    "virtual_coupling": VirtualCouplingServer,
+    "tdpa": TdpaServer,
+    "pspm": PspmServer,
 }
 
 

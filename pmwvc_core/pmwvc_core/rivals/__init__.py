@@ -3,5 +3,17 @@
 """Other controllers to compare with, built from the blocks of ``server``."""
 
 from pmwvc_core.rivals.direct import DirectMaster, DirectServer
+from pmwvc_core.rivals.pspm import PspmMaster, PspmServer
+from pmwvc_core.rivals.tdpa import TdpaMaster, TdpaServer
+from pmwvc_core.rivals.virtual_coupling import VirtualCouplingMaster, VirtualCouplingServer
 
-__all__ = ["DirectMaster", "DirectServer"]
+__all__ = [
+    "DirectMaster",
+    "DirectServer",
+    "PspmMaster",
+    "PspmServer",
+    "TdpaMaster",
+    "TdpaServer",
+    "VirtualCouplingMaster",
+    "VirtualCouplingServer",
+]

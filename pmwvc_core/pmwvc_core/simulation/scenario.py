@@ -26,7 +26,7 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
 
-CONTROLLERS = ("pmwvc", "direct")
+CONTROLLERS = ("pmwvc", "direct", "virtual_coupling", "tdpa", "pspm")
 
 TOP: Mapping[str, Spec] = {
     "name": Spec(str, description="name of the scenario; also part of the session folder's name"),
