@@ -91,9 +91,12 @@ class MatrixGain:
     __radd__ = __add__
 
     def __mul__(self, other: Value) -> Any:
-        """Act on a signal, or scale by a number."""
-        if isinstance(other, np.ndarray) and other.shape[-1] > 1:
-            return _act(self.matrix, other)
+        """Act on a signal, or scale by a number; zero is zero."""
+        if isinstance(other, np.ndarray):
+            if other.shape[-1] > 1:
+                return _act(self.matrix, other)
+        elif not other:
+            return 0.0
         return MatrixGain(_number(other) * self.matrix)
 
     __rmul__ = __mul__

@@ -1,0 +1,165 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a filter bank between a passive server and a passive local model is passive."""
+
+import itertools
+import math
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from strategies import signals
+
+from pmwvc_core.master.filter_bank import FilterBank
+from pmwvc_core.numeric import squared
+from pmwvc_core.params import BankParams, LocalModelParams, MasterParams
+from pmwvc_core.wave.cascade import Cascade
+from pmwvc_core.wave.filter_design import design
+
+LOW_REACHING = {
+    "high_pass_hz": 4.0,
+    "high_pass_db": 3.0,
+    "high_stop_hz": 0.4,
+    "high_stop_db": 20.0,
+}
+poles_rad_s = st.floats(0.1, 2000.0)
+stiffnesses = st.floats(0.0, 1e6)
+dampings = st.floats(0.0, 1e4)
+
+
+class Server:
+    """Something passive behind the low branch: a delay, and a reflection that changes."""
+
+    def __init__(self, delay, reflections):
+        self._line = [0.0] * delay
+        self._reflections = itertools.cycle(reflections)
+
+    def answer(self):
+        return next(self._reflections) * self._line[0]
+
+    def take(self, u):
+        self._line = [*self._line[1:], u]
+
+
+def returned(bank, server, waves):
+    """Yield the wave that comes back at every tick, and check it against what was offered."""
+    for u in waves:
+        w = bank.down(server.answer())
+        v0, gain = bank.offer()
+        server.take(bank.step(u))
+        yield w + v0 + gain * u
+
+
+def excess(bank, server, waves):
+    """Return the largest sum of |v|^2 - |u|^2 so far, over |u|^2 in all."""
+    kept = np.cumsum(
+        [
+            squared(u) - squared(v)
+            for u, v in zip(waves, returned(bank, server, waves), strict=True)
+        ]
+    )
+    return -kept.min() / np.sum(np.square(waves))
+
+
+def complementary(pole_rad_s, stiffness, damping, **local):
+    return MasterParams(
+        bank=BankParams(kind="complementary", split_rad_s=pole_rad_s),
+        local_model=LocalModelParams(stiffness=stiffness, damping=damping, **local),
+    )
+
+
+@given(
+    waves=signals(longest=120),
+    pole=poles_rad_s,
+    stiffness=stiffnesses,
+    damping=dampings,
+    delay=st.integers(1, 30),
+    reflections=st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=20),
+    touching=st.lists(st.booleans(), min_size=1, max_size=7),
+)
+@settings(deadline=None)
+def test_the_complementary_bank_gives_out_no_more_than_it_got_at_any_tick(
+    waves, pole, stiffness, damping, delay, reflections, touching
+):
+    """Whatever passive server and local model: here both change as they like."""
+    places = itertools.cycle([1.0 if there else -1.0 for there in touching])
+    params = complementary(pole, stiffness, damping, acts="above")
+    bank = FilterBank(params, lambda: next(places))
+    total = np.sum(np.square(waves))
+    if total > 0.0:
+        assert excess(bank, Server(delay, reflections), waves.tolist()) <= 1e-9
+
+
+@given(waves=signals(longest=60, dof=3), pole=poles_rad_s, stiffness=stiffnesses)
+@settings(deadline=None)
+def test_the_local_model_takes_what_its_port_gets(waves, pole, stiffness):
+    """Stored and dissipated are what went in, with a scalar and with a matrix impedance."""
+    for matrix in ("", "30 2 0; 2 20 1; 0 1 25"):
+        params = MasterParams(
+            impedance_matrix=matrix,
+            bank=BankParams(kind="complementary", split_rad_s=pole),
+            local_model=LocalModelParams(stiffness=stiffness, damping=2.0),
+        )
+        bank = FilterBank(params, lambda: 0.0)
+        for _ in returned(bank, Server(1, [1.0]), waves):
+            pass
+        found = {name: float(np.sum(value)) for name, value in bank.accounts.items()}
+        taken = found["bank_high_in"] - found["bank_high_out"]
+        kept = found["local_stored"] + found["local_dissipated"]
+        assert abs(taken - kept) <= 1e-9 * (found["bank_high_in"] + 1e-12)
+        assert found["local_stored"] >= 0.0
+
+
+class Aliased(Server):
+    """A server behind the anti-aliasing filter of the dissertation's bank."""
+
+    def __init__(self, delay, reflections):
+        super().__init__(delay, reflections)
+        params = MasterParams().filter
+        self._filter = Cascade(
+            design(type(params)(kind="butterworth", pass_hz=25.0, stop_hz=50.0), tick_s=0.001)
+        )
+
+    def take(self, u):
+        super().take(self._filter.step(u))
+
+
+def test_control_a_dissertation_bank_that_reaches_down_can_give_out_more_than_it_got():
+    """|LP1| + |LP2| |HP| is 1.90 at 9.4 Hz: a delay that turns the server's answer into the phase
+    of the local model's finds it. With the same environment the complementary pair is passive.
+    """
+    waves = [math.sin(2.0 * math.pi * 9.4e-3 * k) for k in range(4000)]
+    local = LocalModelParams(stiffness=0.0, damping=0.0)
+
+    def worst(bank):
+        params = MasterParams(bank=bank, local_model=local)
+        return max(
+            excess(FilterBank(params, lambda: 0.0), Aliased(delay, [sign]), waves)
+            for delay in range(1, 60, 6)
+            for sign in (-1.0, 1.0)
+        )
+
+    assert worst(BankParams(kind="dissertation", **LOW_REACHING)) > 2.0
+    assert worst(BankParams(kind="complementary", split_rad_s=25.0)) <= 1e-9
+
+
+def test_control_a_local_model_that_opens_and_closes_makes_table_1_active():
+    """With the filters of Table 1 |LP1| + |LP2| |HP| stays within 1e-12 of 1, so no linear
+    environment makes the bank active by more. A contact that opens and closes at the frequency of
+    the wave turns it into a steady one, in phase with the server's.
+    """
+    waves = [0.7 + math.cos(2.0 * math.pi * 0.2 * k) for k in range(4000)]
+
+    def worst(bank):
+        found = []
+        for shift, sign in itertools.product(range(5), (-1.0, 1.0)):
+            places = itertools.cycle(sign * np.roll([1.0, 1.0, -1.0, -1.0, -1.0], shift))
+            local = LocalModelParams(stiffness=0.0, damping=1e6, acts="above")
+            bank_of = FilterBank(
+                MasterParams(bank=bank, local_model=local), lambda places=places: next(places)
+            )
+            found.append(excess(bank_of, Aliased(1, [1.0]), waves))
+        return max(found)
+
+    assert worst(BankParams(kind="dissertation")) > 0.2
+    assert worst(BankParams(kind="complementary", split_rad_s=100.0)) <= 1e-9

@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Local models: the wave port of a spring and damper, and models from elsewhere."""
+
+import dataclasses
+from importlib.metadata import EntryPoint
+
+import numpy as np
+import pytest
+from bank_runs import TICK_S, driven, master
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from strategies import signals
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.master import foreign_model
+from pmwvc_core.master.local_model import LocalPort
+from pmwvc_core.master.port import WaveMaster
+from pmwvc_core.params import LocalModelParams
+
+
+def test_the_wave_of_a_spring_and_damper_is_that_of_the_midpoint_rule():
+    """b = 25, K = 500, B = 5, at rest: G = 5.25, v = (b - G)/(b + G) u."""
+    port = LocalPort(master(stiffness=500.0, damping=5.0), lambda: 0.0)
+    v0, gain = port.offer()
+    assert v0 == 0.0
+    assert gain == pytest.approx(19.75 / 30.25)
+    v2 = port.step(2.0)
+    assert v2 == pytest.approx(2.0 * gain)
+    xd = (2.0 + v2) / np.sqrt(50.0)
+    assert port.model.x == pytest.approx(TICK_S * xd)
+    v0, _ = port.offer()
+    assert v0 == pytest.approx(-np.sqrt(2.0 / 25.0) * 500.0 * TICK_S * xd / (1.0 + 5.25 / 25.0))
+
+
+def test_a_one_sided_model_lets_go_of_its_spring_beyond_its_face():
+    place = [0.01]
+    port = LocalPort(
+        master(stiffness=500.0, damping=0.0, acts="above", begins_m=0.0), lambda: place[0]
+    )
+    for _ in range(5):
+        port.offer()
+        port.step(1.0)
+    stored = port.model.stored
+    assert stored > 0.0
+    place[0] = -0.01
+    assert port.offer() == (0.0, 1.0)
+    assert port.step(1.0) == 1.0
+    assert port.accounts == {"local_stored": 0.0, "local_dissipated": stored}
+
+
+class Plugged:
+    """A foreign spring; what it answers can be spoilt."""
+
+    def __init__(self, params):
+        self.params = params
+        self.spoilt = None
+
+    def step(self, position, velocity, dt):
+        if self.spoilt is ZeroDivisionError:
+            raise ZeroDivisionError("no such place")
+        if self.spoilt is not None:
+            return self.spoilt
+        return self.params.stiffness * position + self.params.damping * velocity
+
+
+class Sloped(Plugged):
+    """The same, and it tells its slope."""
+
+    def local(self, position, dt):
+        k, damping = self.params.stiffness, self.params.damping
+        return k * position, np.full_like(position, k * dt + damping)
+
+
+@pytest.fixture
+def plugged(monkeypatch):
+    """Entry points as an installed package would have them."""
+    points = [
+        EntryPoint(name, f"{__name__}:{kind}", foreign_model.GROUP)
+        for name, kind in (("plain", "Plugged"), ("sloped", "Sloped"))
+    ]
+    monkeypatch.setattr(foreign_model, "entry_points", lambda group: points)
+
+
+@pytest.mark.usefixtures("plugged")
+def test_a_foreign_spring_with_a_slope_is_the_built_in_one():
+    motions = np.random.default_rng(7).normal(size=(80, 2))
+    own = driven(WaveMaster(master(stiffness=800.0, damping=2.0)), motions)
+    params = dataclasses.replace(
+        master(), local_model=LocalModelParams(kind="sloped", stiffness=800.0, damping=2.0)
+    )
+    np.testing.assert_allclose(driven(WaveMaster(params), motions), own, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.usefixtures("plugged")
+@given(waves=signals(longest=150), stiffness=st.floats(0.0, 1e6), damping=st.floats(0.0, 200.0))
+@settings(deadline=None)
+def test_a_model_of_which_nothing_is_known_owes_at_most_one_tick(waves, stiffness, damping):
+    params = dataclasses.replace(
+        master(),
+        local_model=LocalModelParams(kind="plain", stiffness=stiffness, damping=damping),
+    )
+    port = LocalPort(params, lambda: 0.0)
+    balance, paying = 0.0, 0.0
+    for u in waves.tolist():
+        port.offer()
+        v = port.step(u)
+        gained = 0.5 * TICK_S * (u * u - v * v)
+        assert balance >= 0.0 or gained >= 0.0, "gave more while it owed"
+        balance, paying = balance + gained, max(paying, -gained)
+        assert balance >= -paying - 1e-9
+    assert port.model.stored == pytest.approx(balance, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.usefixtures("plugged")
+@pytest.mark.parametrize("spoilt", [ZeroDivisionError, np.array([[np.nan]]), np.zeros(3), "no"])
+def test_a_model_that_fails_is_a_matched_damper_from_then_on(spoilt, caplog):
+    params = dataclasses.replace(master(), local_model=LocalModelParams(kind="plain"))
+    port = LocalPort(params, lambda: 0.0)
+    port.offer()
+    port.step(1.0)
+    port.model._model.spoilt = spoilt
+    for _ in range(3):
+        port.offer()
+        v = port.step(1.0)
+    assert v == 0.0
+    assert "master.local_model.kind = 'plain'" in caplog.text
+    assert caplog.text.count("matched damper") == 1
+
+
+def test_a_model_that_is_not_there_is_refused_by_name():
+    params = dataclasses.replace(master(), local_model=LocalModelParams(kind="jelly"))
+    with pytest.raises(ParameterError, match=r"kind = 'jelly': not installed.*spring_damper"):
+        WaveMaster(params)
