@@ -37,17 +37,20 @@ def dot(left: Value, right: Value) -> Value:
     floats).
     """
     product = left * right
-    if type(product) is float:
-        return product
-    if isinstance(product, np.ndarray) and product.ndim and product.shape[-1] > 1:
-        summed: Array = product.sum(axis=-1, keepdims=True)
-        return summed
-    return product
+    return product if type(product) is float else _summed(product)
 
 
 def squared(value: Value) -> Value:
     """Squared Euclidean length over the degrees of freedom."""
-    return dot(value, value)
+    product = value * value
+    return product if type(product) is float else _summed(product)
+
+
+def _summed(product: Value) -> Value:
+    if isinstance(product, np.ndarray) and product.ndim and product.shape[-1] > 1:
+        summed: Array = product.sum(axis=-1, keepdims=True)
+        return summed
+    return product
 
 
 def root(value: Value) -> Value:

@@ -24,6 +24,8 @@ from pmwvc_core.simulation.traces import FateTraces, PacketTraces, SessionTraces
 
 TRANSPORT_NS = 150_000  # from the emulator of a live session to the receiver, usually
 TRAVELLING = (FateKind.DELIVERED, FateKind.DUPLICATE)
+KINDS = {int(kind): kind for kind in FateKind}
+CAUSES = {int(cause): cause for cause in Cause}
 LONGEST_WAY_NS = 100_000_000  # from a sender to the emulator on the same machine
 
 Links = dict[str, Callable[[], RecordedLink]]
@@ -96,16 +98,17 @@ def record_of(
     # 0 stands for never, but in virtual time also for a packet without delay at time 0
     at_zero = (fates.time_in_ns == 0) & (fates.time_due_ns == 0)
     came_out = (fates.time_out_ns > 0) | (at_zero & np.isin(fates.fate, TRAVELLING))
+    delay_ns = fates.time_out_ns[rows] - since[rows] + transport_ns
     record: dict[int, list[RecordedFate]] = defaultdict(list)
-    for row, packet in zip(rows.tolist(), number.tolist(), strict=True):
-        out = int(fates.time_out_ns[row])
-        record[packet].append(
-            RecordedFate(
-                out - int(since[row]) + transport_ns if came_out[row] else None,
-                FateKind(int(fates.fate[row])),
-                Cause(int(fates.cause[row])),
-            )
-        )
+    for packet, delay, came, kind, cause in zip(
+        number.tolist(),
+        delay_ns.tolist(),
+        came_out[rows].tolist(),
+        fates.fate[rows].tolist(),
+        fates.cause[rows].tolist(),
+        strict=True,
+    ):
+        record[packet].append(RecordedFate(delay if came else None, KINDS[kind], CAUSES[cause]))
     return _as_used(record, *known) if known else record
 
 
@@ -115,11 +118,12 @@ def _as_used(
     """Return fates whose delays fit what the receiver used; of copies the first one counts."""
     limits = bounds(sent, looks)
     fitted = dict(record)
+    sent_at = sent.time_ns.tolist()
     for number, fates in record.items():
         delays = [fate.delay_ns for fate in fates if fate.delay_ns is not None]
-        if not delays or number > len(sent.time_ns):
+        if not delays or number > len(sent_at):
             continue
-        sent_ns = int(sent.time_ns[number - 1])
+        sent_ns = sent_at[number - 1]
         shift = limits.moved(number, sent_ns + min(delays)) - sent_ns - min(delays)
         if shift:
             fitted[number] = [
@@ -148,10 +152,14 @@ def _sending_times(fates: FateTraces, sent: PacketTraces | None) -> Integers:
     if sent is None or not len(sent.seq):
         return since
     of_packet = {
-        (int(epoch), int(seq)): int(sent_ns)
-        for epoch, seq, sent_ns in zip(sent.epoch, sent.seq, sent.sent_ns, strict=True)
+        (epoch, seq): sent_ns
+        for epoch, seq, sent_ns in zip(
+            sent.epoch.tolist(), sent.seq.tolist(), sent.sent_ns.tolist(), strict=True
+        )
     }
-    for row, key in enumerate(zip(fates.epoch.tolist(), fates.seq.tolist(), strict=True)):
-        since[row] = of_packet.get(key, int(since[row]))
+    keys = zip(fates.epoch.tolist(), fates.seq.tolist(), strict=True)
+    since[:] = [
+        of_packet.get(key, came_ns) for key, came_ns in zip(keys, since.tolist(), strict=True)
+    ]
     way = np.median(fates.time_in_ns - since)
     return since if 0 <= way <= LONGEST_WAY_NS else fates.time_in_ns.copy()

@@ -51,20 +51,22 @@ class Bounds:
 
 def bounds(sent: Sent, looks: Looks) -> Bounds:
     """Return what the used waves tell about the arrival of every packet."""
-    count = len(sent.time_ns)
+    sent_at = sent.time_ns.tolist()
+    count = len(sent_at)
     carriers: dict[bytes, list[int]] = defaultdict(list)
-    for number, wave in enumerate(np.ascontiguousarray(sent.wave), start=1):
-        carriers[wave.tobytes()].append(number)
+    for number, wave in enumerate(_rows(sent.wave), start=1):
+        carriers[wave].append(number)
     after = np.full(count, -1, dtype=np.int64)
     until = np.full(count, NEVER_NS, dtype=np.int64)
     newest = 0
-    for time_ns, wave in zip(looks.time_ns.tolist(), looks.wave, strict=True):
-        if not wave.any():
+    tells = list(map(any, looks.wave.tolist()))
+    for time_ns, wave, told in zip(looks.time_ns.tolist(), _rows(looks.wave), tells, strict=True):
+        if not told:
             continue
         possible = [
             number
-            for number in carriers.get(np.ascontiguousarray(wave).tobytes(), ())
-            if number >= newest and sent.time_ns[number - 1] <= time_ns
+            for number in carriers.get(wave, ())
+            if number >= newest and sent_at[number - 1] <= time_ns
         ]
         if len(possible) != 1:
             continue
@@ -73,3 +75,10 @@ def bounds(sent: Sent, looks: Looks) -> Bounds:
             until[newest - 1] = time_ns
         after[newest:] = time_ns
     return Bounds(after, until)
+
+
+def _rows(waves: Array) -> list[bytes]:
+    """Return what the rows of an array are in memory, to be compared bit by bit."""
+    together = np.ascontiguousarray(waves).tobytes()
+    width = waves.itemsize * waves.shape[-1]
+    return [together[start : start + width] for start in range(0, len(together), width)]

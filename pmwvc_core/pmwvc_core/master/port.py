@@ -50,7 +50,6 @@ from pmwvc_core.wave.filters import AntiAliasing
 from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.packet import WavePacket
 from pmwvc_core.wave.rates import Hold
-from pmwvc_core.wave.transform import decode_master, encode_master
 
 
 class WaveMaster:
@@ -104,7 +103,8 @@ class WaveMaster:
             local_model=old.local_model,
         )
         if same == old:
-            self.params, self._impedance = params, impedance_of(params)
+            self.params = params
+            self._match(params)
         else:
             self._begin(params)
         if self._bank:
@@ -118,7 +118,7 @@ class WaveMaster:
         """Start filter, hold and what is in between at rest; accounts go on."""
         self._before = self._between()
         self.params = params
-        self._impedance = impedance_of(params)
+        self._match(params)
         self._tick_s = params.tick_s
         self._frame_s = params.frame_s
         self._hold = Hold(params.hold, ticks=params.rate_drop)
@@ -127,6 +127,10 @@ class WaveMaster:
         )
         self._parts = make_parts(params, self._bank)
         self._velocity = make_force_velocity(params)
+
+    def _match(self, params: MasterParams) -> None:
+        self._impedance = impedance_of(params)
+        self._ratio = root(2.0 * self._impedance)  # of encode and decode
 
     @property
     def accounts(self) -> Mapping[str, Value]:
@@ -188,7 +192,7 @@ class WaveMaster:
         Value
             F_m [N], pushing against the hand.
         """
-        if not (finite(x) and finite(xd)):
+        if not finite(x + xd):
             x = where(absolute(x) < math.inf, x, self._x)
             xd = where(absolute(xd) < math.inf, xd, 0.0)
         self._x, self._xd = x, xd
@@ -198,11 +202,11 @@ class WaveMaster:
         if self._parts:
             v_m = self._answered(v_m, xd)
         self.v_m = v_m
-        self.u_m = encode_master(xd, v_m, self._impedance)
+        self.u_m = self._ratio * xd - v_m
         if self._velocity:
             xd = self._velocity.step(xd, self._impedance)
-        self.f_m = decode_master(xd, v_m, self._impedance)
-        return self.f_m
+        self.f_m = f_m = self._impedance * xd - self._ratio * v_m
+        return f_m
 
     def _answered(self, v: Value, xd: Value) -> Value:
         """Return v_m with the answer of the parts to the wave that fits it."""
@@ -213,16 +217,16 @@ class WaveMaster:
             own, slope = part.offer()
             answer, gain = answer + own, gain + slope
         self._held, self._gain = v + answer, gain
-        natural = encode_master(xd, self._held, self._impedance)
+        natural = self._ratio * xd - self._held
         return self._held + gain * natural / (1.0 + gain)
 
     def applied(self, f: Value) -> None:
         """Pay for the force that was applied [N], then let the wave pass on to the filter."""
-        if anywhere(f != self.f_m) or anywhere(self.debt_j > 0.0):
+        if (f is not self.f_m and anywhere(f != self.f_m)) or anywhere(self.debt_j > 0.0):
             self._shorten(f)
-        u_m = self.u_m
-        self.energy_v_m = self.energy_v_m + squared(self.v_m) * (0.5 * self._tick_s)
-        self.energy_u_m = self.energy_u_m + squared(u_m) * (0.5 * self._tick_s)
+        u_m, half_s = self.u_m, 0.5 * self._tick_s
+        self.energy_v_m = self.energy_v_m + squared(self.v_m) * half_s
+        self.energy_u_m = self.energy_u_m + squared(u_m) * half_s
         for part in self._parts:
             u_m = part.step(u_m)
         if self._position:

@@ -168,11 +168,15 @@ class SafetyLimiter:
     @property
     def state(self) -> int | Integers:
         """What is going on, a ``SafetyState``; in a batch an array ``(runs, 1)``."""
+        if self._calm and type(self._gain) is float:
+            return SafetyState.COUPLED
         return state_of(cause_of(self._seen, self._gain))
 
     @property
     def reason(self) -> str | list[str]:
         """Why, empty when coupled; in a batch one text per run."""
+        if self._calm and type(self._gain) is float:
+            return ""
         cause = cause_of(self._seen, self._gain)
         if isinstance(cause, np.ndarray):
             return texts_of(cause, self.params)

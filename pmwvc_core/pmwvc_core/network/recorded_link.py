@@ -15,7 +15,8 @@ from typing import Any
 
 from pmwvc_core.network.link import Cause, Fate, FateKind, LinkCounters
 
-TRAVELLING = (FateKind.DELIVERED, FateKind.DUPLICATE)
+DELIVERED = FateKind.DELIVERED  # at hand: a member is looked up in Python
+TRAVELLING = (DELIVERED, FateKind.DUPLICATE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +75,7 @@ class RecordedLink:
             out.append((payload, fate))
             if fate.number >= self._highest_out:
                 self._highest_out = fate.number
-            elif fate.kind is FateKind.DELIVERED:
+            elif fate.kind is DELIVERED:
                 self.counters.reordered += 1
         self.counters.out_count += len(out)
         self.counters.queued = len(self._under_way)
@@ -83,16 +84,21 @@ class RecordedLink:
     def _travel(
         self, payload: Any, number: int, now_ns: int, size: int, recorded: RecordedFate
     ) -> Fate:
-        fate = Fate(number, now_ns, 0, recorded.kind, recorded.cause, size)
-        if recorded.kind is FateKind.LOST:
-            self.counters.lost += 1
-        elif recorded.kind is FateKind.DUPLICATE:
-            self.counters.duplicated += 1
-        elif recorded.kind is not FateKind.DELIVERED:
-            self.counters.dropped += 1
-        if recorded.delay_ns is not None and recorded.kind in TRAVELLING:
-            fate.time_due_ns = now_ns + max(recorded.delay_ns, 0)
+        kind, delay_ns = recorded.kind, recorded.delay_ns
+        fate = Fate(number, now_ns, 0, kind, recorded.cause, size)
+        if kind is not DELIVERED:
+            self._count(kind)
+        if delay_ns is not None and kind in TRAVELLING:
+            fate.time_due_ns = now_ns + max(delay_ns, 0)
             self._order += 1
             heapq.heappush(self._under_way, (fate.time_due_ns, self._order, payload, fate))
             self.counters.queued = len(self._under_way)
         return fate
+
+    def _count(self, kind: FateKind) -> None:
+        if kind is FateKind.LOST:
+            self.counters.lost += 1
+        elif kind is FateKind.DUPLICATE:
+            self.counters.duplicated += 1
+        else:
+            self.counters.dropped += 1

@@ -32,6 +32,9 @@ class PacketTable:
         packets = [packet for packet, _ in seen]
 
         def of(name: str, width: int) -> Array:
+            if runs == dof == 1:
+                values = [getattr(packet, name) for packet in packets]
+                return np.array(values, dtype=float).reshape(len(packets), 1, 1)
             rows = np.zeros((len(packets), runs, width))
             for row, packet in zip(rows, packets, strict=True):
                 row[:] = getattr(packet, name)

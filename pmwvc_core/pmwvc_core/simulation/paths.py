@@ -70,6 +70,8 @@ def _each_for_itself(packet: WavePacket) -> WavePacket:
 
     Where there is only one run a packet that is not finite is refused, as live.
     """
+    if type(packet.wave) is type(packet.position) is float:
+        return packet
     values = {name: getattr(packet, name) for name in ("wave", "integral", "energy", "position")}
     wild = {name: value for name, value in values.items() if _is_wild(value)}
     if not wild:
