@@ -101,7 +101,7 @@ class UnknownServer(ServerController):
             if seat.present:
                 waves.append(self._taken(user, seat, reply))
                 seat.x_s = place[user] + self._new * seat.xd_s
-        returned = self._compensation.step(waves, self._stored)
+        returned = self._compensation.step(waves, self._held())
         for taken, v in zip(waves, returned, strict=True):
             seat = self.seats[taken.user]
             seat.v_s = v
@@ -156,6 +156,17 @@ class UnknownServer(ServerController):
         self._add("late_decoding", late, 1.0)
         self._add("contained", squared(seat.u_s) - squared(u), 0.5)
         return Wave(user, u, v, late)
+
+    def _held(self) -> Value | None:
+        """Return what can still come out: the environment's energy and that of late decoding [J].
+
+        Decoding with F(n-1) takes |F|^2 h/(2b) while a force builds up and gives it out again.
+        """
+        held = self._stored
+        if held is not None:
+            for seat in self.seats:
+                held = held + 0.5 * self._period * dot(seat.f_s, seat.f_s / seat.b)
+        return held
 
     def _decoded(self, free: Sequence[Value], force: Array, slope: Array) -> Array:
         """Solve xd = free - (F0 + G xd)/b for every user."""

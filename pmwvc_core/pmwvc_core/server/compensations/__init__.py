@@ -15,7 +15,7 @@ __all__ = ["COMPENSATIONS", "Compensation", "Corrected", "JointLedger", "Printed
 COMPENSATIONS: Mapping[str, Callable[[ServerParams, int], Compensation]] = {
     "none": lambda params, users: Untreated(),
     "printed": lambda params, users: Printed(users, period=params.period_s),
-    "corrected": lambda params, users: Corrected(users, period=params.period_s),
+    "corrected": lambda params, users: Corrected(period=params.period_s),
     "ledger": lambda params, users: JointLedger(
         period=params.period_s,
         allowance_w=params.allowance_w,

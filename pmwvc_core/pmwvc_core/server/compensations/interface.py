@@ -28,7 +28,8 @@ class Compensation(Protocol):
     def step(self, waves: Sequence[Wave], stored: Value | None) -> list[Value]:
         """Return the waves to send instead of ``v``.
 
-        ``stored`` is the energy in the environment [J], None where it does not say.
+        ``stored`` is what can still come out of environment and decoding [J], None where the
+        environment does not say.
         """
         ...
 

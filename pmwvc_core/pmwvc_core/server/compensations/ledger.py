@@ -14,9 +14,9 @@ One tank for all, as energy may enter at one user and leave at another. Whatever
 does: given back <= received + allowance, at every step.
 
 Allowance: where the tank does not reach, up to ``allowance_w`` is added at any time, up to
-``allowance_j`` in all. Cap: what the environment stores, or ``cap_j`` where it does not say, so
-that energy saved for minutes is not let loose at once. A wall with K h + 2 B <= b can give back no
-more than its spring holds (theory, section 11): it never meets the limit.
+``allowance_j`` in all. Cap: what can still come out, or ``cap_j`` where the environment does not
+say what it stores, so that energy saved for minutes is not let loose at once. A spring with K h <=
+b, or a damper with 2 B <= b, can give back no more than that and never meets the limit.
 """
 
 from collections.abc import Mapping, Sequence

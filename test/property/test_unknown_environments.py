@@ -1,0 +1,293 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A wave port in front of an environment it knows nothing of: what comes out, and what went in."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from passive_networks import Network, OpenNetwork, Pusher, random_network
+
+from pmwvc_core.controllers import make_server
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.params.environment import HuntCrossleyParams
+from pmwvc_core.server.blackbox.plugins import LIBRARY
+from pmwvc_core.server.unknown import UnknownServer
+
+PASSIVE_LIBRARY = sorted(set(LIBRARY) - {"active_wall"})
+PAYING = ("corrected", "ledger")
+NOT_PAYING = ("none", "printed")
+TOLERANCE_J = 1e-9
+
+
+def library_port(params, contacts, impedances, *, dof):
+    sides = [-1 if i % 2 == 0 else 1 for i in range(len(contacts))]
+    return make_server("pmwvc", params, contacts, impedances, dof=dof, sides=sides)
+
+
+def port(environment, impedances, *, dof=1, **values):
+    """A port in front of an environment object."""
+    params = ServerParams(coupling="unknown", **values)
+    contacts = [ContactParams(contact="bilateral")] * len(impedances)
+    return UnknownServer(
+        params, library_port(params, contacts, impedances, dof=dof).seats, environment
+    )
+
+
+def waves(rng, users, dof, *, size, memory, steps):
+    """Random waves: from white to slow, with bursts and pauses."""
+    wave = np.zeros((users, dof))
+    for _ in range(steps):
+        burst = size * rng.choice([0.0, 1.0, 1.0, 10.0])
+        wave = memory * wave + np.sqrt(1.0 - memory**2) * burst * rng.normal(size=(users, dof))
+        yield [float(row[0]) if dof == 1 else row for row in wave]
+
+
+def seat_all(server, rng, dof):
+    for user in range(len(server.seats)):
+        place = rng.normal(0.0, 0.03, dof)
+        server.join(user, float(place[0]) if dof == 1 else place)
+
+
+def taken(server):
+    """What all ports took in so far [J]."""
+    both = zip(server.energy_u_s, server.energy_v_s, strict=True)
+    return float(np.squeeze(sum(u - v for u, v in both)))
+
+
+def account(server, given_waves):
+    """The balance of all ports after each step.
+
+    A delayed loop that diverges inside (K T > 2 b) ends in forces that are none; what happens in
+    an environment while a damper stands in for it, only the ledger guards against.
+    """
+    found = []
+    for wave in given_waves:
+        server.step(wave)
+        if server.trouble.steps and "debt" in server.accounts:
+            break
+        found.append(taken(server))
+    return np.array(found)
+
+
+def books_close(server):
+    """What went in is where the accounts say."""
+    accounts = server.accounts
+    names = ("environment", "late_decoding", "withheld", "contained")
+    booked = float(np.squeeze(sum(accounts[name] for name in names)))
+    moved = float(np.squeeze(sum(server.energy_u_s) + sum(server.energy_v_s)))
+    moved += abs(float(np.squeeze(accounts["late_decoding"])))
+    return booked == pytest.approx(taken(server), abs=1e-12 + 1e-10 * moved)
+
+
+draws = {
+    "impedance": st.floats(2.0, 100.0),
+    "period_s": st.sampled_from([0.001, 0.008, 0.02, 0.05]),
+    "size": st.sampled_from([1e-2, 0.3, 2.0]),
+    "memory": st.sampled_from([0.0, 0.9, 0.99]),
+    "users": st.integers(1, 3),
+    "dof": st.sampled_from([1, 1, 2]),
+    "seed": st.integers(0, 2**32 - 1),
+}
+
+
+@settings(max_examples=25)
+@given(compensation=st.sampled_from(PAYING), kind=st.sampled_from([Network, OpenNetwork]), **draws)
+def test_a_random_passive_network_gives_out_no_more_than_it_got(
+    compensation, kind, impedance, period_s, size, memory, users, dof, seed
+):
+    rng = np.random.default_rng(seed)
+    server = port(
+        random_network(rng, users, kind=kind),
+        [impedance] * users,
+        dof=dof,
+        compensation=compensation,
+        period_s=period_s,
+    )
+    seat_all(server, rng, dof)
+    found = account(server, waves(rng, users, dof, size=size, memory=memory, steps=80))
+    assert found.min() >= -TOLERANCE_J
+    assert books_close(server)
+
+
+library = {
+    "contact": st.sampled_from(["bilateral", "grip"]),
+    "stiffness": st.one_of(st.just(0.0), st.floats(1.0, 2e4)),
+    "damping": st.one_of(st.just(0.0), st.floats(0.1, 100.0)),
+}
+
+
+@settings(max_examples=40)
+@given(
+    compensation=st.sampled_from(PAYING),
+    environment=st.sampled_from(PASSIVE_LIBRARY),
+    exponent=st.floats(1.0, 3.0),
+    **library,
+    **draws,
+)
+def test_every_passive_environment_of_the_library_gives_out_no_more_than_it_got(
+    compensation,
+    environment,
+    exponent,
+    contact,
+    stiffness,
+    damping,
+    impedance,
+    period_s,
+    size,
+    memory,
+    users,
+    dof,
+    seed,
+):
+    rng = np.random.default_rng(seed)
+    params = ServerParams(
+        coupling="unknown",
+        environment=environment,
+        compensation=compensation,
+        period_s=period_s,
+        hunt_crossley=HuntCrossleyParams(exponent=exponent),
+    )
+    contacts = ContactParams(contact=contact, contact_stiffness=stiffness, contact_damping=damping)
+    server = library_port(params, [contacts] * users, [impedance] * users, dof=dof)
+    seat_all(server, rng, dof)
+    found = account(server, waves(rng, users, dof, size=size, memory=memory, steps=80))
+    assert found.min() >= -TOLERANCE_J
+    assert books_close(server)
+
+
+@pytest.mark.parametrize("compensation", NOT_PAYING)
+def test_untreated_and_as_printed_some_of_them_give_out_more(compensation):
+    """The same balance, the same waves: the test above is able to fail."""
+    worst = {}
+    for name in ("network", "wall", "cube"):
+        rng = np.random.default_rng(5)
+        values = {"compensation": compensation, "period_s": 0.02}
+        if name == "network":
+            server = port(random_network(rng, 2), [25.0] * 2, **values)
+        else:
+            params = ServerParams(coupling="unknown", environment=name, **values)
+            contacts = ContactParams(contact="bilateral", contact_stiffness=5000.0)
+            server = library_port(params, [contacts] * 2, [25.0] * 2, dof=1)
+        seat_all(server, rng, 1)
+        found = account(server, waves(rng, 2, 1, size=0.3, memory=0.0, steps=300))
+        worst[name] = found.min()
+        assert books_close(server)
+    assert all(least < -1e-3 for least in worst.values()), worst
+
+
+def test_as_printed_a_port_that_is_passive_untreated_injects_joules():
+    """App. C section 6: 500 N/m, no damping, b = 25, 20 ms: K T + 2 B < b. White waves, 20 s."""
+    left = {}
+    for compensation in ("none", "printed", "corrected", "ledger"):
+        params = ServerParams(
+            coupling="unknown", environment="wall", compensation=compensation, period_s=0.02
+        )
+        contact = ContactParams(
+            contact="bilateral", contact_stiffness=500.0, contact_damping=0.0, impedance=25.0
+        )
+        server = library_port(params, [contact], [25.0], dof=1)
+        server.join(0, 0.0)
+        white = np.random.default_rng(0).normal(size=(1000, 1)).tolist()
+        left[compensation] = account(server, white)
+    assert left["none"].min() >= 0.0
+    assert left["printed"][-1] < -2.1
+    assert left["corrected"][-1] > left["none"][-1]  # takes more than it need
+    np.testing.assert_allclose(left["ledger"], left["none"], rtol=1e-12, atol=1e-12)
+
+
+@settings(max_examples=25)
+@given(
+    b=st.floats(5.0, 100.0),
+    share=st.sampled_from([0.0, 0.3, 0.6, 1.0]),
+    fill=st.floats(0.01, 1.0),
+    memory=draws["memory"],
+    seed=draws["seed"],
+)
+def test_the_ledger_leaves_a_wall_alone_that_is_passive_untreated(b, share, fill, memory, seed):
+    """K h + 2 B <= b. A spring or a damper gives back all; both together, all but little."""
+    rng = np.random.default_rng(seed)
+    params = ServerParams(coupling="unknown", environment="wall")
+    contact = ContactParams(
+        contact="bilateral",
+        contact_stiffness=share * fill * b / params.period_s,
+        contact_damping=0.5 * (1.0 - share) * fill * b,
+    )
+    server = library_port(params, [contact], [b], dof=1)
+    server.join(0, 0.0)
+    account(server, waves(rng, 1, 1, size=0.3, memory=memory, steps=200))
+    allowed = 1e-12 if share in (0.0, 1.0) else 0.05
+    assert server.accounts["withheld"] <= allowed * server.energy_u_s[0]
+
+
+@settings(max_examples=20)
+@given(
+    allowance_w=st.sampled_from([0.0, 0.02, 0.5]),
+    allowance_j=st.sampled_from([0.0, 0.05, 1.0]),
+    users=draws["users"],
+    force=st.floats(-5.0, 5.0),
+    seed=draws["seed"],
+)
+def test_an_active_environment_gives_no_more_than_its_allowance(
+    allowance_w, allowance_j, users, force, seed
+):
+    rng = np.random.default_rng(seed)
+    server = port(Pusher(force), [25.0] * users, allowance_w=allowance_w, allowance_j=allowance_j)
+    seat_all(server, rng, 1)
+    found = account(server, waves(rng, users, 1, size=0.1, memory=0.9, steps=150))
+    time_s = server._period * np.arange(1, 151)
+    allowed = np.minimum(allowance_w * time_s, allowance_j)
+    assert np.all(found >= -allowed - TOLERANCE_J)
+    assert server.accounts["granted"] <= allowed[-1] + 1e-12
+    assert books_close(server)
+
+
+def test_an_active_environment_uses_its_allowance_up_and_then_is_held():
+    server = port(Pusher(-2.0), [25.0], allowance_w=0.05, allowance_j=0.02)
+    server.join(0, 0.0)
+    found = account(server, [[0.0]] * 200)
+    assert found[49] == pytest.approx(-0.02)  # 50 mW for 0.4 s
+    assert np.all(found[49:] == pytest.approx(-0.02))
+    assert server.accounts["granted"] == pytest.approx(0.02)
+    assert server.accounts["withheld"] > 0.2
+    for free in ("none", "corrected"):  # the control: nothing holds it there
+        server = port(Pusher(-2.0), [25.0], compensation=free)
+        server.join(0, 0.0)
+        assert account(server, [[0.0]] * 200)[-1] < -0.1
+
+
+def test_the_wall_that_moves_is_active_and_the_library_says_what_was_withheld():
+    params = ServerParams(coupling="unknown", environment="active_wall")
+    server = library_port(params, [ContactParams()], [25.0], dof=1)
+    server.join(0, -0.03)
+    found = account(server, [[1.0 / 50.0**0.5]] * 1000)
+    assert found.min() >= -TOLERANCE_J
+    assert server.accounts["withheld"] > 1e-3
+    params = ServerParams(coupling="unknown", environment="active_wall", compensation="none")
+    server = library_port(params, [ContactParams()], [25.0], dof=1)
+    server.join(0, -0.03)
+    assert account(server, [[1.0 / 50.0**0.5]] * 1000).min() < -1e-3
+
+
+@pytest.mark.parametrize("cap", [0.0, 0.05, 0.25])
+def test_energy_saved_for_long_is_not_let_loose_at_once(cap):
+    server = port(Pusher(-50.0, rest=2000), [25.0], tank_cap_j=cap)
+    server.join(0, 0.0)
+    saved = account(server, [[1.0]] * 2000)[-1]
+    assert saved > 2.0
+    account(server, [[0.0]] * 100)
+    assert server.accounts["tank"] == pytest.approx(0.0, abs=1e-12)
+    assert saved - taken(server) == pytest.approx(cap)
+
+
+def test_energy_goes_in_at_one_user_and_out_at_the_other():
+    across = 400.0 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    for kind in (Network, OpenNetwork):
+        server = port(kind(2, [], stiffness=across, damping=0.0 * across), [25.0] * 2)
+        seat_all(server, np.random.default_rng(0), 1)
+        push = np.sin(2.0 * np.pi * 0.5 * 0.008 * np.arange(1000))
+        found = account(server, [[float(wave), 0.0] for wave in push])
+        first, second = (u - v for u, v in zip(server.energy_u_s, server.energy_v_s, strict=True))
+        assert found.min() >= -TOLERANCE_J
+        assert second < -0.5 * first < 0.0  # most of it is with the second user now
+        assert server.accounts["withheld"] <= 1e-9
