@@ -147,7 +147,7 @@ def test_a_filter_without_the_margin_has_an_input_that_makes_it_active(alpha):
     for k in range(60_000):
         channel.step(math.sin(2.0 * math.pi * frequency_hz * TICK_S * k))
     assert stays < -0.01
-    assert channel.balance / channel.out == pytest.approx(stays, rel=0.05)
+    assert channel.balance < 0.6 * stays * channel.out  # what is stored counts against it
 
 
 def test_the_same_search_finds_nothing_where_the_margin_holds():
