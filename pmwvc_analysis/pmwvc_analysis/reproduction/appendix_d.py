@@ -8,6 +8,7 @@ from pmwvc_analysis.reproduction import draw_d, draw_single
 from pmwvc_analysis.reproduction.figure import Figure, Values
 from pmwvc_analysis.reproduction.scenarios import wall
 from pmwvc_analysis.reproduction.single_user import admittance
+from pmwvc_analysis.reproduction.velocity import experiment
 from pmwvc_core.wave.branches import margins
 from pmwvc_core.wave.velocity_filter_design import best_alpha, printed_branches
 
@@ -43,6 +44,19 @@ MODEL = wall(
     server__contact_damping=10.0,
 )
 MODEL = {name: value for name, value in MODEL.items() if not name.endswith(("pass_hz", "stop_hz"))}
+DESIGNED: Values = {
+    "master.velocity_filter.kind": "equivalent",
+    "master.velocity_filter.order": 1,
+    "master.velocity_filter.alpha": 0.929134319755588,
+}
+TOUCHED: Values = {
+    **MODEL,
+    "master.impedance": 30.0,
+    "device.mass": 0.5,
+    "device.damping": 1.0,
+}
+SINE: Values = {"kind": "sinusoid", "force": 1.0, "frequency_hz": 5.0}
+STEP: Values = {"kind": "constant", "force": 1.0}
 REMARK = (
     "LP is Eq. 15, 0.05/(z - 0.95). The device is not given: m = 0.15 kg, b_hd = 1 Ns/m as in "
     "App. A; trapezoid, loop solved."
@@ -66,9 +80,60 @@ def _admittance(name: str, part: str) -> Figure:
     )
 
 
+def _filtered(name: str, part: str) -> Figure:
+    return Figure(
+        name,
+        f"Transmitted admittance with velocity filter, {part} frequencies",
+        REMARK + " Filter of alpha = 0.929 with its loop solved (Fig. 1): the equivalent form "
+        "(Fig. 2) is not stable with these impedances and this light device.",
+        {
+            "model": {**MODEL, **DESIGNED, "master.velocity_filter.kind": "exact"},
+            "impedances": [10.0, 25.0, 50.0, 80.0],
+            "low_hz": [0.05, 3.0],
+            "high_hz": [3.0, 60.0],
+            "parts": [part],
+        },
+        admittance,
+        draw_single.admittance,
+    )
+
+
+def _experiment(name: str, words: str, filtered: Values, operator: Values, remark: str) -> Figure:
+    return Figure(
+        name,
+        words,
+        "Simulated: encoder of 60 um, velocity from its differences, b = 30 Ns/m, loop solved, "
+        "m = 0.5 kg, b_hd = 1 Ns/m, filter in the equivalent form (Fig. 2). " + remark,
+        {
+            "model": {**TOUCHED, **filtered},
+            "device": {"device.encoder_step_m": 6e-5, "device.velocity": "euler"},
+            "operator": operator,
+            "duration_s": 4.0,
+            "from_s": 0.5,
+        },
+        experiment,
+        draw_single.contact,
+    )
+
+
 FIGURES = (
     _admittance("D3", "low"),
     _admittance("D4", "high"),
+    _filtered("D6", "low"),
+    _filtered("D7", "high"),
+    _experiment("D8", "5 Hz against the wall, without velocity filter", {}, SINE, ""),
+    _experiment(
+        "D9",
+        "5 Hz against the wall, with an inappropriate velocity filter",
+        {**DESIGNED, "master.velocity_filter.alpha": 0.95},
+        SINE,
+        "LP_v = 0.05/(z - 0.95).",
+    ),
+    _experiment(
+        "D10", "5 Hz against the wall, with the designed velocity filter", DESIGNED, SINE, ""
+    ),
+    _experiment("D11", "A step against the wall, without velocity filter", {}, STEP, ""),
+    _experiment("D12", "A step against the wall, with the velocity filter", DESIGNED, STEP, ""),
     Figure(
         "D5",
         "Objective function of the filter design over frequency",

@@ -18,9 +18,6 @@ FIGURES: dict[str, Figure] = {
 }
 # Figures that show a controller which is not here yet: they come with it.
 WITH_THEIR_CONTROLLER = {
-    "D6": "transmitted admittance with velocity filter, low frequencies",
-    "D7": "transmitted admittance with velocity filter, high frequencies",
-    "D8 to D12": "experiments without and with velocity filter",
     "E5": "stability region with filter bank and local model",
     "E6 to E8": "admittance and impedance with filter bank and local model",
 }

@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""App. D: sessions with a coarse encoder, without and with a velocity filter."""
+
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.judge.oscillation import beyond
+from pmwvc_analysis.models.multirate import build, spectral_radius
+from pmwvc_analysis.reproduction.figure import Values
+from pmwvc_analysis.reproduction.scenarios import scenario
+from pmwvc_analysis.reproduction.traces import curves
+from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.session import simulate_one
+
+NOISE_HZ = 60.0  # above it there is nothing but noise in the force
+
+
+def experiment(parameters: Values) -> Values:
+    """Return positions and forces of a session, and how noisy and how large the force is."""
+    model = parameters["model"]
+    of = scenario(
+        {**model, **parameters["device"]},
+        users=1,
+        operator=parameters["operator"],
+        duration_s=parameters["duration_s"],
+    )
+    traces: Any = simulate_one(of)
+    full = curves(traces, every_s=0.001)
+    wall_mm = -500.0 * of.server.object_size_m
+    shown = full["time_s"] >= parameters["from_s"]
+    data = {
+        "time_s": full["time_s"][shown] - parameters["from_s"],
+        "x_m_mm": full["x_1_mm"][shown] - wall_mm,
+        "x_s_mm": full["x_s1_mm"][shown] - wall_mm,
+        "f_m_n": full["f_1_n"][shown],
+        "f_s_n": full["f_s1_n"][shown],
+    }
+    user = traces.users[0]
+    late = user.time_s > 0.5 * parameters["duration_s"]
+    numbers = {
+        "force_noise_n": _rms(beyond(user.f_m, user.tick_s, NOISE_HZ)[late]),
+        "force_largest_n": float(np.abs(full["f_1_n"]).max()),
+        "safety_events": int(user.safety_events),
+        "spectral_radius": spectral_radius(build(scenario(model, users=1))),
+    }
+    return {"data": data, "numbers": numbers}
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
