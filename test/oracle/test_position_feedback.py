@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What position feedback does to the felt stiffness (theory section 5) and to lost positions.
+
+A wall of 500 N/m pressed with 1 N, App. E: m = 0.1 kg, b_hd = 1.5, B = 1, b = 25 N s/m, K_p = 20.
+Without feedback wall and channel are in series, 1/K_felt = 1/K + tau/(2b).
+"""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.simulation.session import simulate, simulate_one
+
+K, B, GAIN = 500.0, 25.0, 20.0
+APP_E = {
+    "master.rate_drop": 20,
+    "master.hold": "zoh",
+    "master.filter.kind": "butterworth",
+    "master.filter.stop_hz": 50.0,
+    "server.period_s": 0.02,
+    "server.coupling": "unwrapped",
+    "server.integrator": "trapezoid",
+}
+LIVE = {"link.delay_s": 0.016}
+SETTINGS = {
+    "App. E": APP_E,
+    "App. E, first-order hold": APP_E | {"master.hold": "foh"},
+    "live defaults, 16 ms": LIVE,
+    "integrate and dump, 24 ms": {
+        "link.delay_s": 0.024,
+        "master.filter.kind": "integrate_and_dump",
+        "master.hold": "zoh",
+    },
+}
+
+
+def pressed(kind, setting, *, force=1.0, duration_s=8.0, **more):
+    return parse_scenario(
+        {
+            "name": "press",
+            "duration_s": duration_s,
+            "controller": "pmwvc",
+            "users": 1,
+            "device": {"mass": 0.1, "damping": 1.5},
+            "operator": {"kind": "constant", "force": force},
+            "master": {"impedance": B, "position": {"feedback": kind, "gain": GAIN}},
+            "server": {
+                "environment": "wall",
+                "contact": "bilateral",
+                "contact_stiffness": K,
+                "contact_damping": 1.0,
+            },
+            "task": {"kind": "free"},
+        },
+        overrides={**SETTINGS[setting], **more},
+    )
+
+
+def felt(traces):
+    user = traces.users[0]
+    return float(user.f_applied[-1, 0] / (user.x_m[-1, 0] - user.x_m[0, 0]))
+
+
+@pytest.mark.parametrize("setting", SETTINGS)
+def test_with_the_printed_feedback_a_wall_feels_as_stiff_as_it_is(setting):
+    assert felt(simulate_one(pressed("none", setting))) < 0.9 * K or "dump" in setting
+    assert felt(simulate_one(pressed("printed", setting))) == pytest.approx(K, rel=1e-3)
+
+
+def test_without_feedback_app_e_is_a_wall_in_series_with_the_channel():
+    assert felt(simulate_one(pressed("none", "App. E"))) == pytest.approx(357.0, rel=2e-3)
+
+
+@pytest.mark.parametrize("setting", SETTINGS)
+def test_the_budgeted_feedback_goes_as_far_as_its_surplus(setting):
+    """Between the stiffness without feedback and the wall's; hardly anywhere if none is kept."""
+    user = simulate_one(pressed("budgeted", setting)).users[0]
+    without = felt(simulate_one(pressed("none", setting)))
+    reached = float(user.f_applied[-1, 0] / (user.x_m[-1, 0] - user.x_m[0, 0]))
+    assert without + 0.2 * (K - without) < reached < K * 1.001
+    if reached < 0.999 * K:
+        assert user.accounts["position_surplus"][-1] < 1e-8
+    empty = pressed("budgeted", setting, **{"master.position.most_j": 0.0})
+    assert felt(simulate_one(empty)) < without + 0.2 * (K - without)
+
+
+@pytest.mark.parametrize("setting", SETTINGS)
+@pytest.mark.parametrize("force", [0.5, 2.0])
+def test_the_integrals_take_the_channels_spring_for_what_it_is(setting, force):
+    """No drift, no correction: the device stays F tau/(2b) ahead of its avatar."""
+    without = felt(simulate_one(pressed("none", setting, force=force)))
+    assert felt(simulate_one(pressed("integral", setting, force=force))) == pytest.approx(
+        without, rel=2e-3
+    )
+
+
+def swung(kind, seed):
+    """A hand that swings 1 N to and fro at 0.5 Hz through a link that loses a quarter."""
+    scenario = pressed(
+        kind,
+        "live defaults, 16 ms",
+        duration_s=30.0,
+        **{
+            "operator.kind": "sinusoid",
+            "operator.frequency_hz": 0.5,
+            "link.loss": 0.25,
+            "safety.timeout_s": 1.0,
+            "server.contact_stiffness": 50.0,
+            "server.contact_damping": 5.0,
+        },
+    )
+    return dataclasses.replace(scenario, seed=seed)
+
+
+def offset(traces):
+    """Return the mean of device less avatar over the last six periods [m]."""
+    user, server = traces.users[0], traces.server
+    late = server.time_s >= traces.duration_s - 12.0
+    ticks = np.searchsorted(user.time_s, server.time_s[late] - 0.5 * user.tick_s)
+    return float((user.x_m[ticks, 0] - server.x_s[0][late, 0]).mean()) - float(
+        user.x_m[0, 0] - server.x_s[0][5, 0]
+    )
+
+
+@pytest.mark.parametrize("kind", ["budgeted", "integral"])
+def test_positions_that_losses_took_away_come_back(kind):
+    runs = [swung(each, seed) for each in ("none", kind) for seed in range(6)]
+    offsets = np.array([offset(traces) for traces in simulate(runs)]).reshape(2, 6)
+    without, with_it = np.sqrt(np.mean(offsets**2, axis=1))
+    assert without > 1e-4
+    assert with_it < 0.25 * without
