@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A plug-in environment is asked in a thread: waited for, left alone while busy, asked again."""
+
+import threading
+
+import pytest
+
+from pmwvc_core.params import ServerParams
+from pmwvc_core.server.blackbox.containment import directly
+from pmwvc_core.server.blackbox.faults import Unanswered
+from pmwvc_server.asking import Worker, caller
+
+
+def test_what_comes_with_the_project_is_asked_directly_a_plug_in_through_a_thread():
+    assert caller(ServerParams()) is directly
+    assert caller(ServerParams(coupling="unknown", environment="hunt_crossley")) is directly
+    assert isinstance(caller(ServerParams(coupling="unknown", environment="jelly")), Worker)
+
+
+def test_an_answer_comes_back_from_another_thread():
+    worker = Worker(30.0)
+    assert worker(threading.current_thread) is not threading.current_thread()
+    assert [worker(lambda n=n: n * n) for n in range(5)] == [0, 1, 4, 9, 16]
+
+
+def test_what_the_environment_raises_is_raised():
+    def fails():
+        raise ZeroDivisionError("no mass")
+
+    worker = Worker(30.0)
+    with pytest.raises(ZeroDivisionError, match="no mass"):
+        worker(fails)
+    assert worker(lambda: 7) == 7
+
+
+def test_a_hanging_environment_is_left_alone_until_it_is_back_and_its_late_answer_is_dropped():
+    release, back, asked = threading.Event(), threading.Event(), []
+
+    def hangs():
+        release.wait()
+        return "late"
+
+    worker = Worker(0.001)
+    with pytest.raises(Unanswered, match=r"has not answered within 1 ms"):
+        worker(hangs)
+    for _ in range(3):
+        with pytest.raises(Unanswered, match=r"is still busy with the step of \d+\.\d+ s ago"):
+            worker(lambda: asked.append(1))
+    assert asked == []
+    worker._jobs.put(type("Mark", (), {"work": lambda self: back.set()})())
+    release.set()
+    assert back.wait(30.0)
+    patient = Worker(30.0)
+    patient._jobs, patient._last = worker._jobs, worker._last
+    assert patient(lambda: "new") == "new"

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Environments by name: what is installed, and what is said of one that cannot be used."""
+
+import re
+import sys
+import types
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from pmwvc_core.controllers import make_server
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.server.blackbox import EnvironmentSetup, plugins
+from pmwvc_core.server.environments import make_environment
+
+
+def setup(name):
+    server = ServerParams(coupling="unknown", environment=name)
+    return EnvironmentSetup(1, server.period_s, (-1,), server, (ContactParams(),))
+
+
+def server_at(name):
+    made = setup(name)
+    return make_server("pmwvc", made.server, made.contacts, [25.0], dof=1, sides=[-1])
+
+
+class Honey:
+    """An environment of somebody else."""
+
+    def __init__(self, setup):
+        self.users = setup.users
+
+    def step(self, position, velocity, dt):
+        return 4.0 * velocity
+
+
+@pytest.fixture
+def lab(monkeypatch):
+    """A laboratory's own module with plug-ins, beside the library."""
+    module = types.ModuleType("lab_environments")
+    module.Honey = Honey
+    module.stone = lambda setup: object()
+
+    def broken(setup):
+        raise OSError("no mesh file jelly.obj")
+
+    def picky(setup):
+        raise ParameterError("server.object_mass = 2.0: a jelly weighs less")
+
+    module.broken, module.picky = broken, picky
+    monkeypatch.setitem(sys.modules, "lab_environments", module)
+    names = {
+        "honey": "lab_environments:Honey",
+        "stone": "lab_environments:stone",
+        "broken": "lab_environments:broken",
+        "picky": "lab_environments:picky",
+        "absent": "lab_vendor_library:World",
+        "jelly": "lab_environments:Jelly",
+        "wall": "lab_environments:stone",
+    }
+    own = {name: EntryPoint(name, value, plugins.GROUP) for name, value in names.items()}
+    monkeypatch.setattr(plugins, "installed", lambda: own)
+
+
+def test_an_environment_of_another_package_is_made_and_felt(lab):
+    server = server_at("honey")
+    server.join(0, -0.03)
+    for _ in range(200):
+        server.step([1.0])
+    assert server.f_s[0] == pytest.approx(4.0 * server.xd_s[0])
+    assert server.xd_s[0] == pytest.approx((2.0 * 25.0) ** 0.5 / (25.0 + 4.0))
+
+
+def test_the_library_goes_before_plug_ins_of_the_same_name(lab):
+    assert isinstance(plugins.make_black_box(setup("wall")), plugins.LIBRARY["wall"])
+    assert plugins.required("wall") is None
+
+
+def test_an_unknown_name_is_answered_with_what_is_there(lab):
+    text = r"'moon': not installed; there are: cube, wall, .*active_wall, honey.*pmwvc.environment"
+    with pytest.raises(ParameterError, match=text):
+        server_at("moon")
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("absent", r"lab_vendor_library:World\) cannot be imported: ModuleNotFoundError"),
+        ("broken", r"lab_environments:broken\) cannot be made: OSError: no mesh file jelly.obj"),
+        ("stone", r"lab_environments:stone\) is not an environment: it lacks step"),
+    ],
+)
+def test_a_plug_in_that_fails_is_named_with_the_reason(lab, name, text):
+    with pytest.raises(ParameterError, match=rf"^server.environment = '{name}' \(.*{text[-20:]}"):
+        server_at(name)
+    with pytest.raises(ParameterError, match=text):
+        server_at(name)
+
+
+def test_what_an_environment_says_of_its_settings_is_passed_on_as_it_is(lab):
+    with pytest.raises(ParameterError, match=r"^server.object_mass = 2.0: a jelly weighs less$"):
+        server_at("picky")
+
+
+@pytest.mark.parametrize("name", ["hunt_crossley", "active_wall", "honey"])
+def test_another_coupling_than_unknown_names_what_to_set(name):
+    text = rf"environment = '{name}': set coupling = unknown for it \(implicit knows only cube"
+    with pytest.raises(ParameterError, match=text):
+        ServerParams(environment=name)
+    with pytest.raises(ParameterError, match=r"needs controller = pmwvc with server.coupling"):
+        make_environment(ServerParams(environment=name, coupling="unknown"))
+
+
+def test_the_environment_of_the_documentation_works(lab):
+    text = (Path(__file__).resolve().parents[2] / "docs" / "environments.md").read_text("utf-8")
+    [source] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(compile(source, "docs/environments.md", "exec"), vars(sys.modules["lab_environments"]))
+    server = server_at("jelly")
+    server.join(0, -0.04)
+    for _ in range(2000):
+        server.step([1.0 / 50.0**0.5])  # 1 N
+    assert server.trouble.steps == 0
+    assert server.f_s[0] == pytest.approx(1.0)
+    assert server.x_s[0] == pytest.approx(-0.04 + 1.0 / 100.0)
+    assert server.potential == pytest.approx(0.5 * 1.0**2 / 100.0)
+    server.leave(0)
+    server.step([0.0])
+    assert server.trouble.steps == 0
+    assert server.potential == 0.0
