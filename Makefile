@@ -4,6 +4,8 @@
 .DEFAULT_GOAL := help
 PY := .venv/bin/python
 export PYTHON
+# Matrices are small here: threads of the linear algebra would make them four times slower.
+export OPENBLAS_NUM_THREADS ?= 1
 
 help:   ## this list
 	@sed -n 's/^\([a-z]*\):.*##/  make \1\t/p' Makefile | expand -t 16
