@@ -17,12 +17,13 @@ and hold, which is then what the other parts of the device leave over.
 
 import numpy as np
 
-from pmwvc_analysis.judge.budget_around import at_frames, between, booked
+from pmwvc_analysis.judge.budget_around import at_frames, between, evenly
 from pmwvc_analysis.judge.budget_channel import channel_account, master_account
-from pmwvc_analysis.judge.budget_clock import Clock, Sums
+from pmwvc_analysis.judge.budget_clock import Clock, Sums, sum_of
 from pmwvc_analysis.judge.budget_device import device_account, measured
-from pmwvc_analysis.judge.budget_result import SERVER, Budget, sum_of
+from pmwvc_analysis.judge.budget_result import SERVER, Budget
 from pmwvc_analysis.judge.budget_server import server_account
+from pmwvc_analysis.judge.budget_words import booked
 from pmwvc_analysis.judge.energy import running
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario, User
@@ -66,7 +67,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         {**parts, SERVER: inside},
         residuals,
         frames,
-        frozenset(user.name for user in users if "position_surplus" in user.accounts),
+        _paid(users, scenario),
         _notes(traces, users, scenario),
     )
 
@@ -76,17 +77,27 @@ def _port(
 ) -> Sums:
     """Return the parts between a device and the server's port, and ``residual``."""
     assert traces.server is not None
-    port, around = master_account(clock, user, known, waves=waves), between(clock, user)
+    port = master_account(clock, user, known, waves=waves)
     into_channel = port.pop("into_channel")
-    taken = sum_of([*around.values(), 0.0 * into_channel])
     if not waves:
-        link = into_channel - _into(clock, traces.server, user.name) - taken
-        return {**port, **around, "link": link}
+        own = evenly(clock, user, booked(user.accounts))
+        link = into_channel - _into(clock, traces.server, user.name)
+        return {**port, **own, "link": link - sum_of([*own.values(), 0.0 * link])}
     found = channel_account(clock, user, known, traces.server, live=traces.source == "live")
-    if around:
-        rest = found.pop("filter") + found.pop("hold") - taken
-        found = {**around, "filter_and_hold": rest, **found}
+    if booked(user.accounts):
+        own = between(clock, user, known)
+        rest = found.pop("filter") + found.pop("hold") - sum_of(list(own.values()))
+        found = {**own, "filter_and_hold": rest, **found}
     return {**port, **found}
+
+
+def _paid(users: list[UserTraces], scenario: Scenario) -> frozenset[str]:
+    """Return the owners whose controllers spend only what they have got."""
+    found = {user.name for user in users if "position_surplus" in user.accounts}
+    server = scenario.server
+    if server.coupling == "unknown" and server.compensation in ("corrected", "ledger"):
+        found.add(SERVER)
+    return frozenset(found)
 
 
 def _into(clock: Clock, server: ServerTraces, name: str) -> Array:

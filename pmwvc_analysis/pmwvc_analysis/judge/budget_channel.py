@@ -13,8 +13,7 @@ force_velocity_filter   (F_m - b xd + sqrt(2b) v_m) xd T_c, of the equivalent ve
 
 import numpy as np
 
-from pmwvc_analysis.judge.budget_clock import Clock, Sums
-from pmwvc_analysis.judge.budget_result import sum_of
+from pmwvc_analysis.judge.budget_clock import Clock, Sums, sum_of
 from pmwvc_analysis.judge.energy import anchored, half_square, running
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.simulation.scenario import User
@@ -44,15 +43,10 @@ def master_account(clock: Clock, user: UserTraces, known: User, *, waves: bool) 
         kept = np.sum((user.f_m - unfiltered) * user.xd_m, axis=-1)
         net = net + kept
         found["force_velocity_filter"] = clock.at_ticks(user, kept * user.tick_s)
-    safety = clock.at_ticks(user, np.where(limited, power - net, 0.0) * user.tick_s)
+    found["safety"] = clock.at_ticks(user, np.where(limited, power - net, 0.0) * user.tick_s)
     u_m, v_m = (_kept(clock, user, name) for name in ("u_m", "v_m"))
-    rest = taken - (u_m - v_m) - safety
-    return {
-        "safety": safety,
-        **found,
-        "into_channel": u_m - v_m,
-        "residual": rest - sum_of([*found.values(), 0.0 * rest]),
-    }
+    left = taken - (u_m - v_m) - sum_of(list(found.values()))
+    return {**found, "into_channel": u_m - v_m, "residual": left}
 
 
 def _kept(clock: Clock, user: UserTraces, wave: str) -> Array:

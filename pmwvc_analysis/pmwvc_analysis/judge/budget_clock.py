@@ -71,3 +71,8 @@ def speeds(mass: float, damping: float, period_s: float, xd: Array, force: Array
         np.asarray(motion(mass, damping, 0.5 * (1.0 + node) * period_s).advance(0.0, xd, force)[1])
         for node in NODES
     ]
+
+
+def sum_of(sums: list[Array]) -> Array:
+    """Return the sum of several energies over time."""
+    return np.asarray(np.sum(sums, axis=0), dtype=float)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pmwvc_analysis.judge.budget_clock import AtFrames, Series
+from pmwvc_analysis.judge.budget_clock import AtFrames, Series, sum_of
 from pmwvc_analysis.judge.energy import TOLERANCE_J, TOLERANCE_RELATIVE
 from pmwvc_core.numeric import Array
 
@@ -21,13 +21,11 @@ TOLERANCE = 1e-9  # of the energy moved
 TOLERANCE_NOTED = 2e-2  # where ``notes`` say why
 SMALLEST_J = 1e-12
 SERVER = "server"
-TOGETHER = {  # the first that is there
-    "velocity_filter_and_filter": ("velocity_filter", "filter_and_hold", "rate_drop"),
-    "filter_and_rate_drop": ("filter", "rate_drop"),
-    "filter_hold_and_rate_drop": ("filter_and_hold", "rate_drop"),
-}
-PAID = "position_and_surplus"
-PAYING = ("position_spent", "filter_and_hold", "rate_drop", "link_down")
+# What pays for one another, in this order.
+AROUND = ("velocity_filter", "bank", "filter", "filter_and_hold", "rate_drop")
+ENVIRONMENT = ("environment_stored", "environment_heat")
+PAID = ("position_spent", *AROUND, "link_down")
+PAID_PORT = ("late_decoding", "withheld", *ENVIRONMENT)
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,7 @@ class Budget:
     parts: dict[str, dict[str, Array]]
     residuals: dict[str, Array]
     at_frames: dict[str, AtFrames] = field(default_factory=dict)  # what is known better then
-    paid: frozenset[str] = frozenset()  # users whose position feedback spends a surplus
+    paid: frozenset[str] = frozenset()  # owners that spend only what they have
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
 
     @property
@@ -82,15 +80,20 @@ class Budget:
             if owner in self.at_frames:
                 time_s, exact = self.at_frames[owner]
                 known |= {part: Series(time_s, sums) for part, sums in exact.items()}
-            for name, members in TOGETHER.items():
-                if set(members) <= set(known):
-                    series = [known.pop(member) for member in members]
-                    known[name] = Series(series[0].time_s, sum_of([s.sums for s in series]))
+            for group in (AROUND, ENVIRONMENT):
+                members = [part for part in group if part in known]
+                if len(members) > 1:
+                    series = [known.pop(part) for part in members]
+                    sums = sum_of([each.sums for each in series])
+                    known["_and_".join(members)] = Series(series[0].time_s, sums)
             if owner in self.paid:
-                known.pop("position_spent")
-                known[PAID] = Series(self.time_s, sum_of([parts[part] for part in PAYING]))
-            for part, sums in known.items():
-                yield owner, part, sums
+                members = [part for part in (*PAID, *PAID_PORT) if part in parts]
+                for part in ("position_spent", "late_decoding", "withheld"):
+                    known.pop(part, None)
+                sums = sum_of([parts[part] for part in members])
+                known["_and_".join(members)] = Series(self.time_s, sums)
+            for part, found in known.items():
+                yield owner, part, found
 
     @property
     def active(self) -> list[Active]:
@@ -104,8 +107,3 @@ class Budget:
                 times = float(time_s[first]), float(time_s[lowest])
                 found.append(Active(owner, part, -float(sums[lowest]), *times))
         return sorted(found, key=lambda entry: -entry.given_j)
-
-
-def sum_of(sums: list[Array]) -> Array:
-    """Return the sum of several energies over time."""
-    return np.asarray(np.sum(sums, axis=0), dtype=float)

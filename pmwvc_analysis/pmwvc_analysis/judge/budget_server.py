@@ -12,7 +12,8 @@ contact damping         what the server turned to heat, less what the object los
 
 import numpy as np
 
-from pmwvc_analysis.judge.budget_clock import WEIGHTS, Clock, Sums, speeds
+from pmwvc_analysis.judge.budget_clock import WEIGHTS, Clock, Sums, speeds, sum_of
+from pmwvc_analysis.judge.budget_words import booked
 from pmwvc_analysis.judge.energy import running
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
@@ -28,8 +29,9 @@ def server_account(clock: Clock, server: ServerTraces, scenario: Scenario) -> Su
     ``into_server`` at all wave ports; ``late_decoding``, ``contact_damping``, ``contact_stored``,
     ``object_kinetic``, ``object_damping``; ``integration``, which the steps of a sampled coupling
     leave over; ``residual``. The implicit coupling leaves nothing over; there it is the residual.
+    An unknown environment has parts of its own.
     """
-    count, period = len(clock.time_s), server.period_s
+    count = len(clock.time_s)
     into = sum(
         (
             running(u) - running(v)
@@ -37,19 +39,32 @@ def server_account(clock: Clock, server: ServerTraces, scenario: Scenario) -> Su
         ),
         start=np.zeros(len(server.time_s)),
     )
-    work = sum(
+    power = sum(
         np.nan_to_num(np.sum(f * xd, axis=-1))
         for f, xd in zip(server.f_s, server.xd_s, strict=True)
     )
+    work = np.cumsum(power) * server.period_s
+    waves = has_waves(scenario.controller)
+    if waves and scenario.server.coupling == "unknown":
+        found = _of_unknown(server, into, work)
+    else:
+        found = _of_known(server, scenario, into, work, waves=waves)
+    return {name: sums[:count] for name, sums in {"into_server": into, **found}.items()}
+
+
+def _of_known(
+    server: ServerTraces, scenario: Scenario, into: Array, work: Array, *, waves: bool
+) -> Sums:
     coupling = scenario.server.coupling
-    late = has_waves(scenario.controller) and coupling == "one_step_delay"
-    decoding = into - np.cumsum(work) * period if late else np.zeros_like(into)
+    decoding = into - work if waves and coupling == "one_step_delay" else np.zeros_like(into)
     damping, missing = _object_heat(server, scenario)
     contact = server.dissipated - damping - missing
+    own = booked(server.accounts)
     left = into - decoding - server.kinetic - server.potential - server.dissipated
-    exact = has_waves(scenario.controller) and coupling == "implicit"
-    found = {
-        "into_server": into,
+    left = left - sum_of([*own.values(), 0.0 * left])
+    exact = waves and coupling == "implicit"
+    return {
+        **own,
         "late_decoding": decoding,
         "integration": 0.0 * left if exact else left,
         "contact_damping": contact,
@@ -58,7 +73,21 @@ def server_account(clock: Clock, server: ServerTraces, scenario: Scenario) -> Su
         "object_damping": damping,
         "residual": left + missing if exact else missing,
     }
-    return {name: sums[:count] for name, sums in found.items()}
+
+
+def _of_unknown(server: ServerTraces, into: Array, work: Array) -> Sums:
+    """Return the parts of a port that knows nothing of its environment: what it booked, and the
+    work of the forces as recorded. Contained users' forces are those of a matched damper.
+    """
+    accounts = server.accounts
+    return {
+        "late_decoding": accounts["late_decoding"],
+        "withheld": accounts["withheld"],
+        "contained": accounts["contained"],
+        "environment_stored": server.potential,
+        "environment_heat": work - accounts["contained"] - server.potential,
+        "residual": into - work - accounts["late_decoding"] - accounts["withheld"],
+    }
 
 
 def _object_heat(server: ServerTraces, scenario: Scenario) -> tuple[Array, Array]:

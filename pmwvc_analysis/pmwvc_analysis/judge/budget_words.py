@@ -5,6 +5,8 @@
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+from pmwvc_core.numeric import Array
+
 WORDS: Mapping[str, str] = {
     "device_kinetic": "motion of the device",
     "device_damping": "damping of the device",
@@ -14,15 +16,20 @@ WORDS: Mapping[str, str] = {
     "rate_drop": "rate drop",
     "filter_and_rate_drop": "anti-aliasing filter and rate drop",
     "filter_and_hold": "anti-aliasing filter and hold",
-    "filter_hold_and_rate_drop": "anti-aliasing filter, hold and rate drop",
-    "velocity_filter_and_filter": "velocity filter with anti-aliasing filter, hold and rate drop",
-    "position_and_surplus": "position feedback with what pays for it",
+    "velocity_filter": "velocity filter",
+    "force_velocity_filter": "velocity filter of the force",
+    "bank": "splitting and joining of the filter bank",
     "link_up": "link up, and under way on it",
     "link_down": "link down, and under way on it",
     "hold": "hold",
     "link": "link, both ways",
     "late_decoding": "decoding with the force of the step before",
     "integration": "integration of the server",
+    "withheld": "compensation of the server port",
+    "contained": "damping in place of an environment that failed",
+    "environment_stored": "held by the environment",
+    "environment_heat": "turned to heat in the environment",
+    "environment_stored_and_environment_heat": "environment",
     "contact_damping": "damping of the contacts",
     "contact_stored": "springs of the contacts",
     "object_kinetic": "motion of the object",
@@ -34,8 +41,8 @@ GROUPS: Mapping[str, Iterable[str]] = {
     "sampling and safety": ("sample_hold", "safety"),
     "filters and holds": ("filter", "rate_drop", "hold", "filter_and_hold"),
     "links": ("link_up", "link_down", "link"),
-    "server's computation": ("late_decoding", "integration"),
-    "contacts": ("contact_damping", "contact_stored"),
+    "server's computation": ("late_decoding", "integration", "withheld", "contained"),
+    "contacts": ("contact_damping", "contact_stored", "environment_stored", "environment_heat"),
     "object": ("object_kinetic", "object_damping"),
 }
 
@@ -50,17 +57,44 @@ class Account(NamedTuple):
 
 
 ACCOUNTS: Mapping[str, Account] = {
-    "velocity_filter": Account("velocity filter", 1),
-    "force_velocity_filter": Account("velocity filter of the force", 0),
+    "velocity_filter": Account("kept by the velocity filter", 1),
+    "force_velocity_filter": Account("kept by the velocity filter of the force", 0),
+    "local_stored": Account("spring of the local model", 1),
+    "local_dissipated": Account("damping of the local model", 1),
+    "bank_low_in": Account("to the server, behind the bank", 0),
+    "bank_low_out": Account("from the server, before the bank", 0),
+    "bank_high_in": Account("to the local model", 0),
+    "bank_high_out": Account("from the local model", 0),
     "position_spent": Account("given out by the position feedback", -1),
-    "position_surplus": Account("surplus that position feedback may spend", 0),
+    "position_surplus": Account("surplus that the position feedback may spend", 0),
     "position_discarded": Account("surplus beyond the cap, let go", 0),
     "position_owed": Account("given out by the hold before it was brought", 0),
+    "environment": Account("taken by the environment", 0),
+    "late_decoding": Account("decoding with the force of the step before", 0),
+    "withheld": Account("withheld by the compensation", 0),
+    "contained": Account("taken in place of an environment that failed", 0),
+    "tank": Account("may still be given back", 0),
+    "granted": Account("taken from the allowance", 0),
+    "capped": Account("received beyond the cap, not kept", 0),
+    "debt": Account("still to be paid by later waves", 0),
 }
 
 
+def booked(accounts: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the accounts that are parts of a budget, as energy taken in."""
+    known = {name: ACCOUNTS[name].taken for name in accounts if name in ACCOUNTS}
+    return {name: sign * accounts[name] for name, sign in known.items() if sign}
+
+
 def words_of(part: str) -> str:
-    """Return a part or an account in words."""
-    if part in ACCOUNTS:
-        return ACCOUNTS[part].words
-    return WORDS.get(part, part.replace("_", " "))
+    """Return a part in words, or several that are judged together."""
+    if part in WORDS:
+        return WORDS[part]
+    if "_and_" in part:
+        return ", ".join(words_of(each) for each in part.split("_and_"))
+    return ACCOUNTS[part].words if part in ACCOUNTS else part.replace("_", " ")
+
+
+def account_words(account: str) -> str:
+    """Return what a controller's account says in words."""
+    return ACCOUNTS[account].words if account in ACCOUNTS else account.replace("_", " ")

@@ -33,7 +33,6 @@ from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
 
 TOLERANCE_J = 1e-6
 TOLERANCE_RELATIVE = 1e-6
-FEEDBACK = "position_"  # accounts of what only adds to the wave that comes down
 
 
 @dataclass(frozen=True)
@@ -111,21 +110,18 @@ def _of_user(user: UserTraces, server: ServerTraces, lateness: Array | None) -> 
     times = times[known]
     power_in = np.sum(user.f_applied * user.xd_m, axis=-1)
     power_out = np.nan_to_num(np.sum(server.f_s[place] * server.xd_s[place], axis=-1))
-    joint = Balance(
-        times,
-        _at(times, user, anchored(user, power_in * user.tick_s, user.energy.get("device"))),
-        (np.cumsum(power_out) * server.period_s)[known],
-    )
-    if not (user.u_m.any() or user.v_m.any()):
+    work = anchored(user, power_in * user.tick_s, user.energy.get("device"))
+    u_s, v_s = running(server.energy_u_s[place]), running(server.energy_v_s[place])
+    waves = bool(user.u_m.any() or user.v_m.any())
+    if user.accounts or not waves:
+        joint = Balance(times, _at(times, user, work), (u_s - v_s)[known])
         return UserEnergy(user.name, None, None, joint)
-    u_s, v_s = (running(sums[place])[known] for sums in (server.energy_u_s, server.energy_v_s))
-    if any(not name.startswith(FEEDBACK) for name in user.accounts):
-        both = Balance(times, joint.energy_in_j, u_s - v_s)
-        return UserEnergy(user.name, None, None, both)
+    out = (np.cumsum(power_out) * server.period_s)[known]
+    joint = Balance(times, _at(times, user, work), out)
     u_m = anchored(user, half_square(user.u_m) * user.tick_s, user.energy.get("u_m"))
     v_m = anchored(user, half_square(user.v_m) * user.tick_s, user.energy.get("v_m"))
-    up = Balance(times, _at(times, user, u_m), u_s)
-    down = Balance(times, v_s, _at(times, user, v_m))
+    up = Balance(times, _at(times, user, u_m), u_s[known])
+    down = Balance(times, v_s[known], _at(times, user, v_m))
     return UserEnergy(user.name, up, down, joint)
 
 

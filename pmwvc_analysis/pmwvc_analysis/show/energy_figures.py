@@ -9,7 +9,7 @@ import numpy as np
 from pmwvc_analysis.judge.budget import budget
 from pmwvc_analysis.judge.budget_result import SERVER, Budget
 from pmwvc_analysis.judge.budget_summary import worth_saying
-from pmwvc_analysis.judge.budget_words import GROUPS, words_of
+from pmwvc_analysis.judge.budget_words import GROUPS, account_words, words_of
 from pmwvc_analysis.show import style
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
@@ -129,7 +129,7 @@ def bookings(traces: SessionTraces, scenario: Scenario | None) -> Any:
                 sums * scale,
                 color=style.colour(place),
                 ls=DASHES[place % len(DASHES)],
-                label=words_of(account),
+                label=account_words(account),
             )
         axes.axhline(0.0, color=style.OBJECT, lw=0.8)
         axes.set_title(name, color=colours[name], fontweight="bold")

@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The energy budget closes with every controller, and names the part of it that was active."""
+
+import numpy as np
+import pytest
+
+from pmwvc_analysis.judge.budget import budget
+from pmwvc_analysis.judge.budget_result import SERVER
+from pmwvc_analysis.judge.energy import user_energies
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.simulation.session import simulate_one
+
+WALL = ("server.environment=wall", "operator.kind=sinusoid", "operator.frequency_hz=1.5")
+UNKNOWN = ("server.coupling=unknown", "server.contact=bilateral", *WALL)
+AROUND = [
+    ("master.velocity_filter.kind=exact",),
+    ("master.velocity_filter.kind=exact", "master.position.gain=15"),
+    ("master.velocity_filter.kind=equivalent", "master.velocity_filter.cutoff_hz=90"),
+    (
+        "master.velocity_filter.kind=equivalent",
+        "master.velocity_filter.cutoff_hz=90",
+        "master.position.gain=15",
+    ),
+    ("master.velocity_filter.kind=complementary",),
+    ("master.bank.kind=dissertation", "master.local_model.damping=4"),
+    ("master.bank.kind=complementary", "master.filter.kind=integrate_and_dump"),
+    ("master.bank.kind=complementary", "master.position.gain=15"),
+    ("master.position.gain=15", "master.position.feedback=printed"),
+    ("master.position.gain=15", "master.position.feedback=integral", "server.period_s=0.004"),
+]
+
+
+def simulated(name, *settings, duration_s=4.0):
+    scenario = files.load(name, settings_texts=settings, duration_s=duration_s)
+    return simulate_one(scenario), scenario
+
+
+def said(found):
+    return [(entry.owner, entry.part) for entry in found.active]
+
+
+@pytest.mark.parametrize("settings", AROUND)
+@pytest.mark.parametrize("name", ["carry_16ms", "thesis_controlled_16ms"])
+def test_it_closes_whatever_stands_around_the_wave_port(name, settings):
+    found = budget(*simulated(name, *settings))
+    assert found.notes == []
+    assert found.closes, np.abs(found.residual_j).max()
+
+
+@pytest.mark.parametrize("compensation", ["none", "printed", "corrected", "ledger"])
+@pytest.mark.parametrize("environment", ["wall", "cube", "hunt_crossley", "active_wall"])
+def test_it_closes_with_environments_of_which_the_port_knows_nothing(compensation, environment):
+    found = budget(
+        *simulated(
+            "wall",
+            *UNKNOWN,
+            f"server.compensation={compensation}",
+            f"server.environment={environment}",
+        )
+    )
+    assert found.notes == []
+    assert found.closes, np.abs(found.residual_j).max()
+
+
+def test_accounts_that_do_not_fit_the_signals_leave_a_residual():
+    traces, scenario = simulated("wall", *UNKNOWN)
+    assert budget(traces, scenario).closes
+    traces.server.accounts["late_decoding"] = 1.01 * traces.server.accounts["late_decoding"]
+    assert not budget(traces, scenario).closes
+
+
+def test_the_printed_compensation_is_named():
+    settings = (*UNKNOWN, "server.contact_damping=0", "server.contact_stiffness=500")
+    printed = budget(*simulated("wall", *settings, "server.compensation=printed"))
+    assert (SERVER, "withheld") in said(printed)
+    ledger = budget(*simulated("wall", *settings, "server.compensation=ledger"))
+    assert not [part for owner, part in said(ledger) if owner == SERVER]
+
+
+def test_late_decoding_that_nobody_pays_for_is_named():
+    settings = (*UNKNOWN, "server.contact_damping=0", "server.contact_stiffness=3000")
+    untreated = budget(*simulated("wall", *settings, "server.compensation=none"))
+    assert (SERVER, "late_decoding") in said(untreated)
+
+
+def test_an_environment_with_a_drive_of_its_own_is_named():
+    settings = (*UNKNOWN, "operator.force=0.2", "server.environment=active_wall")
+    driven = budget(*simulated("wall", *settings))
+    assert (SERVER, "environment_stored_and_environment_heat") in said(driven)
+
+
+def test_a_velocity_filter_is_judged_with_the_filter_that_pays_for_it():
+    traces, scenario = simulated("carry_16ms", "master.velocity_filter.kind=exact")
+    found = budget(traces, scenario)
+    part = "velocity_filter_and_filter_and_hold_and_rate_drop"
+    sums = {(o, p): series for o, p, series in found.judged()}["user1", part]
+    assert sums.sums.min() > -1e-9
+    kept = traces.users[0].accounts["velocity_filter"]
+    assert kept.min() < 0.0  # by itself it gives out
+    assert not [part for owner, part in said(found) if "velocity_filter" in part]
+
+
+def test_at_the_ends_of_frames_the_parts_are_what_they_booked():
+    traces, scenario = simulated("carry_16ms", "master.bank.kind=complementary")
+    found, user = budget(traces, scenario), traces.users[0]
+    spring = found.parts["user1"]["local_stored"]
+    ends = np.searchsorted(user.block_time_s, found.time_s[1:] - 1e-9)
+    np.testing.assert_allclose(spring[1:], user.accounts["local_stored"][ends], atol=1e-15)
+    bank = found.parts["user1"]["bank"]
+    assert bank.min() > -1e-9  # passive by construction
+
+
+@pytest.mark.parametrize("feedback", ["budgeted", "integral"])
+def test_a_feedback_that_spends_a_surplus_is_judged_with_what_pays(feedback):
+    settings = ("master.position.gain=40", f"master.position.feedback={feedback}")
+    traces, scenario = simulated("carry_16ms", *settings)
+    assert all(entry.passive for entry in user_energies(traces))
+    assert not [part for owner, part in said(budget(traces, scenario)) if "position" in part]
+
+
+def test_the_printed_feedback_is_named_where_it_gives_out_energy():
+    settings = ("master.position.gain=40", "master.position.feedback=printed")
+    traces, scenario = simulated("carry_16ms", *settings)
+    assert ("user1", "position_spent") in said(budget(traces, scenario))
