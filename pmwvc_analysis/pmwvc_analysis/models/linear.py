@@ -12,9 +12,8 @@ from pmwvc_analysis.models.variation import varied
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.simulation.scenario import Scenario, User
 
-MODELLED = ("pmwvc", "direct")  # controllers
-
-
+# Controllers that are not linear, and what they are without what makes them so.
+RELATIVES = {"virtual_coupling": "direct", "tdpa": "direct", "pspm": "direct"}
 LINEAR = ("wall", "wall_with_slope", "cube")  # environments behind a port that knows nothing
 
 
@@ -39,10 +38,8 @@ class NonlinearError(PmwvcError):
 
 def nonlinear(scenario: Scenario) -> list[Element]:
     """Return everything in a scenario that is not linear, or that has no linear model."""
-    found = [element for user in scenario.users for element in _of_user(user)]
-    if scenario.controller in MODELLED:
-        return found
-    return [Element(f"controller = {scenario.controller}", "controller", "direct"), *found]
+    found = [*_of_controller(scenario)]
+    return found + [element for user in scenario.users for element in _of_user(user)]
 
 
 def require_linear(scenario: Scenario) -> None:
@@ -80,9 +77,11 @@ def _settings(found: list[Element]) -> list[str]:
     return list(dict.fromkeys(f"{element.name}={element.instead}" for element in found))
 
 
-def _of_server(scenario: Scenario) -> Iterator[Element]:
-    server = scenario.server
-    if scenario.controller != "pmwvc" or server.coupling != "unknown":
+def _of_controller(scenario: Scenario) -> Iterator[Element]:
+    server, controller = scenario.server, scenario.controller
+    if controller in RELATIVES:
+        yield Element(f"controller = {controller}", "controller", RELATIVES[controller])
+    if controller != "pmwvc" or server.coupling != "unknown":
         return
     for name, linear in (("compensation", ("none",)), ("environment", LINEAR)):
         value = getattr(server, name)

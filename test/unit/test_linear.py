@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is not linear is refused by name; the nearest linear scenario is one that is answered."""
+
+import linear_loops
+import pytest
+
+from pmwvc_analysis.models.linear import NonlinearError, nonlinear, relative
+from pmwvc_analysis.models.multirate import build
+from pmwvc_bringup import scenarios as files
+
+BLACK_BOX = {"server__coupling": "unknown", "server__environment": "wall"}
+REFUSED = [
+    ({"server__compensation": "printed"} | BLACK_BOX, "server.compensation=none"),
+    ({"server__compensation": "corrected"} | BLACK_BOX, "server.compensation=none"),
+    ({"server__compensation": "ledger"} | BLACK_BOX, "server.compensation=none"),
+    (BLACK_BOX | {"server__environment": "hunt_crossley"}, "server.environment=wall"),
+    (BLACK_BOX | {"server__environment": "active_wall"}, "server.environment=wall"),
+    ({"master__position__gain": 10.0}, "master.position.feedback=printed"),
+    (
+        {"master__position__gain": 10.0, "master__position__feedback": "integral"},
+        "master.position.feedback=printed",
+    ),
+    ({"device__friction": 0.1}, "device.friction=0"),
+    ({"device__encoder_step_m": 1e-5}, "device.encoder_step_m=0"),
+    ({"link__up__rate_limit_bps": 1e5}, "link.up.rate_limit_bps=0"),
+]
+
+
+@pytest.mark.parametrize(("values", "instead"), REFUSED)
+def test_it_is_refused_by_name_and_has_a_linear_relative(values, instead):
+    scenario = linear_loops.scenario(**values)
+    with pytest.raises(NonlinearError) as error:
+        build(scenario)
+    assert f"--set {instead}" in str(error.value)
+    for element in nonlinear(scenario):
+        assert element.said in str(error.value)
+    near = relative(scenario)
+    assert instead in near.settings
+    assert nonlinear(near.scenario) == []
+    assert build(near.scenario).states
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"server__compensation": "none"} | BLACK_BOX,
+        {"server__compensation": "none"} | BLACK_BOX | {"server__environment": "wall_with_slope"},
+        {"master__position__gain": 10.0, "master__position__feedback": "printed"},
+        {"master__velocity_filter__kind": "exact"},
+        {"master__bank__kind": "dissertation"},
+        {"server__compensation": "ledger"},  # only behind a port that knows nothing
+    ],
+)
+def test_what_is_linear_is_answered(values):
+    scenario = linear_loops.scenario(**values)
+    assert relative(scenario) is None
+    assert build(scenario).states
+
+
+@pytest.mark.parametrize("name", files.known())
+def test_every_scenario_is_linear_or_has_a_linear_relative(name):
+    scenario = files.load(name)
+    near = relative(scenario)
+    assert nonlinear(near.scenario if near else scenario) == []
