@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """What a scenario names beside numbers, looked at before anything starts: recordings, delay
-traces, device plug-ins. Works without ROS.
+traces, plug-ins of devices and environments. Works without ROS.
 """
 
 import importlib.util
@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.plant.operators import make_operator
+from pmwvc_core.server.blackbox import plugins as environments
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_master.plugins import required
 
@@ -28,8 +29,13 @@ def check(scenario: Scenario) -> None:
     for user in scenario.users:
         for text in _problems(user, scenario):
             found.setdefault(text, user.name)
-    if found:
-        raise ScenarioError(scenario.name, [f"{who}: {text}" for text, who in found.items()])
+    problems = [f"{who}: {text}" for text, who in found.items()]
+    try:
+        environments.required(scenario.server.environment)
+    except PmwvcError as error:
+        problems.append(str(error))
+    if problems:
+        raise ScenarioError(scenario.name, problems)
 
 
 def require_ros() -> None:

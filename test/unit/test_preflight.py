@@ -54,6 +54,11 @@ def test_everything_wrong_is_told_at_once_and_with_its_user(tmp_path):
         assert problem.startswith(start)
 
 
+def test_an_environment_that_is_not_installed_is_refused_before_anything_starts():
+    (problem,) = problems("server.coupling=unknown", "server.environment=moon", users=1)
+    assert problem.startswith("server.environment = 'moon': not installed; there are: cube, wall")
+
+
 def test_the_simulated_device_needs_no_installed_package(monkeypatch):
     monkeypatch.setattr(plugins, "entry_points", lambda group: ())
     preflight.check(scenarios.load("carry_16ms"))
