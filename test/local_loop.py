@@ -4,8 +4,8 @@
 
 It shares nothing with the core. State-space filters by scipy, and a frame as a matrix by stepping
 the identity. The local model's force is K (x + theta T_c xd) + B xd, solved with the wave
-(``theta`` 0: forward Euler, 1/2: midpoint, 1: backward Euler), or with the force of the tick before
-in the decoding (``late``).
+(``theta`` 0: forward Euler, 1/2: midpoint, 1: backward Euler), or with the force of the tick
+before in the decoding (``late``).
 """
 
 import math
@@ -17,7 +17,7 @@ from scipy import signal
 TICK_S = 0.001
 M = 20
 TABLE_1 = (70.0, 20.0, 40.0, 40.0)  # HP: edge and loss of the pass band, of the stop band
-FIRST_ORDER = (4.0, 3.0, 0.4, 20.0)
+FIRST_ORDER = (3.0, 3.0, 0.3, 20.0)  # of the scenario wall_local_model
 
 
 def butterworth(kind, pass_hz, pass_db, stop_hz, stop_db):
