@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The two pages beside the figures, written from the committed results."""
+"""The pages beside the figures, written from the committed results."""
 
+import textwrap
 from pathlib import Path
 
 from pmwvc_analysis.reproduction.claim import Numbers, row
 from pmwvc_analysis.reproduction.claims import CLAIMS
+from pmwvc_analysis.reproduction.draw_position_drift import table
 from pmwvc_analysis.reproduction.files import read
-from pmwvc_analysis.reproduction.registry import FIGURES, WITH_THEIR_CONTROLLER
+from pmwvc_analysis.reproduction.registry import FIGURES
 
 GENERATED = "<!-- written by make figures -->\n"
 
@@ -51,19 +53,43 @@ def index_page() -> str:
     ]
     for name, figure in FIGURES.items():
         lines += [
-            f"## App. {name[0]}, Fig. {name[1:]}: {figure.title}",
+            f"## {_place(name)}: {figure.title}",
             "",
             figure.remark + f" [Data]({name}.json).",
             "",
             f"![{figure.title}]({name}.png)",
             "",
         ]
-    lines += ["## Figures that come with their controller", ""]
-    lines += [f"- {name}: {what}" for name, what in WITH_THEIR_CONTROLLER.items()]
+    return "\n".join(lines[:-1]) + "\n"
+
+
+def _place(name: str) -> str:
+    """Return where the dissertation has a figure."""
+    known = name[1:].isdigit()
+    return f"App. {name[0]}, Fig. {name[1:]}" if known else "Beside the dissertation"
+
+
+def drift_page(folder: Path) -> str:
+    """Return position_drift.md."""
+    result = read("position_drift", folder)
+    lines = [
+        GENERATED,
+        f"# {result['title']}",
+        "",
+        f"K_p = {result['parameters']['gain']:g} sqrt(W)/m, two users; both devices together: how",
+        "much closer than their avatars they are (RMS over the session, mean of the last 0.5 s),",
+        "the force of each, what the feedback gave out, and the least balance of a user's ports.",
+        *textwrap.wrap(result["remark"], 95),
+        "",
+        *table(result),
+        "",
+        f"![{result['title']}](position_drift.png)",
+    ]
     return "\n".join(lines) + "\n"
 
 
 def write_pages(folder: Path) -> None:
-    """Write both pages."""
+    """Write the pages."""
+    (folder / "position_drift.md").write_text(drift_page(folder), encoding="utf-8")
     (folder / "claims.md").write_text(claims_page(known_numbers(folder)), encoding="utf-8")
     (folder / "README.md").write_text(index_page(), encoding="utf-8")
