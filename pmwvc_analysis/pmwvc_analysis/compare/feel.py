@@ -40,7 +40,7 @@ NOTHING = Feel("", None, None, np.zeros(0), np.zeros(0))
 
 def feel_of(traces: SessionTraces, scenario: Scenario, *, live: bool) -> Feel:
     """Return what the first user felt in a session."""
-    return _modelled(scenario, live=live) or _measured(traces, scenario) or NOTHING
+    return _modelled(scenario, live=live) or measured_feel(traces, scenario) or NOTHING
 
 
 def ideal_feel(scenario: Scenario) -> Feel:
@@ -60,7 +60,8 @@ def _modelled(scenario: Scenario, *, live: bool) -> Feel | None:
     )
 
 
-def _measured(traces: SessionTraces, scenario: Scenario) -> Feel | None:
+def measured_feel(traces: SessionTraces, scenario: Scenario) -> Feel | None:
+    """Return what the chirp of a session has shown; None without one."""
     if scenario.users[0].operator.kind != "chirp" or not traces.users:
         return None
     try:

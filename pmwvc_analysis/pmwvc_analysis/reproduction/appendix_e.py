@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""App. E, as far as it needs no filter bank: waves alone at a wall of 500 N/m."""
+"""App. E: waves alone at a wall of 500 N/m, and with a filter bank and a local model."""
 
-from pmwvc_analysis.reproduction import draw_single
-from pmwvc_analysis.reproduction.figure import Figure
+from pmwvc_analysis.reproduction import draw_e, draw_single, local_model
+from pmwvc_analysis.reproduction.figure import Figure, Values
 from pmwvc_analysis.reproduction.scenarios import wall
 from pmwvc_analysis.reproduction.single_user import admittance, widths
 
@@ -12,6 +12,31 @@ MODEL = {
     **wall(server__contact_stiffness=500.0, server__contact_damping=1.0),
     **DEVICE,
 }
+# HP of Table 1 passes nothing of the first resonance; the other one does.
+BANK: Values = {
+    "master.bank.kind": "dissertation",
+    "master.local_model.stiffness": 500.0,
+    "master.local_model.damping": 5.0,
+    "master.position.feedback": "printed",
+    "master.position.gain": 20.0,
+}
+LOWER: Values = {
+    "master.bank.high_pass_hz": 4.0,
+    "master.bank.high_pass_db": 3.0,
+    "master.bank.high_stop_hz": 0.4,
+    "master.bank.high_stop_db": 20.0,
+}
+CURVES: Values = {
+    "waves": {"label": "multirate waves (PMW)", "values": {}},
+    "table": {"label": "PMW + LM, HP of Table 1", "values": BANK},
+    "bank": {"label": "PMW + LM, HP of first order, 4 Hz", "values": {**BANK, **LOWER}},
+}
+DELAYED: Values = {
+    **MODEL,
+    "server.coupling": "one_step_delay",
+    "server.integrator": "backward_euler",
+}
+DAMPED = "B_LM = 5 Ns/m: with the 1 Ns/m of the environment the loop is unstable. "
 FIGURES = (
     Figure(
         "E2",
@@ -52,5 +77,60 @@ FIGURES = (
         },
         widths,
         draw_single.widths,
+    ),
+    Figure(
+        "E5",
+        "Largest stiffness with filter bank and local model, b = 25 Ns/m",
+        DAMPED + "One step of delay, backward Euler, B_VE = 1 Ns/m, filters of Table 1.",
+        {
+            "model": {**DELAYED, **BANK},
+            "plain": DELAYED,
+            "local_stiffness": [0.0, 1000.0, 11],
+            "gains": [0.0, 10.0, 20.0, 40.0],
+        },
+        local_model.limits,
+        draw_e.limits,
+    ),
+    Figure(
+        "E6",
+        "Transmitted admittance with filter bank, local model and position feedback",
+        DAMPED + "K_p = 20 √W/m, trapezoid, loop solved.",
+        {
+            "model": MODEL,
+            "curves": CURVES,
+            "low_hz": [0.05, 3.0, 81],
+            "high_hz": [3.0, 50.0, 161],
+        },
+        local_model.admittances,
+        draw_e.admittances,
+    ),
+    Figure(
+        "E7",
+        "Transmitted admittance as a sweep of 0 to 50 Hz shows it",
+        DAMPED + "Simulated sweeps of 1 N; K_p = 20 √W/m, trapezoid, loop solved.",
+        {
+            "model": MODEL,
+            "curves": CURVES,
+            "session": {
+                "duration_s": 42.0,
+                "operator": {
+                    "kind": "chirp",
+                    "force": 1.0,
+                    "frequency_hz": 0.0,
+                    "frequency_end_hz": 50.0,
+                    "sweep_s": 40.0,
+                },
+            },
+        },
+        local_model.measured,
+        draw_e.measured,
+    ),
+    Figure(
+        "E8",
+        "Impedance transmitted to the user, F_m/X_m",
+        DAMPED + "K_p = 20 √W/m, trapezoid, loop solved.",
+        {"model": MODEL, "curves": CURVES, "hz": [0.05, 50.0, 200]},
+        local_model.impedances,
+        draw_e.impedances,
     ),
 )

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""App. E: waves with filter bank and local model beside plain waves and direct coupling."""
+
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.compare.feel import NOTHING, measured_feel
+from pmwvc_analysis.models.frequency import response
+from pmwvc_analysis.models.multirate import build, spectral_radius
+from pmwvc_analysis.models.stability import k_max
+from pmwvc_analysis.models.transparency import ideal_of, transparency
+from pmwvc_analysis.models.variation import varied
+from pmwvc_analysis.reproduction.figure import Values
+from pmwvc_analysis.reproduction.scenarios import scenario
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.session import simulate_one
+
+
+def limits(parameters: Values) -> Values:
+    """Return the largest stiffness of the environment over that of the local model, by gain."""
+    local = np.linspace(*parameters["local_stiffness"])
+    data: Values = {"local_stiffness": local}
+    numbers: Values = {"plain": k_max(scenario(parameters["plain"], users=1)).first}
+    for gain in parameters["gains"]:
+        of = varied(scenario(parameters["model"], users=1), "master.position.gain", gain)
+        found = [k_max(varied(of, "master.local_model.stiffness", k)).first for k in local]
+        data[f"gain_{gain:g}"] = found
+        known = [value for value in found if value is not None]
+        numbers[f"least_gain_{gain:g}"] = min(known) if known else None
+    numbers["spectral_radius_damping_1"] = _radius(parameters["model"], damping=1.0)
+    numbers["spectral_radius_damping_3"] = _radius(parameters["model"], damping=3.0)
+    return {"data": data, "numbers": numbers}
+
+
+def _radius(model: Values, *, damping: float) -> float:
+    values = {**model, "master.local_model.damping": damping, "server.contact_stiffness": 500.0}
+    return spectral_radius(build(scenario(values, users=1)))
+
+
+def admittances(parameters: Values) -> Values:
+    """Return |x/f| over frequency for every connection, from the model."""
+    low, high = np.linspace(*parameters["low_hz"]), np.linspace(*parameters["high_hz"])
+    hertz = np.concatenate([low, high])
+    data: Values = {"low_hz": low, "high_hz": high}
+    numbers: Values = {}
+    for name, of in _scenarios(parameters).items():
+        found = transparency(of, hertz)
+        size = np.abs(found.admittance)
+        data[name] = {"low": size[: len(low)], "high": size[len(low) :]}
+        numbers[f"k_felt_{name}"] = found.felt.k_felt
+        numbers[f"first_peak_hz_{name}"] = found.felt.first_peak_hz
+        size = np.abs(found.ideal_admittance)
+        data["ideal"] = {"low": size[: len(low)], "high": size[len(low) :]}
+        numbers |= {
+            "k_felt_ideal": found.ideal.k_felt,
+            "first_peak_hz_ideal": found.ideal.first_peak_hz,
+        }
+    return {"data": data, "numbers": numbers}
+
+
+def measured(parameters: Values) -> Values:
+    """Return |x/f| as sweeps show it."""
+    data: Values = {}
+    numbers: Values = {}
+    for name, of in {**_scenarios(parameters), "ideal": _ideal(parameters)}.items():
+        felt = measured_feel(simulate_one(of), of) or NOTHING
+        data[name] = {"hz": felt.frequency_hz, "size": felt.admittance}
+        numbers[f"k_felt_{name}"] = felt.k_felt
+        numbers[f"first_peak_hz_{name}"] = felt.first_peak_hz
+    return {"data": data, "numbers": numbers}
+
+
+def impedances(parameters: Values) -> Values:
+    """Return |F_m/X_m|, force of the controller over position of the device."""
+    hertz = np.linspace(*parameters["hz"])
+    data: Values = {"hz": hertz}
+    numbers: Values = {}
+    for name, of in {**_scenarios(parameters), "ideal": _ideal(parameters)}.items():
+        model = build(of)
+        size = np.abs(response(model, hertz, output="f") / response(model, hertz, output="x"))
+        data[name] = size
+        numbers[f"lowest_{name}"] = float(size[0])
+        numbers[f"mean_to_10_hz_{name}"] = float(np.mean(size[hertz <= 10.0]))
+    return {"data": data, "numbers": numbers}
+
+
+def _scenarios(parameters: Values) -> dict[str, Scenario]:
+    """Return the connections by name."""
+    session: dict[str, Any] = parameters.get("session", {})
+    return {
+        name: scenario({**parameters["model"], **curve["values"]}, users=1, **session)
+        for name, curve in parameters["curves"].items()
+    }
+
+
+def _ideal(parameters: Values) -> Scenario:
+    return ideal_of(scenario(parameters["model"], users=1, **parameters.get("session", {})))
