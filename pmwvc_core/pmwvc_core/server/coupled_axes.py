@@ -10,16 +10,18 @@ linear law across, f_t = l_t + g xd_t, is eliminated::
     f_t = S (l_t + g free_t - g Y_t0 f_0),                     S = (1 + g Y_tt)^-1
     xd_0 = (free_0 - Y_0t S (l_t + g free_t)) - f_0/b',        1/b' = Y_00 - g Y_0t S Y_t0
 
-which leaves the law along axis 0 behind a number b' > 0 (a Schur complement), solved as ever.
+which leaves the law along axis 0 behind a number b' > 0 (a Schur complement), solved as ever. What
+asks with a number instead (a controller without waves) gets the laws as they are.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_core.numeric import Array, Value, dot, where
 from pmwvc_core.server.contacts import Answer, Bilateral
 from pmwvc_core.server.friction import AnchoredGrip
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
 
 
 class CoupledAnswer(Answer):
@@ -29,16 +31,20 @@ class CoupledAnswer(Answer):
 class CoupledBilateral(Bilateral):
     """Spring and damper that push and pull, solved along the principal axes of the impedance."""
 
-    def unwrapped(self, free: Value, xd_o: Value, impedance: Any, weight: Value) -> Value:
+    def unwrapped(self, free: Value, xd_o: Value, impedance: Impedance, weight: Value) -> Value:
         """Solve f = K (e + weight xd) + B (xd - xd_o), xd = free - f/impedance."""
+        if not isinstance(impedance, MatrixImpedance):
+            return super().unwrapped(free, xd_o, impedance, weight)
         gain = self.damping + weight * self.stiffness
         loose = self.stiffness * self.deflection + gain * free - self.damping * xd_o
         share = 1.0 + gain / impedance.values
         force: Array = impedance.from_principal(impedance.to_principal(loose) / share)
         return force
 
-    def answer(self, free: Value, impedance: Any, period: Value) -> Answer:
+    def answer(self, free: Value, impedance: Impedance, period: Value) -> Answer:
         """Solve f = K (e + h w/2) + B w with w = free - f/impedance."""
+        if not isinstance(impedance, MatrixImpedance):
+            return super().answer(free, impedance, period)
         gain = 0.5 * self.stiffness * period + self.damping
         share = 1.0 + gain / impedance.values
         pull = self.stiffness * impedance.to_principal(self.deflection)
@@ -64,8 +70,10 @@ class Eliminated(NamedTuple):
 class CoupledGrip(AnchoredGrip):
     """A grip along axis 0 whose avatar holds on sideways."""
 
-    def unwrapped(self, free: Value, xd_o: Value, impedance: Any, weight: Value) -> Value:
+    def unwrapped(self, free: Value, xd_o: Value, impedance: Impedance, weight: Value) -> Value:
         """Solve the axes across with axis 0; the anchor holds where contact was before."""
+        if not isinstance(impedance, MatrixImpedance):
+            return super().unwrapped(free, xd_o, impedance, weight)
         anchor = self.anchor
         gain = self.damping + weight * self.stiffness
         (free_0, free_t), (xd_0, xd_t) = _split(free), _split(xd_o)
@@ -74,8 +82,10 @@ class CoupledGrip(AnchoredGrip):
         f_0 = self.grip.unwrapped(free_0 - rest.less, xd_0, rest.impedance, weight)
         return self._join(f_0, rest.held + rest.lean * f_0)
 
-    def answer(self, free: Value, impedance: Any, period: Value) -> Answer:
+    def answer(self, free: Value, impedance: Impedance, period: Value) -> Answer:
         """Solve the axes across with axis 0; the anchor holds where the step begins inside."""
+        if not isinstance(impedance, MatrixImpedance):
+            return super().answer(free, impedance, period)
         gain = 0.5 * self.stiffness * period + self.damping
         free_0, free_t = _split(free)
         loose = self.anchor.stiffness * self.anchor.deflection
@@ -90,13 +100,16 @@ class CoupledGrip(AnchoredGrip):
         slope[..., 1:, 1:] += rest.stiff
         return CoupledAnswer(force, self._join(along.rate, rate_t), slope)
 
-    def _eliminate(self, loose: Value, gain: Value, free: Value, impedance: Any) -> Eliminated:
+    def _eliminate(
+        self, loose: Value, gain: Value, free: Value, impedance: MatrixImpedance
+    ) -> Eliminated:
         """Solve f_t = loose + gain xd_t for what it leaves to axis 0; f_t = 0 where not held."""
         yields = impedance.inverse().matrix
         lead = yields[0, 1:]
         gain = np.asarray(where(self.touching, gain, 0.0))
         loose = where(self.touching, loose, 0.0)
-        share = np.linalg.inv(np.eye(len(lead)) + gain[..., np.newaxis] * yields[1:, 1:])
+        loop = np.eye(len(lead)) + gain[..., np.newaxis] * yields[1:, 1:]
+        share = np.asarray(np.linalg.inv(loop), dtype=np.float64)
         held = times(share, loose + gain * free)
         lean = -gain * times(share, lead)
         softness = yields[0, 0] + np.asarray(dot(lean, lead))

@@ -1,0 +1,206 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sessions with one to six axes, for every controller: no axis is special, no batch differs."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from pmwvc_analysis.judge.consistency import inconsistencies
+from pmwvc_analysis.judge.prediction import prediction
+from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_bringup import scenarios
+from pmwvc_core.controllers import MASTERS, SERVERS
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params.server import COUPLINGS
+from pmwvc_core.plant.on_record import ForceOnRecord
+from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.simulation.session import simulate, simulate_one
+
+TICKS, TICK_S = 700, 0.001
+AXIS_BY_AXIS = ("pmwvc", "direct", "virtual_coupling")  # the others have one energy for all axes
+VARIANTS = [
+    *({"controller": name} for name in MASTERS),
+    *({"server.coupling": name} for name in COUPLINGS if name != "implicit"),
+    *({"master.velocity_filter.kind": k} for k in ("exact", "equivalent", "complementary")),
+    *({"master.bank.kind": k} for k in ("dissertation", "complementary")),
+    *(
+        {"master.position.feedback": k, "master.position.gain": 5.0}
+        for k in ("printed", "budgeted", "integral")
+    ),
+]  # fmt: skip
+IDS = [next(iter(v.values())) + "_" + next(iter(v)).split(".")[-1] for v in VARIANTS]
+
+
+def text_of(matrix):
+    return "; ".join(" ".join(repr(float(entry)) for entry in row) for row in matrix)
+
+
+def scenario_of(dof, *, matrix=None, **overrides):
+    values = {
+        "master.impedance_matrix": "" if matrix is None else text_of(matrix),
+        "safety.soft_start_s": 0.05,
+        "server.contact_stiffness": 200.0,
+        "link.delay_s": 0.008,
+    }
+    base = {"name": "axes", "duration_s": TICKS * TICK_S, "controller": "pmwvc", "users": 2}
+    return parse_scenario(base, overrides=values | {"dof": dof} | overrides)
+
+
+def pushed(scenario, forces):
+    """Simulate users whose hands push with forces ``(users, ticks, dof)``."""
+    hands = {
+        user.name: functools.partial(
+            ForceOnRecord, rows, tick_s=TICK_S, dof=scenario.dof
+        )
+        for user, rows in zip(scenario.users, forces, strict=True)
+    }  # fmt: skip
+    return simulate_one(scenario, Conditions(hands=hands))
+
+
+def free(dof, **settings):
+    return scenario_of(
+        dof,
+        **{"server.contact": "bilateral", "task.kind": "free", "operator.kind": "none"},
+        **settings,
+    )
+
+
+def wobbling(seed, dof):
+    """Return smooth forces of two users in all directions, after the soft start [N]."""
+    rng = np.random.default_rng(seed)
+    time_s = np.maximum(np.arange(TICKS) * TICK_S - 0.1, 0.0)
+    swing = np.sin(2 * np.pi * np.multiply.outer(time_s, rng.uniform(0.5, 4.0, (2, dof))))
+    return np.moveaxis(swing * rng.uniform(-0.4, 0.4, (2, dof)), 1, 0)
+
+
+def signals(traces):
+    """Return per quantity what does not depend on where the session began."""
+    users, server = traces.users, traces.server
+    for user in users:
+        yield from (user.x_m - user.x_m[0], user.xd_m, user.f_applied, user.u_m, user.v_m)
+    yield from (server.x_o, *server.f_s, *server.xd_s)
+
+
+def tilted(dof, seed=3):
+    rng = np.random.default_rng(seed)
+    axes, _ = np.linalg.qr(rng.normal(size=(dof, dof)))
+    return (axes * rng.uniform(12.0, 40.0, dof)) @ axes.T
+
+
+@pytest.mark.parametrize("variant", VARIANTS, ids=IDS)
+@pytest.mark.parametrize("dof", [2, 6])
+def test_turning_forces_and_impedance_together_turns_the_session(variant, dof):
+    turn, _ = np.linalg.qr(np.random.default_rng(dof).normal(size=(dof, dof)))
+    matrix, forces = tilted(dof), wobbling(1, dof)
+    straight = pushed(free(dof, matrix=matrix, **variant), forces)
+    turned = pushed(free(dof, matrix=turn @ matrix @ turn.T, **variant), forces @ turn.T)
+    assert max(np.abs(user.f_applied).max() for user in straight.users) > 0.05
+    for one, two in zip(signals(straight), signals(turned), strict=True):
+        np.testing.assert_allclose(one @ turn.T, two, atol=1e-8 * (1.0 + np.abs(one).max()))
+
+
+@pytest.mark.parametrize("controller", AXIS_BY_AXIS)
+@pytest.mark.parametrize("dof", [2, 3, 6])
+def test_every_axis_does_what_it_does_alone(controller, dof):
+    forces = wobbling(2, dof)
+    together = pushed(free(dof, controller=controller), forces)
+    for axis in range(dof):
+        alone = pushed(free(1, controller=controller), forces[:, :, axis : axis + 1])
+        for one, two in zip(signals(together), signals(alone), strict=True):
+            np.testing.assert_allclose(one[:, axis], two[:, 0], rtol=1e-9, atol=1e-9)
+
+
+def test_a_tilted_impedance_makes_one_axis_feel_the_other():
+    """The control: the axes are independent because the impedance is a number."""
+    forces = wobbling(2, 2)
+    together = pushed(free(2, matrix=[[30.0, 8.0], [8.0, 20.0]]), forces)
+    alone = pushed(free(1, **{"master.impedance": 30.0}), forces[:, :, :1])
+    gap = together.users[0].x_m[:, 0] - together.users[0].x_m[0, 0]
+    gap = gap - (alone.users[0].x_m - alone.users[0].x_m[0])[:, 0]
+    assert np.abs(gap).max() > 1e-5
+
+
+@pytest.mark.parametrize("variant", VARIANTS, ids=IDS)
+@pytest.mark.parametrize("dof", [1, 2, 3, 6])
+def test_sessions_with_hands_are_the_same_alone_and_side_by_side(variant, dof):
+    """Grips, a task, and limits that act; from two axes on also a matrix."""
+    task = {"task.grip_s": 0.05, "task.grip_rise_s": 0.1, "task.move_s": 0.2, "task.kind": "carry"}
+    sideways = {"task.sideways_m": 0.02, "matrix": tilted(dof)} if dof > 1 else {}
+    settings = task | sideways | {"safety.max_force": 1.0, "operator.squeeze": 2.0} | variant
+    both = [scenario_of(dof, **settings | {"server.contact_stiffness": k}) for k in (150.0, 300.0)]
+    for scenario, batched in zip(both, simulate(both), strict=True):
+        alone = simulate_one(scenario)
+        assert alone.users[0].x_m.shape == (TICKS, dof)
+        for one, two in zip(signals(alone), signals(batched), strict=True):
+            np.testing.assert_allclose(one, two, rtol=1e-7, atol=1e-7)
+
+
+def test_masters_and_servers_are_there_for_the_same_controllers():
+    assert set(MASTERS) == set(SERVERS)
+
+
+def test_the_force_limit_is_that_of_the_vector():
+    """Pushed along a diagonal, no axis alone reaches the limit."""
+    scenario = free(3, **{"safety.max_force": 0.3, "server.contact_stiffness": 1000.0})
+    push = np.full((2, TICKS, 3), 1.0) * np.array([1.0, -1.0])[:, np.newaxis, np.newaxis]
+    traces = pushed(scenario, push)
+    lengths = np.linalg.norm(traces.users[0].f_applied, axis=1)
+    assert lengths.max() == pytest.approx(0.3, rel=1e-9)
+    assert np.abs(traces.users[0].f_applied).max() == pytest.approx(0.3 / np.sqrt(3.0), rel=1e-6)
+
+
+@pytest.mark.parametrize("dof", [2, 3, 6])
+def test_recordings_fit_themselves_and_their_impedance(dof):
+    scenario = free(dof, matrix=tilted(dof), **{"server.impedance": 30.0})
+    traces = pushed(scenario, wobbling(4, dof))
+    assert inconsistencies(traces, scenario) == []
+    other = free(dof, **{"server.impedance": 30.0})
+    assert any(
+        "sqrt(b/2) (u - v) at the master" in line for line in inconsistencies(traces, other)
+    )
+    result = summary(traces, scenario)
+    assert len(result["users"][0]["force_final_n"]) == dof
+    assert all(user["passive"] for user in result["users"])
+
+
+def test_what_is_foretold_of_a_matrix_is_what_a_force_along_the_first_axis_meets():
+    loose = {"server.coupling": "one_step_delay", "server.contact_damping": 1.0}
+    diagonal = free(2, matrix=[[30.0, 0.0], [0.0, 10.0]], **loose)
+    number = free(2, **{"master.impedance": 30.0}, **loose)
+    one, two = prediction(diagonal, live=False), prediction(number, live=False)
+    assert one["k_felt"] == pytest.approx(two["k_felt"])
+    assert one["mass_felt"] == pytest.approx(two["mass_felt"])
+    assert one["k_max"] is one["spectral_radius"] is None
+    assert one["stable"] is True
+    stiff = free(2, matrix=[[30.0, 0.0], [0.0, 3.0]], **loose)
+    assert prediction(stiff, live=False)["stable"] is None, "K T + 2B > the smallest eigenvalue"
+
+
+def test_one_axis_has_no_sideways():
+    with pytest.raises(ParameterError, match=r"task.sideways_m = 0.1: there is one axis only"):
+        scenario_of(1, **{"task.sideways_m": 0.1})
+    assert scenario_of(2, **{"task.sideways_m": 0.1}).task.sideways_m == 0.1
+
+
+def test_cube_3d_is_carried_along_and_sideways_and_the_devices_give_way_across():
+    scenario = scenarios.load("cube_3d")
+    traces = simulate_one(scenario)
+    result, path = summary(traces, scenario), traces.server.x_o
+    assert result["stable"]
+    assert all(user["passive"] and user["safety_events"] == 0 for user in result["users"])
+    np.testing.assert_allclose(path.max(axis=0), [0.05, 0.03, 0.0], atol=0.002)
+    assert traces.server.contact[0][-1] and traces.server.contact[1][-1]
+    assert result["object"]["path_error_rms_m"] < 0.002
+    resting = traces.server.time_s < 4.5  # held, not yet carried
+    last = np.flatnonzero(resting)[-1]
+    tick = np.searchsorted(traces.users[0].time_s, traces.server.time_s[last])
+    apart = traces.users[0].x_m[tick] - traces.server.x_s[0][last]
+    inverse = np.linalg.inv(scenario.users[0].impedance.matrix)
+    lag = apart[0] / (inverse @ traces.users[0].f_applied[tick])[0]
+    np.testing.assert_allclose(
+        apart, lag * inverse @ traces.users[0].f_applied[tick], rtol=0.1, atol=5e-6
+    )
+    assert apart[1] < -2e-4 < 2e-5 < apart[2]
