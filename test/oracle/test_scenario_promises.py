@@ -7,6 +7,7 @@ import functools
 import numpy as np
 import pytest
 
+from pmwvc_analysis.judge.consistency import inconsistencies
 from pmwvc_analysis.judge.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
@@ -103,3 +104,16 @@ def test_recorded_hands_carry_the_cube_to_and_fro_twice():
     assert path.max() == pytest.approx(0.02, abs=0.002)
     away = path > 0.01
     assert np.count_nonzero(away[1:] & ~away[:-1]) == 2
+
+
+@pytest.mark.parametrize("name", ["carry_0ms", "carry_16ms", "carry_24ms"])
+@pytest.mark.parametrize("controller", ["virtual_coupling", "tdpa", "pspm"])
+def test_rivals_carry_the_cube_there_with_their_defaults(name, controller):
+    settings = (f"controller={controller}", "duration_s=9")
+    traces, result = ran(name, *settings)
+    assert result["stable"]
+    assert not inconsistencies(traces, scenarios.load(name, settings_texts=settings))
+    assert traces.server.x_o.max() == pytest.approx(0.05, abs=0.002)
+    for user in result["users"]:
+        assert user["force_peak_n"] < 0.8 * 3.3
+        assert user["safety_events"] == 0

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The tuning rules of controllers without waves, held against simulated sessions."""
+
+import dataclasses
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pmwvc_analysis.judge.stability import verdict
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params.baseline import PspmParams, TdpaParams, VirtualCouplingParams
+from pmwvc_core.rivals import tuning
+from pmwvc_core.rivals.tuning import RULES, Loop, loop_of
+from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.simulation.session import simulate
+
+PRESS = {
+    "name": "press",
+    "duration_s": 8.0,
+    "controller": "virtual_coupling",
+    "users": 2,
+    "operator": {"kind": "constant", "force": 1.0},
+    "server": {
+        "contact": "bilateral",
+        "contact_stiffness": 20000.0,
+        "contact_damping": 0.0,
+        "object_mass": 1.0,
+    },
+    "task": {"kind": "free"},
+    "safety": {"max_force": 20.0},
+}
+LOOP = Loop(mass=0.25, damping=8.0, tick_s=0.001, round_trip_s=0.048, contact_stiffness=500.0)
+
+
+def press(delay_s, damping, **overrides):
+    values = {"link.delay_s": delay_s, "device.damping": damping}
+    values |= {name.replace("__", "."): value for name, value in overrides.items()}
+    return parse_scenario(PRESS, overrides=values)
+
+
+def loop_in(scenario):
+    user = scenario.users[0]
+    return loop_of(
+        master=user.master,
+        device=user.device,
+        operator=user.operator,
+        server=scenario.server,
+        contact=user.contact,
+        up=user.link_up,
+        down=user.link_down,
+    )
+
+
+@pytest.mark.parametrize(
+    ("delay_s", "damping"), [(0.0, 2.0), (0.016, 2.0), (0.016, 8.0), (0.04, 8.0)]
+)
+def test_a_virtual_coupling_is_stable_up_to_its_rule_and_not_far_beyond(delay_s, damping):
+    proposed = tuning.virtual_coupling(loop_in(press(delay_s, damping))).params
+    edge = proposed.stiffness / tuning.MARGIN
+    scenarios = [
+        press(
+            delay_s,
+            damping,
+            baseline__virtual_coupling__stiffness=stiffness,
+            baseline__virtual_coupling__damping=proposed.damping,
+        )
+        for stiffness in (proposed.stiffness, edge, 4.0 * edge)
+    ]
+    found = [
+        verdict(t, s).instability for t, s in zip(simulate(scenarios), scenarios, strict=True)
+    ]
+    assert found == [None, None, "diverged"]
+
+
+@given(
+    st.floats(0.01, 5.0),
+    st.floats(0.1, 50.0),
+    st.floats(1e-4, 5e-3),
+    st.floats(0.002, 0.5),
+    st.floats(1.0, 5000.0),
+)
+def test_every_proposal_meets_its_own_criteria(mass, damping, tick_s, round_trip_s, contact):
+    loop = Loop(mass, damping, tick_s, round_trip_s, contact)
+    for name, rule in RULES.items():
+        assert rule(loop).met, name
+
+
+def test_the_criteria_are_those_published():
+    coupling = tuning.check_virtual_coupling(VirtualCouplingParams(400.0, 3.0), LOOP)
+    assert coupling.criteria == pytest.approx({"colgate": 4.8, "delay": 11.0 - 9.6})
+    assert tuning.check_pspm(PspmParams(stiffness=6000.0, damping=2.0), LOOP).criteria == (
+        pytest.approx({"sampling": -1.0})
+    )
+    observed = tuning.check_tdpa(TdpaParams(damping=0.0, damping_max=100.0), LOOP)
+    assert observed.criteria == pytest.approx({"sampling": 25.0, "delay": 8.0 - 12.0})
+    assert not observed.met
+
+
+def test_half_of_what_stops_the_device_in_a_tick_is_the_limit_of_the_damper():
+    assert tuning.tdpa(LOOP).params.damping_max == 125.0
+
+
+def test_without_any_damping_no_virtual_coupling_is_proposed():
+    with pytest.raises(ParameterError, match=r"device\.damping = 0, and no hand"):
+        tuning.virtual_coupling(dataclasses.replace(LOOP, damping=0.0))
+
+
+def test_a_hand_damps_and_packets_age_by_their_periods():
+    held = press(0.016, 1.0, operator__kind="hand", link__jitter="uniform", link__jitter_s=0.002)
+    loop = loop_in(held)
+    assert loop.damping == pytest.approx(1.0 + 7.9)
+    assert loop.round_trip_s == pytest.approx(2 * (0.016 + 0.002) + 0.008 + 0.008)
+    assert loop_in(press(0.016, 1.0)).damping == 1.0
+
+
+@pytest.mark.parametrize("controller", RULES)
+def test_the_defaults_meet_their_rules_at_24_ms_with_the_default_hand(controller):
+    loop = loop_in(
+        parse_scenario(
+            {**PRESS, "operator": {"kind": "hand"}},
+            overrides={"link.delay_s": 0.024, "server.contact_stiffness": 500.0},
+        )
+    )
+    check = {
+        "virtual_coupling": (tuning.check_virtual_coupling, VirtualCouplingParams()),
+        "tdpa": (tuning.check_tdpa, TdpaParams()),
+        "pspm": (tuning.check_pspm, PspmParams()),
+    }
+    of, params = check[controller]
+    assert of(params, loop).met

@@ -1,0 +1,273 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Controllers without waves in small cases with answers by hand."""
+
+import numpy as np
+import pytest
+from rival_link import FRAME_S, TICK_S, M, RivalLink
+
+from pmwvc_core.controllers import make_master, make_server
+from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
+from pmwvc_core.params.baseline import PspmParams, TdpaParams, VirtualCouplingParams
+from pmwvc_core.rivals.arrivals import Arrivals
+from pmwvc_core.rivals.modulated_spring import ModulatedSpring
+from pmwvc_core.rivals.tdpa import Observer
+from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.simulation.session import simulate, simulate_one
+from pmwvc_core.wave.packet import Packer
+
+RIVALS = ("direct", "virtual_coupling", "tdpa", "pspm")
+
+
+def packet(energy, *, epoch=1, seq=1, wave=0.0):
+    packer = Packer(epoch, period=FRAME_S)
+    packer.seq = seq - 1
+    return packer.pack(wave, 0.0, 0, energy=energy)
+
+
+def server_of(controller, *, users=1, environment="wall", baseline=None, **contact):
+    return make_server(
+        controller,
+        ServerParams(environment=environment),
+        [ContactParams(contact="bilateral", **contact)] * users,
+        [25.0] * users,
+        dof=1,
+        sides=[-1, 1][:users],
+        baselines=[baseline or BaselineParams()] * users,
+    )
+
+
+def still(controller, **rest):
+    """A link whose device has been moved by 1 mm along axis 0 and held there for a second."""
+    link = RivalLink(controller, delay_frames=2, **rest)
+    zero = link.x
+    moving = zero + 0.001 / (5 * FRAME_S) * np.eye(max(1, np.size(zero)))[0]
+    moving = float(moving[0]) if np.ndim(zero) == 0 else moving
+    for velocity, frames in ((zero, 5), (moving, 5), (zero, 120)):
+        for _ in range(frames):
+            link.frame([velocity] * M)
+    return link
+
+
+class TestWhatArrives:
+    def test_only_what_a_sum_has_grown_since_the_newest_packet(self):
+        arrivals = Arrivals()
+        taken = [arrivals.take(packet(e, seq=n + 1)) for n, e in enumerate((0.5, 0.7, 0.7, 1.0))]
+        assert taken == pytest.approx([0.0, 0.2, 0.0, 0.3])
+
+    def test_another_life_of_the_peer_begins_with_nothing(self):
+        arrivals = Arrivals()
+        arrivals.take(packet(0.5))
+        assert arrivals.take(packet(9.0, epoch=2)) == 0.0
+        assert arrivals.take(packet(9.5, epoch=2, seq=2)) == pytest.approx(0.5)
+
+    def test_a_sum_that_falls_takes_nothing_back(self):
+        arrivals = Arrivals()
+        arrivals.take(packet(0.5))
+        assert arrivals.take(packet(0.2, seq=2)) == 0.0
+        assert arrivals.take(packet(0.6, seq=3)) == pytest.approx(0.1)
+
+
+class TestVirtualCoupling:
+    def test_at_rest_coupling_and_contact_are_springs_in_series(self):
+        params = VirtualCouplingParams(stiffness=300.0, damping=3.0)
+        link = still(
+            "virtual_coupling", stiffness=500.0, baseline=BaselineParams(virtual_coupling=params)
+        )
+        expected = 0.001 * 300.0 * 500.0 / 800.0
+        assert link.force == pytest.approx(expected, rel=1e-6)
+        assert link.server.f_s[0] == pytest.approx(expected, rel=1e-6)
+
+    def test_the_avatar_solves_spring_damper_and_contact_together(self):
+        """f = K_c (x - h xd) + B_c (xd_m - xd) = K h xd, by hand."""
+        params = VirtualCouplingParams(stiffness=300.0, damping=3.0)
+        server = server_of(
+            "virtual_coupling",
+            baseline=BaselineParams(virtual_coupling=params),
+            contact_stiffness=500.0,
+            contact_damping=0.0,
+        )
+        server.join(0, 0.1)
+        answer = server.step([(0.101, 0.2)])
+        xd = (300.0 * 0.001 + 3.0 * 0.2) / (300.0 * FRAME_S + 3.0 + 500.0 * FRAME_S)
+        assert server.xd_s[0] == pytest.approx(xd)
+        assert server.f_s[0] == pytest.approx(500.0 * FRAME_S * xd)
+        assert answer[0] == pytest.approx(0.1 + FRAME_S * xd)
+
+    def test_the_avatars_velocity_is_its_way_between_the_packets_that_came(self):
+        params = VirtualCouplingParams(stiffness=100.0, damping=2.0)
+        master = make_master(
+            "virtual_coupling", MasterParams(), BaselineParams(virtual_coupling=params)
+        )
+        for seq, place in ((1, 0.0), (4, 0.003)):  # two were lost
+            master.hear(packet(0.0, seq=seq, wave=place))
+            master.receive(place)
+        expected = 100.0 * (0.01 - 0.003) + 2.0 * (0.5 - 0.001 / FRAME_S)
+        assert master.step(0.01, 0.5) == pytest.approx(expected)
+        master.silence()
+        assert master.step(0.01, 0.5) == 0.0
+
+
+class TestTimeDomainPassivity:
+    def test_an_observer_lets_out_what_came_in_elsewhere(self):
+        observer = Observer()
+        observer.hear(packet(1.0))
+        observer.hear(packet(1.5, seq=2))
+        assert observer.allowance == 0.5
+        assert observer.overdraft(0.75) == 0.25 and observer.overdraft(-1.0) == 0.0
+        observer.book(0.75, 0.25)
+        observer.book(-2.0, 0.0)
+        assert (observer.energy_in, observer.energy_out) == (2.0, 0.75)
+        assert observer.allowance == 0.0
+
+    def test_the_damper_takes_what_the_force_would_give_unpaid(self):
+        """Pushing 2 N at 0.5 m/s without credit: the damper cancels it."""
+        params = TdpaParams(damping=0.0, damping_max=100.0, fade_s=0.0)
+        master = make_master("tdpa", MasterParams(), BaselineParams(tdpa=params))
+        master.receive(-2.0)
+        assert master.step(0.0, 0.5) == pytest.approx(0.0)
+        master.applied(0.0)
+        assert master.accounts["tdpa_dissipated"] == pytest.approx(2.0 * 0.5 * TICK_S)
+        assert master.accounts["tdpa_allowance"] == pytest.approx(0.0)
+        assert master.step(0.0, 0.01) == pytest.approx(-2.0 + 100.0 * 0.01)  # at its limit
+
+    def test_at_rest_nothing_is_divided_by(self):
+        master = make_master("tdpa", MasterParams(), BaselineParams())
+        master.receive(-2.0)
+        assert master.step(0.0, 0.0) == -2.0
+
+    def test_damping_fades_once_it_is_not_needed(self):
+        params = TdpaParams(damping=0.0, damping_max=100.0, fade_s=0.004)
+        master = make_master("tdpa", MasterParams(), BaselineParams(tdpa=params))
+        master.receive(-2.0)
+        master.applied(master.step(0.0, 0.05))
+        master.receive(0.0)
+        first = master.step(0.0, 0.05)
+        master.applied(first)
+        assert first == pytest.approx(0.05 * 40.0 / 1.25)
+        assert master.step(0.0, 0.05) == pytest.approx(0.05 * 40.0 / 1.25**2)
+
+    def test_an_avatar_without_credit_stands_still_and_makes_up_for_it_later(self):
+        server = server_of(
+            "tdpa",
+            contact_stiffness=500.0,
+            contact_damping=0.0,
+            baseline=BaselineParams(tdpa=TdpaParams(drift_share=0.5)),
+        )
+        server.join(0, 0.0)
+        server.hear(0, packet(0.0))
+        for seq in (2, 3):
+            server.step([(0.002, 0.0)])
+            server.hear(0, packet(0.0, seq=seq))
+        there = server.x_s[0]
+        assert there == pytest.approx(0.001)  # the first way met no force yet
+        server.step([(0.002, 0.0)])
+        assert server.x_s[0] == pytest.approx(there)
+        assert server.f_s[0] == pytest.approx(500.0 * there)
+        server.hear(0, packet(1.0, seq=9))
+        for _ in range(20):
+            server.step([(0.002, 0.0)])
+        assert server.x_s[0] == pytest.approx(0.002, rel=1e-3)
+
+
+class TestSetPointModulation:
+    def test_the_set_point_goes_as_far_as_the_tank_pays(self):
+        """K/2 q^2 = 0.01 J with K = 500: q = 6.32 mm, of the 10 mm wanted."""
+        spring = ModulatedSpring(PspmParams(stiffness=500.0, initial_j=0.01))
+        spring.aim(0.01, 0.0)
+        assert spring.q == pytest.approx(np.sqrt(2 * 0.01 / 500.0))
+        assert spring.tank == pytest.approx(0.0, abs=1e-15)
+        assert spring.spring == pytest.approx(0.01)
+
+    def test_towards_the_device_it_is_free_and_earns(self):
+        spring = ModulatedSpring(PspmParams(stiffness=500.0, initial_j=0.0))
+        spring.moved(0.01, 0.025)
+        spring.aim(0.01, 0.01)
+        assert spring.q == 0.01
+        assert spring.tank == pytest.approx(0.025)
+
+    def test_an_overdrawn_tank_moves_only_where_that_pays_back(self):
+        spring = ModulatedSpring(PspmParams(stiffness=500.0, initial_j=0.0))
+        spring.moved(0.01, -0.1)
+        owed = spring.tank
+        spring.aim(-0.01, 0.01)
+        assert spring.q == 0.0 and spring.tank == owed
+        spring.aim(0.02, 0.01)
+        assert spring.q == pytest.approx(0.01) and spring.tank > owed
+
+    def test_beyond_the_cap_the_peer_gets_it(self):
+        spring = ModulatedSpring(PspmParams(initial_j=0.05, cap_j=0.02))
+        spring.share()
+        assert (spring.tank, spring.sent) == (0.02, pytest.approx(0.03))
+
+    def test_at_rest_both_springs_and_the_contact_are_in_series(self):
+        params = PspmParams(stiffness=1000.0, initial_j=0.02)
+        link = still("pspm", stiffness=500.0, baseline=BaselineParams(pspm=params))
+        # The device hangs on the avatar, the avatar on the device: x_m - x_s at both.
+        assert link.force == pytest.approx(0.001 * 1000.0 * 500.0 / 1500.0, rel=1e-6)
+        assert link.server.f_s[0] == pytest.approx(link.force, rel=1e-6)
+
+
+@pytest.mark.parametrize("controller", RIVALS)
+def test_a_batch_is_its_sessions_one_by_one(controller):
+    each = [
+        parse_scenario(
+            {"name": "two", "duration_s": 1.5, "controller": controller, "users": 2},
+            overrides={
+                "operator.kind": "constant",
+                "link.loss": 0.1,
+                "link.delay_s": 0.016,
+                "server.contact_stiffness": stiffness,
+                "baseline.virtual_coupling.stiffness": stiffness,
+                "baseline.tdpa.damping": 0.02 * stiffness,
+                "baseline.pspm.initial_j": 1e-5 * stiffness,
+            },
+        )
+        for stiffness in (200.0, 500.0)
+    ]
+    for together, scenario in zip(simulate(each), each, strict=True):
+        alone = simulate_one(scenario)
+        assert np.abs(alone.users[0].f_applied).max() > 0.05
+        for ours, theirs in zip(together.users, alone.users, strict=True):
+            np.testing.assert_allclose(ours.f_applied, theirs.f_applied, atol=1e-12)
+            for name, values in theirs.accounts.items():
+                np.testing.assert_allclose(ours.accounts[name], values, atol=1e-14)
+
+
+@pytest.mark.parametrize("controller", RIVALS)
+class TestEveryOne:
+    def test_three_axes_are_three_times_one_axis_where_only_one_moves(self, controller):
+        one, three = still(controller), still(controller, zero=np.zeros(3))
+        np.testing.assert_allclose(three.force, [one.force, 0.0, 0.0], rtol=1e-12)
+        assert three.balance == pytest.approx(one.balance, rel=1e-9)
+
+    def test_silence_lets_go_and_leaving_takes_the_avatar_out(self, controller):
+        link = still(controller)
+        link.master.silence()
+        assert link.master.step(link.x, 0.0) == 0.0
+        link.server.leave(0)
+        assert link.server.step([(0.0, 0.0)]) == [0.0]
+        assert link.server.f_s == [0.0] and link.server.potential == 0.0
+
+    def test_who_comes_back_begins_without_a_force(self, controller):
+        link = still(controller)
+        link.server.leave(0)
+        link.server.join(0, 0.05)
+        link.server.step([(0.05, 0.0)])
+        assert link.server.f_s[0] == pytest.approx(0.0, abs=1e-12)
+
+    def test_who_is_not_there_gets_nothing_and_pushes_nothing(self, controller):
+        server = server_of(controller, users=2, environment="cube")
+        server.join(0, 0.0)
+        for n in range(20):
+            server.hear(0, packet(float(n), seq=n + 1))
+            answers = server.step([(0.005, 0.0), (9.0, 9.0)])
+        assert answers[1] == 0.0
+        assert 0.0 < server.x_o < 0.02 and server.f_s[1] == 0.0
+
+    def test_values_that_are_no_numbers_count_as_the_last_ones(self, controller):
+        link = still(controller)
+        master = link.master
+        before = master.position()
+        assert np.isfinite(master.step(np.nan, np.inf))
+        assert (master.position(), master.send()) == (before, 0.0)
