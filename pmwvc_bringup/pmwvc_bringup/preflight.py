@@ -1,12 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """What a scenario names beside numbers, looked at before anything starts: recordings, delay
-traces, plug-ins of devices and environments. Works without ROS.
+traces, plug-ins of devices and environments; and filters that no design gives. Works without
+ROS.
 """
 
 import importlib.util
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
+from pmwvc_core.controllers import make_master
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.plant.operators import make_operator
@@ -76,12 +79,15 @@ def _problems(user: User, scenario: Scenario) -> Iterator[str]:
             dof=scenario.dof,
         )
 
-    attempts = [operator]
+    def master() -> None:
+        make_master(scenario.controller, user.master, user.baseline)
+
+    attempts: list[Callable[[], object]] = [operator, master]
     if user.device.plugin != SIMULATED:  # that one is part of this, installed or run from source
         attempts.insert(0, lambda: required(user.device.plugin))
     for link in (user.link_up, user.link_down):
         if link.jitter == "trace":
-            attempts.append(lambda at=link: load_delay_trace(at.trace_file, at.trace_scale))
+            attempts.append(partial(load_delay_trace, link.trace_file, link.trace_scale))
     for attempt in attempts:
         try:
             attempt()

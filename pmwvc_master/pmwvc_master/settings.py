@@ -11,6 +11,7 @@ from rclpy.node import Node
 from pmwvc_core.controllers import MasterController, make_master
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.client import Client
+from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.params import (
     BaselineParams,
@@ -110,6 +111,9 @@ def declare_settings(
     def shared(name: str) -> Any:
         return value(f"server.{name}", specs(ServerParams)[name], getattr(ServerParams(), name))
 
+    def designed(master: MasterParams) -> None:
+        WaveMaster(master)  # refuses what the force loop could not make of a change
+
     binding = ParameterBinding(node)
     settings = MasterSettings(
         controller=value("controller", TOP["controller"], "pmwvc"),
@@ -118,7 +122,7 @@ def declare_settings(
         side=value("side", SIDE, -1),
         period_s=shared("period_s"),
         object_size_m=shared("object_size_m"),
-        master=binding.declare("master", MasterParams, on_master),
+        master=binding.declare("master", MasterParams, on_master, check=designed),
         baseline=declare(node, "baseline", BaselineParams),
         safety=binding.declare("safety", SafetyParams, on_safety),
         device=declare(node, "device", DeviceParams),

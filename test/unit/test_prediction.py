@@ -11,10 +11,12 @@ from pmwvc_analysis.judge.prediction import (
     network_s,
     one_step_bound,
     parts_passive,
+    passive,
     prediction,
 )
 from pmwvc_analysis.judge.prediction_words import came_true, lines
 from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.models.transparency import transparency
 from pmwvc_bringup import scenarios
 from pmwvc_core.params import LinkParams
 
@@ -187,3 +189,27 @@ def test_a_weak_filter_below_half_the_packet_rate_is_warned_of_too():
     scenario = scenarios.load("carry_16ms", settings_texts=["master.filter.cutoff_hz=50"])
     (text,) = [line for line in lines(scenario, live=True) if "Warning" in line]
     assert text.startswith("Warning: user1, user2: the anti-aliasing filter is weak")
+
+
+@pytest.mark.parametrize(
+    ("filtering", "felt", "mass"),
+    [
+        ("kind=exact order=1 share=0.5 alpha=0.929", 789.035, 0.4799),
+        ("kind=complementary order=2", 689.899, 0.8545),
+        ("kind=exact order=2 share=0.7", 869.565, 0.5850),
+    ],
+)
+def test_the_lag_of_a_velocity_filter_is_that_of_the_exact_model(filtering, felt, mass):
+    texts = [f"master.velocity_filter.{text}" for text in filtering.split()]
+    scenario = scenarios.load(
+        "wall_filtered",
+        settings_texts=[*texts, "device.velocity=exact", "device.encoder_step_m=0.0"],
+    )
+    found = prediction(scenario, live=False)
+    exactly = transparency(scenario).felt
+    assert found["k_felt"] == pytest.approx(felt, abs=1e-2)
+    assert found["k_felt"] == pytest.approx(exactly.k_felt, rel=1e-5)
+    assert found["mass_felt"] == pytest.approx(mass, abs=1e-3)
+    device = scenario.users[0].device.mass
+    assert found["mass_felt"] + device == pytest.approx(exactly.mass_felt, abs=2e-3)
+    assert passive(scenario) == ("complementary" in filtering)

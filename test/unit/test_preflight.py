@@ -77,3 +77,10 @@ def test_a_simulation_says_which_device_it_leaves_out():
     preflight.check(scenario)
     (note,) = preflight.notes(scenario)
     assert note.startswith("user2: a simulated device stands in for device.plugin = 'ros_topic'")
+
+
+def test_a_filter_that_cannot_be_designed_is_refused_before_anything_starts():
+    (problem,) = problems(
+        "master.velocity_filter.kind=exact", "master.velocity_filter.share=0.99", users=1
+    )
+    assert "velocity_filter.share = 0.99: no high-pass filter of order 2" in problem

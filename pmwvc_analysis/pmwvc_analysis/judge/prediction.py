@@ -31,6 +31,7 @@ from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.wave import aliasing
 from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import first_axis, largest, smallest
+from pmwvc_core.wave.velocity_filter_design import slow_lags
 
 LIVE_PHASE_S = (
     0.002  # the server steps 2 ms into the master's frame, the master takes the answer 2 ms later
@@ -83,7 +84,8 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, float | bool | No
         values["stable"] = True
     values["aliasing_gain"] = max(aliasing_gain(user) for user in scenario.users)
     values["k_felt"] = min(stiffness)
-    values["mass_felt"] = max(b * tau / 2.0 for b, tau in zip(impedances, lags, strict=True))
+    free = [lag_s(user, scenario, live=live, touching=False) for user in scenario.users]
+    values["mass_felt"] = max(b * tau / 2.0 for b, tau in zip(impedances, free, strict=True))
     return values
 
 
@@ -106,11 +108,14 @@ def aliasing_gain(user: User) -> float:
 def parts_passive(user: User, scenario: Scenario) -> bool:
     """Tell whether device and server port are passive, each for itself.
 
-    Held device force: stable at a matched port for b T_c/m < 2. Server: ``implicit`` conserves
-    energy exactly; ``one_step_delay`` is passive for K T_VE + 2B <= b (backward Euler). The other
-    couplings have no such bound.
+    Held device force: stable at a matched port for b T_c/m < 2. Velocity filter: only the
+    complementary one is; for the others anti-aliasing filter and environment have to pay. Server:
+    ``implicit`` conserves energy exactly; ``one_step_delay`` is passive for K T_VE + 2B <= b
+    (backward Euler). The other couplings have no such bound.
     """
     if largest(user.impedance) * user.master.tick_s / float(user.device.mass) >= 2.0:
+        return False
+    if user.master.velocity_filter.kind in ("exact", "equivalent"):
         return False
     if scenario.server.coupling == "implicit":
         return True
@@ -135,10 +140,13 @@ def felt_stiffness(contact: float, impedance: float, tau: float) -> float:
     return 1.0 / (1.0 / contact + tau / (2.0 * impedance))
 
 
-def lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
-    """Return tau, the lag of slow motion once around the wave path [s]."""
+def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) -> float:
+    """Return tau, the lag of slow motion once around the wave path [s]; a velocity filter makes
+    another one of it where nothing is touched.
+    """
     master = user.master
     lag = aliasing.delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
+    lag += slow_lags(master)[0 if touching else 1]
     lag += master.tick_s  # the packet leaves one tick after the output it carries
     hold = master.frame_s - master.tick_s
     lag += hold if master.hold == "foh" else hold / 2.0

@@ -35,10 +35,11 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
         return [*found, WITHOUT_WAVES[scenario.controller]]
     for user in scenario.users:
         tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
+        free = lag_s(user, scenario, live=live, touching=False)
         felt = felt_stiffness(float(user.contact.contact_stiffness), b, tau)
         found.append(
             f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; it feels like a spring "
-            f"of {2 * b / tau:.0f} N/m and {b * tau / 2:.2f} kg in between ({felt:.0f} N/m with "
+            f"of {2 * b / tau:.0f} N/m and {b * free / 2:.2f} kg in between ({felt:.0f} N/m with "
             "the contact)."
         )
     found += _aliasing_lines(scenario)

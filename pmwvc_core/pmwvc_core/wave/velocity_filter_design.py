@@ -35,6 +35,7 @@ PRINTED_POINTS = 512  # frequencies of App. D section 4
 PRINTED_LOW_POLE = 0.95  # H_LP = 0.05/(z - 0.95), App. D Eq. 15
 POINTS = 8192  # of a search, half of them near rest
 ASIDE = 1.001  # of a cut-off: what may lie between two of them
+SLOW = 1e-6  # angle [rad per tick] at which a lag is read
 HIGHEST = 0.49  # of the tick rate, of a cut-off that is given
 HIGHEST_DESIGNED = 0.25  # above that hardly anything would be filtered
 
@@ -217,6 +218,29 @@ def velocity_gain(params: MasterParams, frequency_hz: Array) -> Complex:
     if params.velocity_filter.kind == "equivalent":
         return np.asarray(1.0 - 2.0 * fed)
     return np.asarray((1.0 - fed) / (1.0 + fed))
+
+
+def slow_lags(params: MasterParams) -> tuple[float, float]:
+    """Return what the filter adds to the lag of slow motion once around, pressing on a wall and
+    with nothing touched [s].
+
+    Near rest H_HP is tau p, p the derivative in time (order 1; zero for higher orders). A wall
+    returns v = -(1 - lag p) u + s tau p u: longer by s tau. Free, v = (1 - lag p) u + s tau p u:
+    shorter by as much. The equivalent form leaves the waves alone and takes 2 s b tau off the felt
+    mass, which is b lag/2.
+    """
+    if params.velocity_filter.kind == "none":
+        return 0.0, 0.0
+    (whole,) = chosen(params)
+    own, tick_s = whole.velocity_filter, whole.tick_s
+    angle = np.array([SLOW])
+    fed = sections_response(_sections(own, tick_s, "highpass"), angle)[0]
+    if own.kind == "complementary":
+        passed = sections_response(_sections(own, tick_s, "lowpass"), angle)[0] ** 2
+        longer = -float(passed.imag) / SLOW * tick_s
+        return longer, longer
+    answered = float(own.share) * float(fed.imag) / SLOW * tick_s
+    return (0.0, -4.0 * answered) if own.kind == "equivalent" else (answered, -answered)
 
 
 def noise_gain(params: MasterParams, *, points: int = 16384) -> float:
