@@ -113,6 +113,11 @@ def test_the_ros_device_needs_a_node():
         plugins.make_device("ros_topic", setup())
 
 
+def test_poses_have_no_more_than_three_axes_of_motion():
+    with pytest.raises(DeviceError, match="'ros_topic': poses have 3 axes of motion; set dof = 4"):
+        plugins.make_device("ros_topic", setup(dof=4, node=object()))
+
+
 def test_the_device_of_the_documentation_works(lab):
     text = (Path(__file__).resolve().parents[2] / "docs" / "devices.md").read_text("utf-8")
     [source] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

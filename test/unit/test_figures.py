@@ -54,6 +54,13 @@ def test_positions_are_in_millimetres_with_one_line_each():
     np.testing.assert_allclose(drawn["user1 device"].get_ydata(), traces.users[0].x_m[:, 0] * 1e3)
 
 
+def test_six_axes_have_a_row_and_a_name_each():
+    figure = motion(handmade.session(dof=6), handmade.scenario(dof=6))
+    names = [axes.get_ylabel() for axes in figure.axes]
+    assert names[:4] == ["x [mm]", "y [mm]", "z [mm]", "axis 4 [mm]"]
+    assert len(names) == 6
+
+
 def test_an_avatar_that_is_absent_is_not_drawn():
     traces = handmade.session()
     traces.server.state[0][:100] = 0

@@ -113,7 +113,7 @@ def _note(grid: Grid) -> str:
         ("", "exact model" + (", phases of a live session" if grid.live else "")),
         ("", f"{len(scenario.users)} users"),
         ("", f"controller {scenario.controller}"),
-        ("impedance", f"b = {user.impedance:g} N s/m"),
+        ("impedance", f"b = {user.impedance:.4g} N s/m"),
         ("rate_drop", f"M = {user.master.rate_drop}"),
         ("", f"filter {user.master.filter.kind.replace('_', ' ')}"),
         ("", f"hold {user.master.hold}"),

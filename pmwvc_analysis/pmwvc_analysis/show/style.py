@@ -24,7 +24,7 @@ TARGET = "#7F7F7F"
 ALARM = "#B00020"
 WIDTH_IN = 10.0
 DPI = 110
-AXES = "xyz"
+AXES = ("x", "y", "z", "axis 4", "axis 5", "axis 6")
 SETTINGS: dict[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 10.0,
@@ -128,7 +128,7 @@ def note(traces: SessionTraces, scenario: Scenario | None) -> str:
         master = user.master
         kind = master.filter.kind.replace("_", " ")
         parts += [
-            f"b = {user.impedance:g} N s/m",
+            f"b = {user.impedance:.4g} N s/m",
             f"M = {master.rate_drop}",
             f"filter {kind}",
             f"hold {master.hold}",

@@ -103,7 +103,7 @@ def _note(scenario: Scenario, *, live: bool) -> str:
     parts = [
         "phases of a live session" if live else "phases of the simulator",
         f"controller {scenario.controller}",
-        f"b = {user.impedance:g} N s/m",
+        f"b = {user.impedance:.4g} N s/m",
         f"M = {master.rate_drop}",
         f"filter {master.filter.kind.replace('_', ' ')}",
         f"hold {master.hold}",

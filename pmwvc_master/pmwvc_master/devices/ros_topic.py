@@ -35,6 +35,11 @@ class RosTopicDevice:
             raise DeviceError(
                 "device.plugin = 'ros_topic': needs a ROS node, so use the master node"
             )
+        if setup.dof > len(_AXES):
+            raise DeviceError(
+                f"device.plugin = 'ros_topic': poses have {len(_AXES)} axes of motion; "
+                f"set dof = {setup.dof} to {len(_AXES)} or less"
+            )
         self.info = DeviceInfo(
             model="ROS topics", dof=setup.dof, pacing="event", velocity="estimated"
         )
