@@ -7,6 +7,7 @@ import functools
 import numpy as np
 import pytest
 
+from pmwvc_analysis.compare.feel import feel_of, ideal_feel, measured_feel
 from pmwvc_analysis.judge.consistency import inconsistencies
 from pmwvc_analysis.judge.verdicts import summary
 from pmwvc_bringup import scenarios
@@ -117,3 +118,30 @@ def test_rivals_carry_the_cube_there_with_their_defaults(name, controller):
     for user in result["users"]:
         assert user["force_peak_n"] < 0.8 * 3.3
         assert user["safety_events"] == 0
+
+
+def test_a_local_model_brings_the_first_resonance_nearer_to_the_ideal():
+    """At rest the wall's 500 N/m are felt; the sweep shows both, as the model says."""
+    scenario = scenarios.load("wall_local_model")
+    traces, result = ran("wall_local_model")
+    swept, modelled = measured_feel(traces, scenario), feel_of(traces, scenario, live=False)
+    plain = scenarios.load("wall_local_model", settings_texts=("master.bank.kind=none",))
+    without = feel_of(ran("wall_local_model", "master.bank.kind=none")[0], plain, live=False)
+    ideal = ideal_feel(scenario).first_peak_hz
+    assert result["stable"]
+    assert result["users"][0]["safety_events"] == 0
+    assert modelled.k_felt == pytest.approx(500.0, rel=0.01)
+    for found in (swept, modelled):
+        assert found.first_peak_hz == pytest.approx(5.2, abs=0.2)
+        assert abs(ideal - found.first_peak_hz) < abs(ideal - without.first_peak_hz) - 0.8
+
+
+def test_the_complementary_bank_of_the_local_model_is_passive():
+    """The one that the dissertation prints is not: the control."""
+    settings = (
+        "master.bank.kind=complementary",
+        "master.filter.kind=integrate_and_dump",
+        "master.position.gain=0.0",
+    )
+    assert ran("wall_local_model", *settings)[1]["users"][0]["passive"]
+    assert not ran("wall_local_model")[1]["users"][0]["passive"]
