@@ -8,8 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pmwvc_analysis.judge.prediction_words import lines
 from pmwvc_analysis.judge.stability import verdict
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import BaselineParams
 from pmwvc_core.params.baseline import PspmParams, TdpaParams, VirtualCouplingParams
 from pmwvc_core.rivals import tuning
 from pmwvc_core.rivals.tuning import RULES, Loop, loop_of
@@ -123,10 +125,15 @@ def test_the_defaults_meet_their_rules_at_24_ms_with_the_default_hand(controller
             overrides={"link.delay_s": 0.024, "server.contact_stiffness": 500.0},
         )
     )
-    check = {
-        "virtual_coupling": (tuning.check_virtual_coupling, VirtualCouplingParams()),
-        "tdpa": (tuning.check_tdpa, TdpaParams()),
-        "pspm": (tuning.check_pspm, PspmParams()),
-    }
-    of, params = check[controller]
-    assert of(params, loop).met
+    assert tuning.check(controller, BaselineParams(), loop).met
+
+
+def test_where_there_is_no_rule_nothing_is_checked():
+    assert tuning.check("direct", BaselineParams(), LOOP) is None
+    assert tuning.check("pmwvc", BaselineParams(), LOOP) is None
+
+
+def test_before_a_session_the_rules_are_told_with_their_margins():
+    kept, broken = (press(0.016, 8.0, baseline__virtual_coupling__stiffness=k) for k in (400, 600))
+    assert "user1: rule 'delay' met with 1.4 N s/m." in lines(kept, live=False)
+    assert "user2: rule 'delay' NOT met, short of 3.4 N s/m." in lines(broken, live=False)

@@ -15,6 +15,7 @@ from pmwvc_analysis.judge.prediction import (
     passive,
 )
 from pmwvc_analysis.models.linear import nonlinear, relative
+from pmwvc_core.rivals import tuning
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.wave import aliasing
 from pmwvc_core.wave.content import has_waves
@@ -22,7 +23,7 @@ from pmwvc_core.wave.impedance import first_axis
 
 WITHOUT_WAVES = {
     "direct": "Direct coupling: nothing keeps it passive as delay or stiffness grows.",
-    "virtual_coupling": "Virtual coupling: stable where its rule holds, see docs/controllers.md.",
+    "virtual_coupling": "Virtual coupling: stable where its rules are met; nobody counts energy.",
     "tdpa": "Time-domain passivity control: the link's observed energy is kept above zero.",
     "pspm": "Set-position modulation: each end spends no more energy than it has.",
 }
@@ -32,7 +33,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the prediction in sentences, for a terminal and for the report."""
     found = _stability_lines(scenario, live=live)
     if not has_waves(scenario.controller):
-        return [*found, WITHOUT_WAVES[scenario.controller]]
+        return [*found, WITHOUT_WAVES[scenario.controller], *_rule_lines(scenario)]
     for user in scenario.users:
         tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
         free = lag_s(user, scenario, live=live, touching=False)
@@ -50,6 +51,26 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
             )
     if passive(scenario):
         found.append("Every part is passive: that holds at any constant delay.")
+    return found
+
+
+def _rule_lines(scenario: Scenario) -> list[str]:
+    """Return how each user's parameters stand to the tuning rule of a controller without waves."""
+    found = []
+    for user in scenario.users:
+        loop = tuning.loop_of(
+            master=user.master,
+            device=user.device,
+            operator=user.operator,
+            server=scenario.server,
+            contact=user.contact,
+            up=user.link_up,
+            down=user.link_down,
+        )
+        checked = tuning.check(scenario.controller, user.baseline, loop)
+        for rule, margin in checked.criteria.items() if checked else ():
+            verdict = "met with" if margin >= 0.0 else "NOT met, short of"
+            found.append(f"{user.name}: rule '{rule}' {verdict} {abs(margin):.1f} N s/m.")
     return found
 
 

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import (
+    BaselineParams,
     ContactParams,
     DeviceParams,
     LinkParams,
@@ -147,6 +148,15 @@ def pspm(loop: Loop) -> Proposal:
     allowed = MARGIN * 2.0 * damping / loop.tick_s
     stiffness = min(loop.contact_stiffness or allowed, allowed)
     return check_pspm(PspmParams(stiffness=stiffness, damping=damping), loop)
+
+
+def check(controller: str, params: BaselineParams, loop: Loop) -> Proposal | None:
+    """Return by how much the parameters of a controller meet its rules; None where it has none."""
+    if controller == "virtual_coupling":
+        return check_virtual_coupling(params.virtual_coupling, loop)
+    if controller == "tdpa":
+        return check_tdpa(params.tdpa, loop)
+    return check_pspm(params.pspm, loop) if controller == "pspm" else None
 
 
 RULES: Mapping[str, Callable[[Loop], Proposal]] = {
