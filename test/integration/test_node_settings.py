@@ -51,6 +51,31 @@ def planned(tmp_path_factory):
     return scenario, {node.file_name: dict(node.parameters) for node in nodes}
 
 
+@pytest.mark.parametrize("kind", ["server", "user1"])
+def test_a_matrix_impedance_reaches_both_ends_and_a_wrong_one_is_refused(tmp_path, kind):
+    matrix = {"master": {"impedance_matrix": "30 2; 2 20"}, "dof": 2}
+    scenario = parse_scenario(SCENARIO | matrix)
+    nodes = plan.nodes(scenario, folder=tmp_path, paused=False)
+    given = dict(next(node.parameters for node in nodes if node.file_name == kind))
+    given.pop("start.paused")
+    with node(given) as parameters:
+        if kind == "server":
+            user = declare_server(parameters).users[0]
+            assert f"{user.impedance:.3f}" == f"{scenario.users[0].impedance:.3f}"
+        else:
+            settings = declare_master(parameters, lambda _: None, lambda _: None)
+            assert settings.master.impedance_matrix == "30 2; 2 20"
+    where = "user1.master" if kind == "server" else "master"
+    with (
+        pytest.raises(ParameterError, match=rf"{where}.impedance_matrix = .*must be 3 x 3"),
+        node(given | {"dof": 3}) as parameters,
+    ):
+        if kind == "server":
+            declare_server(parameters)
+        else:
+            declare_master(parameters, lambda _: None, lambda _: None)
+
+
 def test_the_server_knows_every_user_as_the_scenario_does(planned):
     scenario, parameters = planned
     parameters["server"].pop("start.paused")
