@@ -97,8 +97,14 @@ def test_the_integrals_take_the_channels_spring_for_what_it_is(setting, force):
     )
 
 
-def swung(kind, seed):
-    """A hand that swings 1 N to and fro at 0.5 Hz through a link that loses a quarter."""
+LOSSES = {
+    "a quarter lost": {"link.loss": 0.25, "safety.timeout_s": 1.0},
+    "silences and soft starts": {"link.loss": 0.08, "safety.timeout_s": 0.03},
+}
+
+
+def swung(kind, losses, seed):
+    """A hand that swings 1 N to and fro at 0.5 Hz through a link that loses packets."""
     scenario = pressed(
         kind,
         "live defaults, 16 ms",
@@ -106,10 +112,9 @@ def swung(kind, seed):
         **{
             "operator.kind": "sinusoid",
             "operator.frequency_hz": 0.5,
-            "link.loss": 0.25,
-            "safety.timeout_s": 1.0,
             "server.contact_stiffness": 50.0,
             "server.contact_damping": 5.0,
+            **LOSSES[losses],
         },
     )
     return dataclasses.replace(scenario, seed=seed)
@@ -125,10 +130,27 @@ def offset(traces):
     )
 
 
+@pytest.mark.parametrize("losses", LOSSES)
 @pytest.mark.parametrize("kind", ["budgeted", "integral"])
-def test_positions_that_losses_took_away_come_back(kind):
-    runs = [swung(each, seed) for each in ("none", kind) for seed in range(6)]
+def test_positions_that_losses_took_away_come_back(kind, losses):
+    runs = [swung(each, losses, seed) for each in ("none", kind) for seed in range(6)]
     offsets = np.array([offset(traces) for traces in simulate(runs)]).reshape(2, 6)
     without, with_it = np.sqrt(np.mean(offsets**2, axis=1))
     assert without > 1e-4
     assert with_it < 0.25 * without
+
+
+def test_sessions_side_by_side_are_those_run_alone():
+    runs = [
+        pressed(
+            "budgeted", "live defaults, 16 ms", duration_s=2.0, **{"master.position.gain": gain}
+        )
+        for gain in (5.0, 20.0)
+    ]
+    for together, scenario in zip(simulate(runs), runs, strict=True):
+        alone = simulate_one(scenario).users[0]
+        np.testing.assert_allclose(together.users[0].x_m, alone.x_m, rtol=1e-9, atol=1e-12)
+        for name, energy in alone.accounts.items():
+            np.testing.assert_allclose(
+                together.users[0].accounts[name], energy, rtol=1e-6, atol=1e-12
+            )

@@ -9,7 +9,7 @@ from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.server.service import Presence, Service
-from pmwvc_core.wave.packet import FLAG_LEAVING, Packer
+from pmwvc_core.wave.packet import FLAG_ANEW, FLAG_LEAVING, Packer
 from pmwvc_core.wave.receiver import Receiver
 from pmwvc_server.loop import ServerLoop
 
@@ -113,6 +113,19 @@ def test_a_silent_user_is_damped_then_gone_and_the_other_one_stays():
     assert rig.presence == ["COUPLED", "ABSENT"]
     rig.step(0, 1)
     assert rig.presence == ["COUPLED", "COUPLED"]
+
+
+def test_a_master_can_tell_a_new_avatar_from_the_old_one():
+    rig = Rig()
+    rig.step(0, 1, times=10)
+    rig.step(0, times=10)  # a gap of 1's packets, too short to be taken out
+    rig.step(0, 1)
+    flags = {packet.flags & FLAG_ANEW for packet in rig.wires.sent[1]}
+    assert len(flags) == 1
+    rig.step(0, times=130)
+    rig.step(0, 1)
+    assert rig.wires.sent[1][-1].flags & FLAG_ANEW not in flags
+    assert len({packet.flags & FLAG_ANEW for packet in rig.wires.sent[0]}) == 1
 
 
 def test_a_user_who_says_goodbye_is_gone_at_once():
