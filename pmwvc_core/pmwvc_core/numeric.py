@@ -90,7 +90,7 @@ def maximum(left: Value, right: Value) -> Value:
 
 def absolute(value: Value) -> Value:
     """Magnitude, elementwise."""
-    return np.abs(value) if isinstance(value, np.ndarray) else abs(value)
+    return abs(value) if isinstance(value, (float, int)) else np.abs(value)
 
 
 def sign(value: Value) -> Value:

@@ -56,7 +56,7 @@ def bounds(sent: Sent, looks: Looks) -> Bounds:
     carriers: dict[bytes, list[int]] = defaultdict(list)
     for number, wave in enumerate(_rows(sent.wave), start=1):
         carriers[wave].append(number)
-    after = np.full(count, -1, dtype=np.int64)
+    last = [-1] * (count + 1)  # look that still used this one
     until = np.full(count, NEVER_NS, dtype=np.int64)
     newest = 0
     tells = list(map(any, looks.wave.tolist()))
@@ -73,7 +73,8 @@ def bounds(sent: Sent, looks: Looks) -> Bounds:
         if possible[0] > newest:
             newest = possible[0]
             until[newest - 1] = time_ns
-        after[newest:] = time_ns
+        last[newest] = time_ns
+    after = np.maximum.accumulate(np.array(last, dtype=np.int64))[:count]
     return Bounds(after, until)
 
 

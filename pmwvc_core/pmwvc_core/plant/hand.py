@@ -106,43 +106,42 @@ class Hand(Operator):
         # The arm's spring takes k/K of it back when the grip gives way: press that much harder.
         firm = maximum(params.grip_stiffness, params.stiffness)
         give = params.stiffness / where(firm > 0.0, firm, 1.0)
-        self._squeeze = -side * params.squeeze * (1.0 + give)
-        self._stiffness, self._damping, self._mass = params.stiffness, params.damping, params.mass
+        self._half_squeeze = 0.5 * (-side * params.squeeze * (1.0 + give))
+        self._stiffness, self._damping = params.stiffness, params.damping
+        self._twice_mass = 2.0 * params.mass
         self._inertia = (
             2.0 * params.mass + tick_s * params.damping + 0.5 * tick_s**2 * params.stiffness
         )
         self.y: Value = along_first_axis(start, dof)
         self.yd: Value = 0.0 * self.y
         self.effort_j: Value = 0.0
+        self._closing = 0.0
         self._target, self._closing = self._aim(0)
 
     def _aim(self, tick: int) -> tuple[Value, float]:
         """Return where the arm wants to be [m], and how far the hand is closed."""
         time_s = tick * self.tick_s
-        closing, _ = self._task.closing(time_s)
+        closing = self._closing if self._closing == 1.0 else self._task.closing(time_s)[0]
         aim = self._face + self._gap * (1.0 - closing)
         return aim * self.axis + self._task.place(time_s, dof=self._dof), closing
 
     def _force(self, x: Value, xd: Value) -> Value:
-        f_h = self._grip.force(self.y - x, self.yd - xd)
-        self._move(f_h)
-        return f_h
-
-    def _move(self, f_h: Value) -> None:
-        """Advance the arm one tick by the implicit midpoint rule, the grip force held."""
-        tick_s, yd = self.tick_s, self.yd
+        # The grip force is held while the arm goes on by the implicit midpoint rule.
+        tick_s, y, yd = self.tick_s, self.y, self.yd
+        f_h = self._grip.force(y - x, yd - xd)
         before, closed = self._target, self._closing
         self._target, self._closing = target, closing = self._aim(self._ticks + 1)
         step = target - before
-        squeeze = (0.5 * self._squeeze * (closed + closing)) * self.axis
-        lead = before + 0.5 * step - self.y
+        squeeze = (self._half_squeeze * (closed + closing)) * self.axis
+        lead = before + 0.5 * step - y
         drive = self._stiffness * lead + self._damping * step / tick_s + squeeze - f_h
-        velocity = (2.0 * self._mass * yd + tick_s * drive) / self._inertia
+        velocity = (self._twice_mass * yd + tick_s * drive) / self._inertia
         moved = tick_s * velocity
         pull = self._stiffness * (lead - 0.5 * moved) + self._damping * (step - moved) / tick_s
         self.effort_j = self.effort_j + dot(pull, step) + dot(squeeze, moved)
-        self.y = self.y + moved
+        self.y = y + moved
         self.yd = 2.0 * velocity - yd
+        return f_h
 
 
 class RecordedHand(Operator):

@@ -39,7 +39,7 @@ class Task:
     def place(self, time_s: float, *, dof: int) -> Value:
         """Return the position of the target along all axes [m]."""
         if dof == 1:
-            return self.target(time_s)[0]
+            return self.params.distance_m * self._share(time_s)[0]
         place = np.zeros(dof)
         place[:2] = self.params.distance_m, self.params.sideways_m
         return place * self._share(time_s)[0]

@@ -19,7 +19,7 @@ quadratic. Where N is held at zero the spring only relaxes: its energy is lost, 
 Not here: the tangential directions (``friction``).
 """
 
-from pmwvc_core.numeric import Flag, Value, maximum, minimum, root, where
+from pmwvc_core.numeric import Flag, Value, anywhere, maximum, minimum, root, where
 from pmwvc_core.server.contacts import Answer
 
 
@@ -106,15 +106,16 @@ class Grip:
         """Solve the mean law above together with w = free - f/impedance."""
         p0, c = self.depth, self.inward * free
         inside = p0 > 0.0
-        n_in, w_in, l_in = self._staying(p0, c, impedance, period)
-        n_out, w_out, l_out = self._leaving(p0, c, impedance, period)
-        n_new, w_new, l_new = self._entering(p0, c, impedance, period)
-        stays = p0 + period * w_in >= 0.0
-        enters = p0 + period * c > 0.0
-        normal = where(inside, where(stays, n_in, n_out), where(enters, n_new, 0.0))
+        normal, rate, slope = self._staying(p0, c, impedance, period)
+        leaves = inside & ((p0 + period * rate >= 0.0) ^ True)
+        enters = (inside ^ True) & (p0 + period * c > 0.0)
+        normal = where(inside, normal, 0.0)
+        for chosen, solve in ((leaves, self._leaving), (enters, self._entering)):
+            if anywhere(chosen):
+                push, w, fall = solve(p0, c, impedance, period)
+                normal = where(chosen, push, normal)
+                rate, slope = where(chosen, w, rate), where(chosen, fall, slope)
         pushes = normal > 0.0
-        rate = where(inside, where(stays, w_in, w_out), w_new)
-        slope = where(inside, where(stays, l_in, l_out), l_new)
         return Answer(
             self.inward * where(pushes, normal, 0.0),
             self.inward * where(pushes, rate, c),

@@ -123,8 +123,8 @@ class Seat:
         list
             Signals of every tick, in the order of ``buffers.SIGNALS``.
         """
-        device, client, port, down = self.device, self.client, self.client.controller, self.down
-        due_ns = down.link.next_due_ns if self._listens else None
+        device, client, port = self.device, self.client, self.client.controller
+        due_ns = self.down.link.next_due_ns if self._listens else None
         comes = due_ns is not None and due_ns <= times_ns[-1]
         f_applied = self.f_applied
         rows: list[tuple[Value, ...]] = []

@@ -22,7 +22,7 @@ wave impedance couples them (:mod:`.coupled_axes`).
 import sys
 from collections.abc import Callable, Sequence
 
-from pmwvc_core.numeric import Flag, Value, maximum, minimum, truth, where
+from pmwvc_core.numeric import Flag, Value, absolute, maximum, minimum, truth, where
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.contacts import Answer
 from pmwvc_core.server.couplings.coupled_axes import solve_coupled
@@ -81,11 +81,11 @@ def solve(
             answers.append(answer)
             force = force + answer.force
             slope = slope + answer.slope
-            size = size + _size(answer.force) + answer.slope * _size(free)
+            size = size + absolute(answer.force) + answer.slope * absolute(free)
         missing = body.imbalance(velocity, force)
         mobility = body.mobility(slope)
         change = missing * mobility
-        settled = _size(change) <= _ROUNDING * (_size(velocity) + mobility * size)
+        settled = absolute(change) <= _ROUNDING * (absolute(velocity) + mobility * size)
         if truth(settled):
             break
         if turn == 0:
@@ -96,10 +96,6 @@ def solve(
             high = where(missing < 0.0, high, velocity)
         velocity = where(settled, velocity, _next(velocity - change, low, high, turn))
     return velocity, answers
-
-
-def _size(value: Value) -> Value:
-    return maximum(value, -value)
 
 
 def _next(newton: Value, low: Value, high: Value, turn: int) -> Value:
