@@ -213,3 +213,33 @@ def test_the_lag_of_a_velocity_filter_is_that_of_the_exact_model(filtering, felt
     device = scenario.users[0].device.mass
     assert found["mass_felt"] + device == pytest.approx(exactly.mass_felt, abs=2e-3)
     assert passive(scenario) == ("complementary" in filtering)
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        {"master__bank__kind": "dissertation"},
+        {"master__position__gain": 20.0, "master__position__feedback": "printed"},
+    ],
+)
+def test_what_gives_out_energy_is_not_called_passive_nor_felt_by_its_lag(setting):
+    plain, other = controlled(), controlled(**setting)
+    assert parts_passive(plain.users[0], plain)
+    assert not parts_passive(other.users[0], other)
+    assert not any("Every part is passive" in line for line in lines(other, live=False))
+    values = prediction(other, live=False)
+    assert values["k_felt"] is values["mass_felt"] is None
+    assert values["aliasing_gain"] is not None
+
+
+@pytest.mark.parametrize("pole_rad_s", [10.0, 50.0])
+def test_a_complementary_bank_is_felt_by_the_lag_of_its_filters(pole_rad_s):
+    """1/a each way; the exact model of bank, local model and cube says the same."""
+    scenario = controlled(master__bank__kind="complementary", master__bank__split_rad_s=pole_rad_s)
+    plain = controlled()
+    longer = [lag_s(s.users[0], s, live=False) for s in (scenario, plain)]
+    assert longer[0] - longer[1] == pytest.approx(2.0 / pole_rad_s)
+    assert parts_passive(scenario.users[0], scenario)
+    found = prediction(scenario, live=False)
+    exactly = transparency(scenario).felt
+    assert found["k_felt"] == pytest.approx(exactly.k_felt, rel=1e-4)

@@ -63,7 +63,8 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, float | bool | No
 
     ``k_max`` is None where no contact stiffness up to ``stability.BOUND`` is unstable, and all
     three of ``spectral_radius``, ``stable`` and ``k_max`` where there is no exact model (unless
-    the parts are passive one by one: then ``stable`` is True all the same).
+    the parts are passive one by one: then ``stable`` is True all the same). ``k_felt`` and
+    ``mass_felt`` are None where more than the lag decides them.
     """
     model = exact(scenario, live=live)
     values: dict[str, float | bool | None] = dict.fromkeys(
@@ -83,6 +84,8 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, float | bool | No
     if model is None and passive(scenario):
         values["stable"] = True
     values["aliasing_gain"] = max(aliasing_gain(user) for user in scenario.users)
+    if not all(feels_as_its_lag(user) for user in scenario.users):
+        return values
     values["k_felt"] = min(stiffness)
     free = [lag_s(user, scenario, live=live, touching=False) for user in scenario.users]
     values["mass_felt"] = max(b * tau / 2.0 for b, tau in zip(impedances, free, strict=True))
@@ -109,7 +112,8 @@ def parts_passive(user: User, scenario: Scenario) -> bool:
     """Tell whether device and server port are passive, each for itself.
 
     Held device force: stable at a matched port for b T_c/m < 2. Velocity filter: only the
-    complementary one is; for the others anti-aliasing filter and environment have to pay. Server:
+    complementary one is; for the others anti-aliasing filter and environment have to pay. Filter
+    bank: likewise. Position feedback: not where nothing pays for it. Server:
     ``implicit`` conserves energy exactly; ``one_step_delay`` is passive for K T_VE + 2B <= b
     (backward Euler). The other couplings have no such bound.
     """
@@ -117,9 +121,23 @@ def parts_passive(user: User, scenario: Scenario) -> bool:
         return False
     if user.master.velocity_filter.kind in ("exact", "equivalent"):
         return False
+    position = user.master.position
+    if position.feedback == "printed" and float(position.gain) > 0.0:
+        return False
+    if user.master.bank.kind == "dissertation":
+        return False
     if scenario.server.coupling == "implicit":
         return True
     return one_step_bound(user, scenario) is True
+
+
+def feels_as_its_lag(user: User) -> bool:
+    """Tell whether the lag alone decides what the link feels like: not with a local model that
+    answers at once, nor with position feedback.
+    """
+    master = user.master
+    fed_back = master.position.feedback != "none" and float(master.position.gain) > 0.0
+    return master.bank.kind != "dissertation" and not fed_back
 
 
 def one_step_bound(user: User, scenario: Scenario) -> bool | None:
@@ -142,11 +160,13 @@ def felt_stiffness(contact: float, impedance: float, tau: float) -> float:
 
 def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) -> float:
     """Return tau, the lag of slow motion once around the wave path [s]; a velocity filter makes
-    another one of it where nothing is touched.
+    another one of it where nothing is touched. A complementary bank adds 1/a each way.
     """
     master = user.master
     lag = aliasing.delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     lag += slow_lags(master)[0 if touching else 1]
+    if master.bank.kind == "complementary":
+        lag += 2.0 / float(master.bank.split_rad_s)
     lag += master.tick_s  # the packet leaves one tick after the output it carries
     hold = master.frame_s - master.tick_s
     lag += hold if master.hold == "foh" else hold / 2.0

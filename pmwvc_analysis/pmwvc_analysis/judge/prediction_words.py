@@ -9,6 +9,7 @@ from pmwvc_analysis.judge.prediction import (
     Exact,
     aliasing_gain,
     exact,
+    feels_as_its_lag,
     felt_stiffness,
     lag_s,
     one_step_bound,
@@ -36,6 +37,12 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
         return [*found, WITHOUT_WAVES[scenario.controller], *_rule_lines(scenario)]
     for user in scenario.users:
         tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
+        if not feels_as_its_lag(user):
+            found.append(
+                f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; what it feels like "
+                "with local model or position feedback, pmwvc transparency tells."
+            )
+            continue
         free = lag_s(user, scenario, live=live, touching=False)
         felt = felt_stiffness(float(user.contact.contact_stiffness), b, tau)
         found.append(
