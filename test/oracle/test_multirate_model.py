@@ -16,6 +16,8 @@ NUMBERS = {
     "device.damping": (0.0, 3.0),
     "server.contact_stiffness": (0.0, 1500.0),
     "server.contact_damping": (0.0, 12.0),
+    "baseline.virtual_coupling.stiffness": (20.0, 600.0),
+    "baseline.virtual_coupling.damping": (0.1, 6.0),
 }
 FILTERS = (
     {"kind": "first_order", "pole_rad_s": 50.0},
@@ -45,7 +47,7 @@ def scenarios(draw, delays_s=(0.0, 0.001, 0.0035, 0.008, 0.021)):
     users = draw(st.integers(1, 4))
     values = {
         "users": users,
-        "controller": draw(st.sampled_from(["pmwvc", "pmwvc", "pmwvc", "direct"])),
+        "controller": draw(st.sampled_from([*["pmwvc"] * 5, "direct", "virtual_coupling"])),
         "master.rate_drop": draw(st.sampled_from([1, 2, 5, 8, 12])),
         "master.hold": draw(st.sampled_from(["zoh", "foh"])),
         "device.velocity": draw(st.sampled_from(["exact", "euler"])),
@@ -66,7 +68,7 @@ def scenarios(draw, delays_s=(0.0, 0.001, 0.0035, 0.008, 0.021)):
     values |= {f"master.{name}": value for name, value in draw(st.sampled_from(AROUND)).items()}
     if draw(st.integers(0, 3)) == 0:
         values |= {"master.position.feedback": "printed", "master.position.gain": 15.0}
-    if draw(st.integers(0, 3)) == 0:
+    if values["controller"] == "pmwvc" and draw(st.integers(0, 3)) == 0:
         values |= {"server.coupling": "unknown", "server.compensation": "none"}
         values["server.environment"] = draw(st.sampled_from(["cube", "wall", "wall_with_slope"]))
     if draw(st.booleans()):
@@ -84,7 +86,7 @@ def scenarios(draw, delays_s=(0.0, 0.001, 0.0035, 0.008, 0.021)):
 
 def bounded(model):
     """Tell whether numbers stay in range."""
-    return spectral_radius(model) ** (TICKS / model.ticks) < 1e9
+    return np.log10(spectral_radius(model) + 1e-300) * TICKS / model.ticks < 9.0
 
 
 def compare(scenario, *, model=None, live=False):
@@ -102,7 +104,8 @@ def compare(scenario, *, model=None, live=False):
         for user, trace in enumerate(traces.users):
             seen = getattr(trace, signal)[:, 0]
             seen = seen[skip:] - (seen[0] if name == "x" else 0.0)
-            scale = max(np.abs(seen).max(), np.abs(found[name][user]).max(), 1e-12)
+            floor = 1e-3 if name == "f" else 1e-12  # hands push with 1 N: less is rounding
+            scale = max(np.abs(seen).max(), np.abs(found[name][user]).max(), floor)
             worst = max(worst, np.abs(seen - found[name][user]).max() / scale)
     return worst
 

@@ -129,6 +129,9 @@ RIGID = [
     ({"controller": "direct", "server__environment": "wall"}, 0),
     ({"server__contact_stiffness": 0.0}, 6),
     ({"server__contact_stiffness": 0.0, "server__contact_damping": 0.0}, 8),
+    ({"controller": "virtual_coupling"}, 1),
+    ({"controller": "virtual_coupling", "server__environment": "wall"}, 0),
+    ({"controller": "virtual_coupling", "server__contact_stiffness": 0.0}, 3),
     ({"master__bank__kind": "complementary"}, 4),
     ({"master__bank__kind": "complementary", "master__local_model__stiffness": 0.0}, 6),
     ({"master__velocity_filter__kind": "exact", "master__velocity_filter__cutoff_hz": 15.0}, 4),
@@ -218,7 +221,7 @@ def test_a_uniform_motion_goes_on(controller, live):
         np.testing.assert_allclose(rest[positions], moved, atol=1e-12)
 
 
-@pytest.mark.parametrize("controller", ["pmwvc", "direct"])
+@pytest.mark.parametrize("controller", ["pmwvc", "direct", "virtual_coupling"])
 @pytest.mark.parametrize("coupling", ["implicit", "one_step_delay", "one_frame_late", "unwrapped"])
 @pytest.mark.parametrize("live", [False, True])
 def test_equal_users_are_taken_together_without_a_difference(controller, coupling, live):

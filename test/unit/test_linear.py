@@ -21,6 +21,8 @@ REFUSED = [
         {"master__position__gain": 10.0, "master__position__feedback": "integral"},
         "master.position.feedback=printed",
     ),
+    ({"controller": "tdpa"}, "controller=direct"),
+    ({"controller": "pspm"}, "controller=virtual_coupling"),
     ({"device__friction": 0.1}, "device.friction=0"),
     ({"device__encoder_step_m": 1e-5}, "device.encoder_step_m=0"),
     ({"link__up__rate_limit_bps": 1e5}, "link.up.rate_limit_bps=0"),
@@ -49,6 +51,7 @@ def test_it_is_refused_by_name_and_has_a_linear_relative(values, instead):
         {"master__position__gain": 10.0, "master__position__feedback": "printed"},
         {"master__velocity_filter__kind": "exact"},
         {"master__bank__kind": "dissertation"},
+        {"controller": "virtual_coupling"},
         {"server__compensation": "ledger"},  # only behind a port that knows nothing
     ],
 )

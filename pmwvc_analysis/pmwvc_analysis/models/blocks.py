@@ -119,3 +119,11 @@ class Hold:
     def steady(self, v: Array) -> list[Array]:
         """Return the states under a constant wave."""
         return [v] * len(self.names)
+
+
+class Kept:
+    """Values that stay until others take their place."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self.names = names
+        self.state: list[Array] = []

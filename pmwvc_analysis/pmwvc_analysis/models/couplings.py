@@ -29,7 +29,8 @@ class Seat:
     damping: Array
     b: Array
     names: tuple[str, ...]
-    weight: int = 1  # how many users like this one move together
+    weight: int  # how many users like this one move together
+    spring: tuple[Array, Array]  # stiffness and damping of a virtual coupling
     ratio: Array = field(init=False)
     rows: dict[str, Array] = field(default_factory=dict)
 
@@ -210,6 +211,21 @@ def _direct(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
         seat.rows["f"] = seat.stiffness * e + seat.damping * (xd - body.velocity)
 
 
+def _virtual_coupling(seats: Sequence[Seat], body: Body, params: ServerParams) -> None:
+    h = params.period_s
+    _push(seats, body)
+    for seat in seats:
+        rows = seat.rows
+        place = rows["e"] + (body.state[0] if body.state else 0.0 * rows["e"])
+        stiffness, damping = seat.spring
+        impedance = stiffness * h + damping
+        free = (stiffness * (rows["x"] - place) + damping * rows["xd"]) / impedance
+        gain = seat.damping + h * seat.stiffness
+        loose = seat.stiffness * rows["e"] + gain * free - seat.damping * body.velocity
+        rows["f"] = loose / (1.0 + gain / impedance)
+        rows["e"] = rows["e"] + h * (free - rows["f"] / impedance)
+
+
 Law = Callable[[Sequence[Seat], Body, ServerParams], None]
 LAWS: Mapping[str, Law] = {
     "implicit": _implicit,
@@ -218,6 +234,7 @@ LAWS: Mapping[str, Law] = {
     "unwrapped": _unwrapped,
     "carried": _carried,
     "direct": _direct,
+    "virtual_coupling": _virtual_coupling,
 }
 
 
@@ -227,6 +244,8 @@ def remembered(law: str, integrator: str) -> tuple[str, ...]:
         return ("f",)
     if law == "implicit":
         return ("e",)
+    if law == "virtual_coupling":
+        return ("e", "f")
     if law == "one_frame_late":
         return ("e", "xd_s")
     return ("e", "f") if integrator == "backward_euler" else ("e", "f", "xd_s")

@@ -17,7 +17,7 @@ import numpy as np
 
 from pmwvc_core.simulation.scenario import Scenario, User
 
-MATTERS = ("master", "device", "contact", "link_up", "link_down")
+MATTERS = ("master", "baseline", "device", "contact", "link_up", "link_down")
 
 
 class Part(NamedTuple):

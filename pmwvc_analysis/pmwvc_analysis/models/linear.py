@@ -13,7 +13,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.simulation.scenario import Scenario, User
 
 # Controllers that are not linear, and what they are without what makes them so.
-RELATIVES = {"virtual_coupling": "direct", "tdpa": "direct", "pspm": "direct"}
+RELATIVES = {"tdpa": "direct", "pspm": "virtual_coupling"}
 LINEAR = ("wall", "wall_with_slope", "cube")  # environments behind a port that knows nothing
 
 

@@ -16,8 +16,8 @@ import numpy as np
 from pmwvc_analysis.models.blocks import Block
 from pmwvc_analysis.models.channel import Channel, Times, delay_ticks
 from pmwvc_analysis.models.linear import require_linear
-from pmwvc_analysis.models.ports import DirectPort, WavePort
-from pmwvc_analysis.models.server import Server, at_server, law_of
+from pmwvc_analysis.models.ports import PORTS, Port
+from pmwvc_analysis.models.server import Server
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import whole_ratio
@@ -48,9 +48,8 @@ class Line:
     ) -> None:
         tick_s, m = scenario.tick_s, user.master.rate_drop
         phase = min(round(LIVE_ANSWER_S / tick_s), m - 1) if live else 0
-        port = DirectPort if scenario.controller == "direct" else WavePort
         self.name = user.name
-        self.port = port(user, tick_s=tick_s, phase=phase)
+        self.port: Port = PORTS[scenario.controller](user, tick_s=tick_s, phase=phase)
         self.frame, self.answer, self.serve = Times(m, 0), Times(m, phase), serve
         self.up = Channel(
             self.frame,
@@ -115,13 +114,7 @@ class Loop:
             Line(user, scenario, serve=self.serve, ticks=self.ticks, live=live)
             for user in scenario.users
         ]
-        self.server = Server(
-            law_of(scenario),
-            scenario.server,
-            [user.contact for user in scenario.users],
-            [at_server(user) for user in scenario.users],
-            weights or [1] * len(scenario.users),
-        )
+        self.server = Server(scenario, weights or [1] * len(scenario.users))
         self._blocks: list[tuple[str, Block]] = [("", self.server.body)]
         for line, seat in zip(self.lines, self.server.seats, strict=True):
             inner = [(line.name + "." + name, block) for name, block in line.port.blocks.items()]
@@ -175,10 +168,11 @@ class Loop:
         if self.serve.due(tick):
             answers = self.server.step([line.up.take(tick) for line in self.lines])
             for line, answer in zip(self.lines, answers, strict=True):
-                line.down.send(tick, answer[: len(line.port.heard)])
+                line.down.send(tick, [answer[name] for name in line.port.heard])
         for line in self.lines:
             if line.answer.due(tick):
-                line.port.hear(line.down.take(tick))
+                since = line.heard_at(tick) - line.heard_at(tick - line.answer.period)
+                line.port.hear(line.down.take(tick), since)
 
     def motion(
         self,
@@ -209,14 +203,17 @@ class Loop:
             u = line.port.wave(rate)
             now = x_o - last * xd_o + offset  # of the avatar, as if it moved between steps, too
             rise = self.tick_s * xd_o
-            heard = now + rise * line.heard_at(-1)
-            values += [*line.port.steady(at, rate, heard), *seat.steady(u, offset)]
-            up, up_rise = ([at, rate], [rate * self.tick_s, 0.0 * rate])
-            if not self.server.direct:
-                up, up_rise = [u], [0.0 * u]
-            values += line.up.steady(up, up_rise)
-            down, down_rise = [u, now], [0.0 * u, rise]
-            width = len(line.port.heard)
-            values += line.down.steady(down[:width], down_rise[:width])
+            last_heard = now + rise * line.heard_at(-1)
+            values += [*line.port.steady(at, rate, last_heard), *seat.steady(u, offset)]
+            nothing = 0.0 * u
+            at_rate = {"x": (at, rate * self.tick_s), "xd": (rate, nothing), "u": (u, nothing)}
+            heard = {"x_s": (now, rise), "v": (u, nothing), "f": (nothing, nothing)}
+            for channel, known, names in (
+                (line.up, at_rate, line.port.signals),
+                (line.down, heard, line.port.heard),
+            ):
+                values += channel.steady(
+                    [known[name][0] for name in names], [known[name][1] for name in names]
+                )
         runs = max(len(value) for value in values)
         return np.concatenate([np.broadcast_to(v, (runs, 1)) for v in values], axis=1)

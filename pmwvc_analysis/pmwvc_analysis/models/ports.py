@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """One user's end in the linear model: what happens between the packets."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from pmwvc_analysis.models.around import Feedback, LessVelocity, make_parts
-from pmwvc_analysis.models.blocks import Block, Device, Hold, column
+from pmwvc_analysis.models.blocks import Block, Device, Hold, Kept, column
 from pmwvc_analysis.models.filters import make_filter
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams
@@ -55,8 +57,8 @@ class WavePort:
         """Return the packet of a frame start."""
         return [self.filter.sample()]
 
-    def hear(self, packet: list[Array]) -> None:
-        """Take an answer."""
+    def hear(self, packet: list[Array], since: int) -> None:
+        """Take an answer, sent ``since`` ticks after the one before."""
         self.hold.load(packet[0])
         if self.feedback:
             self.feedback.hear(packet[1])
@@ -121,8 +123,8 @@ class DirectPort:
         """Return the packet of a frame start."""
         return list(self.device.read())
 
-    def hear(self, packet: list[Array]) -> None:
-        """Take an answer."""
+    def hear(self, packet: list[Array], since: int) -> None:
+        """Take an answer, sent ``since`` ticks after the one before."""
         self.hold.load(packet[0])
 
     def step(self, f_h: Array) -> tuple[Array, Array, Array]:
@@ -139,3 +141,53 @@ class DirectPort:
     def steady(self, x: Array, xd: Array, x_s: Array) -> list[Array]:
         """Return the states in uniform motion."""
         return [*self.device.steady(x, xd), *self.hold.steady(0.0 * xd)]
+
+
+class SpringPort:
+    """Virtual coupling: motion goes up, the avatar's position comes back; spring and damper."""
+
+    signals: tuple[str, ...] = ("x", "xd")
+    heard: tuple[str, ...] = ("x_s",)
+    feedback = None
+
+    def __init__(self, user: User, *, tick_s: float, phase: int) -> None:
+        coupling = user.baseline.virtual_coupling
+        self._stiffness, self._damping = column(coupling.stiffness), column(coupling.damping)
+        self._tick_s = tick_s
+        self.device = Device(user.device, tick_s=tick_s)
+        self._avatar = Kept(("p", "pd"))
+        self.blocks: dict[str, Block] = {"": self.device, "avatar.": self._avatar}
+
+    def send(self) -> list[Array]:
+        """Return the packet of a frame start."""
+        return list(self.device.read())
+
+    def hear(self, packet: list[Array], since: int) -> None:
+        """Take an answer; the avatar's velocity is that between the last two."""
+        before, pd = self._avatar.state
+        if since:
+            pd = (packet[0] - before) / (since * self._tick_s)
+        self._avatar.state = [packet[0], pd]
+
+    def step(self, f_h: Array) -> tuple[Array, Array, Array]:
+        """Go one tick on; return x, xd and the controller's force at its start."""
+        (x, xd), (p, pd) = self.device.read(), self._avatar.state
+        force = self._stiffness * (x - p) + self._damping * (xd - pd)
+        self.device.step(f_h - force)
+        return x, xd, force
+
+    def wave(self, xd: Array) -> Array:
+        """Return zero: there are none."""
+        return 0.0 * xd
+
+    def steady(self, x: Array, xd: Array, x_s: Array) -> list[Array]:
+        """Return the states at rest; no uniform motion is without force."""
+        return [*self.device.steady(x, xd), x_s, 0.0 * x_s]
+
+
+Port = WavePort | DirectPort | SpringPort
+PORTS: Mapping[str, type[Port]] = {
+    "pmwvc": WavePort,
+    "direct": DirectPort,
+    "virtual_coupling": SpringPort,
+}

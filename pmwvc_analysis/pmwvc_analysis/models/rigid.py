@@ -81,7 +81,7 @@ def count(found: list[Family]) -> int:
 
 
 def _free_positions(loop: Loop) -> list[Family]:
-    if loop.server.direct:
+    if not loop.server.waves:
         return _direct_translations(loop)
     zero, one = np.zeros((1, 1)), np.ones((1, 1))
     still, tied = [zero] * len(loop.lines), [_tied(line) for line in loop.lines]
@@ -133,7 +133,7 @@ def _direct_translations(loop: Loop) -> list[Family]:
     for place, line in enumerate(loop.lines):
         if loose[place].any():
             x = [one if other is line else zero for other in loop.lines]
-            vector = loop.motion(x, [zero] * len(x), x_o=zero, xd_o=zero)
+            vector = loop.motion(x, [zero] * len(x), x_o=zero, xd_o=zero, e=x)
             found.append(Family(vector, loop.names.index(f"{line.name}.x"), loose[place]))
     if loop.server.body.names:
         users = len(loop.lines)
@@ -143,7 +143,12 @@ def _direct_translations(loop: Loop) -> list[Family]:
 
 
 def _drifting(loop: Loop) -> list[Family]:
-    """Return the uniform motions: of all that hang together, and of users by themselves."""
+    """Return the uniform motions: of all that hang together, and of users by themselves.
+
+    A virtual coupling pulls back what moves on: it only hears of the other end late.
+    """
+    if loop.scenario.controller == "virtual_coupling":
+        return []
     zero, found = np.zeros((1, 1)), []
     users, seats = loop.scenario.users, loop.server.seats
     alone = [(seat.stiffness == 0.0) & (seat.damping == 0.0) for seat in seats]
@@ -173,11 +178,13 @@ def _common_drift(
     for line, user, seat, off, brake in zip(
         loop.lines, loop.scenario.users, loop.server.seats, alone, braked, strict=True
     ):
-        ratio = 1.0 if loop.server.direct else np.sqrt(seat.b / column(user.master.impedance))
+        ratio = np.ones((1, 1))
+        if loop.server.waves:
+            ratio = np.sqrt(seat.b / column(user.master.impedance))
         tied = _tied(line)
         mask = mask & (off | ~brake) & (off | ~tied | (_steady_answers(line) & (ratio == 1.0)))
         xd.append(np.where(off, 0.0, 1.0) * ratio)
-        if loop.server.direct:
+        if not loop.server.waves:
             x.append(xd[-1] * (line.ages()[0] * loop.tick_s))
         else:
             x.append(tied * xd[-1] * (line.heard_at(0) * loop.tick_s))

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from pmwvc_analysis.models.blocks import column
 from pmwvc_analysis.models.couplings import LAWS, Body, Cube, Seat, Wall, remembered
-from pmwvc_core.numeric import Array, Value
-from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario, User
 
 # Laws of environments of which the port knows nothing; none of them is compensated for.
@@ -26,10 +25,16 @@ def law_of(scenario: Scenario) -> str:
     return UNKNOWN[server.environment] if server.coupling == "unknown" else server.coupling
 
 
-def at_server(user: User) -> Value:
-    """Return the wave impedance of a user's port at the server, a number or a column [N s/m]."""
-    own = user.contact.impedance
-    return user.master.impedance if own is None else own
+def _seat(user: User, names: tuple[str, ...], weight: int) -> Seat:
+    contact, spring, own = user.contact, user.baseline.virtual_coupling, user.contact.impedance
+    return Seat(
+        column(contact.contact_stiffness),
+        column(contact.contact_damping),
+        column(user.master.impedance if own is None else own),
+        names,
+        weight,
+        (column(spring.stiffness), column(spring.damping)),
+    )
 
 
 class Server:
@@ -37,43 +42,38 @@ class Server:
 
     Parameters
     ----------
-    law
-        Name of the coupling, or ``direct``.
-    params
-        The environment.
-    contacts, impedances, weights
-        Per user.
+    scenario
+        Numbers may be columns.
+    weights
+        How many users like it each user stands for.
     """
 
-    def __init__(
-        self,
-        law: str,
-        params: ServerParams,
-        contacts: Sequence[ContactParams],
-        impedances: Sequence[Value],
-        weights: Sequence[int],
-    ) -> None:
+    def __init__(self, scenario: Scenario, weights: Sequence[int]) -> None:
+        law, params = law_of(scenario), scenario.server
         self._law, self._params = LAWS[law], params
-        self.direct = law == "direct"
+        self.waves = scenario.controller == "pmwvc"
         names = remembered(law, params.integrator)
         self.body: Body = Cube(params) if params.environment == "cube" else Wall()
         self.seats = [
-            Seat(column(c.contact_stiffness), column(c.contact_damping), column(b), names, w)
-            for c, b, w in zip(contacts, impedances, weights, strict=True)
+            _seat(user, names, weight)
+            for user, weight in zip(scenario.users, weights, strict=True)
         ]
 
-    def step(self, received: Sequence[list[Array]]) -> list[list[Array]]:
-        """Go one step on with a packet per user; return those that go back."""
-        names = ("x", "xd") if self.direct else ("u",)
+    def step(self, received: Sequence[list[Array]]) -> list[dict[str, Array]]:
+        """Go one step on with a packet per user; return what may go back, by name."""
+        names = ("u",) if self.waves else ("x", "xd")
         for seat, packet in zip(self.seats, received, strict=True):
             seat.rows.update(zip(names, packet, strict=True))
         self._law(self.seats, self.body, self._params)
-        if self.direct:
-            return [[seat.rows["f"]] for seat in self.seats]
-        return [
-            [seat.rows["u"] - seat.ratio * seat.rows["f"], self._place(seat)]
-            for seat in self.seats
-        ]
+        return [self._answer(seat) for seat in self.seats]
+
+    def _answer(self, seat: Seat) -> dict[str, Array]:
+        found = {"f": seat.rows["f"]}
+        if "e" in seat.rows:
+            found["x_s"] = self._place(seat)
+        if self.waves:
+            found["v"] = seat.rows["u"] - seat.ratio * seat.rows["f"]
+        return found
 
     def _place(self, seat: Seat) -> Array:
         """Return where an avatar is; its own place of rest is left out."""
