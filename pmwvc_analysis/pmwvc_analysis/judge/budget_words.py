@@ -76,6 +76,10 @@ ACCOUNTS: Mapping[str, Account] = {
     "tank": Account("may still be given back", 0),
     "granted": Account("taken from the allowance", 0),
     "capped": Account("received beyond the cap, not kept", 0),
+    "tdpa_dissipated": Account("dissipated by the passivity controller", 0),
+    "tdpa_allowance": Account("may still be given out", 0),
+    "pspm_tank": Account("set points may still spend", 0),
+    "pspm_spring": Account("springs to the set points", 0),
     "debt": Account("still to be paid by later waves", 0),
 }
 
