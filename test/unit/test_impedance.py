@@ -153,6 +153,14 @@ def test_a_scenario_tells_a_matrix_of_the_wrong_size():
             parse_scenario(base, overrides={f"{name}.impedance_matrix": "30 2; 2 20"})
 
 
+def test_a_matrix_is_taken_back_by_a_name_with_nothing_behind_it():
+    base = {"name": "m", "duration_s": 1, "controller": "pmwvc", "users": 1, "dof": 2}
+    given = base | {"master": {"impedance_matrix": "30 2; 2 20"}}
+    assert isinstance(parse_scenario(given).users[0].impedance, MatrixImpedance)
+    taken = parse_scenario(given, overrides={"master.impedance_matrix": None})
+    assert taken.users[0].impedance == MasterParams().impedance
+
+
 def test_a_server_port_has_one_impedance_and_by_default_the_masters():
     with pytest.raises(ParameterError, match="takes one of them"):
         ContactParams(impedance=3.0, impedance_matrix="30 2; 2 20")
@@ -161,6 +169,12 @@ def test_a_server_port_has_one_impedance_and_by_default_the_masters():
     assert server_impedance(ContactParams(impedance=3.0), master) == 3.0
     own = ContactParams(impedance_matrix="10 1; 1 9")
     np.testing.assert_allclose(server_impedance(own, master).matrix, [[10, 1], [1, 9]])
+
+
+def test_a_line_of_text_has_the_eigenvalues():
+    b = parsed("30 0; 0 20.25")
+    assert f"{b:.4g} N s/m" == "20.25 to 30 N s/m"
+    assert repr(b) == "MatrixImpedance([[30.0, 0.0], [0.0, 20.25]])"
 
 
 def test_one_axis_is_a_number_and_digits_lost_in_writing_do_not_matter():
