@@ -58,7 +58,11 @@ def simulate(arguments: argparse.Namespace) -> int:
             (traces,) = run_batch(
                 [scenario], progress=lambda share: bar.update(task, completed=share)
             )
-        record_traces(folder, traces, scenario)
+        fault = traces.metadata.get("environment")
+        if fault is not None:
+            text = "a damper stood in for {contained_steps} steps: {last_fault}".format(**fault)
+            console.print(f"  Warning: {text}", markup=False)
+        record_traces(folder, traces, scenario, metadata={"environment": fault} if fault else {})
         write(_finished(console, folder, scenario))
     return 0
 

@@ -12,6 +12,7 @@ from functools import partial
 from pmwvc_core.controllers import make_master
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network.delay_trace import load_delay_trace
+from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.server.blackbox import plugins as environments
 from pmwvc_core.simulation.scenario import Scenario, User
@@ -37,6 +38,11 @@ def check(scenario: Scenario) -> None:
         environments.required(scenario.server.environment)
     except PmwvcError as error:
         problems.append(str(error))
+    if scenario.controller != "pmwvc" and scenario.server.environment not in KNOWN:
+        problems.append(
+            f"server.environment = {scenario.server.environment!r}: needs controller = pmwvc "
+            f"({scenario.controller} knows only {' and '.join(KNOWN)})"
+        )
     if problems:
         raise ScenarioError(scenario.name, problems)
 

@@ -98,6 +98,39 @@ def test_the_wall_is_met_and_holds_the_hand():
     assert depth == pytest.approx(force / 1000.0, rel=0.01)
 
 
+def test_a_slow_wall_of_which_nothing_is_known_is_met_and_only_the_printed_compensation_shakes():
+    """K T + 2 B < b: passive untreated, so the ledger has nothing to take."""
+    for compensation in ("ledger", "none", "corrected"):
+        traces, result = ran("wall_slow", f"server.compensation={compensation}")
+        server = traces.server
+        assert result["stable"]
+        assert forces(result)[0] == pytest.approx(0.95, abs=0.05)
+        assert server.x_s[0][-1, 0] + 0.03 == pytest.approx(server.f_s[0][-1, 0] / 500.0)
+        assert np.all(server.energy_u_s[0] - server.energy_v_s[0] >= 0.0)
+        assert server.accounts["late_decoding"][-1] < -2e-4
+        if compensation == "ledger":
+            assert abs(server.accounts["withheld"][-1]) < 1e-9
+    traces, _ = ran("wall_slow", "server.compensation=printed")
+    left = traces.server.energy_u_s[0] - traces.server.energy_v_s[0]
+    assert left[-1] < -1e-3
+
+
+def test_a_driven_wall_moves_the_hand_until_its_allowance_is_used_up():
+    traces, result = ran("active_wall")
+    server = traces.server
+    granted, withheld = server.accounts["granted"], server.accounts["withheld"]
+    assert result["stable"]
+    assert granted[-1] == pytest.approx(0.03)
+    used_up = int(np.argmax(granted >= 0.03 - 1e-9))
+    assert 5.0 < server.time_s[used_up] < 12.0
+    assert withheld[used_up] < 0.003
+    assert withheld[-1] > 0.01
+    left = server.energy_u_s[0] - server.energy_v_s[0]
+    assert np.all(left >= -granted - 1e-9)
+    untreated, _ = ran("active_wall", "server.compensation=none")
+    assert np.min(untreated.server.energy_u_s[0] - untreated.server.energy_v_s[0]) < -0.015
+
+
 def test_recorded_hands_carry_the_cube_to_and_fro_twice():
     traces, result = ran("playback")
     assert result["stable"]

@@ -8,6 +8,7 @@ import types
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pmwvc_core.controllers import make_server
@@ -15,6 +16,8 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.server.blackbox import EnvironmentSetup, plugins
 from pmwvc_core.server.environments import make_environment
+from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.simulation.session import simulate
 
 
 def setup(name):
@@ -112,6 +115,29 @@ def test_another_coupling_than_unknown_names_what_to_set(name):
         ServerParams(environment=name)
     with pytest.raises(ParameterError, match=r"needs controller = pmwvc with server.coupling"):
         make_environment(ServerParams(environment=name, coupling="unknown"))
+
+
+def test_a_simulated_session_goes_on_and_tells_what_failed(lab, monkeypatch):
+    def melts(position, velocity, dt):
+        raise RuntimeError("the jelly has melted")
+
+    monkeypatch.setattr(Honey, "step", staticmethod(melts))
+    scenario = parse_scenario(
+        {
+            "name": "melting",
+            "controller": "pmwvc",
+            "users": 1,
+            "duration_s": 0.4,
+            "server": {"coupling": "unknown", "environment": "honey"},
+        }
+    )
+    [traces] = simulate([scenario])
+    assert traces.metadata["environment"] == {
+        "contained_steps": str(len(traces.server.step)),
+        "last_fault": "server.environment = 'honey' raised RuntimeError: the jelly has melted",
+    }
+    assert np.all(traces.server.v_s[0] == 0.0)
+    assert set(traces.server.accounts) >= {"contained", "withheld", "tank", "granted"}
 
 
 def test_the_environment_of_the_documentation_works(lab):

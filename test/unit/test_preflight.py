@@ -59,6 +59,16 @@ def test_an_environment_that_is_not_installed_is_refused_before_anything_starts(
     assert problem.startswith("server.environment = 'moon': not installed; there are: cube, wall")
 
 
+def test_a_controller_that_cannot_use_an_unknown_environment_is_named():
+    (problem,) = problems(
+        "controller=direct",
+        "server.coupling=unknown",
+        "server.environment=active_wall",
+        users=1,
+    )
+    assert problem.endswith("needs controller = pmwvc (direct knows only cube and wall)")
+
+
 def test_the_simulated_device_needs_no_installed_package(monkeypatch):
     monkeypatch.setattr(plugins, "entry_points", lambda group: ())
     preflight.check(scenarios.load("carry_16ms"))

@@ -216,6 +216,12 @@ class SessionBatch:
             traces.server.time_s = self.steps.tick.astype(np.float64) * self.tick_s
             late_ns = self.steps.ran_ns - self.steps.tick * self.tick_ns
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
+        trouble = self.service.server.trouble
+        if trouble is not None and trouble.steps:
+            traces.metadata["environment"] = {
+                "contained_steps": str(trouble.steps),
+                "last_fault": trouble.text,
+            }
         tables, found = self._network
         traces.fates = dict(found)
         for table in tables:
