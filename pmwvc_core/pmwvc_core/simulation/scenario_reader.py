@@ -13,8 +13,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pmwvc_core.errors import ParameterError, ScenarioError
-from pmwvc_core.params import LinkParams, Spec, groups, specs, whole_ratio
-from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.params import LinkParams, Spec, groups, specs
 from pmwvc_core.simulation.scenario import (
     DEFAULTS,
     REQUIRED,
@@ -26,6 +25,7 @@ from pmwvc_core.simulation.scenario import (
     shared_specs,
     user_specs,
 )
+from pmwvc_core.simulation.scenario_conflicts import conflicts
 
 # Stand in for a required value that is wrong, so that the rest can still be checked.
 PLACEHOLDERS = {"name": "?", "duration_s": 1.0, "controller": "pmwvc", "users": 8}
@@ -203,7 +203,7 @@ class _Reader:
             return None
         top.pop("users")
         scenario = Scenario(users=tuple(users), **shared, **top)
-        self.problems += _conflicts(scenario)
+        self.problems += conflicts(scenario)
         return scenario
 
     def _user(self, number: int) -> User:
@@ -233,34 +233,3 @@ class _Reader:
             if not any(problem.endswith(text) for problem in self.problems):
                 self.problems.append(text if who in ("", "user1.") else who + text)
             return None
-
-
-def _conflicts(scenario: Scenario) -> list[str]:
-    """Return what is wrong between groups that are each right."""
-    found = []
-    ticks = {user.master.tick_s for user in scenario.users}
-    if len(ticks) > 1:
-        found.append(f"master.tick_s: {sorted(ticks)}: all users share one tick")
-    period, tick = scenario.server.period_s, scenario.tick_s
-    if whole_ratio(period, tick) is None:
-        found.append(
-            f"server.period_s = {period}: must be a whole multiple of master.tick_s = {tick} s"
-        )
-    if scenario.task.sideways_m and scenario.dof == 1:
-        found.append(
-            f"task.sideways_m = {scenario.task.sideways_m}: there is one axis only; raise dof"
-        )
-    for user in scenario.users:
-        for group, port in (("master", user.master), ("server", user.contact)):
-            wrong = matrix_conflicts(port.impedance_matrix, scenario.dof)
-            found += [f"{user.name}.{group}.{mistake}" for mistake in wrong]
-        if user.operator.kind.startswith("playback") and not user.operator.file:
-            found.append(
-                f"{user.name}.operator.file is missing: {user.operator.kind} needs a recording"
-            )
-        for way, link in (("up", user.link_up), ("down", user.link_down)):
-            if link.jitter == "trace" and not link.trace_file:
-                found.append(
-                    f"{user.name}.link.{way}.trace_file is missing: jitter = trace needs a file"
-                )
-    return found
