@@ -91,6 +91,7 @@ def _master(scenario: Scenario, user: User) -> dict[str, Any]:
         "seed": scenario.seed,
         "side": user.side,
         "master": user.master,
+        "baseline": user.baseline,
         "device": user.device,
         "operator": user.operator,
         "safety": user.safety,
@@ -114,6 +115,7 @@ def _server(scenario: Scenario) -> dict[str, Any]:
     for user in scenario.users:
         found[f"{user.name}.side"] = user.side
         found[f"{user.name}.server"] = user.contact
+        found[f"{user.name}.baseline"] = user.baseline
         for name in ("impedance", "impedance_matrix", "rate_drop", "tick_s"):
             found[f"{user.name}.master.{name}"] = getattr(user.master, name)
     return found

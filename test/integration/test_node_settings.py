@@ -28,6 +28,7 @@ SCENARIO = {
     "server": {"contact_stiffness": 700.0, "gap_m": 0.01, "object_size_m": 0.08},
     "user2": {"master": {"impedance": 40.0, "rate_drop": 10}, "server": {"impedance": 30.0}},
     "user3": {"server": {"contact_stiffness": 900.0}, "side": -1},
+    "baseline": {"tdpa": {"damping": 4.0}},
 }
 
 
@@ -88,6 +89,7 @@ def test_the_server_knows_every_user_as_the_scenario_does(planned):
         assert user.name == wanted.name
         assert user.side == wanted.side
         assert user.contact == wanted.contact
+        assert user.baseline == wanted.baseline
         assert user.impedance == wanted.server_impedance
         assert user.port.frame_s == wanted.master.frame_s
     assert [user.impedance for user in settings.users] == [20.0, 30.0, 20.0]
@@ -101,6 +103,7 @@ def test_a_master_knows_its_user_as_the_scenario_does(planned):
             settings = declare_master(given, lambda _: None, lambda _: None)
             refuse_unknown(given)
         assert settings.master == wanted.master
+        assert settings.baseline == wanted.baseline
         assert settings.contact == wanted.contact
         assert settings.device == wanted.device
         assert settings.operator == wanted.operator
