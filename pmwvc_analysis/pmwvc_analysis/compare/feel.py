@@ -3,8 +3,9 @@
 """What the first user of a session feels: stiffness and first resonance of x/f.
 
 From the exact model where there is one; else from what a chirp has shown: a series k - m w^2 + c
-w^4 is fitted to the trusted values of Re(f/x) below the first peak, so a stiffness is what is felt
-at rest, as that of the model, within a few per cent.
+w^4 is fitted to the trusted values of Re(f/x) below the first peak, each with the weight of its
+coherence gamma^2/(1 - gamma^2), so a stiffness is what is felt at rest, as that of the model, within
+a few per cent.
 """
 
 from dataclasses import dataclass
@@ -20,7 +21,8 @@ from pmwvc_core.simulation.traces import SessionTraces
 
 LOW = 0.8  # of the peak's frequency: below it the series holds
 LEAST = 5  # values to fit a stiffness to
-PROMINENT = 0.05  # of the largest size: what counts as a peak of a measurement
+CERTAIN = 1e-4  # what a coherence may lack and still be taken as 1
+PROMINENT = 0.2  # of the largest size: what counts as a peak of a measurement
 SHOWN_HZ = (0.1, 100.0)
 
 
@@ -93,5 +95,8 @@ def _stiffness(found: Measured, peak_hz: float | None) -> float | None:
         return None
     square = (2.0 * np.pi * found.frequency_hz[trusted]) ** 2
     powers = np.stack([square**0, square, square**2], axis=1) / square.max() ** np.arange(3)
-    (stiffness, _, _), *_ = np.linalg.lstsq(powers, (1.0 / found.admittance[trusted]).real)
+    coherence = found.coherence[trusted]
+    weight = np.sqrt(coherence / (1.0 - coherence + CERTAIN))
+    values = weight * (1.0 / found.admittance[trusted]).real
+    (stiffness, _, _), *_ = np.linalg.lstsq(weight[:, np.newaxis] * powers, values)
     return float(stiffness)
