@@ -63,6 +63,24 @@ def test_it_closes_with_environments_of_which_the_port_knows_nothing(compensatio
     assert found.closes, np.abs(found.residual_j).max()
 
 
+@pytest.mark.parametrize("controller", ["direct", "virtual_coupling", "tdpa", "pspm"])
+@pytest.mark.parametrize("name", ["carry_16ms", "wall"])
+def test_it_closes_with_every_other_controller(controller, name):
+    found = budget(*simulated(name, f"controller={controller}", "device.damping=1"))
+    assert found.notes == []
+    assert found.closes, np.abs(found.residual_j).max()
+
+
+def test_a_passivity_controller_is_judged_with_the_link_it_pays_for():
+    traces, scenario = simulated("carry_16ms", "controller=tdpa", "baseline.tdpa.damping=0")
+    found = budget(traces, scenario)
+    together = {(owner, part): series for owner, part, series in found.judged()}
+    sums = together["user1", "link_and_tdpa_dissipated"].sums
+    alone = found.parts["user1"]["link"]
+    np.testing.assert_allclose(sums - alone, found.parts["user1"]["tdpa_dissipated"], atol=1e-12)
+    assert sums[-1] > alone[-1]  # it paid
+
+
 def test_accounts_that_do_not_fit_the_signals_leave_a_residual():
     traces, scenario = simulated("wall", *UNKNOWN)
     assert budget(traces, scenario).closes

@@ -177,7 +177,7 @@ def test_parts_that_were_active_have_a_row_of_their_own():
     assert len(whereabouts(simulate_one(quiet), quiet).axes) == 1
     active = whereabouts(simulate_one(wild), wild).axes[1]
     label, line = next(iter(lines_of(active).items()))
-    assert label == "server: decoding with the force of the step before"
+    assert label.split() == "server: decoding with the force of the step before".split()
     assert line.get_ydata().min() < 0.0
 
 

@@ -23,6 +23,7 @@ SMALLEST_J = 1e-12
 SERVER = "server"
 # What pays for one another, in this order.
 AROUND = ("velocity_filter", "bank", "filter", "filter_and_hold", "rate_drop")
+OBSERVED = ("link", "tdpa_dissipated")
 ENVIRONMENT = ("environment_stored", "environment_heat")
 PAID = ("position_spent", *AROUND, "link_down")
 PAID_PORT = ("late_decoding", "withheld", *ENVIRONMENT)
@@ -80,7 +81,7 @@ class Budget:
             if owner in self.at_frames:
                 time_s, exact = self.at_frames[owner]
                 known |= {part: Series(time_s, sums) for part, sums in exact.items()}
-            for group in (AROUND, ENVIRONMENT):
+            for group in (AROUND, OBSERVED, ENVIRONMENT):
                 members = [part for part in group if part in known]
                 if len(members) > 1:
                     series = [known.pop(part) for part in members]

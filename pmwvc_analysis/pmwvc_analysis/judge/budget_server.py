@@ -12,8 +12,7 @@ contact damping         what the server turned to heat, less what the object los
 
 import numpy as np
 
-from pmwvc_analysis.judge.budget_clock import WEIGHTS, Clock, Sums, speeds, sum_of
-from pmwvc_analysis.judge.budget_words import booked
+from pmwvc_analysis.judge.budget_clock import WEIGHTS, Clock, Sums, speeds
 from pmwvc_analysis.judge.energy import running
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
@@ -59,12 +58,9 @@ def _of_known(
     decoding = into - work if waves and coupling == "one_step_delay" else np.zeros_like(into)
     damping, missing = _object_heat(server, scenario)
     contact = server.dissipated - damping - missing
-    own = booked(server.accounts)
     left = into - decoding - server.kinetic - server.potential - server.dissipated
-    left = left - sum_of([*own.values(), 0.0 * left])
     exact = waves and coupling == "implicit"
     return {
-        **own,
         "late_decoding": decoding,
         "integration": 0.0 * left if exact else left,
         "contact_damping": contact,

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of where the energy of a session is over time, and of what its controllers booked."""
 
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ FILLS = {
 }
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 MOST_POINTS = 1500
+LABEL = 34  # letters in a line of a legend
 
 
 def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Any:
@@ -81,7 +83,7 @@ def _draw_active(axes: Any, found: Budget, active: list[tuple[str, str]], kept: 
             series.sums[kept] * scale,
             color=style.colour(place),
             ls=DASHES[place],
-            label=f"{owner}: {words_of(part)}",
+            label=textwrap.fill(f"{owner}: {words_of(part)}", LABEL),
         )
     axes.axhline(0.0, color=style.OBJECT, lw=0.8)
     axes.set_title("Parts that gave out energy which they never got")
@@ -129,7 +131,7 @@ def bookings(traces: SessionTraces, scenario: Scenario | None) -> Any:
                 sums * scale,
                 color=style.colour(place),
                 ls=DASHES[place % len(DASHES)],
-                label=account_words(account),
+                label=textwrap.fill(account_words(account), LABEL),
             )
         axes.axhline(0.0, color=style.OBJECT, lw=0.8)
         axes.set_title(name, color=colours[name], fontweight="bold")
