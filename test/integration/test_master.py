@@ -12,7 +12,7 @@ from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from processes import NodeProcess, ros
 from std_srvs.srv import Trigger
 
-from pmwvc_core.params import MasterParams, OperatorParams, SafetyParams
+from pmwvc_core.params import MasterParams, OperatorParams, SafetyParams, VelocityFilterParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS
 from pmwvc_core.wave.packet import Packer
@@ -200,6 +200,19 @@ def test_a_parameter_changes_while_it_runs_or_is_refused_with_the_reason():
         assert peer.set_parameters(node, {"master.rate_drop": 4})[0] != ""
         count = len(blocks)
         peer.until(lambda: len(blocks) > count + 20)
+
+
+def test_a_velocity_filter_changes_while_it_runs_unless_no_design_gives_it():
+    own = VelocityFilterParams(kind="exact")
+    with ros() as peer, master(peer, master=MasterParams(velocity_filter=own)) as (_, blocks, _):
+        node = "/user1/master"
+        (reason,) = peer.set_parameters(node, {"master.velocity_filter.share": 0.99})
+        assert "no high-pass filter of order 2" in reason
+        assert peer.set_parameters(node, {"master.velocity_filter.share": 0.7}) == [""]
+        count = len(blocks)
+        peer.until(lambda: len(blocks) > count + 20)
+        assert blocks[-1].account_names == ["velocity_filter"]
+        assert np.all(np.isfinite(signal(blocks, "u_m")))
 
 
 def test_a_paused_master_waits_for_the_start():

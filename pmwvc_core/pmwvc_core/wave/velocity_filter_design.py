@@ -184,6 +184,7 @@ def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: 
     return many * ASIDE
 
 
+@functools.lru_cache(maxsize=1024)
 def _sections(own: VelocityFilterParams, tick_s: float, kind: str) -> Array:
     """Return the filter that the parameters say."""
     if own.alpha is not None:
