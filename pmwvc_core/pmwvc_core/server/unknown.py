@@ -79,7 +79,10 @@ class UnknownServer(ServerController):
         self._plain = not isinstance(position, np.ndarray)
         self._shape = np.shape(np.atleast_1d(position))
         if not any(self.present):
-            self._show(self._asked.shown(self._shape))
+            try:
+                self._show(self._asked.shown(self._shape))
+            except Exception as error:  # whatever a foreign environment raises
+                self._faults.note(error)
         super().join(i, position)
         self._asked.tell("join", i, self._rows([self.seats[i].x_s])[0])
 

@@ -80,8 +80,8 @@ class Asked:
             name, arguments = self._news.popleft()
             getattr(environment, name)(*arguments)
         if isinstance(environment, Sloped):
-            force, slope = environment.local(place, weight)
-            force, slope = _signal(force, place, "local"), _signal(slope, place, "local")
+            line = np.broadcast_arrays(place, *environment.local(place, weight))[1:]
+            force, slope = (_signal(each, place, "local") for each in line)
             if not np.isfinite(force + slope).all():
                 raise BadAnswer("returned a slope from local that is not finite")
             velocity = decode(force, np.maximum(slope, 0.0))
@@ -102,7 +102,10 @@ class Asked:
         if not isinstance(self.environment, Shown):
             return None
         found = self.environment.position, self.environment.velocity
-        position, velocity = (np.array(np.broadcast_to(each, shape), float) for each in found)
+        try:
+            position, velocity = (np.array(np.broadcast_to(each, shape), float) for each in found)
+        except (TypeError, ValueError):
+            raise BadAnswer(f"shows its object otherwise than by an array {shape}") from None
         if not np.isfinite(position + velocity).all():
             raise BadAnswer(f"shows its object at {position}: must be finite")
         return position, velocity
@@ -122,6 +125,7 @@ def _stored(environment: Environment) -> Any:
     if not isinstance(environment, Storing):
         return None
     energy = np.asarray(environment.energy, dtype=float)
-    if not (np.isfinite(energy) & (energy >= 0.0)).all():
-        raise BadAnswer(f"gave energy = {energy}: must be finite and >= 0 J")
+    if not np.isfinite(energy).all():
+        raise BadAnswer(f"gave energy = {energy}: must be finite")
+    energy = np.maximum(energy, 0.0)
     return energy if energy.size > 1 else energy.item()
