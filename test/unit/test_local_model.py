@@ -4,6 +4,7 @@
 
 import dataclasses
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -90,6 +91,20 @@ def test_a_foreign_spring_with_a_slope_is_the_built_in_one():
         master(), local_model=LocalModelParams(kind="sloped", stiffness=800.0, damping=2.0)
     )
     np.testing.assert_allclose(driven(WaveMaster(params), motions), own, rtol=1e-9, atol=1e-9)
+
+
+def test_the_model_in_the_docs_is_the_built_in_one(monkeypatch):
+    text = (Path(__file__).resolve().parents[2] / "docs" / "local_models.md").read_text("utf-8")
+    found: dict[str, type] = {}
+    exec(text.split("```python\n")[1].split("```")[0], found)
+    monkeypatch.setattr(f"{__name__}.Sloped", found["Rubber"])
+    points = [EntryPoint("rubber", f"{__name__}:Sloped", foreign_model.GROUP)]
+    monkeypatch.setattr(foreign_model, "entry_points", lambda group: points)
+    rubber = dataclasses.replace(master(), local_model=LocalModelParams(kind="rubber"))
+    motions = np.random.default_rng(8).normal(size=(80, 2))
+    np.testing.assert_allclose(
+        driven(WaveMaster(rubber), motions), driven(WaveMaster(master()), motions), rtol=1e-9
+    )
 
 
 @pytest.mark.usefixtures("plugged")
