@@ -11,9 +11,10 @@ the hand, F xd; out go packets. What filter and hold may still give out is not f
          - spent - discarded
 
 with v the wave that the hold gives out, u the one that comes back from the device, y the filter's
-output, tau its group delay. The first line never falls while packets come in time; where a hold
-gives out what no packet brought, ``owed_j`` counts it, and later packets pay that first. A packet
-that the rest cannot pay for is shortened. So at every packet
+output, tau its group delay less (M-1)/2 T_c: the wave that is in the filter when a packet has just
+been sent. The first line never falls while packets come in time; where a hold gives out what no
+packet brought, ``owed_j`` counts it, and later packets pay that first. A packet that the rest
+cannot pay for is shortened. So at every packet
 
     heard + F xd - sent >= - owed
 
@@ -66,7 +67,9 @@ class Surplus:
         self._frame_s = params.frame_s
         ramp = params.rate_drop - 1 if params.hold == "foh" else 0
         self._hold_s = 0.5 * params.tick_s * ramp
-        self._filter_s = delay_of(params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop)
+        tau = delay_of(params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop)
+        late_s = 0.5 * (params.rate_drop - 1) * params.tick_s  # a packet says how its frame ended
+        self._filter_s = maximum(tau - late_s, 0.0)
         self._most = params.position.most_j
 
     @property
