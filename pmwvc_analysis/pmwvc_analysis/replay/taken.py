@@ -45,8 +45,10 @@ class Bounds:
 
     def moved(self, number: int, arrival_ns: int) -> int:
         """Return the time nearest to an arrival at which the packet may have come [ns]."""
-        after, until = int(self.after_ns[number - 1]), int(self.until_ns[number - 1])
-        return min(max(arrival_ns, after + 1), max(until, after + 1))
+        after, until = self.after_ns.item(number - 1), self.until_ns.item(number - 1)
+        if after < arrival_ns <= until:
+            return arrival_ns
+        return after + 1 if arrival_ns <= after else max(until, after + 1)
 
 
 def bounds(sent: Sent, looks: Looks) -> Bounds:

@@ -105,14 +105,12 @@ def turns(table: Integers) -> Iterator[Turn]:
     table = table[np.lexsort((table[:, 2], stretch))]
     begins = np.ones(len(table), dtype=np.bool_)
     begins[1:] = (np.diff(stretch) != 0) | (np.diff(table[:, 2]) != 0)
-    bounds = np.append(np.flatnonzero(begins), len(table)).tolist()
+    bounds = np.append(np.flatnonzero(begins), len(table))
     for chosen in range(0, len(bounds) - 1, AT_ONCE):
         edges = bounds[chosen : chosen + AT_ONCE + 1]
-        first = edges[0]
-        time_ns, act, who, tick = table[first : edges[-1]].T.tolist()
-        for start, end in itertools.pairwise(edges):
-            here = slice(start - first, end - first)
-            yield Turn(act[here.start], who[here.start], time_ns[here], tick[here])
+        time_ns, act, who, tick = table[edges[0] : edges[-1]].T.tolist()
+        for start, end in itertools.pairwise((edges - edges[0]).tolist()):
+            yield Turn(act[start], who[start], time_ns[start:end], tick[start:end])
 
 
 def _of_loop(loop: Loop, who: int, *, ticks: int, tick_ns: int) -> list[Integers]:
@@ -124,8 +122,9 @@ def _of_loop(loop: Loop, who: int, *, ticks: int, tick_ns: int) -> list[Integers
     for act in (Act.SEND, Act.ANSWER):
         chosen, at_ns = once_a_frame(loop, act, ticks=ticks, tick_ns=tick_ns)
         found.append(_rows(at_ns, act, who, chosen))
-    missed = np.setdiff1d(np.arange(tick[0], tick[-1], dtype=np.int64), tick)
-    found.append(_rows(times[np.searchsorted(tick, missed)], Act.PASS, who, missed))
+    if len(tick) <= tick[-1] - tick[0]:
+        missed = np.setdiff1d(np.arange(tick[0], tick[-1], dtype=np.int64), tick)
+        found.append(_rows(times[np.searchsorted(tick, missed)], Act.PASS, who, missed))
     return found
 
 
@@ -137,8 +136,8 @@ def once_a_frame(loop: Loop, act: Act, *, ticks: int, tick_ns: int) -> tuple[Int
     tick, times = _ran(loop, ticks=ticks, tick_ns=tick_ns)
     frame, place = np.divmod(tick - loop.first, loop.rate_drop)
     may = place >= (loop.answer if act == Act.ANSWER else 0)
-    _, chosen = np.unique(frame[may], return_index=True)
-    return tick[may][chosen], times[may][chosen]
+    begins = np.diff(frame[may], prepend=-1) > 0  # frames come in their order, from 0
+    return tick[may][begins], times[may][begins]
 
 
 def _ran(loop: Loop, *, ticks: int, tick_ns: int) -> tuple[Integers, Integers]:

@@ -9,7 +9,7 @@ import numpy as np
 from pmwvc_core.numeric import Array, Value
 
 TURNED = 16384  # numbers turned together: they fit into a cache
-AT_ONCE = 4096  # rows of plain numbers that wait before they become arrays
+AT_ONCE = 256  # rows of plain numbers that wait, few enough to be in a cache still
 
 
 class Columns:
