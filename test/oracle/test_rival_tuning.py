@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from pmwvc_analysis.judge.prediction_words import lines
 from pmwvc_analysis.judge.stability import verdict
+from pmwvc_bringup.scenarios import load
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.params.baseline import PspmParams, TdpaParams, VirtualCouplingParams
@@ -33,7 +34,15 @@ PRESS = {
     "task": {"kind": "free"},
     "safety": {"max_force": 20.0},
 }
-LOOP = Loop(mass=0.25, damping=8.0, tick_s=0.001, round_trip_s=0.048, contact_stiffness=500.0)
+LOOP = Loop(
+    mass=0.25,
+    damping=8.0,
+    tick_s=0.001,
+    round_trip_s=0.048,
+    contact_stiffness=500.0,
+    contact_damping=10.0,
+    period_s=0.008,
+)
 
 
 def press(delay_s, damping, **overrides):
@@ -84,7 +93,7 @@ def test_a_virtual_coupling_is_stable_up_to_its_rule_and_not_far_beyond(delay_s,
     st.floats(1.0, 5000.0),
 )
 def test_every_proposal_meets_its_own_criteria(mass, damping, tick_s, round_trip_s, contact):
-    loop = Loop(mass, damping, tick_s, round_trip_s, contact)
+    loop = Loop(mass, damping, tick_s, round_trip_s, contact, 0.004 * contact, 0.008)
     for name, rule in RULES.items():
         assert rule(loop).met, name
 
@@ -96,12 +105,30 @@ def test_the_criteria_are_those_published():
         pytest.approx({"sampling": -1.0})
     )
     observed = tuning.check_tdpa(TdpaParams(damping=0.0, damping_max=100.0), LOOP)
-    assert observed.criteria == pytest.approx({"sampling": 25.0, "delay": 8.0 - 12.0})
+    assert observed.criteria == pytest.approx(
+        {"sampling": 25.0, "delay": 8.0 - 12.0, "contact": 8.0}
+    )
     assert not observed.met
 
 
 def test_half_of_what_stops_the_device_in_a_tick_is_the_limit_of_the_damper():
     assert tuning.tdpa(LOOP).params.damping_max == 125.0
+
+
+@pytest.mark.parametrize(("stiffness", "diverges"), [(2000.0, False), (4000.0, True)])
+def test_a_contact_too_stiff_for_the_servers_step_is_not_the_links_to_calm(stiffness, diverges):
+    """B = 10 N s/m at 8 ms allows 2,500 N/m."""
+    scenario = load(
+        "carry_24ms",
+        settings_texts=[
+            "controller=tdpa",
+            "duration_s=9",
+            f"server.contact_stiffness={stiffness}",
+        ],
+    )
+    criteria = tuning.check("tdpa", BaselineParams(), loop_in(scenario)).criteria
+    assert (criteria["contact"] < 0.0) is diverges
+    assert (verdict(simulate([scenario])[0], scenario).instability == "diverged") is diverges
 
 
 def test_without_any_damping_no_virtual_coupling_is_proposed():
@@ -122,7 +149,11 @@ def test_the_defaults_meet_their_rules_at_24_ms_with_the_default_hand(controller
     loop = loop_in(
         parse_scenario(
             {**PRESS, "operator": {"kind": "hand"}},
-            overrides={"link.delay_s": 0.024, "server.contact_stiffness": 500.0},
+            overrides={
+                "link.delay_s": 0.024,
+                "server.contact_stiffness": 500.0,
+                "server.contact_damping": 10.0,
+            },
         )
     )
     assert tuning.check(controller, BaselineParams(), loop).met

@@ -10,6 +10,8 @@ damping_max = m/(2 T_c)         half of what stops a mass m within a tick (Hanna
                                 discuss the limit)
 b + damping >= K (T_1 + T_2)/2  time-domain passivity: the same for the contact, whose force is
                                 what is late; without it a passive link may oscillate (ours)
+B >= K h/2                      likewise: its contact is sampled and held over a step h, and what
+                                that makes is not the link's (as with direct coupling)
 B > K T_c/2                     set-position modulation (Lee and Huang 2010)
 ==============================  ================================================================
 
@@ -45,7 +47,9 @@ class Loop:
     damping: float  # [N s/m] b, device and hand
     tick_s: float  # T_c
     round_trip_s: float  # T_1 + T_2
-    contact_stiffness: float  # [N/m]
+    contact_stiffness: float  # [N/m] K
+    contact_damping: float  # [N s/m] B
+    period_s: float  # h, step of the server
 
 
 @dataclass(frozen=True)
@@ -84,6 +88,8 @@ def loop_of(
         tick_s=master.tick_s,
         round_trip_s=up.delay_s + down.delay_s + spread + master.frame_s + server.period_s,
         contact_stiffness=contact.contact_stiffness,
+        contact_damping=contact.contact_damping,
+        period_s=server.period_s,
     )
 
 
@@ -120,12 +126,16 @@ def check_tdpa(params: TdpaParams, loop: Loop) -> Proposal:
     criteria = {
         "sampling": 0.5 * loop.mass / loop.tick_s - params.damping_max,
         "delay": loop.damping + params.damping - late,
+        "contact": loop.contact_damping - 0.5 * loop.contact_stiffness * loop.period_s,
     }
     return Proposal(params, criteria)
 
 
 def tdpa(loop: Loop) -> Proposal:
-    """Return the limit of the controller's damper, and the local damping the contact needs."""
+    """Return the limit of the controller's damper, and the local damping the contact needs.
+
+    The contact itself is not proposed: its criterion may stay unmet.
+    """
     late = 0.5 * loop.contact_stiffness * loop.round_trip_s
     params = TdpaParams(
         damping=max(late / MARGIN - loop.damping, 0.0), damping_max=0.5 * loop.mass / loop.tick_s
