@@ -94,6 +94,56 @@ def test_one_step_delay_is_promised_up_to_its_bound(stiffness, passive):
     assert any(words in line for line in lines(scenario, live=False)) is passive
 
 
+BLACK_BOX = {
+    "server__coupling": "unknown",
+    "server__environment": "wall",
+    "server__contact_damping": 10.0,
+}
+
+
+@pytest.mark.parametrize(
+    ("compensation", "stiffness", "passive"),
+    [
+        ("none", 625.0, True),
+        ("none", 625.01, False),
+        ("ledger", 1e5, True),
+        ("printed", 100.0, False),
+    ],
+)
+def test_what_a_port_promises_that_knows_nothing_of_its_environment(
+    compensation, stiffness, passive
+):
+    scenario = handmade.scenario(
+        server__compensation=compensation, server__contact_stiffness=stiffness, **BLACK_BOX
+    )
+    assert parts_passive(scenario.users[0], scenario) is passive
+
+
+def test_a_ledger_promises_stability_though_it_is_not_linear():
+    scenario = handmade.scenario(server__compensation="ledger", **BLACK_BOX)
+    values = prediction(scenario, live=False)
+    assert values["stable"] is True
+    assert values["spectral_radius"] is None
+    allowed = handmade.scenario(
+        server__compensation="ledger",
+        server__allowance_w=0.5,
+        server__allowance_j=0.2,
+        **BLACK_BOX,
+    )
+    assert prediction(allowed, live=False)["stable"] is None
+
+
+@pytest.mark.parametrize(("environment", "late"), [("wall", True), ("wall_with_slope", False)])
+def test_late_decoding_counts_as_a_shorter_lag(environment, late):
+    known, unknown = (
+        handmade.scenario(server__compensation="none", **values)
+        for values in ({}, BLACK_BOX | {"server__environment": environment})
+    )
+    shorter = lag_s(known.users[0], known, live=False)
+    shorter -= lag_s(unknown.users[0], unknown, live=False)
+    assert shorter == pytest.approx(2.0 * known.server.period_s if late else 0.0)
+
+
 def test_aliasing_takes_the_promise_of_any_delay_away():
     scenario = handmade.scenario(master__filter__kind="none")
     values = prediction(scenario, live=False)

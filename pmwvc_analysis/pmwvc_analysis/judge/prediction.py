@@ -25,6 +25,7 @@ import math
 from typing import NamedTuple
 
 from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.linear import LINEAR
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
@@ -37,6 +38,10 @@ LIVE_PHASE_S = (
     0.002  # the server steps 2 ms into the master's frame, the master takes the answer 2 ms later
 )
 ALIASING_BOUND = 1.1
+
+
+UNTREATED = ("none", "wall")
+SLOPED = ("wall_with_slope", "hunt_crossley")  # unknown environments that tell their slope
 
 
 class Exact(NamedTuple):
@@ -84,7 +89,7 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, float | bool | No
     if model is None and passive(scenario):
         values["stable"] = True
     values["aliasing_gain"] = max(aliasing_gain(user) for user in scenario.users)
-    if not all(feels_as_its_lag(user) for user in scenario.users):
+    if not all(feels_as_its_lag(user, scenario) for user in scenario.users):
         return values
     values["k_felt"] = min(stiffness)
     free = [lag_s(user, scenario, live=live, touching=False) for user in scenario.users]
@@ -114,7 +119,8 @@ def parts_passive(user: User, scenario: Scenario) -> bool:
     Held device force: stable at a matched port for b T_c/m < 2. Velocity filter: only the
     complementary one is; for the others anti-aliasing filter and environment have to pay. Filter
     bank: likewise. Position feedback: not where nothing pays for it. Server:
-    ``implicit`` conserves energy exactly; ``one_step_delay`` is passive for K T_VE + 2B <= b
+    ``implicit`` conserves energy exactly; a ledger gives back no more than it got, but for its
+    allowance; ``one_step_delay``, and a wall that is unknown, are passive for K T_VE + 2B <= b
     (backward Euler). The other couplings have no such bound.
     """
     if largest(user.impedance) * user.master.tick_s / float(user.device.mass) >= 2.0:
@@ -126,16 +132,19 @@ def parts_passive(user: User, scenario: Scenario) -> bool:
         return False
     if user.master.bank.kind == "dissertation":
         return False
-    if scenario.server.coupling == "implicit":
-        return True
-    return one_step_bound(user, scenario) is True
+    server = scenario.server
+    if server.coupling == "unknown" and server.compensation == "ledger":
+        return bool(min(server.allowance_w, server.allowance_j) == 0.0)
+    return server.coupling == "implicit" or one_step_bound(user, scenario) is True
 
 
-def feels_as_its_lag(user: User) -> bool:
+def feels_as_its_lag(user: User, scenario: Scenario) -> bool:
     """Tell whether the lag alone decides what the link feels like: not with a local model that
-    answers at once, nor with position feedback.
+    answers at once, nor with position feedback, nor where the contact is not known.
     """
-    master = user.master
+    master, server = user.master, scenario.server
+    if server.coupling == "unknown" and server.environment not in LINEAR:
+        return False
     fed_back = master.position.feedback != "none" and float(master.position.gain) > 0.0
     return master.bank.kind != "dissertation" and not fed_back
 
@@ -143,12 +152,21 @@ def feels_as_its_lag(user: User) -> bool:
 def one_step_bound(user: User, scenario: Scenario) -> bool | None:
     """Tell whether K T_VE + 2B <= b holds, None where it does not apply."""
     server, contact = scenario.server, user.contact
-    if server.coupling != "one_step_delay" or server.integrator != "backward_euler":
+    if server.coupling == "unknown" and (server.compensation, server.environment) != UNTREATED:
+        return None
+    if not decodes_late(scenario) or server.integrator != "backward_euler":
         return None
     needed = float(contact.contact_stiffness) * server.period_s + 2.0 * float(
         contact.contact_damping
     )
     return needed <= smallest(user.server_impedance)
+
+
+def decodes_late(scenario: Scenario) -> bool:
+    """Tell whether the server decodes with the force of the step before."""
+    server = scenario.server
+    unknown = server.coupling == "unknown" and server.environment not in SLOPED
+    return server.coupling == "one_step_delay" or unknown
 
 
 def felt_stiffness(contact: float, impedance: float, tau: float) -> float:
@@ -173,7 +191,7 @@ def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) 
     phase = LIVE_PHASE_S if live else 0.0
     lag += network_s(user.link_up, scenario.server.period_s, phase)
     lag += network_s(user.link_down, master.frame_s, phase)
-    if scenario.server.coupling == "one_step_delay":  # the avatar runs F T/b ahead: see module
+    if decodes_late(scenario):  # the avatar runs F T/b ahead: see module
         lag -= 2.0 * scenario.server.period_s
     return float(lag)
 

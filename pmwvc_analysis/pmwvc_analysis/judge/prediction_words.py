@@ -37,10 +37,12 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
         return [*found, WITHOUT_WAVES[scenario.controller], *_rule_lines(scenario)]
     for user in scenario.users:
         tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
-        if not feels_as_its_lag(user):
+        if not feels_as_its_lag(user, scenario):
+            how = "what it feels like, with local model or position feedback, pmwvc transparency "
+            if nonlinear(scenario):
+                how = "what it feels like is not decided by it alone, pmwvc simulate "
             found.append(
-                f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; what it feels like "
-                "with local model or position feedback, pmwvc transparency tells."
+                f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; {how}tells."
             )
             continue
         free = lag_s(user, scenario, live=live, touching=False)
@@ -53,9 +55,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     found += _aliasing_lines(scenario)
     for user in scenario.users:
         if one_step_bound(user, scenario) is False:
-            found.append(
-                f"{user.name}: K T + 2B > b: the one-step-delay coupling may give out energy."
-            )
+            found.append(f"{user.name}: K T + 2B > b: decoding a step late may give out energy.")
     if passive(scenario):
         found.append("Every part is passive: that holds at any constant delay.")
     return found
