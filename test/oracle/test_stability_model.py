@@ -13,7 +13,7 @@ from pmwvc_analysis.models import rigid
 from pmwvc_analysis.models.loop import Loop
 from pmwvc_analysis.models.multirate import build, spectral_radius, transitions
 from pmwvc_analysis.models.stability import boundary, k_max, radii, z_width
-from pmwvc_analysis.models.variation import with_stiffness
+from pmwvc_analysis.models.variation import varied, with_stiffness
 
 FRAME_S = 0.008
 # Largest symmetric stiffness [N/m] of two users, App. B, for 0 to 3 frames of delay each way.
@@ -248,6 +248,38 @@ def test_a_batch_says_the_same_as_one_by_one():
     together = radii(with_stiffness(scenario, values))
     alone = [radii(with_stiffness(scenario, float(k)))[0] for k in values[:, 0]]
     np.testing.assert_allclose(together, alone, rtol=1e-9)
+
+
+STACKED = [
+    ("master.velocity_filter.share", (0.1, 0.5, 0.9), {"master__velocity_filter__kind": "exact"}),
+    (
+        "master.velocity_filter.cutoff_hz",
+        (20.0, 60.0),
+        {"master__velocity_filter__kind": "complementary"},
+    ),
+    ("master.bank.split_rad_s", (20.0, 90.0), {"master__bank__kind": "complementary"}),
+    ("master.local_model.stiffness", (0.0, 100.0, 2e3), {"master__bank__kind": "dissertation"}),
+    ("master.position.gain", (0.0, 5.0, 30.0), {"master__position__feedback": "printed"}),
+    (
+        "baseline.virtual_coupling.stiffness",
+        (50.0, 900.0),
+        {"controller": "virtual_coupling"},
+    ),
+    (
+        "server.contact_damping",
+        (0.0, 9.0),
+        {"server__coupling": "unknown", "server__compensation": "none"},
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "values", "others"), STACKED)
+def test_parameters_around_the_port_stack(name, values, others):
+    scenario = linear_loops.scenario(link__delay_s=0.016, **others)
+    together = radii(varied(scenario, name, np.array(values)[:, np.newaxis]))
+    alone = [radii(varied(scenario, name, value))[0] for value in values]
+    np.testing.assert_allclose(together, alone, rtol=1e-9)
+    assert np.ptp(alone) > 1e-9
 
 
 ISLANDS = [
