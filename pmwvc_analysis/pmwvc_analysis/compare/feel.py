@@ -4,8 +4,8 @@
 
 From the exact model where there is one; else from what a chirp has shown: a series k - m w^2 + c
 w^4 is fitted to the trusted values of Re(f/x) below the first peak, each with the weight of its
-coherence gamma^2/(1 - gamma^2). So a stiffness is what is felt at rest, as that of the model, within
-a few per cent.
+coherence gamma^2/(1 - gamma^2). So a stiffness is what is felt at rest, as that of the model,
+within a few per cent.
 """
 
 from dataclasses import dataclass
