@@ -7,6 +7,7 @@ import pytest
 
 from pmwvc_analysis.judge.budget import budget
 from pmwvc_analysis.judge.budget_result import SERVER
+from pmwvc_analysis.judge.consistency import inconsistencies
 from pmwvc_analysis.judge.energy import user_energies
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.simulation.session import simulate_one
@@ -141,3 +142,20 @@ def test_the_printed_feedback_is_named_where_it_gives_out_energy():
     settings = ("master.position.gain=40", "master.position.feedback=printed")
     traces, scenario = simulated("carry_16ms", *settings)
     assert ("user1", "position_spent") in said(budget(traces, scenario))
+
+
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("wall", (*UNKNOWN, "server.compensation=printed")),
+        ("wall", (*UNKNOWN, "server.compensation=ledger", "server.contact_stiffness=3000")),
+        ("carry_16ms", AROUND[2]),
+        ("carry_16ms", AROUND[6]),
+        ("carry_16ms", AROUND[8]),
+    ],
+)
+def test_a_sound_session_has_no_contradictions(name, settings):
+    traces, scenario = simulated(name, *settings)
+    assert inconsistencies(traces, scenario) == []
+    traces.server.f_s[0] = 1.01 * traces.server.f_s[0]
+    assert inconsistencies(traces, scenario) != []

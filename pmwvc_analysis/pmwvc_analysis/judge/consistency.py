@@ -37,6 +37,8 @@ def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[st
             if waves:
                 found += _server_port(traces.server, place, users.get(name), exact=exact)
                 found += _server_sums(traces.server, place)
+        if "withheld" in traces.server.accounts:
+            found += _booked(traces.server)
     return found
 
 
@@ -63,8 +65,11 @@ def _not_finite(owner: str, signals: dict[str, Array]) -> list[str]:
 def _master_port(user: UserTraces, known: User | None) -> list[str]:
     """Check the port where the safety layer let the force through unchanged.
 
-    With a force that was limited, the outgoing wave is scaled and the identity does not hold.
+    With a force that was limited, the outgoing wave is scaled and the identity does not hold; nor
+    does it where the velocity in the force is filtered for itself.
     """
+    if "force_velocity_filter" in user.accounts:
+        return []
     rows = (np.abs(user.f_applied - user.f_m) <= SMALLEST).all(axis=-1)
     power = np.sum(user.f_m * user.xd_m, axis=-1)[rows]
     waves = (np.sum(user.u_m**2, axis=-1) - np.sum(user.v_m**2, axis=-1))[rows] / 2.0
@@ -97,8 +102,12 @@ def _master_sums(user: UserTraces) -> list[str]:
 def _server_port(
     server: ServerTraces, place: int, known: User | None, *, exact: bool
 ) -> list[str]:
-    """Check the port; its power only where velocity and force are of the same step."""
-    rows = server.state[place] == COUPLED
+    """Check the port, but for steps in which a compensation changed the wave that goes back; its
+    power only where velocity and force are of the same step.
+    """
+    withheld = server.accounts.get("withheld", np.zeros(len(server.time_s)))
+    changed = np.diff(withheld, prepend=0.0) != 0.0
+    rows = (server.state[place] == COUPLED) & ~changed
     u_s, v_s = server.u_s[place][rows], server.v_s[place][rows]
     f_s, xd_s = server.f_s[place][rows], server.xd_s[place][rows]
     name, found = server.users[place], []
@@ -110,6 +119,19 @@ def _server_port(
         if (gap := differs(f_s, force)) is not None:
             found.append(f"{name}: F is not sqrt(b/2) (u - v) at the server, {gap:.3g} N off")
     return found
+
+
+def _booked(server: ServerTraces) -> list[str]:
+    """Check the accounts of a port to an unknown environment against waves, forces and motion."""
+    power = np.zeros(len(server.time_s))
+    for u, v, f, xd in zip(server.u_s, server.v_s, server.f_s, server.xd_s, strict=True):
+        power += 0.5 * np.nansum(u**2 - v**2, axis=-1) - np.nansum(f * xd, axis=-1)
+    said = server.accounts["late_decoding"] + server.accounts["withheld"]
+    next_to = np.diff(server.step, prepend=0) == 1
+    gap = differs((power * server.period_s)[next_to], np.diff(said, prepend=0.0)[next_to])
+    if gap is None:
+        return []
+    return [f"server: late decoding and compensation are not as booked, {gap:.3g} J off"]
 
 
 def _server_sums(server: ServerTraces, place: int) -> list[str]:
