@@ -6,7 +6,7 @@ import math
 from types import SimpleNamespace
 
 import numpy as np
-from hypothesis import given
+from hypothesis import event, given
 from hypothesis import strategies as st
 
 from pmwvc_core.master import SafetyLimiter, SafetyState
@@ -173,3 +173,44 @@ def test_a_batch_is_its_runs_side_by_side(rows, story, seed):
         np.testing.assert_array_equal(events, [single.events for single in singles])
         reasons = batch.reason if isinstance(batch.reason, list) else [batch.reason] * len(rows)
         assert reasons == [single.reason for single in singles]
+
+
+mostly_calm = st.lists(
+    st.tuples(
+        st.sampled_from(
+            ["keep", "keep", "keep", "limit", "edge", "fast", "nan", "silent", "away"]
+        ),
+        st.floats(-1.0, 1.0),
+        st.integers(1, 30),
+    ),
+    min_size=1,
+    max_size=12,
+)
+
+
+@given(limits, mostly_calm)
+def test_a_calm_tick_told_at_a_glance_is_the_tick_worked_out(params, story):
+    """Forces, states and events are the same bits as without the glance."""
+    glancing, working = limiter(params), limiter(params)
+    glances = 0
+    for what, share, ticks in story:
+        f = (
+            share
+            * params["max_force"]
+            * {"limit": 3.0, "edge": 1.0 / (abs(share) or 1.0)}.get(what, 0.9)
+        )
+        f = math.nan if what == "nan" else f
+        xd = params["damper_velocity"] * (1.5 if what == "fast" else 0.3) * share
+        silence_s = 2.0 if what == "silent" else 0.0
+        for _ in range(ticks):
+            working._calm = False
+            both = [
+                safety.step(f, 0.0, xd, silence_s=silence_s, coupled=what != "away")
+                for safety in (glancing, working)
+            ]
+            assert both[0] == both[1]
+            assert (glancing.state, glancing.reason) == (working.state, working.reason)
+            assert (glancing.events, glancing.ready) == (working.events, working.ready)
+            assert glancing._gain == working._gain
+            glances += glancing._calm
+    event(f"calm ticks: {min(glances, 100) // 10 * 10}+")
