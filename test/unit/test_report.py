@@ -51,7 +51,7 @@ def page(traces, scenario):
 
 def test_the_verdict_comes_first_in_plain_words():
     text = page(handmade.session(), handmade.scenario()).text
-    verdict = text.index("Stable: motion beyond the person's own dies out.")
+    verdict = text.index("Stable: motion beyond what is on purpose dies out.")
     assert verdict < text.index("Prediction") < text.index("Figures")
     assert "user1: the channel never gave out more energy than it had got." in text
 

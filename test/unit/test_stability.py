@@ -112,6 +112,33 @@ def test_what_the_operator_does_on_purpose_is_no_oscillation(operator, stable):
     assert (judged(traces, **operator) is None) is stable
 
 
+DRIVEN = {
+    "server__coupling": "unknown",
+    "server__environment": "active_wall",
+    "server__active_wall__frequency_hz": 1.0,
+}
+
+
+@pytest.mark.parametrize(
+    ("hertz", "environment", "stable"),
+    [
+        (1.0, DRIVEN, True),
+        (3.0, DRIVEN, True),  # harmonics, where the hand is let go
+        (7.0, DRIVEN, False),  # the loop's
+        (1.0, DRIVEN | {"server__active_wall__amplitude_m": 0.0}, False),
+        (1.0, DRIVEN | {"server__environment": "wall"}, False),
+    ],
+)
+def test_what_the_environment_is_driven_with_is_no_oscillation(hertz, environment, stable):
+    traces = oscillating(session(), rms_m_s=0.04, hertz=hertz)
+    assert (judged(traces, **environment) is None) is stable
+
+
+def test_a_driven_environment_does_not_hide_a_loop_that_swings_up():
+    traces = oscillating(session(), rms_m_s=0.05, hertz=10.0, rate_per_s=1.0)
+    assert judged(traces, **DRIVEN) == "diverged"
+
+
 def test_a_hand_that_carries_moves_on_purpose_below_two_hertz():
     carry = {"operator__kind": "hand", "task__kind": "carry"}
     slow = oscillating(session(), rms_m_s=0.05, hertz=0.7)

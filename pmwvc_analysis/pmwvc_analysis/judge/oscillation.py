@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How strong the motion beyond the person's own is.
+"""How strong the motion is that nobody makes on purpose.
 
-What is the person's own: everything below ``band_hz`` of the operator, in which hands move on
-purpose (for a target that rests, below half a hertz). A hand that moves in steps, an object let go
-or contact made for the first time give short bursts of fast motion; a median over quarter-second
-windows passes over them.
+What is made on purpose: everything below ``band_hz`` of the operator, in which hands move on
+purpose (for a target that rests, below half a hertz), and what an environment of the library is
+driven with. A hand that moves in steps, an object let go or contact made for the first time give
+short bursts of fast motion; a median over quarter-second windows passes over them.
+
+Not known: what drives an environment of somebody else's. Its motion counts as the loop's.
 """
 
 import math
@@ -14,13 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_core.numeric import Array
-from pmwvc_core.params import OperatorParams
+from pmwvc_core.params import OperatorParams, ServerParams
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import SessionTraces
 
 WINDOW_S = 0.25
 DEFAULT_BAND_HZ = 8.0
 REST_BAND_HZ = 0.5
+HARMONICS = 3.5  # of a sinusoid that makes and breaks contact
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,7 @@ class Strength:
 
 
 def strength(motion: Motion, duration_s: float) -> Strength:
-    """Return how strong motion beyond the person's own is, and whether it grows or dies out."""
+    """Return how strong motion beyond the band is, and whether it grows or dies out."""
     windows = max(1, round(WINDOW_S / motion.period_s))
     count = len(motion.velocity) // windows
     if count < 6 or not np.isfinite(motion.velocity).all():
@@ -83,7 +86,7 @@ def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: boo
     if operator.kind == "hand":
         return max(2.0, 6.0 / move_rise_s) if moves else REST_BAND_HZ
     if operator.kind == "sinusoid":
-        return max(REST_BAND_HZ, 3.5 * operator.frequency_hz)
+        return max(REST_BAND_HZ, HARMONICS * operator.frequency_hz)
     if operator.kind == "chirp":
         return 1.5 * max(operator.frequency_hz, operator.frequency_end_hz)
     if operator.kind.startswith("playback"):
@@ -91,14 +94,20 @@ def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: boo
     return REST_BAND_HZ
 
 
+def environment_band_hz(server: ServerParams) -> float:
+    """Return the frequency below which the environment moves by itself, 0 where it does not."""
+    driven = server.environment == "active_wall" and server.active_wall.amplitude_m > 0.0
+    return HARMONICS * server.active_wall.frequency_hz if driven else 0.0
+
+
 def _bands(scenario: Scenario | None, names: list[str]) -> dict[str, float]:
-    """Return each user's band; the object and the others move with the fastest hand."""
+    """Return each user's band; all move with the fastest hand and with the environment."""
     if scenario is None:
         return dict.fromkeys(names, DEFAULT_BAND_HZ)
     moves = scenario.task.kind == "carry"
     rise = scenario.task.move_rise_s
     band = max(operator_band_hz(user.operator, rise, moves=moves) for user in scenario.users)
-    return dict.fromkeys(names, band)
+    return dict.fromkeys(names, max(band, environment_band_hz(scenario.server)))
 
 
 def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:

@@ -14,11 +14,11 @@ In this order:
     again: in more than a twentieth of the second half of the session, in three or more separate
     events.
 ``sustained oscillation``
-    motion faster than the person's own that does not die out: its RMS velocity is beyond 1 mm/s in
-    most of the last third of the session, and it does not halve from the middle of the session to
-    its end.
+    motion faster than anybody's on purpose, the environment's own included, that does not die out:
+    its RMS velocity is beyond 1 mm/s in most of the last third of the session, and it does not
+    halve from the middle of the session to its end.
 
-What is the person's own, and how the rest is measured: oscillation.py.
+What is on purpose, and how the rest is measured: oscillation.py.
 """
 
 from dataclasses import dataclass
@@ -70,7 +70,7 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
         if found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s) and found.growth > 0.5:
             why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
             return Verdict("sustained oscillation", why, strongest)
-    return Verdict(None, "motion beyond the person's own dies out", strongest)
+    return Verdict(None, "motion beyond what is on purpose dies out", strongest)
 
 
 def _outside(traces: SessionTraces, scenario: Scenario | None) -> str:
