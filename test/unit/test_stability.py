@@ -123,7 +123,7 @@ DRIVEN = {
     ("hertz", "environment", "stable"),
     [
         (1.0, DRIVEN, True),
-        (3.0, DRIVEN, True),  # harmonics, where the hand is let go
+        (2.0, DRIVEN, True),  # a harmonic: the hand is let go at times
         (7.0, DRIVEN, False),  # the loop's
         (1.0, DRIVEN | {"server__active_wall__amplitude_m": 0.0}, False),
         (1.0, DRIVEN | {"server__environment": "wall"}, False),
