@@ -21,9 +21,7 @@ from pmwvc_core.server.couplings import sampled
 
 @dataclass
 class Seat:
-    """One user's end: parameters as columns, signals as rows; ``names`` are those that the next
-    step needs.
-    """
+    """One user: parameters as columns, signals as rows; ``names``: needed in the next step."""
 
     stiffness: Array
     damping: Array
