@@ -25,7 +25,8 @@ from pmwvc_core.wave.impedance import first_axis
 WITHOUT_WAVES = {
     "direct": "Direct coupling: nothing keeps it passive as delay or stiffness grows.",
     "virtual_coupling": "Virtual coupling: stable where its rules are met; nobody counts energy.",
-    "tdpa": "Time-domain passivity control: the link's observed energy is kept above zero.",
+    "tdpa": "Time-domain passivity control: what the link gave out too much is damped "
+    "away later; a slow device can hardly be damped.",
     "pspm": "Set-position modulation: each end spends no more energy than it has.",
 }
 

@@ -126,7 +126,8 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Any:
             label = None if place else "limit"
             axes.axhline(edge, color=style.ALARM, lw=1.0, ls=":", label=label)
         axes.set_title(user.name, color=tint, fontweight="bold")
-        axes.set_ylabel("force [N]")
+        along = "" if user.f_applied.shape[1] == 1 else f", {style.AXES[0]}"
+        axes.set_ylabel(f"force{along} [N]")
         style.legend(axes)
     rows[-1].set_xlabel("time [s]")
     return figure

@@ -10,6 +10,7 @@ import numpy as np
 from pmwvc_analysis.models.map_files import Measured
 from pmwvc_analysis.models.maps import Grid
 from pmwvc_analysis.show import style
+from pmwvc_analysis.show.text import users
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import shared_specs, user_specs
 
@@ -111,7 +112,7 @@ def _note(grid: Grid) -> str:
     varied = (grid.x.name.rpartition(".")[2], grid.y.name.rpartition(".")[2])
     parts = [
         ("", "exact model" + (", phases of a live session" if grid.live else "")),
-        ("", f"{len(scenario.users)} users"),
+        ("", users(len(scenario.users))),
         ("", f"controller {scenario.controller}"),
         ("impedance", f"b = {user.impedance:.4g} N s/m"),
         ("rate_drop", f"M = {user.master.rate_drop}"),

@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from pmwvc_analysis.show.text import users
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
@@ -123,7 +124,7 @@ def note(traces: SessionTraces, scenario: Scenario | None) -> str:
     if scenario is None:
         return f"{traces.source}, {traces.duration_s:.1f} s, parameters not known"
     user = scenario.users[0]
-    parts = [traces.source, f"{len(scenario.users)} users", f"controller {scenario.controller}"]
+    parts = [traces.source, users(len(scenario.users)), f"controller {scenario.controller}"]
     if has_waves(scenario.controller):
         master = user.master
         kind = master.filter.kind.replace("_", " ")

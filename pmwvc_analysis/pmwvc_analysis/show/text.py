@@ -20,6 +20,11 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> str:
     return f"{value / factor:.{digits}g} {prefix}{unit}"
 
 
+def users(count: int) -> str:
+    """Return how many users there are."""
+    return f"{count} user{'' if count == 1 else 's'}"
+
+
 def cell(value: Any, scale: float = 1.0, digits: int = 3) -> str:
     """Return what stands in a table cell: numbers scaled and rounded, flags as words."""
     if value is None:
