@@ -16,7 +16,7 @@ from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.server.blackbox import plugins as environments
 from pmwvc_core.simulation.scenario import Scenario, User
-from pmwvc_master.plugins import required
+from pmwvc_master.plugins import PLUGINS as DEVICES
 
 SIMULATED = "simulated"
 
@@ -90,7 +90,7 @@ def _problems(user: User, scenario: Scenario) -> Iterator[str]:
 
     attempts: list[Callable[[], object]] = [operator, master]
     if user.device.plugin != SIMULATED:  # that one is part of this, installed or run from source
-        attempts.insert(0, lambda: required(user.device.plugin))
+        attempts.insert(0, lambda: DEVICES.required(user.device.plugin))
     for link in (user.link_up, user.link_down):
         if link.jitter == "trace":
             attempts.append(partial(load_delay_trace, link.trace_file, link.trace_scale))

@@ -11,7 +11,8 @@ and dropped.
     ├── ParameterError        one value is outside what it may be
     │   └── ScenarioError     a scenario file or override; lists every mistake it holds
     ├── RecordingError        a file of recorded motion, force or delay, or a session folder,
-    cannot be used └── DeviceError           a device cannot be opened, calibrated or read
+    │                         cannot be used
+    └── DeviceError           a device cannot be opened, calibrated or read
 """
 
 
@@ -47,3 +48,8 @@ class RecordingError(PmwvcError):
 
 class DeviceError(PmwvcError):
     """A device cannot be used; the message gives cause and remedy."""
+
+
+def reason(error: BaseException) -> str:
+    """Return what a foreign error says, in one line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())

@@ -157,7 +157,7 @@ def test_broken_packets_are_counted_and_change_nothing():
 @pytest.mark.parametrize(
     ("parameters", "text"),
     [
-        ({"device.plugin": "touch"}, r"'touch': not installed; installed are: .*simulated"),
+        ({"device.plugin": "touch"}, r"'touch': not installed; there are: .*simulated"),
         ({"device.mass": -1.0}, r"device.mass = -1.0: must be > 0 kg"),
         ({"device.mas": 1.0}, r"device.mas: there is no such parameter; did you mean device.mass"),
         ({"side": 0}, r"side = 0: must be -1 or 1"),

@@ -16,11 +16,12 @@ PACKAGES = {
     "pmwvc_analysis": {"pmwvc_core", "pmwvc_msgs"},
 }
 # Below each folder of the core: what it may import of the core beside itself.
-BASE = {"errors", "numeric", "params", "wave"}
+BASE = {"errors", "numeric", "params", "plugins", "wave"}
 CORE = {
     "errors": set(),
     "numeric": set(),
     "params": {"errors"},
+    "plugins": {"errors"},
     "wave": {"errors", "numeric", "params"},
     "plant": BASE,
     "network": BASE,

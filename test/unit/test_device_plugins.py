@@ -67,13 +67,14 @@ def lab(monkeypatch):
         "picky": "lab_devices:picky",
         "absent": "lab_vendor_library:Device",
     }
-    own = plugins.installed()
-    own |= {name: EntryPoint(name, value, plugins.GROUP) for name, value in names.items()}
-    monkeypatch.setattr(plugins, "installed", lambda: own)
+    group = plugins.PLUGINS.group
+    points = [EntryPoint(name, value, group) for name, value in names.items()]
+    points += plugins.PLUGINS.installed().values()
+    monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: points)
 
 
 def test_the_projects_own_devices_are_installed():
-    assert {"simulated", "ros_topic"} <= set(plugins.installed())
+    assert {"simulated", "ros_topic"} <= set(plugins.PLUGINS.installed())
 
 
 def test_a_device_of_another_package_is_made(lab):

@@ -6,7 +6,6 @@ import pytest
 
 from pmwvc_bringup import preflight, scenarios
 from pmwvc_core.errors import PmwvcError, ScenarioError
-from pmwvc_master import plugins
 
 MOTION = str(scenarios.folders()[0] / "hand_motion.csv")
 
@@ -44,7 +43,7 @@ def test_everything_wrong_is_told_at_once_and_with_its_user(tmp_path):
         users=3,
     )
     starts = [
-        "user1: device.plugin = 'falcom': not installed; installed are: ",
+        "user1: device.plugin = 'falcom': not installed; there are: ",
         f"user1: {garbage}: not text",
         "user2: nowhere.csv: no such file",
         "user3: gone.txt: cannot be read as a delay trace: No such file",
@@ -70,10 +69,10 @@ def test_a_controller_that_cannot_use_an_unknown_environment_is_named():
 
 
 def test_the_simulated_device_needs_no_installed_package(monkeypatch):
-    monkeypatch.setattr(plugins, "entry_points", lambda group: ())
+    monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: ())
     preflight.check(scenarios.load("carry_16ms"))
     (problem,) = problems("device.plugin=ros_topic", users=1)
-    assert "not installed; installed are: none" in problem
+    assert "not installed; there are: none" in problem
 
 
 def test_without_ros_the_answer_says_what_to_do(monkeypatch):

@@ -17,16 +17,22 @@ force of the right shape, is a matched damper from then on; the reason is logged
 """
 
 import logging
-from importlib.metadata import entry_points
 from typing import Any
 
 import numpy as np
 
-from pmwvc_core.errors import ParameterError
+from pmwvc_core.errors import reason
 from pmwvc_core.numeric import Array, Flag, Value, dot, maximum, where
 from pmwvc_core.params import LocalModelParams
+from pmwvc_core.plugins import PluginGroup
 
-GROUP = "pmwvc.local_models"
+PLUGINS = PluginGroup(
+    "pmwvc.local_models",
+    "master.local_model.kind",
+    "a local model",
+    calls=("step",),
+    own=("spring_damper",),
+)
 LARGEST_N = 1e6  # more is no force
 logger = logging.getLogger(__name__)
 
@@ -53,7 +59,7 @@ class ForeignModel:
 
     def __init__(self, params: LocalModelParams, *, matched: Value, tick_s: float) -> None:
         self._name = params.kind
-        self._model = _made(params)
+        self._model: Any = PLUGINS.make(params.kind, params)
         self._sloped = hasattr(self._model, "local")
         self._matched = matched
         self._tick_s = tick_s
@@ -118,33 +124,12 @@ class ForeignModel:
     def _contain(self, error: Exception) -> None:
         self._broken = True
         logger.error(
-            "master.local_model.kind = %r: %s: %s; a matched damper stands in its place",
+            "master.local_model.kind = %r: %s; a matched damper stands in its place",
             self._name,
-            type(error).__name__,
-            error,
+            reason(error),
         )
 
 
 def _signal(value: Value) -> Array:
     """Return a signal as the model sees it, ``(1, ..., dof)``."""
     return np.array(value, dtype=float, ndmin=1)[np.newaxis]
-
-
-def _made(params: LocalModelParams) -> Any:
-    points = {point.name: point for point in entry_points(group=GROUP)}
-    if params.kind not in points:
-        raise ParameterError(
-            f"master.local_model.kind = {params.kind!r}: not installed; there are: "
-            f"{', '.join(['spring_damper', *sorted(points)])}. "
-            f"A plug-in is a package with an entry point in the group {GROUP!r}"
-        )
-    try:
-        model = points[params.kind].load()(params)
-    except Exception as error:  # whatever foreign code raises
-        raise ParameterError(
-            f"master.local_model.kind = {params.kind!r} ({points[params.kind].value}): "
-            f"{type(error).__name__}: {error}"
-        ) from error
-    if not callable(getattr(model, "step", None)):
-        raise ParameterError(f"master.local_model.kind = {params.kind!r}: it lacks step")
-    return model
