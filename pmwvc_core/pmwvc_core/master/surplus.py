@@ -12,9 +12,10 @@ the hand, F xd; out go packets. What filter and hold may still give out is not f
 
 with v the wave that the hold gives out, u the one that comes back from the device, y the filter's
 output, tau its group delay less (M-1)/2 T_c: the wave that is in the filter when a packet has just
-been sent. The first line never falls while packets come in time; where a hold gives out what no
-packet brought, ``owed_j`` counts it, and later packets pay that first. A packet that the rest
-cannot pay for is shortened. So at every packet
+been sent. The first line never falls while packets come in time. Where a hold gives out what no
+packet brought, what is saved pays; ``owed_j`` counts the rest, at most M T_c/2 |v|^2 for each load
+of a packet heard before, and later packets pay that first. A packet that the rest cannot pay for
+is shortened. So at every packet
 
     heard + F xd - sent >= - owed
 
@@ -40,7 +41,7 @@ class Surplus:
     spent_j
         Spent since the start, less what came back [J].
     owed_j
-        What the hold gave out and no packet has brought yet [J].
+        What the hold gave out, no packet has brought yet and nothing saved could pay [J].
     discarded_j
         What was more than the account may hold [J].
     """

@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The surplus of a master: what is kept for the filter, what the hold owes and who pays that."""
+
+import math
+
+import pytest
+
+from pmwvc_core.master.surplus import Surplus
+from pmwvc_core.params import FilterParams, MasterParams, PositionParams
+from pmwvc_core.wave import Hold, Packer, worst_case_gain
+
+M, TICK_S, FRAME_S = 8, 0.001, 0.008
+WAVE = 0.3
+BROUGHT = WAVE**2 * FRAME_S / 2  # by each packet
+
+
+class Held:
+    """An account that hears packets of one wave, and the hold that plays them."""
+
+    def __init__(self, hold, *, most_j):
+        self.account = Surplus(
+            MasterParams(
+                rate_drop=M, tick_s=TICK_S, hold=hold, position=PositionParams(most_j=most_j)
+            )
+        )
+        self.hold = Hold(hold, ticks=M)
+        self.server = Packer(7, period=FRAME_S)
+        self.packet = None
+
+    def frame(self, *, late=False, lost=0, silent=False):
+        """Run a frame and settle it."""
+        for _ in range(0 if late else lost + 1):  # the last of these comes in
+            self.packet = self.server.pack(WAVE, 0.0, 0)
+        self.account.hear(self.packet)
+        self.hold.load(0.0 if silent else self.packet.wave)
+        for _ in range(M):
+            self.account.play(self.hold.step())
+        self.account.hear(self.packet)
+
+
+def rounded_off(hold):
+    """Return what a ramp between 0 and the wave gives out less than the packet brought [J]."""
+    return WAVE**2 * TICK_S / 2 * (M * M - 1) / (6 * M) if hold == "foh" else 0.0
+
+
+@pytest.mark.parametrize("hold", ["zoh", "foh"])
+def test_a_wave_held_is_owed_with_both_its_ramps_and_no_more(hold):
+    """A packet heard in silence, whose energy is let go; later the hold plays it all the same.
+
+    The ramps up and down give out |v|^2 T_c/2 (2 M^2 + 1)/(3 M), the second in a silent frame.
+    """
+    held = Held(hold, most_j=0.0)
+    held.frame(silent=True)
+    assert held.account.owed_j == 0.0
+    held.frame(late=True)
+    assert held.account.owed_j == pytest.approx(BROUGHT - rounded_off(hold), rel=1e-12)
+    held.frame(late=True, silent=True)
+    ramps = WAVE**2 * TICK_S / 2 * (2 * M * M + 1) / (3 * M)
+    assert held.account.owed_j == pytest.approx(ramps if hold == "foh" else BROUGHT, rel=1e-12)
+    held.frame(late=True, silent=True)
+    assert held.account.owed_j == pytest.approx(ramps if hold == "foh" else BROUGHT, rel=1e-12)
+
+
+@pytest.mark.parametrize("hold", ["zoh", "foh"])
+def test_the_surplus_pays_for_what_is_held_and_lost_packets_pay_it_back(hold):
+    held, off = Held(hold, most_j=10.0), rounded_off(hold)
+
+    def stands(free, owed):
+        assert held.account.free_j == pytest.approx(free, rel=1e-12, abs=1e-15)
+        assert held.account.owed_j == pytest.approx(owed, rel=1e-12, abs=1e-15)
+
+    held.frame(silent=True)
+    stands(BROUGHT, 0.0)
+    held.frame(late=True)  # the surplus has it
+    stands(off, 0.0)
+    held.frame(late=True)  # the surplus has not all of it
+    stands(0.0, BROUGHT - off)
+    held.frame(lost=1)  # what was lost pays that first
+    stands(off, 0.0)
+    held.frame(lost=2)
+    stands(off + 2.0 * BROUGHT, 0.0)
+
+
+@pytest.mark.parametrize("pole", [5.0, 20.0, 50.0])
+def test_what_is_kept_for_a_first_order_filter_is_the_most_it_can_still_give(pole):
+    """With packets at 1/g^2 of their energy, the largest over all waves that may follow.
+
+    From y, with the wave of a frame h c: y+ = q y + c |h|^2; the best c leaves k y^2 for
+    k = (e + k) q^2 i/(i - (e + k) |h|^2), i = T_c/2, e = M T_c/(2 g^2).
+    """
+    filtering = FilterParams(pole_rad_s=pole)
+    p, i = math.exp(-pole * TICK_S), TICK_S / 2
+    q, r = p**M, (1 - p) / (1 + p)
+    k = i / r * q / (1 + q)
+    e, h2 = FRAME_S / 2 / worst_case_gain(filtering, tick_s=TICK_S, rate_drop=M), r * (1 - q * q)
+    assert k == pytest.approx((e + k) * q * q * i / (i - (e + k) * h2), rel=1e-6)
+    ledger = Surplus(MasterParams(rate_drop=M, filter=filtering))
+    ledger.send(0.1)  # nothing was taken in: only the reserve is missing, and no packet goes out
+    assert -ledger.saved_j == pytest.approx(k * 0.01, rel=0.02)
