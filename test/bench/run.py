@@ -21,6 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from controllers import bench_controllers
 from rich.console import Console
 from rich.table import Table
 
@@ -172,6 +173,7 @@ def main():
     parser.add_argument("--runs", type=int, default=1000, help="batched simulations")
     options = parser.parse_args()
     rows, numbers = [], {"cpus": os.cpu_count(), "python": sys.version.split()[0]}
+    controllers, numbers["controllers"] = bench_controllers()
     bench_map(rows, numbers)
     bench_simulation(rows, numbers, options.runs)
     bench_replay(rows, numbers)
@@ -180,7 +182,7 @@ def main():
     table = Table("what", "measured", "reference in this run", "ratio")
     for row in rows:
         table.add_row(*row)
-    Console().print(table)
+    Console().print(controllers, table)
     place = Path("sessions")
     place.mkdir(exist_ok=True)
     (place / "bench.json").write_text(json.dumps(numbers, indent=1) + "\n")
