@@ -15,7 +15,6 @@ makes nor takes energy and putting together makes none.
 """
 
 import functools
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +22,7 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import BankParams
-from pmwvc_core.wave.filter_design import HIGHEST_ORDER, PASS_THROUGH, runs_of
+from pmwvc_core.wave.filter_design import least_order, runs_of, stacked, warped_rad_s
 
 
 class BankFilters(NamedTuple):
@@ -47,8 +46,8 @@ def bank_filters(params: BankParams, *, tick_s: float) -> BankFilters:
         low, high = complementary(params.split_rad_s, tick_s=tick_s)
         return BankFilters(low, high, low, high)
     runs = runs_of(params)
-    high = _joined([_butterworth("high", *_edges(one, "high"), tick_s) for one in runs])
-    low = _joined([_butterworth("low", *_edges(one, "low"), tick_s) for one in runs])
+    high = stacked([_butterworth("high", *_edges(one, "high"), tick_s) for one in runs])
+    low = stacked([_butterworth("low", *_edges(one, "low"), tick_s) for one in runs])
     if runs == [params]:
         return BankFilters(None, high[..., 0, 0], None, low[..., 0, 0])
     return BankFilters(None, high, None, low)
@@ -76,30 +75,16 @@ def _butterworth(
     side: str, pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, tick_s: float
 ) -> Array:
     """Return the sections of a filter; not to be written to."""
-    # Importing it takes over a second, which nodes without such a filter need not wait for.
-    from scipy import signal
+    from scipy import signal  # here for the same reason as in ``least_order``
 
     if pass_hz * tick_s >= 0.5:
         raise ParameterError(
             f"bank.{side}_pass_hz = {pass_hz}: must be < {0.5 / tick_s:g} Hz, half the tick rate"
         )
-    order = int(signal.buttord(pass_hz, stop_hz, pass_db, stop_db, analog=True)[0])
-    if order > HIGHEST_ORDER:
-        raise ParameterError(
-            f"bank.{side}_stop_hz = {stop_hz}: a Butterworth filter between {pass_db} dB at "
-            f"{pass_hz} Hz and {stop_db} dB there is of order {order}, more than "
-            f"{HIGHEST_ORDER}; move the edges apart"
-        )
-    edge = 2.0 / tick_s * math.tan(math.pi * pass_hz * tick_s)
+    order = least_order(pass_hz, pass_db, stop_hz, stop_db, prefix=f"bank.{side}_")
+    edge = warped_rad_s(pass_hz, tick_s)
     ratio = (10.0 ** (0.1 * pass_db) - 1.0) ** (0.5 / order)  # of edge and cut-off
     cutoff = edge / ratio if side == "low" else edge * ratio
     zpk = signal.butter(order, cutoff, btype=side, analog=True, output="zpk")
     sos: Array = signal.zpk2sos(*signal.bilinear_zpk(*zpk, 1.0 / tick_s))
     return sos
-
-
-def _joined(designs: list[Array]) -> Array:
-    """Return the designs of runs as one array ``(sections, 6, runs, 1)``."""
-    sections = max(map(len, designs))
-    padded = [np.vstack([sos, *[PASS_THROUGH] * (sections - len(sos))]) for sos in designs]
-    return np.stack(padded, axis=-1)[..., np.newaxis]

@@ -8,6 +8,7 @@ filter that runs is in :mod:`pmwvc_core.wave.filters`.
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -43,14 +44,30 @@ def order_of(params: FilterParams) -> int:
     ParameterError
         If the edges are so close that the filter would not compute well.
     """
+    assert params.stop_hz is not None  # a Butterworth filter has one
+    return least_order(params.pass_hz, params.pass_db, params.stop_hz, params.stop_db)
+
+
+def least_order(
+    pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, *, prefix: str = ""
+) -> int:
+    """Return the least order of an analogue Butterworth filter, low-pass or high-pass.
+
+    ``prefix`` stands before the names of the parameters in what is raised.
+
+    Raises
+    ------
+    ParameterError
+        If the edges are so close that the filter would not compute well.
+    """
     # Importing it takes over a second, which nodes without such a filter need not wait for.
     from scipy.signal import buttord
 
-    order, _ = buttord(params.pass_hz, params.stop_hz, params.pass_db, params.stop_db, analog=True)
+    order, _ = buttord(pass_hz, stop_hz, pass_db, stop_db, analog=True)
     if order > HIGHEST_ORDER:
         raise ParameterError(
-            f"stop_hz = {params.stop_hz}: a Butterworth filter between {params.pass_db} dB at "
-            f"{params.pass_hz} Hz and {params.stop_db} dB there is of order {order}, more than "
+            f"{prefix}stop_hz = {stop_hz}: a Butterworth filter between {pass_db} dB at "
+            f"{pass_hz} Hz and {stop_db} dB there is of order {order}, more than "
             f"{HIGHEST_ORDER}; move the edges apart"
         )
     return int(order)
@@ -101,11 +118,21 @@ def design(params: FilterParams, *, tick_s: float) -> Array:
         return np.array([PASS_THROUGH])
     runs = runs_of(params)
     designs = [_butterworth(one, tick_s) for one in runs]
-    if runs == [params]:
-        return designs[0]
+    return designs[0] if runs == [params] else stacked(designs)
+
+
+def stacked(designs: Sequence[Array]) -> Array:
+    """Return the sections of runs as one array ``(sections, 6, runs, 1)``; the shorter filters are
+    filled up with sections that change nothing.
+    """
     sections = max(map(len, designs))
     padded = [np.vstack([sos, *[PASS_THROUGH] * (sections - len(sos))]) for sos in designs]
     return np.stack(padded, axis=-1)[..., np.newaxis]
+
+
+def warped_rad_s(edge_hz: float, tick_s: float) -> float:
+    """Return where an analogue filter needs its edge for the bilinear one to have it there."""
+    return 2.0 / tick_s * math.tan(math.pi * edge_hz * tick_s)
 
 
 def runs_of(params: P) -> list[P]:
@@ -138,13 +165,13 @@ def _analogue_cutoff_rad_s(params: FilterParams, tick_s: float) -> float:
                 f"{params.meet}_hz = {edge_hz}: must be < {0.5 / tick_s:g} Hz, half the tick "
                 f"rate, to be met by a bilinear filter; meet the other edge, or use matched"
             )
-        edge = 2.0 / tick_s * math.tan(0.5 * edge * tick_s)
+        edge = warped_rad_s(edge_hz, tick_s)
     loss = 10.0 ** (0.1 * loss_db) - 1.0  # (w/w_c)^2n at the edge
     return float(edge / loss ** (0.5 / order_of(params)))
 
 
 def _butterworth(params: FilterParams, tick_s: float) -> Array:
-    from scipy import signal  # here for the same reason as in order_of
+    from scipy import signal  # here for the same reason as in ``least_order``
 
     cutoff = _analogue_cutoff_rad_s(params, tick_s)
     zeros, poles, gain = signal.butter(order_of(params), cutoff, analog=True, output="zpk")

@@ -28,7 +28,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
 from pmwvc_core.wave.branches import TOLERANCE
-from pmwvc_core.wave.filter_design import half_power_hz, runs_of
+from pmwvc_core.wave.filter_design import half_power_hz, runs_of, stacked
 from pmwvc_core.wave.response import Complex, response, sections_response
 
 PRINTED_POINTS = 512  # frequencies of App. D section 4
@@ -53,17 +53,17 @@ def high_pass(params: MasterParams) -> Array:
     ParameterError
         If no such filter exists.
     """
-    return _stacked(params, "highpass")
+    return _of_runs(params, "highpass")
 
 
 def low_pass(params: MasterParams) -> Array:
     """Return H_1 of the complementary pair, shaped as :func:`high_pass`."""
-    return _stacked(params, "lowpass")
+    return _of_runs(params, "lowpass")
 
 
-def _stacked(params: MasterParams, kind: str) -> Array:
+def _of_runs(params: MasterParams, kind: str) -> Array:
     runs = [_sections(one.velocity_filter, one.tick_s, kind) for one in chosen(params)]
-    return runs[0] if len(runs) == 1 else np.stack(runs, axis=-1)[..., np.newaxis]
+    return runs[0] if len(runs) == 1 else stacked(runs)
 
 
 def chosen(params: MasterParams) -> list[MasterParams]:
