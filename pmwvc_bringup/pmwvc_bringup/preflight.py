@@ -16,6 +16,7 @@ from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.server.blackbox import plugins as environments
 from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.wave.content import has_waves
 from pmwvc_master.plugins import PLUGINS as DEVICES
 
 SIMULATED = "simulated"
@@ -38,7 +39,7 @@ def check(scenario: Scenario) -> None:
         environments.required(scenario.server.environment)
     except PmwvcError as error:
         problems.append(str(error))
-    if scenario.controller != "pmwvc" and scenario.server.environment not in KNOWN:
+    if not has_waves(scenario.controller) and scenario.server.environment not in KNOWN:
         problems.append(
             f"server.environment = {scenario.server.environment!r}: needs controller = pmwvc "
             f"({scenario.controller} knows only {' and '.join(KNOWN)})"

@@ -34,13 +34,10 @@ from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import first_axis, largest, smallest
 from pmwvc_core.wave.velocity_filter_design import slow_lags
 
-LIVE_PHASE_S = (
-    0.002  # the server steps 2 ms into the master's frame, the master takes the answer 2 ms later
-)
+# The server steps that much into the master's frame; the master takes the answer as much later.
+LIVE_PHASE_S = 0.002
 ALIASING_BOUND = 1.1
-
-
-UNTREATED = ("none", "wall")
+UNTREATED = ("none", "wall")  # compensation and environment that are one_step_delay
 SLOPED = ("wall_with_slope", "hunt_crossley")  # unknown environments that tell their slope
 
 
@@ -128,7 +125,7 @@ def parts_passive(user: User, scenario: Scenario) -> bool:
     if user.master.velocity_filter.kind in ("exact", "equivalent"):
         return False
     position = user.master.position
-    if position.feedback == "printed" and float(position.gain) > 0.0:
+    if position.is_on and position.feedback == "printed":
         return False
     if user.master.bank.kind == "dissertation":
         return False
@@ -145,21 +142,24 @@ def feels_as_its_lag(user: User, scenario: Scenario) -> bool:
     master, server = user.master, scenario.server
     if server.coupling == "unknown" and server.environment not in LINEAR:
         return False
-    fed_back = master.position.feedback != "none" and float(master.position.gain) > 0.0
-    return master.bank.kind != "dissertation" and not fed_back
+    return master.bank.kind != "dissertation" and not master.position.is_on
 
 
 def one_step_bound(user: User, scenario: Scenario) -> bool | None:
     """Tell whether K T_VE + 2B <= b holds, None where it does not apply."""
-    server, contact = scenario.server, user.contact
+    server = scenario.server
     if server.coupling == "unknown" and (server.compensation, server.environment) != UNTREATED:
         return None
     if not decodes_late(scenario) or server.integrator != "backward_euler":
         return None
-    needed = float(contact.contact_stiffness) * server.period_s + 2.0 * float(
-        contact.contact_damping
-    )
-    return needed <= smallest(user.server_impedance)
+    return least_impedance(user, scenario) <= smallest(user.server_impedance)
+
+
+def least_impedance(user: User, scenario: Scenario) -> float:
+    """Return K T_VE + 2B, with which decoding a step late is passive [N s/m]."""
+    contact = user.contact
+    stiff = float(contact.contact_stiffness) * scenario.server.period_s
+    return stiff + 2.0 * float(contact.contact_damping)
 
 
 def decodes_late(scenario: Scenario) -> bool:

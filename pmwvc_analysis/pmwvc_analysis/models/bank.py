@@ -8,20 +8,11 @@ rows (:mod:`.blocks`); what a part is stands in :mod:`.around`.
 
 import numpy as np
 
-from pmwvc_analysis.models.blocks import Block, column
+from pmwvc_analysis.models.blocks import Block, Kept, column
 from pmwvc_analysis.models.sections import Sections
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.bank_design import bank_filters
-
-
-class Spring:
-    """The spring of the local model, by its deflection."""
-
-    names: tuple[str, ...] = ("x",)
-
-    def __init__(self) -> None:
-        self.state: list[Array] = []
 
 
 class Bank:
@@ -32,7 +23,8 @@ class Bank:
         self._high_up, self._high_down = Sections(filters.high_up), Sections(filters.high_down)
         self._low_up = None if filters.low_up is None else Sections(filters.low_up)
         self._low_down = None if filters.low_down is None else Sections(filters.low_down)
-        self._spring, self._tick_s = Spring(), params.tick_s
+        self._spring = Kept(("x",))  # deflection in the local model
+        self._tick_s = params.tick_s
         self.stiffness = column(local.stiffness)
         b, slope = column(params.impedance), 0.5 * params.tick_s * self.stiffness
         self._b, self._slope, self._ratio = b, slope + column(local.damping), np.sqrt(2.0 / b)

@@ -10,7 +10,6 @@ from pmwvc_analysis.models.around import Feedback, LessVelocity, make_parts
 from pmwvc_analysis.models.blocks import Block, Device, Hold, Kept, column
 from pmwvc_analysis.models.filters import make_filter
 from pmwvc_core.numeric import Array
-from pmwvc_core.params import MasterParams
 from pmwvc_core.simulation.scenario import User
 
 
@@ -37,7 +36,7 @@ class WavePort:
         self.filter = make_filter(master.filter, tick_s=tick_s, rate_drop=master.rate_drop)
         self.hold = Hold(master.hold, ticks=master.rate_drop, phase=phase)
         self.parts = make_parts(master)
-        self.feedback = Feedback(master, phase=phase) if fed_back(master) else None
+        self.feedback = Feedback(master, phase=phase) if master.position.is_on else None
         self.heard = ("v", "x_s") if self.feedback else ("v",)
         equivalent = master.velocity_filter.kind == "equivalent"
         self._velocity = LessVelocity(master) if equivalent else None
@@ -100,11 +99,6 @@ class WavePort:
             found += part.steady(u)
         found += self._velocity.steady(xd) if self._velocity else []
         return found + (self.feedback.steady(x_s) if self.feedback else [])
-
-
-def fed_back(params: MasterParams) -> bool:
-    """Tell whether there is a position feedback."""
-    return params.position.feedback != "none" and bool(np.any(column(params.position.gain) > 0.0))
 
 
 class DirectPort:

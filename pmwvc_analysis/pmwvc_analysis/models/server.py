@@ -8,6 +8,7 @@ from pmwvc_analysis.models.blocks import column
 from pmwvc_analysis.models.couplings import LAWS, Body, Cube, Seat, Wall, remembered
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.wave.content import has_waves
 
 # Laws of environments of which the port knows nothing; none of them is compensated for.
 UNKNOWN: Mapping[str, str] = {
@@ -19,7 +20,7 @@ UNKNOWN: Mapping[str, str] = {
 
 def law_of(scenario: Scenario) -> str:
     """Return the law by which a scenario's server goes on."""
-    if scenario.controller != "pmwvc":
+    if not has_waves(scenario.controller):
         return scenario.controller
     server = scenario.server
     return UNKNOWN[server.environment] if server.coupling == "unknown" else server.coupling
@@ -51,7 +52,7 @@ class Server:
     def __init__(self, scenario: Scenario, weights: Sequence[int]) -> None:
         law, params = law_of(scenario), scenario.server
         self._law, self._params = LAWS[law], params
-        self.waves = scenario.controller == "pmwvc"
+        self.waves = has_waves(scenario.controller)
         names = remembered(law, params.integrator)
         self.body: Body = Cube(params) if params.environment == "cube" else Wall()
         self.seats = [

@@ -25,6 +25,7 @@ from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.wave.aliasing import worst_case_gain
 from pmwvc_core.wave.branches import TOLERANCE, Margins, margins, switching_gain
+from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.velocity_filter_design import branches, chosen, noise_gain, velocity_gain
 
 POINTS = 4001
@@ -72,7 +73,7 @@ def judge(scenario: Scenario, *, user: int = 0) -> VelocityFilter:
     PmwvcError
         If the scenario has no waves, or no such filter exists.
     """
-    if scenario.controller != "pmwvc":
+    if not has_waves(scenario.controller):
         raise PmwvcError(
             f"controller = {scenario.controller}: has no velocity filter; must be pmwvc"
         )

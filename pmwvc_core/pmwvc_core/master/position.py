@@ -17,7 +17,7 @@ from typing import Protocol
 
 from pmwvc_core.master.separation import Rest, Separation
 from pmwvc_core.master.surplus import Surplus
-from pmwvc_core.numeric import Value, anywhere, squared
+from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.packet import WavePacket
 
@@ -147,9 +147,9 @@ class _Budgeted:
 
 def make_position_feedback(params: MasterParams) -> PositionFeedback | None:
     """Return the feedback that the parameters name, or None where there is none."""
-    kind, gain = params.position.feedback, params.position.gain
-    if kind == "none" or not anywhere(gain > 0.0):
+    if not params.position.is_on:
         return None
+    kind = params.position.feedback
     if kind == "printed":
         return _Printed(params)
     return _Budgeted(params, Separation(params) if kind == "budgeted" else Rest(params))

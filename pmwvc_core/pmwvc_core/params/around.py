@@ -121,7 +121,7 @@ class PositionParams(Validated):
     feedback: str = parameter(
         "budgeted",
         "-",
-        "printed: whatever it costs; budgeted: what the ledger can pay; integral: likewise, "
+        "none; printed: whatever it costs; budgeted: what the ledger can pay; integral: likewise, "
         "towards the integral of the waves",
         choices=POSITION_FEEDBACKS,
         read_only=True,
@@ -135,3 +135,8 @@ class PositionParams(Validated):
         low=0.0,
         high=10.0,
     )
+
+    @property
+    def is_on(self) -> bool:
+        """Tell whether anything is fed back, in any run."""
+        return self.feedback != "none" and bool(np.any(self.gain > 0.0))

@@ -36,11 +36,10 @@ class PspmServer(AvatarEnd):
     @property
     def accounts(self) -> Mapping[str, Value]:
         """Of all users together."""
-        tank: Value = 0.0
-        spring: Value = 0.0
-        for each in self.springs:
-            tank, spring = tank + each.tank, spring + each.spring
-        return {"pspm_tank": tank, "pspm_spring": spring}
+        return {
+            "pspm_tank": sum((each.tank for each in self.springs), 0.0),
+            "pspm_spring": sum((each.spring for each in self.springs), 0.0),
+        }
 
     def join(self, i: int, position: Value) -> None:
         """Seat a user with the set point at the avatar."""

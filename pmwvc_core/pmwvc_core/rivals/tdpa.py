@@ -81,8 +81,8 @@ class TdpaServer(AvatarEnd):
     def accounts(self) -> Mapping[str, Value]:
         """Of all users together."""
         return {
-            "tdpa_dissipated": _total([observer.dissipated for observer in self.observers]),
-            "tdpa_allowance": _total([observer.allowance for observer in self.observers]),
+            "tdpa_dissipated": sum((each.dissipated for each in self.observers), 0.0),
+            "tdpa_allowance": sum((each.allowance for each in self.observers), 0.0),
         }
 
     def _meet(self, i: int, position: Value, velocity: Value) -> None:
@@ -184,10 +184,3 @@ def _kept(fade_s: Value, tick_s: float) -> Value:
     """Return what a tick leaves of a damping that fades with this time constant."""
     rate = tick_s / where(fade_s > 0.0, fade_s, 1.0)
     return where(fade_s > 0.0, 1.0 / (1.0 + rate), 0.0)
-
-
-def _total(values: Sequence[Value]) -> Value:
-    total: Value = 0.0
-    for value in values:
-        total = total + value
-    return total
