@@ -20,7 +20,8 @@ examples:
 
 Criteria: margin (passive part by part, spectral radius, largest stiffness, aliasing gain), felt
 stiffness and mass beside the ideal, noise that an encoder's steps (device.encoder_step_m, or
-10 um) make of the force. Keys of --json: best, others, costs, bounds; see docs/controllers.md.
+10 um) make of the force. What is not linear is left out of the exact model, which is said. Keys of
+--json: scenario, not_linear, bounds, best, others, costs; see docs/tuning.md.
 """
 
 
@@ -45,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     with document(wanted=arguments.json) as write:
         found = propose(scenario, live=arguments.live)
-        for line in sentences(scenario.name, found):
+        for line in sentences(scenario, found):
             print(line)
-        write(answer(scenario.name, found))
+        write(answer(scenario, found))
     return 0

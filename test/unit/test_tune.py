@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.linear import relative
 from pmwvc_analysis.models.transparency import transparency, untouched
 from pmwvc_analysis.tune.criteria import Choice, cost_of, noise_n, rated
 from pmwvc_analysis.tune.search import best_impedance, bounds_of, propose
@@ -133,18 +134,69 @@ def test_the_settings_printed_give_the_choice():
     best = propose(scenarios.load("wall")).best.choice
     assert chosen.impedance == pytest.approx(best.impedance, abs=0.01)
     assert (chosen.filter, chosen.hold) == (best.filter, best.hold)
-    assert set(found) == {"scenario", "bounds", "best", "others", "costs"}
+    assert set(found) == {"scenario", "not_linear", "bounds", "best", "others", "costs"}
+    assert found["not_linear"] == []
 
 
 def test_the_table_names_every_row_and_ends_with_the_command():
     scenario = wall()
     found = propose(scenario)
-    lines = sentences("wall", found)
+    lines = sentences(scenario, found)
     assert lines[-1].startswith("take it with: --set master.impedance=")
     for label in found.others:
         assert any(line.strip().startswith(label) for line in lines)
-    document = answer("wall", found)
+    document = answer(scenario, found)
     assert document["best"]["cost"] == pytest.approx(
         rated(scenario, found.best.choice, live=False).cost
     )
     assert dataclasses.asdict(found.best)["stable"] is document["best"]["stable"] is True
+
+
+@pytest.mark.parametrize(
+    ("name", "said", "instead"),
+    [
+        ("wall_slow", "server.compensation = ledger", "server.compensation=none"),
+        ("wall_filtered", "encoder_step_m = 6e-05 m", "device.encoder_step_m=0"),
+        ("active_wall", "server.environment = active_wall", "server.environment=wall"),
+    ],
+)
+def test_what_is_not_linear_gets_the_proposal_of_its_relative_and_says_so(name, said, instead):
+    scenario = scenarios.load(name)
+    found = propose(scenario)
+    line = sentences(scenario, found)[1]
+    assert line.startswith("  not linear: ") and said in line and instead in line
+    assert answer(scenario, found)["not_linear"]
+    near = propose(relative(scenario).scenario)
+    assert near.elements == []
+    assert found.best.choice == near.best.choice
+    assert found.best.k_felt == near.best.k_felt
+
+
+def test_noise_and_passivity_are_those_of_the_scenario_not_of_its_relative():
+    filtered = scenarios.load("wall_filtered")
+    row = propose(filtered).best
+    step = filtered.users[0].device.encoder_step_m
+    assert row.noise_n == pytest.approx(row.choice.impedance * step / (math.sqrt(6.0) * 1e-3))
+    slow = scenarios.load("wall_slow", settings_texts=["server.contact_stiffness=2000"])
+    sharp = Choice(25.0, slow.users[0].master.filter, "foh")  # K T_VE > b
+    assert rated(slow, sharp, live=False).passive
+    assert not rated(relative(slow).scenario, sharp, live=False).passive
+
+
+def test_a_matrix_gives_way_to_a_number_and_the_settings_say_so():
+    scenario = scenarios.load("cube_3d")
+    found = propose(scenario)
+    texts = [f"{name}={value}" for name, value in found.best.choice.settings(scenario).items()]
+    assert "master.impedance_matrix=" in texts
+    taken = scenarios.load("cube_3d", settings_texts=texts)
+    assert taken.users[1].impedance == pytest.approx(found.best.choice.impedance, abs=0.01)
+    matrix = np.array([[30.0, 6.0, 0.0], [6.0, 20.0, 4.0], [0.0, 4.0, 25.0]])
+    along = 1.0 / np.linalg.inv(matrix)[0, 0]
+    assert found.others["as given"].choice.impedance == pytest.approx(along)
+
+
+def test_an_ideal_that_is_not_stable_gives_way_to_the_contact_itself():
+    found = propose(scenarios.load("wall_slow"))
+    assert found.best.k_ideal == 500.0
+    assert found.best.cost > 0.0
+    assert found.best.cost < found.others["as given"].cost

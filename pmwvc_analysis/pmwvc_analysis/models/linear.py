@@ -73,8 +73,13 @@ def relative(scenario: Scenario) -> Relative | None:
     return Relative(changed, _settings(found))
 
 
+def setting(element: Element) -> str:
+    """Return what makes an element linear, as for ``--set``."""
+    return f"{element.name}={element.instead}"
+
+
 def _settings(found: list[Element]) -> list[str]:
-    return list(dict.fromkeys(f"{element.name}={element.instead}" for element in found))
+    return list(dict.fromkeys(map(setting, found)))
 
 
 def _of_controller(scenario: Scenario) -> Iterator[Element]:

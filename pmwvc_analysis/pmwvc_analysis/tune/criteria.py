@@ -19,14 +19,19 @@ the mass together with that of the arm, which moves along. A larger impedance b 
 **Noise**: what the steps of an encoder make of the force. A position rounded to steps d has the
 variance d^2/12; its differences over a tick T_c make a force of b d/(sqrt(6) T_c), root mean
 square.
+
+Where a scenario is not linear, radii, stiffnesses and masses are those of its nearest linear one
+(:mod:`pmwvc_analysis.models.linear`); passivity, aliasing and noise are those of the scenario.
 """
 
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from pmwvc_analysis.judge import prediction
 from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.linear import relative
 from pmwvc_analysis.models.transparency import transparency, untouched
 from pmwvc_core.params import FilterParams
 from pmwvc_core.simulation.scenario import Scenario
@@ -43,12 +48,18 @@ class Choice:
     filter: FilterParams
     hold: str
 
-    def settings(self) -> dict[str, float | str]:
-        """Return the choice as parameters by name."""
+    def settings(self, scenario: Scenario) -> dict[str, float | str]:
+        """Return what gives a scenario this choice, as parameters by name."""
         found: dict[str, float | str] = {
             "master.impedance": round(self.impedance, 2),
             "master.hold": self.hold,
         }
+        if any(user.master.impedance_matrix for user in scenario.users):
+            found["master.impedance_matrix"] = ""
+        if any(user.contact.impedance_matrix for user in scenario.users):
+            found["server.impedance_matrix"] = ""
+        if any(user.contact.impedance is not None for user in scenario.users):
+            found["server.impedance"] = "null"
         default = FilterParams()
         for field in dataclasses.fields(FilterParams):
             value = getattr(self.filter, field.name)
@@ -62,9 +73,13 @@ class Choice:
             dataclasses.replace(
                 user,
                 master=dataclasses.replace(
-                    user.master, impedance=self.impedance, filter=self.filter, hold=self.hold
+                    user.master,
+                    impedance=self.impedance,
+                    impedance_matrix="",
+                    filter=self.filter,
+                    hold=self.hold,
                 ),
-                contact=dataclasses.replace(user.contact, impedance=None),
+                contact=dataclasses.replace(user.contact, impedance=None, impedance_matrix=""),
             )
             for user in scenario.users
         )
@@ -97,17 +112,18 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     Raises
     ------
     PmwvcError
-        If the scenario is not linear or its periods hardly ever meet.
+        If the periods of the scenario hardly ever meet.
     """
     chosen = choice.applied(scenario)
+    near = relative(chosen)
+    linear = near.scenario if near else chosen
     user = chosen.users[0]
-    radius = float(stability.radii(chosen, live=live)[0])
-    free_radius = float(stability.radii(untouched(chosen), live=live)[0])
+    radius = float(stability.radii(linear, live=live)[0])
+    free_radius = float(stability.radii(untouched(linear), live=live)[0])
     stable = stability.stable(radius) and stability.stable(free_radius)
-    limit = stability.k_max(chosen, live=live)
-    felt = transparency(chosen, live=live) if stable else None
+    limit = stability.k_max(linear, live=live)
+    felt = transparency(linear, live=live) if stable else None
     own = felt.felt if felt else None
-    ideal = felt.ideal if felt else None
     rating = Rating(
         choice=choice,
         stable=stable,
@@ -118,9 +134,9 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         aliasing_gain=prediction.aliasing_gain(user),
         lag_s=prediction.lag_s(user, chosen, live=live),
         k_felt=own.k_felt if own else None,
-        k_ideal=ideal.k_felt if ideal else None,
+        k_ideal=_ideal(felt.ideal.k_felt, user.contact.contact_stiffness) if felt else None,
         mass_felt=own.mass_felt if own else None,
-        mass_ideal=ideal.mass_felt if ideal else None,
+        mass_ideal=_ideal(felt.ideal.mass_felt, user.device.mass) if felt else None,
         noise_n=noise_n(scenario, choice.impedance),
         cost=None,
     )
@@ -136,6 +152,13 @@ def noise_n(scenario: Scenario, impedance: float) -> float:
 def cost_of(k_ratio: float, m_ratio: float) -> float:
     """Return the distance from the ideal in just noticeable steps."""
     return math.hypot(math.log(k_ratio), math.log(m_ratio)) / NOTICED
+
+
+def _ideal(coupled: float | None, own: Any) -> float | None:
+    """Return what the ideal coupling gives, and where that is not stable itself (a wall without
+    damping, sampled) what the contact or the device is by itself.
+    """
+    return coupled if coupled is not None else (float(own) or None)
 
 
 def _cost(rating: Rating, arm_kg: float) -> float | None:

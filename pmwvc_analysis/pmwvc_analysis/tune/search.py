@@ -14,10 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.judge import prediction
+from pmwvc_analysis.models.linear import Element, nonlinear
 from pmwvc_analysis.tune.criteria import Choice, Rating, cost_of, rated
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import FilterParams
 from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.wave.impedance import first_axis
+from pmwvc_core.wave.velocity_filter_design import chosen as velocity_filter
 
 LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 STEP = 1.5  # factor between the alternatives
@@ -36,11 +39,14 @@ class Proposal:
         By what they are: as given, stiffer, lighter, other filters and holds.
     bounds
         Least and largest impedance looked at [N s/m].
+    elements
+        What of the scenario no linear model stands for.
     """
 
     best: Rating
     others: dict[str, Rating]
     bounds: tuple[float, float]
+    elements: list[Element]
 
 
 def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
@@ -49,7 +55,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     Raises
     ------
     PmwvcError
-        If the scenario is no wave session, is not linear, or nothing found is stable.
+        If the scenario is no wave session, or nothing found is stable.
     """
     if scenario.controller != "pmwvc":
         raise PmwvcError(
@@ -76,7 +82,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     best_key = min(passive, key=lambda key: (round(passive[key].cost or 0.0, 3), key))
     best = passive[best_key]
     user = scenario.users[0]
-    as_given = Choice(float(user.master.impedance), user.master.filter, user.master.hold)
+    as_given = Choice(first_axis(user.impedance), user.master.filter, user.master.hold)
     others = {"as given": rated(scenario, as_given, live=live)}
     for label, factor in (("stiffer", STEP), ("lighter", 1.0 / STEP)):
         impedance = float(np.clip(best.choice.impedance * factor, *bounds))
@@ -86,7 +92,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     for (name, hold), row in rows.items():
         if (name, hold) != best_key and (name == best_key[0] or hold == best_key[1]):
             others[f"{name}, {hold}"] = row
-    return Proposal(best, others, bounds)
+    return Proposal(best, others, bounds, nonlinear(scenario))
 
 
 def bounds_of(scenario: Scenario) -> tuple[float, float]:
@@ -123,10 +129,14 @@ def filters_of(scenario: Scenario) -> dict[str, FilterParams]:
 
 
 def _fit(scenario: Scenario, one: FilterParams) -> bool:
-    """Tell whether a filter can be built at this tick and lets hardly any aliasing through."""
+    """Tell whether a filter can be built at this tick, with the velocity filter there is, and
+    lets hardly any aliasing through.
+    """
     user = scenario.users[0]
     master = dataclasses.replace(user.master, filter=one)
     try:
+        if master.velocity_filter.kind != "none":
+            velocity_filter(master)
         gain = prediction.aliasing_gain(dataclasses.replace(user, master=master))
     except PmwvcError:
         return False

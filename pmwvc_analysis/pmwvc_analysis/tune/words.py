@@ -5,38 +5,45 @@
 import dataclasses
 from typing import Any
 
+from pmwvc_analysis.models.linear import setting
 from pmwvc_analysis.tune.criteria import Rating
 from pmwvc_analysis.tune.search import Proposal
+from pmwvc_core.simulation.scenario import Scenario
 
 HEADS = ("b", "lag", "felt", "mass", "noise", "aliasing", "K max", "cost")
 UNITS = ("N s/m", "ms", "N/m", "kg", "mN", "-", "N/m", "steps")
 
 
-def answer(name: str, found: Proposal) -> dict[str, Any]:
+def answer(scenario: Scenario, found: Proposal) -> dict[str, Any]:
     """Return the document of ``--json``."""
     return {
-        "scenario": name,
+        "scenario": scenario.name,
+        "not_linear": [element.said for element in found.elements],
         "bounds": list(found.bounds),
-        "best": _plain(found.best),
-        "others": {label: _plain(row) for label, row in found.others.items()},
+        "best": _plain(scenario, found.best),
+        "others": {label: _plain(scenario, row) for label, row in found.others.items()},
         "costs": {label: costs(found.best, row) for label, row in found.others.items()},
     }
 
 
-def _plain(row: Rating) -> dict[str, Any]:
+def _plain(scenario: Scenario, row: Rating) -> dict[str, Any]:
     numbers = {
         field.name: getattr(row, field.name)
         for field in dataclasses.fields(row)
         if field.name != "choice"
     }
-    return {"settings": row.choice.settings(), **numbers}
+    return {"settings": row.choice.settings(scenario), **numbers}
 
 
-def sentences(name: str, found: Proposal) -> list[str]:
+def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     """Return the proposal for a terminal."""
     rows = {"proposed": found.best, **found.others}
     width = max(map(len, rows))
-    lines = [f"{name}: what each choice gives the first user"]
+    lines = [f"{scenario.name}: what each choice gives the first user"]
+    if found.elements:
+        said = ", ".join(dict.fromkeys(element.said for element in found.elements))
+        instead = ", ".join(dict.fromkeys(map(setting, found.elements)))
+        lines.append(f"  not linear: {said}; felt, mass and K max are with {instead}")
     for heads in (HEADS, UNITS):
         lines.append(" " * (width + 4) + "  ".join(f"{head:>8}" for head in heads))
     for label, row in rows.items():
@@ -50,7 +57,8 @@ def sentences(name: str, found: Proposal) -> list[str]:
             "steps of stiffness and weight"
         )
     lines += [f"  {label}: {costs(best, row)}" for label, row in found.others.items()]
-    words = " ".join(f"--set {key}={value}" for key, value in best.choice.settings().items())
+    settings = best.choice.settings(scenario)
+    words = " ".join(f"--set {key}={value}" for key, value in settings.items())
     return [*lines, f"take it with: {words}"]
 
 
