@@ -23,7 +23,7 @@ def cube(**overrides):
 
 
 def lag_s(scenario):
-    """tau: filter, a tick to the packet, hold, network both ways (docs/theory.md, section 5)."""
+    """tau: filter, a tick to the packet, hold, network both ways (docs/theory.md, section 11)."""
     user = scenario.users[0]
     p = np.exp(-user.master.filter.pole_rad_s * 1e-3)
     m = user.master.rate_drop
