@@ -90,12 +90,16 @@ def user_traces(name: str, messages: Messages, *, zero_ns: int) -> UserTraces:
 
 
 def _accounts(messages: Messages) -> dict[str, Array]:
-    """Return the controller's own energies by name; NaN where a message lacks one."""
+    """Return the controller's own energies by name. A message without one, as before a part was
+    switched on, leaves it as it was: zero, at first.
+    """
     names = dict.fromkeys(str(name) for message in messages for name in message.account_names)
-    found = {name: np.full(len(messages), np.nan) for name in names}
+    found = {name: np.zeros(len(messages)) for name in names}
+    last = dict.fromkeys(names, 0.0)
     for row, message in enumerate(messages):
-        for name, value in zip(message.account_names, message.accounts, strict=True):
-            found[str(name)][row] = value
+        last |= zip(message.account_names, message.accounts, strict=True)
+        for name, value in last.items():
+            found[name][row] = value
     return found
 
 
