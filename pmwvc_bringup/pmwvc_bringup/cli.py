@@ -94,13 +94,16 @@ class Parser(argparse.ArgumentParser):
         """Print one message and exit with 2."""
         choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
         options = re.match(r"unrecognized arguments: (\S+)", message)
-        word, known = "", []
+        word, known, owners = "", [], []
         if choice:
             word, known = choice[1], re.findall(r"[\w-]+", choice[2])
         elif options:
             word, known = options[1].partition("=")[0], sorted(_options_of(self))
+            owners = _commands_with(self, word)
         near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
         hint = f"; did you mean {near[0]}?" if near else ""
+        if owners:
+            hint = f"; {word} is an option of {', '.join(owners)} only"
         self.exit(2, f"{self.prog}: {message}{hint} ('{self.prog} --help' tells more)\n")
 
 
@@ -113,6 +116,17 @@ def _options_of(parser: argparse.ArgumentParser) -> set[str]:
             for nested in action.choices.values():
                 found |= _options_of(nested)
     return found
+
+
+def _commands_with(parser: argparse.ArgumentParser, option: str) -> list[str]:
+    """Return the sub-commands of a parser that have an option."""
+    return [
+        name
+        for action in parser._actions
+        if isinstance(action, argparse._SubParsersAction)
+        for name, nested in action.choices.items()
+        if option in _options_of(nested)
+    ]
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 from pmwvc_bringup import scenarios as files
-from pmwvc_bringup.variants import settings_of
+from pmwvc_bringup.variants import defaults_of, settings_of
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.simulation.scenario import Scenario
 
@@ -59,7 +59,7 @@ def combinations(
         if CONTROLLER in axes:
             problems.append("--controllers and --over controller: give one of them")
         axes |= {CONTROLLER: list(controllers)}
-    gain_given = bool(controllers) and _has_gain(name, settings_texts)
+    defaults = defaults_of(files.load(name, settings_texts=settings_texts)) if controllers else {}
     count = 1
     for values in axes.values():
         count *= len(values)
@@ -70,7 +70,7 @@ def combinations(
     for chosen in itertools.product(*axes.values()) if count <= MOST else ():
         texts = [f"{path}={value}" for path, value in zip(axes, chosen, strict=True)]
         if controllers:
-            texts = [*settings_of(chosen[-1], gain_given=gain_given), *texts[:-1]]
+            texts = [*settings_of(chosen[-1], defaults), *texts[:-1]]
         try:
             scenario = files.load(
                 name,
@@ -87,12 +87,6 @@ def combinations(
     if problems:
         raise ScenarioError(name, problems)
     return found
-
-
-def _has_gain(name: str, settings_texts: Sequence[str]) -> bool:
-    """Tell whether a scenario has a gain of the position feedback."""
-    scenario = files.load(name, settings_texts=settings_texts)
-    return any(float(user.master.position.gain) > 0.0 for user in scenario.users)
 
 
 def _axes(over: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:

@@ -17,7 +17,7 @@ from pmwvc_bringup.combinations import Combination, combinations
 from pmwvc_bringup.options import add_scenario, add_settings
 from pmwvc_bringup.output import document
 from pmwvc_bringup.scenarios import to_yaml
-from pmwvc_bringup.variants import words_of
+from pmwvc_bringup.variants import fitting, words_of
 from pmwvc_core.errors import PmwvcError
 
 EXAMPLES = """\
@@ -31,7 +31,7 @@ examples:
 --controllers takes pmwvc (the scenario's own settings), direct, virtual_coupling, tdpa, pspm, and
 waves (plain), or features on plain waves, joined by +: printed, corrected, ledger (compensation of
 an unknown environment), velocity_filter, velocity_filter_printed, filter_bank, complementary_bank,
-position, position_printed, position_integral.
+position, position_printed, position_integral. What a scenario cannot have is left out, and said.
 
 Every combination of the values runs with the same hands and the same fate of every packet (one
 seed), in virtual time or, with --live, as nodes one session after the other.
@@ -72,10 +72,14 @@ def run(arguments: argparse.Namespace) -> int:
 
     from pmwvc_bringup.surroundings import new_folder
 
+    words, left_out = fitting(
+        arguments.scenario, words_of(arguments.controllers), arguments.settings
+    )
+    notes = [f"Left out, not possible here: {word}: {why}." for word, why in left_out.items()]
     chosen = combinations(
         arguments.scenario,
         arguments.over,
-        controllers=words_of(arguments.controllers),
+        controllers=words,
         settings_texts=arguments.settings,
         users=arguments.users,
         duration_s=arguments.duration,
@@ -100,10 +104,9 @@ def run(arguments: argparse.Namespace) -> int:
                 entries = _live(chosen, places, folder, console)
             else:
                 entries = _simulated(chosen, places, folder, show)
-        found = reported(
-            folder, f"Comparison of {name}", entries, figures=not arguments.no_figures
-        )
-        for line in lines(found):
+        title, figures = f"Comparison of {name}", not arguments.no_figures
+        found = reported(folder, title, entries, notes=notes, figures=figures)
+        for line in [*lines(found), *notes]:
             console.print(line, markup=False)
         page = "comparison.json" if arguments.no_figures else "comparison.html"
         console.print(f"report: {folder / page}", markup=False)
@@ -168,11 +171,13 @@ def _live(
     return entries
 
 
-def reported(folder: Path, title: str, entries: list[Any], *, figures: bool) -> dict[str, Any]:
+def reported(
+    folder: Path, title: str, entries: list[Any], *, notes: list[str], figures: bool
+) -> dict[str, Any]:
     """Write tables and report of a comparison; return what ``comparison.json`` holds."""
     from pmwvc_analysis.compare.files import write
 
-    about = {"kind": "comparison", "lead": "", "notes": []}
+    about = {"kind": "comparison", "lead": "", "notes": notes}
     return write(folder, title, entries, about, figures=figures)
 
 
@@ -182,8 +187,9 @@ def again(folder: Path, *, json_wanted: bool) -> int:
 
     with document(wanted=json_wanted) as write:
         console = Console(highlight=False, soft_wrap=True)
-        title = str(read_comparison(folder)["title"])
-        found = reported(folder, title, read_entries(folder), figures=True)
+        before = read_comparison(folder)
+        title, notes = str(before["title"]), list(before.get("notes", []))
+        found = reported(folder, title, read_entries(folder), notes=notes, figures=True)
         for line in lines(found):
             console.print(line, markup=False)
         console.print(f"report: {folder / 'comparison.html'}", markup=False)

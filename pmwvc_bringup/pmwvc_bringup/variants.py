@@ -4,13 +4,21 @@
 
 ``pmwvc`` is the scenario's own settings with waves; ``waves`` is plain waves with nothing around
 them; a feature stands for plain waves with it, and several may be joined by ``+``; the other
-controllers stand for themselves.
+controllers stand for themselves. Where a scenario says nothing of a feature but its kind, it gets
+a gain of position feedback, and the order of velocity filter that leaves the least noise with its
+anti-aliasing filter. ``velocity_filter_printed`` is of order 1, as App. D has it.
 """
 
+import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 
-from pmwvc_core.errors import ScenarioError
-from pmwvc_core.simulation.scenario import CONTROLLERS
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.controllers import make_master, make_server
+from pmwvc_core.errors import ParameterError, ScenarioError
+from pmwvc_core.params import MasterParams, VelocityFilterParams
+from pmwvc_core.simulation.scenario import CONTROLLERS, Scenario
+from pmwvc_core.wave.velocity_filter_design import chosen, noise_gain
 
 PLAIN: Mapping[str, str] = {
     "controller": "pmwvc",
@@ -25,7 +33,11 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     "corrected": {"server.coupling": "unknown", "server.compensation": "corrected"},
     "ledger": {"server.coupling": "unknown", "server.compensation": "ledger"},
     "velocity_filter": {"master.velocity_filter.kind": "exact"},
-    "velocity_filter_printed": {"master.velocity_filter.kind": "equivalent"},
+    "velocity_filter_printed": {
+        "master.velocity_filter.kind": "equivalent",
+        "master.velocity_filter.order": "1",
+        "master.velocity_filter.share": "0.5",
+    },
     "filter_bank": {"master.bank.kind": "dissertation"},
     "complementary_bank": {"master.bank.kind": "complementary"},
     "position": {"master.position.feedback": "budgeted"},
@@ -33,6 +45,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     "position_integral": {"master.position.feedback": "integral"},
 }
 DEFAULT_GAIN = "20"  # [sqrt(W)/m], App. E section 4, where the scenario has none
+ORDERS = range(2, 9)  # of a velocity filter
 
 
 def names() -> list[str]:
@@ -40,15 +53,55 @@ def names() -> list[str]:
     return [*CONTROLLERS, *FEATURES]
 
 
-def settings_of(word: str, *, gain_given: bool) -> list[str]:
+def defaults_of(scenario: Scenario) -> dict[str, str]:
+    """Return what features need beside their kind and the scenario does not say."""
+    found = {}
+    if not any(float(user.master.position.gain) > 0.0 for user in scenario.users):
+        found["master.position.gain"] = DEFAULT_GAIN
+    masters = [user.master for user in scenario.users]
+    if all(master.velocity_filter == VelocityFilterParams() for master in masters):
+        left = {order: max(_noise_left(master, order) for master in masters) for order in ORDERS}
+        found["master.velocity_filter.order"] = str(min(left, key=lambda order: left[order]))
+    return found
+
+
+def _noise_left(master: MasterParams, order: int) -> float:
+    """Return how much noise a velocity filter of an order leaves, as designed; inf: there is
+    none.
+    """
+    own = VelocityFilterParams(kind="exact", order=order)
+    try:
+        (designed,) = chosen(dataclasses.replace(master, velocity_filter=own))
+    except ParameterError:
+        return math.inf
+    return round(noise_gain(designed), 2)
+
+
+def _build(scenario: Scenario) -> None:
+    """Make both ends of a scenario's controller once, which refuses what they cannot be."""
+    users = scenario.users
+    for user in users:
+        make_master(scenario.controller, user.master, user.baseline)
+    make_server(
+        scenario.controller,
+        scenario.server,
+        [user.contact for user in users],
+        [user.impedance for user in users],
+        dof=scenario.dof,
+        sides=[user.side for user in users],
+        baselines=[user.baseline for user in users],
+    )
+
+
+def settings_of(word: str, defaults: Mapping[str, str]) -> list[str]:
     """Return the settings ``name=value`` that a word stands for.
 
     Parameters
     ----------
     word
         A name, or features joined by ``+``.
-    gain_given
-        Whether the scenario has a gain of the position feedback itself.
+    defaults
+        Those of :func:`defaults_of`.
 
     Raises
     ------
@@ -62,10 +115,37 @@ def settings_of(word: str, *, gain_given: bool) -> list[str]:
         if part not in FEATURES:
             known = f"must be of {', '.join(names())}; features may be joined by +"
             raise ScenarioError("--controllers", [f"{part!r}: {known}"])
+        groups = {name.rpartition(".")[0] for name in FEATURES[part]}
+        found |= {k: v for k, v in defaults.items() if k.rpartition(".")[0] in groups}
         found |= FEATURES[part]
-        if part.startswith("position") and not gain_given:
-            found["master.position.gain"] = DEFAULT_GAIN
     return [f"{name}={value}" for name, value in found.items()]
+
+
+def fitting(
+    name: str, words: Sequence[str], settings_texts: Sequence[str]
+) -> tuple[list[str], dict[str, str]]:
+    """Return the words that a scenario can be run with, and of the others why not.
+
+    Where it cannot be run with any, all are returned: what is wrong is not the words.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such word or scenario.
+    """
+    defaults = defaults_of(files.load(name, settings_texts=settings_texts)) if words else {}
+    kept, left_out = [], {}
+    for word in words:
+        texts = [*settings_texts, *settings_of(word, defaults)]
+        try:
+            _build(files.load(name, settings_texts=texts))
+        except ScenarioError as error:
+            left_out[word] = "; ".join(error.problems)
+        except ParameterError as error:
+            left_out[word] = str(error)
+        else:
+            kept.append(word)
+    return (kept, left_out) if kept else (list(words), {})
 
 
 def words_of(text: str | None) -> Sequence[str]:

@@ -63,6 +63,7 @@ def test_version(pmwvc):
     [
         (["simulat", "carry_0ms"], "did you mean simulate?"),
         (["run", "carry_0ms", "--durration", "1"], "did you mean --duration?"),
+        (["simulate", "wall", "--no-figures"], "is an option of replay, compare only"),
         (["simulate", "cary_0ms"], "did you mean carry_0ms?"),
         (
             ["simulate", "carry_0ms", "--set", "master.impedence=3"],

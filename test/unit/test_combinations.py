@@ -5,8 +5,9 @@
 import pytest
 
 from pmwvc_bringup.combinations import combinations
-from pmwvc_bringup.variants import FEATURES, PLAIN, names, settings_of, words_of
-from pmwvc_core.errors import ScenarioError
+from pmwvc_bringup.variants import FEATURES, PLAIN, fitting, names, settings_of, words_of
+from pmwvc_core.errors import ParameterError, ScenarioError
+from pmwvc_core.simulation.session import simulate
 
 
 def test_every_combination_comes_once_the_last_parameter_fastest():
@@ -89,13 +90,53 @@ def test_a_gain_of_the_scenario_stays():
 
 def test_plain_waves_switch_off_every_feature():
     switched = {name for feature in FEATURES.values() for name in feature}
-    assert switched - {"server.coupling"} <= set(PLAIN)
+    kinds = {name for name in switched if name.endswith((".kind", ".compensation", ".feedback"))}
+    assert kinds <= set(PLAIN)
 
 
 def test_words_that_are_none_are_named_with_those_there_are():
     with pytest.raises(ScenarioError, match=r"'drect': must be of pmwvc, direct.*ledger"):
-        settings_of("drect", gain_given=False)
+        settings_of("drect", {})
     with pytest.raises(ScenarioError, match="different names"):
         words_of("waves,waves")
     with pytest.raises(ScenarioError, match="give one of them"):
         combinations("wall", ["controller=direct"], controllers=["waves"])
+
+
+@pytest.mark.parametrize("name", ["wall", "wall_slow", "wall_local_model", "carry_16ms"])
+def test_a_velocity_filter_gets_the_order_that_suits_the_anti_aliasing_filter(name):
+    words = ["velocity_filter", "velocity_filter_printed"]
+    assert fitting(name, words, []) == (words, {})
+    ours, printed = combinations(name, [], controllers=words)
+    filters = [one.scenario.users[0].master.velocity_filter for one in (ours, printed)]
+    assert [(f.kind, f.order) for f in filters] == [
+        ("exact", 8 if name in ("wall_slow", "wall_local_model") else 2),
+        ("equivalent", 1),
+    ]
+
+
+def test_a_velocity_filter_of_the_scenario_stays():
+    (one,) = combinations("wall_filtered", [], controllers=["velocity_filter"])
+    own = one.scenario.users[0].master.velocity_filter
+    assert (own.kind, own.order, own.share) == ("exact", 2, 0.7)
+
+
+def test_what_a_scenario_cannot_have_is_left_out_and_told_why():
+    words = ["direct", "waves", "ledger", "tdpa"]
+    kept, left_out = fitting("active_wall", words, [])
+    assert kept == ["waves", "ledger"]
+    assert set(left_out) == {"direct", "tdpa"}
+    assert all("server.environment = 'active_wall'" in why for why in left_out.values())
+    kept, left_out = fitting(
+        "wall_slow", ["waves", "velocity_filter"], ["master.velocity_filter.order=3"]
+    )
+    assert kept == ["waves"]
+    assert left_out["velocity_filter"].startswith("velocity_filter.share = 0.5")
+
+
+def test_where_nothing_can_be_had_the_words_are_not_blamed():
+    words = ["direct", "tdpa"]
+    assert fitting("active_wall", words, []) == (words, {})
+    found = combinations("active_wall", [], controllers=words, duration_s=0.1)
+    with pytest.raises(ParameterError, match="active_wall"):
+        simulate([one.scenario for one in found])
