@@ -3,13 +3,11 @@
 """The report of a comparison: one self-contained HTML file, the table first."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from pmwvc_analysis.compare.measures import Entry
 from pmwvc_analysis.show.figures import Picture
-from pmwvc_analysis.show.report import data_uri
-from pmwvc_analysis.show.text import cell, quantity
+from pmwvc_analysis.show.page import data_uri, filled
 
 TEMPLATE = "comparison_template.html"
 COLUMNS = (  # measure, heading, factor
@@ -28,17 +26,8 @@ def render(
     title: str, entries: Sequence[Entry], about: dict[str, Any], pictures: Sequence[Picture]
 ) -> str:
     """Return the report as HTML."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update(cell=cell, quantity=quantity)
-    return environment.get_template(TEMPLATE).render(
+    return filled(
+        TEMPLATE,
         title=title,
         kind=about.get("kind", "comparison"),
         lead=about.get("lead", ""),

@@ -5,16 +5,15 @@
 Everything it says is in the summary or the traces already; here it is put into words and laid out.
 """
 
-import base64
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from pmwvc_analysis.judge import budget_summary, prediction_words, stability
 from pmwvc_analysis.judge.budget_result import Budget
 from pmwvc_analysis.judge.energy import UserEnergy, user_energies
 from pmwvc_analysis.show.figures import Picture
-from pmwvc_analysis.show.text import cell, quantity
+from pmwvc_analysis.show.page import data_uri, filled
+from pmwvc_analysis.show.text import quantity
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
 
@@ -30,19 +29,10 @@ def render(
     energies: Budget | None = None,
 ) -> str:
     """Return the report as HTML; parts that the session does not have are left out."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update(cell=cell, quantity=quantity)
     judged = stability.verdict(traces, scenario)
     events = sorted(traces.events, key=lambda e: (e["time_s"] is not None, e["time_s"] or 0.0))
-    return environment.get_template(TEMPLATE).render(
+    return filled(
+        TEMPLATE,
         title=scenario.name if scenario else "recorded session",
         description=scenario.description if scenario else "",
         summary=summary,
@@ -61,11 +51,6 @@ def render(
         parameters=scenario.flat() if scenario else {},
         software=traces.metadata.get("software", {}),
     )
-
-
-def data_uri(path: Path) -> str:
-    """Return a PNG as text that stands for the file."""
-    return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode("ascii")
 
 
 def verdict_lines(
