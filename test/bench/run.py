@@ -152,7 +152,7 @@ def bench_replay(rows, numbers):
     scenario = load("carry_16ms", duration_s=10.0)
     traces = simulate([scenario])[0]
     seconds = timed(lambda: replay_traces(traces, scenario, scenario), times=5)
-    rows.append(("replay one session, 10 s", f"{seconds:.2f} s", "10 s", 10 / seconds))
+    rows.append(ratio("session of 10 s against its replay", 10.0, seconds, "s"))
     numbers["replay"] = {"times_real_time": 10 / seconds}
 
 
