@@ -72,6 +72,7 @@ def _mark_minimum(axes: Any, balance: Balance, scale: float) -> None:
         color=style.ALARM,
         fontsize=9,
         fontweight="bold",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0},
     )
 
 
