@@ -25,7 +25,7 @@ import math
 from typing import NamedTuple
 
 from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.linear import LINEAR
+from pmwvc_analysis.models.server import UNKNOWN
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
@@ -140,7 +140,7 @@ def feels_as_its_lag(user: User, scenario: Scenario) -> bool:
     answers at once, nor with position feedback, nor where the contact is not known.
     """
     master, server = user.master, scenario.server
-    if server.coupling == "unknown" and server.environment not in LINEAR:
+    if server.coupling == "unknown" and server.environment not in UNKNOWN:
         return False
     return master.bank.kind != "dissertation" and not master.position.is_on
 

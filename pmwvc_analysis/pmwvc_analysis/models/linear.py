@@ -8,13 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.models.server import UNKNOWN
 from pmwvc_analysis.models.variation import varied
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.wave.content import has_waves
 
 # Controllers that are not linear, and what they are without what makes them so.
 RELATIVES = {"tdpa": "direct", "pspm": "virtual_coupling"}
-LINEAR = ("wall", "wall_with_slope", "cube")  # environments behind a port that knows nothing
 
 
 class Element(NamedTuple):
@@ -86,9 +87,9 @@ def _of_controller(scenario: Scenario) -> Iterator[Element]:
     server, controller = scenario.server, scenario.controller
     if controller in RELATIVES:
         yield Element(f"controller = {controller}", "controller", RELATIVES[controller])
-    if controller != "pmwvc" or server.coupling != "unknown":
+    if not has_waves(controller) or server.coupling != "unknown":
         return
-    for name, linear in (("compensation", ("none",)), ("environment", LINEAR)):
+    for name, linear in (("compensation", ("none",)), ("environment", tuple(UNKNOWN))):
         value = getattr(server, name)
         if value not in linear:
             yield Element(f"server.{name} = {value}", f"server.{name}", linear[0])
@@ -110,7 +111,7 @@ def _of_user(user: User) -> Iterator[Element]:
             name = f"link.{way}.rate_limit_bps"
             yield Element(f"{user.name}.{name} = {link.rate_limit_bps} bit/s", name, 0)
     position, local = user.master.position, user.master.local_model
-    if position.feedback not in ("none", "printed") and np.any(np.asarray(position.gain) > 0.0):
+    if position.is_on and position.feedback != "printed":
         name = "master.position.feedback"
         yield Element(f"{user.name}.{name} = {position.feedback}", name, "printed")
     if user.master.bank.kind != "none" and local.kind != "spring_damper":

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.judge.oscillation import beyond
+from pmwvc_analysis.judge.shape import rms
 from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.reproduction.figure import Values
 from pmwvc_analysis.reproduction.scenarios import scenario
 from pmwvc_analysis.reproduction.traces import curves
-from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.session import simulate_one
 
 NOISE_HZ = 60.0  # above it there is nothing but noise in the force
@@ -40,13 +40,9 @@ def experiment(parameters: Values) -> Values:
     user = traces.users[0]
     late = user.time_s > 0.5 * parameters["duration_s"]
     numbers = {
-        "force_noise_n": _rms(beyond(user.f_m, user.tick_s, NOISE_HZ)[late]),
+        "force_noise_n": rms(beyond(user.f_m, user.tick_s, NOISE_HZ)[late]),
         "force_largest_n": float(np.abs(full["f_1_n"]).max()),
         "safety_events": int(user.safety_events),
         "spectral_radius": spectral_radius(build(scenario(model, users=1))),
     }
     return {"data": data, "numbers": numbers}
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

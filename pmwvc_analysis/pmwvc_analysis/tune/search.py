@@ -19,6 +19,7 @@ from pmwvc_analysis.tune.criteria import Choice, Rating, cost_of, rated
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import FilterParams
 from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import first_axis
 from pmwvc_core.wave.velocity_filter_design import chosen as velocity_filter
 
@@ -57,7 +58,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     PmwvcError
         If the scenario is no wave session, or nothing found is stable.
     """
-    if scenario.controller != "pmwvc":
+    if not has_waves(scenario.controller):
         raise PmwvcError(
             f"{scenario.name}: controller = {scenario.controller}: impedance, filter and hold "
             "belong to waves; docs/controllers.md has the tuning rules of the others"
@@ -102,11 +103,7 @@ def bounds_of(scenario: Scenario) -> tuple[float, float]:
     )
     least = LEAST
     if scenario.server.coupling in ("one_step_delay", "unknown"):
-        least = max(
-            float(user.contact.contact_stiffness) * scenario.server.period_s
-            + 2.0 * float(user.contact.contact_damping)
-            for user in scenario.users
-        )
+        least = max(prediction.least_impedance(user, scenario) for user in scenario.users)
     return min(max(least, LEAST), largest), largest
 
 
