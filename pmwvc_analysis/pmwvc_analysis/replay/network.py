@@ -11,12 +11,12 @@ tells that the packet was used at an earlier look, or at a later one, the delay 
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pmwvc_analysis.replay.taken import Looks, Sent, bounds
+from pmwvc_analysis.replay.taken import NEVER_NS, Looks, Sent, bounds
 from pmwvc_core.network import Cause, FateKind, RecordedFate, RecordedLink
 from pmwvc_core.simulation.agenda import Integers
 from pmwvc_core.simulation.scenario import Scenario
@@ -99,6 +99,8 @@ def record_of(
     at_zero = (fates.time_in_ns == 0) & (fates.time_due_ns == 0)
     came_out = (fates.time_out_ns > 0) | (at_zero & np.isin(fates.fate, TRAVELLING))
     delay_ns = fates.time_out_ns[rows] - since[rows] + transport_ns
+    if known:
+        delay_ns = delay_ns + _shifts(number, delay_ns, came_out[rows], *known)
     record: dict[int, list[RecordedFate]] = defaultdict(list)
     for packet, delay, came, kind, cause in zip(
         number.tolist(),
@@ -109,28 +111,20 @@ def record_of(
         strict=True,
     ):
         record[packet].append(RecordedFate(delay if came else None, KINDS[kind], CAUSES[cause]))
-    return _as_used(record, *known) if known else record
+    return record
 
 
-def _as_used(
-    record: Mapping[int, Sequence[RecordedFate]], sent: Sent, looks: Looks
-) -> Mapping[int, Sequence[RecordedFate]]:
-    """Return fates whose delays fit what the receiver used; of copies the first one counts."""
-    limits = bounds(sent, looks)
-    fitted = dict(record)
-    sent_at = sent.time_ns.tolist()
-    for number, fates in record.items():
-        delays = [fate.delay_ns for fate in fates if fate.delay_ns is not None]
-        if not delays or number > len(sent_at):
-            continue
-        sent_ns = sent_at[number - 1]
-        shift = limits.moved(number, sent_ns + min(delays)) - sent_ns - min(delays)
-        if shift:
-            fitted[number] = [
-                fate if fate.delay_ns is None else replace(fate, delay_ns=fate.delay_ns + shift)
-                for fate in fates
-            ]
-    return fitted
+def _shifts(
+    number: Integers, delay_ns: Integers, came: NDArray[np.bool_], sent: Sent, looks: Looks
+) -> Integers:
+    """Return what makes each delay fit what the receiver used [ns]; of copies the first counts."""
+    told = came & (number <= len(sent.time_ns))
+    first = np.full(len(sent.time_ns) + 1, NEVER_NS, dtype=np.int64)
+    np.minimum.at(first, number[told], delay_ns[told])
+    arrival_ns = sent.time_ns[number[told] - 1] + first[number[told]]
+    shift = np.zeros_like(delay_ns)
+    shift[told] = bounds(sent, looks).moved(number[told], arrival_ns) - arrival_ns
+    return shift
 
 
 def _numbers(fates: FateTraces, rows: Integers) -> Integers:

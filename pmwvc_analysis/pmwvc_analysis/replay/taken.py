@@ -17,7 +17,8 @@ import numpy as np
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.agenda import Integers
 
-NEVER_NS = np.iinfo(np.int64).max
+NEVER_NS = int(np.iinfo(np.int64).max)
+NOBODY: list[int] = []
 
 
 @dataclass(frozen=True)
@@ -43,12 +44,10 @@ class Bounds:
     after_ns: Integers
     until_ns: Integers
 
-    def moved(self, number: int, arrival_ns: int) -> int:
-        """Return the time nearest to an arrival at which the packet may have come [ns]."""
-        after, until = self.after_ns.item(number - 1), self.until_ns.item(number - 1)
-        if after < arrival_ns <= until:
-            return arrival_ns
-        return after + 1 if arrival_ns <= after else max(until, after + 1)
+    def moved(self, number: Integers, arrival_ns: Integers) -> Integers:
+        """Return the times nearest to arrivals at which these packets may have come [ns]."""
+        after, until = self.after_ns[number - 1], self.until_ns[number - 1]
+        return np.maximum(np.minimum(arrival_ns, until), after + 1)
 
 
 def bounds(sent: Sent, looks: Looks) -> Bounds:
@@ -59,25 +58,23 @@ def bounds(sent: Sent, looks: Looks) -> Bounds:
     for number, wave in enumerate(_rows(sent.wave), start=1):
         carriers[wave].append(number)
     last = [-1] * (count + 1)  # look that still used this one
-    until = np.full(count, NEVER_NS, dtype=np.int64)
+    until = [NEVER_NS] * count
     newest = 0
     tells = list(map(any, looks.wave.tolist()))
     for time_ns, wave, told in zip(looks.time_ns.tolist(), _rows(looks.wave), tells, strict=True):
-        if not told:
-            continue
-        possible = [
-            number
-            for number in carriers.get(wave, ())
-            if number >= newest and sent_at[number - 1] <= time_ns
-        ]
+        possible = carriers[wave] if told and wave in carriers else NOBODY
+        if len(possible) > 1:
+            possible = [n for n in possible if n >= newest and sent_at[n - 1] <= time_ns]
         if len(possible) != 1:
             continue
-        if possible[0] > newest:
-            newest = possible[0]
-            until[newest - 1] = time_ns
-        last[newest] = time_ns
+        number = possible[0]
+        if number >= newest and sent_at[number - 1] <= time_ns:
+            if number > newest:
+                newest = number
+                until[newest - 1] = time_ns
+            last[newest] = time_ns
     after = np.maximum.accumulate(np.array(last, dtype=np.int64))[:count]
-    return Bounds(after, until)
+    return Bounds(after, np.array(until, dtype=np.int64))
 
 
 def _rows(waves: Array) -> list[bytes]:
