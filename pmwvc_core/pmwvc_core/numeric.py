@@ -11,7 +11,8 @@ A plain bool or float is recognised first: that takes a third of the time of ``i
 """
 
 import math
-from typing import TypeAlias
+from collections.abc import Callable
+from typing import TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 Value: TypeAlias = float | Array
 Flag: TypeAlias = bool | NDArray[np.bool_]
+
+absolute = cast("Callable[[Value], Value]", abs)  # magnitude, elementwise
 
 
 def where(condition: Flag, yes: Value, no: Value) -> Value:
@@ -86,11 +89,6 @@ def maximum(left: Value, right: Value) -> Value:
     if more is True:
         return left
     return right if more is False else where(more, left, right)
-
-
-def absolute(value: Value) -> Value:
-    """Magnitude, elementwise."""
-    return abs(value) if isinstance(value, (float, int)) else np.abs(value)
 
 
 def sign(value: Value) -> Value:

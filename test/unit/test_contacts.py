@@ -205,7 +205,8 @@ class TestInSpace:
 def test_floats_stay_floats():
     for contact in (Bilateral(500.0, 10.0), grip(depth=0.001)):
         answer = contact.answer(0.3, 25.0, H)
-        parts = (*answer, contact.advance(answer, H), contact.energy, contact.force(0.1))
+        parts = (answer.force, answer.rate, answer.slope, contact.advance(answer, H))
+        parts = (*parts, contact.energy, contact.force(0.1))
         assert all(type(part) is float for part in parts)
 
 

@@ -63,9 +63,9 @@ class Client:
             self.controller.send(),
             self.controller.position(),
             now_ns,
-            flags=flags,
-            echo=self.inbox.echo(now_ns),
-            energy=self.controller.account(),
+            flags,
+            self.inbox.echo(now_ns),
+            self.controller.account(),
         )
 
     def receive(self, now_ns: int) -> None:
@@ -97,8 +97,8 @@ class Client:
             f_asked,
             x,
             xd,
-            silence_s=inbox.silence_s(now_ns),
-            coupled=inbox.heard() & sensed,
+            inbox.silence_s(now_ns),
+            (inbox.newest is not None) & sensed,
         )
         controller.applied(f_applied)
         return f_applied

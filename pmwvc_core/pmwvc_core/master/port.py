@@ -119,7 +119,7 @@ class WaveMaster:
         self._before = self._between()
         self.params = params
         self._match(params)
-        self._tick_s = params.tick_s
+        self._tick_s, self._half_s = params.tick_s, 0.5 * params.tick_s
         self._frame_s = params.frame_s
         self._hold = Hold(params.hold, ticks=params.rate_drop)
         self._filter = AntiAliasing(
@@ -143,6 +143,8 @@ class WaveMaster:
 
     def _between(self) -> dict[str, Value]:
         """Return the energies of what starts anew, with what went before a change of it [J]."""
+        if not self._parts and not self._velocity:
+            return {}
         found = [part.accounts for part in self._parts if part is not self._bank]
         if self._velocity:
             found.append(self._velocity.accounts)
@@ -192,7 +194,8 @@ class WaveMaster:
         Value
             F_m [N], pushing against the hand.
         """
-        if not finite(x + xd):
+        both = x + xd
+        if not (math.isfinite(both) if type(both) is float else finite(both)):
             x = where(absolute(x) < math.inf, x, self._x)
             xd = where(absolute(xd) < math.inf, xd, 0.0)
         self._x, self._xd = x, xd
@@ -222,9 +225,12 @@ class WaveMaster:
 
     def applied(self, f: Value) -> None:
         """Pay for the force that was applied [N], then let the wave pass on to the filter."""
-        if (f is not self.f_m and anywhere(f != self.f_m)) or anywhere(self.debt_j > 0.0):
+        owes = self.debt_j > 0.0
+        if (f is not self.f_m and anywhere(f != self.f_m)) or (
+            owes is not False and anywhere(owes)
+        ):
             self._shorten(f)
-        u_m, half_s = self.u_m, 0.5 * self._tick_s
+        u_m, half_s = self.u_m, self._half_s
         self.energy_v_m = self.energy_v_m + squared(self.v_m) * half_s
         self.energy_u_m = self.energy_u_m + squared(u_m) * half_s
         for part in self._parts:
@@ -246,7 +252,7 @@ class WaveMaster:
         share = root(maximum(budget, 0.0) / where(natural > 0.0, natural, 1.0))
         self.u_m = where(short, self.u_m * minimum(share, 1.0), self.u_m)
         spent = where(short, maximum(budget, 0.0), natural)
-        self.debt_j = maximum((spent - budget) * (0.5 * self._tick_s), 0.0)
+        self.debt_j = maximum((spent - budget) * self._half_s, 0.0)
 
     def _shorten_answered(self, f: Value) -> None:
         """Find the longest s u_m, s <= 1, with |s u|^2 <= |w + g s u|^2 + 2 F xd - owed.
@@ -266,7 +272,7 @@ class WaveMaster:
         self.u_m = share * self.u_m
         self.v_m = self._held + self._gain * self.u_m
         given = (a * share - 2.0 * c) * share - p
-        self.debt_j = maximum(given * (0.5 * self._tick_s), 0.0)
+        self.debt_j = maximum(given * self._half_s, 0.0)
 
     def send(self) -> Value:
         """Return the filter's output after the last tick [sqrt(W)]."""

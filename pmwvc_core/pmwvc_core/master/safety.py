@@ -112,9 +112,7 @@ class SafetyLimiter:
         """Leave a fault; the force starts from zero again."""
         self._faulty = self._faulty & False
 
-    def step(
-        self, f_asked: Value, x: Value, xd: Value, *, silence_s: Value, coupled: Flag
-    ) -> Value:
+    def step(self, f_asked: Value, x: Value, xd: Value, silence_s: Value, coupled: Flag) -> Value:
         """Return the force for the device [N].
 
         Parameters
@@ -128,9 +126,18 @@ class SafetyLimiter:
         coupled
             Whether the server has ever answered.
         """
-        if self._calm and self._goes_on(f_asked, x, xd, silence_s=silence_s, coupled=coupled):
-            self.f = f_asked
-            return f_asked
+        if self._calm:
+            goes_on = (  # what is not finite never is
+                coupled
+                & (silence_s <= self._silence_s)
+                & (squared(xd) <= self._slow)
+                & (squared(f_asked) <= self._weak)
+                & (squared(f_asked - self.f) <= self._gentle)
+                & _usable(x)
+            )
+            if goes_on is True or (goes_on is not False and truth(goes_on)):
+                self.f = f_asked
+                return f_asked
         good = _usable(f_asked) & _usable(x) & _usable(xd)
         if good is not True:
             f_asked, xd = where(good, f_asked, 0.0), where(good, xd, 0.0)
@@ -151,19 +158,6 @@ class SafetyLimiter:
         self._seen = Seen(felt, good, faulty, silent, released, fast)
         self._calm = truth(through & ((damped | limited) ^ True) & (self._gain >= 1.0))
         return applied
-
-    def _goes_on(
-        self, f_asked: Value, x: Value, xd: Value, *, silence_s: Value, coupled: Flag
-    ) -> bool:
-        """Tell whether the tick after a calm one is calm, too; a value not finite never is."""
-        return truth(
-            coupled
-            & (silence_s <= self._silence_s)
-            & (squared(xd) <= self._slow)
-            & (squared(f_asked) <= self._weak)
-            & (squared(f_asked - self.f) <= self._gentle)
-            & _usable(x)
-        )
 
     @property
     def state(self) -> int | Integers:
@@ -230,9 +224,9 @@ class SafetyLimiter:
 
 def _usable(value: Value) -> Flag:
     """Tell for every run whether all elements are numbers one can work with."""
-    if isinstance(value, np.ndarray):
-        return np.asarray((np.abs(value) < USABLE).all(axis=-1, keepdims=True))
-    return -USABLE < value < USABLE
+    if type(value) is float or not isinstance(value, np.ndarray):
+        return -USABLE < value < USABLE
+    return np.asarray((np.abs(value) < USABLE).all(axis=-1, keepdims=True))
 
 
 def _up(share: Value, step: Value) -> Value:

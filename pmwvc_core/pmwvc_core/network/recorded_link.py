@@ -10,8 +10,7 @@ lost. Times are integer nanoseconds.
 
 import heapq
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from pmwvc_core.network.link import Cause, Fate, FateKind, LinkCounters
 
@@ -19,8 +18,7 @@ DELIVERED = FateKind.DELIVERED  # at hand: a member is looked up in Python
 TRAVELLING = (DELIVERED, FateKind.DUPLICATE)
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedFate:
+class RecordedFate(NamedTuple):
     """What became of a packet or of its copy.
 
     ``delay_ns`` is the time from its sending to its coming out; None: it never came out.
@@ -62,30 +60,34 @@ class RecordedLink:
 
     def send(self, payload: Any, now_ns: int, *, size_bytes: int = 140) -> list[Fate]:
         """Put a packet in; return its fate, and one for every extra copy."""
-        self.counters.in_count += 1
-        number = self.counters.in_count
+        counters = self.counters
+        counters.in_count = number = counters.in_count + 1
         recorded = self._record.get(1 + int((number - 1) * self._per_packet + 1e-9), LOST_RECORD)
-        return [self._travel(payload, number, now_ns, size_bytes, fate) for fate in recorded]
+        fates = []
+        for fate in recorded:
+            fates.append(self._travel(payload, number, now_ns, size_bytes, fate))
+        return fates
 
     def arrivals(self, now_ns: int) -> list[tuple[Any, Fate]]:
         """Take out what is due by now, in the order of delivery."""
         out = []
-        while self._under_way and self._under_way[0][0] <= now_ns:
-            _, _, payload, fate = heapq.heappop(self._under_way)
+        waiting = self._under_way
+        while waiting and waiting[0][0] <= now_ns:
+            _, _, payload, fate = heapq.heappop(waiting)
             out.append((payload, fate))
             if fate.number >= self._highest_out:
                 self._highest_out = fate.number
             elif fate.kind is DELIVERED:
                 self.counters.reordered += 1
         self.counters.out_count += len(out)
-        self.counters.queued = len(self._under_way)
+        self.counters.queued = len(waiting)
         return out
 
     def _travel(
         self, payload: Any, number: int, now_ns: int, size: int, recorded: RecordedFate
     ) -> Fate:
-        kind, delay_ns = recorded.kind, recorded.delay_ns
-        fate = Fate(number, now_ns, 0, kind, recorded.cause, size)
+        delay_ns, kind, cause = recorded
+        fate = Fate(number, now_ns, 0, kind, cause, size)
         if kind is not DELIVERED:
             self._count(kind)
         if delay_ns is not None and kind in TRAVELLING:

@@ -91,8 +91,8 @@ class SimulatedDevice:
         self.xd = position * 0.0
         self._read = (self._measured(), self.xd)
 
-    def step(self, f_h: Value, f_m: Value) -> None:
-        """Advance one tick.
+    def step(self, f_h: Value, f_m: Value) -> tuple[Value, Value]:
+        """Advance one tick; return what is read at its end.
 
         Parameters
         ----------
@@ -101,11 +101,10 @@ class SimulatedDevice:
         f_m
             Force of the controller against it [N], held over the tick.
         """
-        force = f_h - f_m
         if self._rubs:
-            x, xd = self._rub(force)
+            x, xd = self._rub(f_h - f_m)
         else:
-            x, xd = self._motion.advance(self.x, self.xd, force)
+            x, xd = self._motion.advance(self.x, self.xd, f_h - f_m)
         stopped = absolute(x) >= self._reach
         if stopped is not False and anywhere(stopped):
             x = clip(x, -self._reach, self._reach)
@@ -114,7 +113,8 @@ class SimulatedDevice:
         measured = self._measured() if self._rounds else x
         if self._differences:
             xd = (measured - self._read[0]) / self._tick_s
-        self._read = (measured, xd)
+        self._read = read = (measured, xd)
+        return read
 
     def read(self) -> tuple[Value, Value]:
         """Return measured position [m] and velocity [m/s] at this instant."""

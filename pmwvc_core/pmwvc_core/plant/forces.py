@@ -43,9 +43,10 @@ class Operator(ABC):
         """
         if self._ticks:
             self.work_j = self.work_j + dot(self._f_h, x - self._x)
-        self._x, self._f_h = x, self._force(x, xd)
+        self._x = x
+        self._f_h = f_h = self._force(x, xd)
         self._ticks += 1
-        return self._f_h
+        return f_h
 
     def hold(self) -> Value:
         """Return the force while there is nothing to do yet: none; time does not pass."""

@@ -115,29 +115,34 @@ class Hand(Operator):
         self.y: Value = along_first_axis(start, dof)
         self.yd: Value = 0.0 * self.y
         self.effort_j: Value = 0.0
-        self._closing = 0.0
-        self._target, self._closing = self._aim(0)
+        self._closed = 0.0  # share before the present tick
+        self._closing = 0.0  # and after it
+        self._squeeze: Value = 0.0
+        self._target = self._aim(0)
 
-    def _aim(self, tick: int) -> tuple[Value, float]:
-        """Return where the arm wants to be [m], and how far the hand is closed."""
+    def _aim(self, tick: int) -> Value:
+        """Return where the arm wants to be [m]; also note how far the hand closes until then."""
         time_s = tick * self.tick_s
-        closing = self._closing if self._closing == 1.0 else self._task.closing(time_s)[0]
-        aim = self._face + self._gap * (1.0 - closing)
-        return aim * self.axis + self._task.place(time_s, dof=self._dof), closing
+        if self._closed != 1.0:  # else what follows stays as it is
+            closed, closing = self._closing, self._task.closing(time_s)[0]
+            self._closed, self._closing = closed, closing
+            self._squeeze = (self._half_squeeze * (closed + closing)) * self.axis
+            self._facing = (self._face + self._gap * (1.0 - closing)) * self.axis
+        return self._facing + self._task.place(time_s, dof=self._dof)
 
     def _force(self, x: Value, xd: Value) -> Value:
         # The grip force is held while the arm goes on by the implicit midpoint rule.
         tick_s, y, yd = self.tick_s, self.y, self.yd
         f_h = self._grip.force(y - x, yd - xd)
-        before, closed = self._target, self._closing
-        self._target, self._closing = target, closing = self._aim(self._ticks + 1)
-        step = target - before
-        squeeze = (self._half_squeeze * (closed + closing)) * self.axis
+        before = self._target
+        self._target = target = self._aim(self._ticks + 1)
+        step, squeeze = target - before, self._squeeze
         lead = before + 0.5 * step - y
-        drive = self._stiffness * lead + self._damping * step / tick_s + squeeze - f_h
+        stiffness, damping = self._stiffness, self._damping
+        drive = stiffness * lead + damping * step / tick_s + squeeze - f_h
         velocity = (self._twice_mass * yd + tick_s * drive) / self._inertia
         moved = tick_s * velocity
-        pull = self._stiffness * (lead - 0.5 * moved) + self._damping * (step - moved) / tick_s
+        pull = stiffness * (lead - 0.5 * moved) + damping * (step - moved) / tick_s
         self.effort_j = self.effort_j + dot(pull, step) + dot(squeeze, moved)
         self.y = y + moved
         self.yd = 2.0 * velocity - yd

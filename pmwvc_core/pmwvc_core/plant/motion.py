@@ -14,7 +14,7 @@ which is what the matrix exponential of the zero-order-held system gives. The li
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,7 +24,8 @@ SERIES_BELOW = 0.1  # phi2 by its series there: the closed form loses digits to 
 _TERMS = [1.0 / math.factorial(n + 2) for n in range(10)]
 
 
-class Motion(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Motion:
     """Coefficients of the map from (x, xd, F) to (x, xd) after a given time."""
 
     xd_x: Value  # [s] of the velocity in the new position

@@ -16,15 +16,17 @@ from pmwvc_core.params import TaskParams
 
 def minimum_jerk(share: float) -> tuple[float, float]:
     """Return s(r) and ds/dr, with r held between 0 and 1."""
-    if share <= 0.0:
-        return 0.0, 0.0
-    if share >= 1.0:
-        return 1.0, 0.0
     rest = 1.0 - share
-    return (
-        share * share * share * (10.0 + share * (6.0 * share - 15.0)),
-        30.0 * share * share * rest * rest,
-    )
+    return travelled(share), 30.0 * share * share * rest * rest if 0.0 < share < 1.0 else 0.0
+
+
+def travelled(share: float) -> float:
+    """Return s(r), with r held between 0 and 1."""
+    if share <= 0.0:
+        return 0.0
+    if share >= 1.0:
+        return 1.0
+    return share * share * share * (10.0 + share * (6.0 * share - 15.0))
 
 
 class Task:
@@ -32,33 +34,38 @@ class Task:
 
     def __init__(self, params: TaskParams) -> None:
         self.params = params
+        self._move_s, self._rise_s = params.move_s, params.move_rise_s
         self._leg_s = params.move_rise_s + params.rest_s
+        self._distance_m = params.distance_m
         self._moves = params.kind == "carry"
         self._closes = params.kind != "free"
 
     def place(self, time_s: float, *, dof: int) -> Value:
         """Return the position of the target along all axes [m]."""
         if dof == 1:
-            return self.params.distance_m * self._share(time_s)[0]
+            return self._distance_m * self._share(time_s)
         place = np.zeros(dof)
-        place[:2] = self.params.distance_m, self.params.sideways_m
-        return place * self._share(time_s)[0]
+        place[:2] = self._distance_m, self.params.sideways_m
+        return place * self._share(time_s)
 
     def target(self, time_s: float) -> tuple[float, float]:
         """Return position [m] and velocity [m/s] of the target along axis 0."""
-        share, slope = self._share(time_s)
-        return self.params.distance_m * share, self.params.distance_m * slope
+        since = time_s - self._move_s
+        slope = 0.0
+        if self._moves and since > 0.0:
+            leg, within_s = divmod(since, self._leg_s)
+            slope = minimum_jerk(within_s / self._rise_s)[1] / self._rise_s
+            slope = -slope if leg % 2 else slope
+        return self._distance_m * self._share(time_s), self._distance_m * slope
 
-    def _share(self, time_s: float) -> tuple[float, float]:
-        """Return how far the target is on its way, 0 to 1, and its rate [1/s]."""
-        since = time_s - self.params.move_s
-        if not self._moves or since <= 0.0:
-            return 0.0, 0.0
+    def _share(self, time_s: float) -> float:
+        """Return how far the target is on its way, 0 to 1."""
+        since = time_s - self._move_s
+        if since <= 0.0 or not self._moves:
+            return 0.0
         leg, within_s = divmod(since, self._leg_s)
-        share, slope = minimum_jerk(within_s / self.params.move_rise_s)
-        if leg % 2:
-            share, slope = 1.0 - share, -slope
-        return share, slope / self.params.move_rise_s
+        share = travelled(within_s / self._rise_s)
+        return 1.0 - share if leg % 2 else share
 
     def closing(self, time_s: float) -> tuple[float, float]:
         """Return how far the hands have closed, 0 (open) to 1, and its rate [1/s]."""

@@ -10,12 +10,14 @@ from the avatar on the object.
 Not here: waves, the object, and how force and motion are solved for (``couplings``).
 """
 
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import Protocol
 
 from pmwvc_core.numeric import Flag, Value, squared
 
 
-class Answer(NamedTuple):
+@dataclass(slots=True)
+class Answer:
     """What a contact makes of the relative velocity its avatar would have without it."""
 
     force: Value  # (..., dof) [N] on the object

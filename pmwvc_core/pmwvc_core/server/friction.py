@@ -124,7 +124,8 @@ class AnchoredGrip:
         held = self.touching
         rate = _across(answer.rate)
         heat = where(held, period * self.anchor.heat(rate), 0.0)
-        heat = heat + self.grip.advance(Answer(*map(_normal, answer)), period)
+        normal = Answer(_normal(answer.force), _normal(answer.rate), _normal(answer.slope))
+        heat = heat + self.grip.advance(normal, period)
         return heat + self._drag(held, period * rate)
 
     def _drag(self, held: Flag, displacement: Value) -> Value:

@@ -104,21 +104,25 @@ class Grip:
 
     def answer(self, free: Value, impedance: Value, period: Value) -> Answer:
         """Solve the mean law above together with w = free - f/impedance."""
-        p0, c = self.depth, self.inward * free
+        inward = self.inward
+        p0, c = inward * self.deflection, inward * free
         inside = p0 > 0.0
         normal, rate, slope = self._staying(p0, c, impedance, period)
         leaves = inside & ((p0 + period * rate >= 0.0) ^ True)
         enters = (inside ^ True) & (p0 + period * c > 0.0)
         normal = where(inside, normal, 0.0)
-        for chosen, solve in ((leaves, self._leaving), (enters, self._entering)):
-            if anywhere(chosen):
-                push, w, fall = solve(p0, c, impedance, period)
-                normal = where(chosen, push, normal)
-                rate, slope = where(chosen, w, rate), where(chosen, fall, slope)
+        if anywhere(leaves):
+            push, w, fall = self._leaving(p0, c, impedance, period)
+            normal, rate = where(leaves, push, normal), where(leaves, w, rate)
+            slope = where(leaves, fall, slope)
+        if anywhere(enters):
+            push, w, fall = self._entering(p0, c, impedance, period)
+            normal, rate = where(enters, push, normal), where(enters, w, rate)
+            slope = where(enters, fall, slope)
         pushes = normal > 0.0
         return Answer(
-            self.inward * where(pushes, normal, 0.0),
-            self.inward * where(pushes, rate, c),
+            inward * where(pushes, normal, 0.0),
+            inward * where(pushes, rate, c),
             where(pushes, slope / (1.0 + slope / impedance), 0.0),
         )
 
@@ -172,10 +176,13 @@ class Grip:
 
     def advance(self, answer: Answer, period: Value) -> Value:
         """Move by the mean rate; return the damper's heat or, where N is zero, spring loss."""
-        before = self.depth
-        self.deflection = self.deflection + period * answer.rate
-        after = self.depth
-        pushes = self.inward * answer.force > 0.0
+        inward, rate = self.inward, answer.rate
+        before = inward * self.deflection
+        self.deflection = deflection = self.deflection + period * rate
+        after = inward * deflection
+        pushes = inward * answer.force > 0.0
         way_inside = maximum(after, 0.0) - maximum(before, 0.0)
-        heat = self.damping * way_inside * (self.inward * answer.rate)
+        heat = self.damping * way_inside * (inward * rate)
+        if pushes is True:
+            return heat
         return where(pushes, heat, self._stored(before) - self._stored(after))

@@ -28,15 +28,17 @@ class WaveServer(ServerController):
 
     def step(self, received: Sequence[Value]) -> list[Value]:
         """Go one step on with a wave ``(..., dof)`` [sqrt(W)] per user; return waves to send."""
+        seated: list[Seat] = []
         for seat, wave in zip(self.seats, received, strict=True):
             if seat.present:
                 seat.u_s = wave
-        seated = self._seated()
-        lost = self._coupling.step(seated, self.body)
-        self.dissipated = self.dissipated + lost
+                seated.append(seat)
+        self.dissipated = self.dissipated + self._coupling.step(seated, self.body)
+        half_s = self._half_period
         for seat in seated:
-            seat.v_s = seat.u_s - seat.ratio * seat.f_s
+            u_s = seat.u_s
+            seat.v_s = v_s = u_s - seat.ratio * seat.f_s
             seat.x_s = self._place(seat)
-            seat.energy_u_s = seat.energy_u_s + self._half_period * squared(seat.u_s)
-            seat.energy_v_s = seat.energy_v_s + self._half_period * squared(seat.v_s)
+            seat.energy_u_s = seat.energy_u_s + half_s * squared(u_s)
+            seat.energy_v_s = seat.energy_v_s + half_s * squared(v_s)
         return self.v_s

@@ -27,6 +27,11 @@ class Presence(enum.IntEnum):
     DAMPING = 3
 
 
+# At hand: a member is looked up in Python.
+ABSENT, COUPLED, DAMPING = Presence.ABSENT, Presence.COUPLED, Presence.DAMPING
+ACCEPTED, NEW_EPOCH = Verdict.ACCEPTED, Verdict.NEW_EPOCH
+
+
 class Service:
     """All users' server ports around one environment.
 
@@ -58,11 +63,11 @@ class Service:
     def deliver(self, user: int, packet: WavePacket, now_ns: int) -> Verdict:
         """Take one packet of a user in; a first one, or one of a new life, joins the user."""
         verdict = self.inboxes[user].push(packet, now_ns)
-        if verdict not in (Verdict.ACCEPTED, Verdict.NEW_EPOCH):
+        if verdict is not ACCEPTED and verdict is not NEW_EPOCH:
             return verdict
         if packet.flags & FLAG_LEAVING:
             self.leave(user)
-        elif verdict is Verdict.NEW_EPOCH or self.presence[user] is Presence.ABSENT:
+        elif verdict is NEW_EPOCH or self.presence[user] is ABSENT:
             self.join(user, packet.position)
         return verdict
 
@@ -82,44 +87,35 @@ class Service:
 
     def together(self) -> bool:
         """Tell whether every user is there."""
-        return all(presence is Presence.COUPLED for presence in self.presence)
+        return self.presence.count(COUPLED) == len(self.presence)
 
     def step(self, now_ns: int) -> list[WavePacket | None]:
         """Advance the environment by its period; return each user's answer (None for an absent
         one).
         """
-        direct = bool(self.server.flags & FLAG_DIRECT)
+        server = self.server
+        direct = bool(server.flags & FLAG_DIRECT)
         received: list[Any] = []
         for user, inbox in enumerate(self.inboxes):
-            wave = inbox.take(now_ns)
-            if inbox.silent(now_ns):
+            wave, quiet = inbox.take(now_ns), inbox.silent(now_ns)
+            if quiet:
                 wave = wave * 0.0
-            self._note_presence(user, now_ns)
-            if inbox.newest is not None and self.presence[user] is not Presence.ABSENT:
-                self.server.hear(user, inbox.newest)
+            if self.presence[user] is not ABSENT:
+                if inbox.silence_s(now_ns) > self.release_s:
+                    self.leave(user)
+                else:
+                    self.presence[user] = DAMPING if quiet else COUPLED
+                    if inbox.newest is not None:
+                        server.hear(user, inbox.newest)
             received.append((inbox.position(), wave) if direct else wave)
-        answers = self.server.step(received)
-        return [
-            None
-            if self.presence[user] is Presence.ABSENT
-            else self.packers[user].pack(
-                answers[user],
-                self.server.x_s[user],
-                now_ns,
-                flags=self.server.flags | self._anew[user],
-                echo=self.inboxes[user].echo(now_ns),
-                energy=self.server.seats[user].account,
-            )
-            for user in range(len(self.inboxes))
-        ]
-
-    def _note_presence(self, user: int, now_ns: int) -> None:
-        """Say what a present user is to the server; take it out after too long a silence."""
-        if self.presence[user] is Presence.ABSENT:
-            return
-        inbox = self.inboxes[user]
-        if inbox.silence_s(now_ns) > self.release_s:
-            self.leave(user)
-        else:
-            quiet = inbox.silent(now_ns)
-            self.presence[user] = Presence.DAMPING if quiet else Presence.COUPLED
+        packets: list[WavePacket | None] = []
+        for user, answer in enumerate(server.step(received)):
+            packet = None
+            if self.presence[user] is not ABSENT:
+                seat = server.seats[user]
+                flags, echo = server.flags | self._anew[user], self.inboxes[user].echo(now_ns)
+                packet = self.packers[user].pack(
+                    answer, seat.x_s, now_ns, flags, echo, seat.account
+                )
+            packets.append(packet)
+        return packets

@@ -14,7 +14,6 @@ import enum
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,13 +69,7 @@ class Steps:
         return cls(tick, tick * tick_ns)
 
 
-class Turn(NamedTuple):
-    """One event, or the ticks of one user between two events of other kinds."""
-
-    act: int
-    who: int
-    time_ns: list[int]
-    tick: list[int]
+Turn = tuple[int, int, list[int], list[int]]  # act, whose, times [ns], ticks
 
 
 def events(loops: Sequence[Loop], steps: Steps, *, ticks: int, tick_ns: int) -> Integers:
@@ -99,7 +92,9 @@ def events(loops: Sequence[Loop], steps: Steps, *, ticks: int, tick_ns: int) -> 
 
 
 def turns(table: Integers) -> Iterator[Turn]:
-    """Yield the events as turns: a stretch of ticks is taken user by user."""
+    """Yield the events as turns: one event, or the ticks of one user between two events of other
+    kinds.
+    """
     ticking = table[:, 1] == Act.TICK
     stretch = np.cumsum(~(ticking & np.roll(ticking, 1)))
     table = table[np.lexsort((table[:, 2], stretch))]
@@ -110,7 +105,7 @@ def turns(table: Integers) -> Iterator[Turn]:
         edges = bounds[chosen : chosen + AT_ONCE + 1]
         time_ns, act, who, tick = table[edges[0] : edges[-1]].T.tolist()
         for start, end in itertools.pairwise((edges - edges[0]).tolist()):
-            yield Turn(act[start], who[start], time_ns[start:end], tick[start:end])
+            yield act[start], who[start], time_ns[start:end], tick[start:end]
 
 
 def _of_loop(loop: Loop, who: int, *, ticks: int, tick_ns: int) -> list[Integers]:

@@ -50,9 +50,9 @@ class UserBuffer:
         self._reason: list[list[str]] = []
         self._accounts: dict[str, Array] = {}
 
-    def write_ticks(self, ticks: Sequence[int], rows: Sequence[Sequence[Value]]) -> None:
-        """Write ``SIGNALS`` of consecutive ticks."""
-        self._signals.write(ticks, rows)
+    def write_ticks(self, ticks: Sequence[int], values: Sequence[Value]) -> None:
+        """Write ``SIGNALS`` of consecutive ticks, tick by tick."""
+        self._signals.write(ticks, values)
 
     def ends_block(self, tick: int) -> bool:
         """Tell whether a tick is the last one of its frame that the loop ran."""
@@ -69,8 +69,9 @@ class UserBuffer:
         block = len(self._reason)
         self._state[block] = state
         self._reason.append([reason] if isinstance(reason, str) else list(reason))
-        self._energies.write([block], [energies])
-        _put(self._accounts, block, accounts, shape=self._state.shape)
+        self._energies.write([block], energies)
+        if accounts:
+            _put(self._accounts, block, accounts, shape=self._state.shape)
 
     def run(self, run: int, *, tick_s: float, safety_events: int) -> UserTraces:
         """Return the traces of one run: of the ticks that the loop ran."""
@@ -130,17 +131,19 @@ class ServerBuffer:
         self, step: int, server: ServerController, presence: Sequence[int], target: Value
     ) -> None:
         """Write one step of the environment."""
+        accounts = server.accounts
         signals = [server.x_o, server.xd_o]
         energies: list[Value] = [server.kinetic, server.potential, server.dissipated]
         for seat in server.seats:
             signals += (seat.x_s, seat.xd_s, seat.f_s, seat.u_s, seat.v_s)
             touching = where(seat.present and seat.contact.touching, 1.0, 0.0)
             energies += (seat.energy_u_s, seat.energy_v_s, touching)
-        self._signals.write([step], [signals])
-        self._energies.write([step], [energies])
+        self._signals.write([step], signals)
+        self._energies.write([step], energies)
         self._state.append(tuple(presence))
         self._target.append(target)
-        _put(self._accounts, step, server.accounts, shape=self._shape)
+        if accounts:
+            _put(self._accounts, step, accounts, shape=self._shape)
 
     def run(self, run: int, *, period_s: float) -> ServerTraces:
         """Return the traces of one run."""

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Signals noted row by row while a session runs, kept as arrays."""
 
+import struct
 from collections.abc import Sequence
 
 import numpy as np
@@ -41,18 +42,20 @@ class Columns:
         self._by_row = dict(zip(names, arrays, strict=True))
         self._by_run: dict[str, Array] = {}
         self._in_order = arrays
-        self._waiting: list[Sequence[Value]] = []
+        self._waiting: list[Value] = []
         self._places: list[int] = []
 
-    def write(self, places: Sequence[int], rows: Sequence[Sequence[Value]]) -> None:
-        """Note rows, each at its place."""
+    def write(self, places: Sequence[int], values: Sequence[Value]) -> None:
+        """Note rows, each at its place; the values of a row follow those of the one before."""
         if self._plain:
-            self._waiting += rows
+            self._waiting += values
             self._places += places
-            if len(self._waiting) >= AT_ONCE:
+            if len(self._places) >= AT_ONCE:
                 self._settle()
             return
-        for place, row in zip(places, rows, strict=True):
+        width = len(self._in_order)
+        for number, place in enumerate(places):
+            row = values[number * width : (number + 1) * width]
             for array, value in zip(self._in_order, row, strict=True):
                 array[place] = value
 
@@ -67,7 +70,8 @@ class Columns:
         return found
 
     def _settle(self) -> None:
-        self._together[self._places] = self._waiting
+        packed = struct.pack(f"{len(self._waiting)}d", *self._waiting)
+        self._together[self._places] = np.frombuffer(packed).reshape(len(self._places), -1)
         self._waiting.clear()
         self._places.clear()
 

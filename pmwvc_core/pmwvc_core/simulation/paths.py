@@ -55,8 +55,10 @@ class Path:
 
     def collect(self, now_ns: int) -> list[WavePacket]:
         """Return what has arrived by now, in the order of arrival."""
-        packets = [packet for packet, _ in self.link.arrivals(now_ns)]
-        self.arrived += [(packet, now_ns) for packet in packets]
+        packets = []
+        for packet, _ in self.link.arrivals(now_ns):
+            packets.append(packet)
+            self.arrived.append((packet, now_ns))
         return packets
 
     def drain(self, end_ns: int) -> None:

@@ -115,39 +115,39 @@ class Seat:
         for packet in self.down.collect(now_ns):
             self.down.receiver.push(packet, now_ns)
 
-    def advance(self, times_ns: Sequence[int]) -> list[tuple[Value, ...]]:
+    def advance(self, times_ns: Sequence[int]) -> list[Value]:
         """Go on tick by tick, in between two events of the network.
 
         Returns
         -------
         list
-            Signals of every tick, in the order of ``buffers.SIGNALS``.
+            Signals tick by tick, in the order of ``buffers.SIGNALS``.
         """
         device, client, port = self.device, self.client, self.client.controller
+        operator = self.operator
         due_ns = self.down.link.next_due_ns if self._listens else None
         comes = due_ns is not None and due_ns <= times_ns[-1]
-        f_applied = self.f_applied
-        rows: list[tuple[Value, ...]] = []
+        f_applied, acts = self.f_applied, self._acts
+        values: list[Value] = []
+        x, xd = device.read()
         for now_ns in times_ns:
-            x, xd = device.read()
             if comes:
                 self._listen(now_ns)
-            if not self._acts and not self._listens:
-                self._acts = client.ready()
-            f_h = self._hand()
-            self._acts = self._acts or self._coupled
+            if not acts:
+                self._acts = acts = not self._listens and client.ready()
+            # The hand is in touch with the device itself, not with its encoder.
+            f_h = operator.step(device.x, device.xd) if acts else operator.hold()
+            if self._coupled:
+                self._acts = acts = True
             f_applied = client.step(x, xd, now_ns)
-            device.step(f_h, f_applied)
-            rows.append((x, xd, f_h, client.f_asked, f_applied, port.u_m, port.u_m_lp, port.v_m))
+            measured = device.step(f_h, f_applied)
+            values += (x, xd, f_h, client.f_asked, f_applied, port.u_m, port.u_m_lp, port.v_m)
+            x, xd = measured
         self.f_applied = f_applied
-        return rows
+        return values
 
     def pass_by(self) -> None:
         """Let a tick pass that the force loop missed: the last force stays on the device."""
-        self.device.step(self._hand(), self.f_applied)
-
-    def _hand(self) -> Value:
-        """Return the force of a hand in touch with the device itself, not with its encoder [N]."""
-        if self._acts:
-            return self.operator.step(self.device.x, self.device.xd)
-        return self.operator.hold()
+        device, operator = self.device, self.operator
+        f_h = operator.step(device.x, device.xd) if self._acts else operator.hold()
+        device.step(f_h, self.f_applied)

@@ -22,12 +22,13 @@ from pmwvc_core.controllers import make_server
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.server.service import Service
-from pmwvc_core.simulation.agenda import Act, Steps, Turn, events, turns
+from pmwvc_core.simulation.agenda import Act, Steps, events, turns
 from pmwvc_core.simulation.buffers import (
     ServerBuffer,
     UserBuffer,
 )
 from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.garbage import no_garbage
 from pmwvc_core.simulation.network_traces import PacketTable, fate_traces
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.seat import Seat
@@ -147,7 +148,7 @@ class SessionBatch:
         """Step from the first tick to the last."""
         loops = [seat.loop for seat in self.seats]
         end_ns, next_ns = self.ticks * self.tick_ns, 0
-        act_of: dict[int, Callable[[Turn], None]] = {
+        act_of: dict[int, Callable[[int, list[int], list[int]], None]] = {
             Act.PASS: self._pass,
             Act.SEND: self._send,
             Act.SERVE: self._serve,
@@ -155,37 +156,38 @@ class SessionBatch:
             Act.TICK: self._advance,
         }
         table = events(loops, self.steps, ticks=self.ticks, tick_ns=self.tick_ns)
-        for turn in turns(table):
-            act_of[turn.act](turn)
-            if turn.time_ns[0] >= next_ns:
-                next_ns += PROGRESS_NS
-                progress(min(turn.time_ns[0] / end_ns, 1.0))
+        with no_garbage():
+            for act, who, time_ns, tick in turns(table):
+                act_of[act](who, time_ns, tick)
+                if time_ns[0] >= next_ns:
+                    next_ns += PROGRESS_NS
+                    progress(min(time_ns[0] / end_ns, 1.0))
         for seat in self.seats:
             seat.up.drain(end_ns)
             seat.down.drain(end_ns)
         progress(1.0)
 
-    def _send(self, turn: Turn) -> None:
-        self.seats[turn.who].send(turn.time_ns[0])
+    def _send(self, who: int, time_ns: list[int], tick: list[int]) -> None:
+        self.seats[who].send(time_ns[0])
 
-    def _answer(self, turn: Turn) -> None:
-        self.seats[turn.who].answer(turn.time_ns[0])
+    def _answer(self, who: int, time_ns: list[int], tick: list[int]) -> None:
+        self.seats[who].answer(time_ns[0])
 
-    def _pass(self, turn: Turn) -> None:
-        self.seats[turn.who].pass_by()
+    def _pass(self, who: int, time_ns: list[int], tick: list[int]) -> None:
+        self.seats[who].pass_by()
 
-    def _advance(self, turn: Turn) -> None:
+    def _advance(self, who: int, time_ns: list[int], tick: list[int]) -> None:
         """Go on tick by tick; note waves and safety where a frame ends."""
-        seat, buffer = self.seats[turn.who], self.user_buffers[turn.who]
-        buffer.write_ticks(turn.tick, seat.advance(turn.time_ns))
-        if buffer.ends_block(turn.tick[-1]):
+        seat, buffer = self.seats[who], self.user_buffers[who]
+        buffer.write_ticks(tick, seat.advance(time_ns))
+        if buffer.ends_block(tick[-1]):
             port, safety = seat.client.controller, seat.client.safety
             energies = (port.energy_u_m, port.energy_u_tx, port.energy_v_rx, port.energy_v_m)
             buffer.write_block(safety.state, safety.reason, energies, port.accounts)
 
-    def _serve(self, turn: Turn) -> None:
+    def _serve(self, who: int, time_ns: list[int], tick: list[int]) -> None:
         """Take in what has arrived, step the environment, answer."""
-        now_ns = turn.time_ns[0]
+        now_ns = time_ns[0]
         for user, seat in enumerate(self.seats):
             for packet in seat.up.collect(now_ns):
                 self.service.deliver(user, packet, now_ns)
@@ -193,7 +195,7 @@ class SessionBatch:
             if answer is not None:
                 seat.down.send(answer, now_ns)
         target = self.target.step(together=self.service.together())
-        self.server_buffer.write(turn.tick[0], self.service.server, self.service.presence, target)
+        self.server_buffer.write(tick[0], self.service.server, self.service.presence, target)
 
     def traces(self, run: int) -> SessionTraces:
         """Return what one run of the batch leaves behind."""

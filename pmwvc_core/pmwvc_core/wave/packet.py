@@ -57,7 +57,6 @@ class Packer:
         wave: Value,
         position: Value,
         now_ns: int,
-        *,
         flags: int = 0,
         echo: tuple[int, int, int] | None = None,
         energy: Value | None = None,
@@ -79,16 +78,17 @@ class Packer:
         energy
             Running sum that a controller keeps itself [J]; by default that of the waves sent.
         """
-        self.seq += 1
-        self.integral = self.integral + wave * self.period
-        self.energy = self.energy + squared(wave) * (0.5 * self.period)
+        period = self.period
+        self.seq = seq = self.seq + 1
+        self.integral = integral = self.integral + wave * period
+        self.energy = self.energy + squared(wave) * (0.5 * period)
         return WavePacket(
             self.epoch,
-            self.seq,
+            seq,
             now_ns,
-            self.period,
+            period,
             wave,
-            self.integral,
+            integral,
             self.energy if energy is None else energy,
             position,
             *(echo or (0, 0, 0)),

@@ -18,6 +18,7 @@ from pmwvc_core.wave.packet import WavePacket
 
 LARGEST = sys.float_info.max
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
+KNOWN = (1 << WINDOW) - 1
 RETIRED = 16  # former epochs remembered, so that a straggler cannot bring one back
 INSIST = 8  # refused packets in a row, of one ascending course, that become the new baseline
 LONGEST_ROUND_TRIP_NS = 600 * 10**9
@@ -85,7 +86,8 @@ class Receiver:
 
     def push(self, packet: WavePacket, now_ns: int) -> Verdict:
         """Judge a packet that has come in; whatever it is, the answer is a verdict."""
-        verdict = self._unfit(packet) or self._placed(packet)
+        ordinary = type(packet) is WavePacket and self._ordinary(packet)
+        verdict = (None if ordinary else self._unfit(packet)) or self._placed(packet)
         if verdict is not ACCEPTED:
             if verdict in (Verdict.REORDERED, Verdict.STALE) and self._insists(packet, now_ns):
                 verdict = Verdict.NEW_EPOCH
@@ -133,8 +135,6 @@ class Receiver:
 
     def _unfit(self, packet: WavePacket) -> Verdict | None:
         """Judge a packet by itself."""
-        if type(packet) is WavePacket and self._ordinary(packet):
-            return None
         if not isinstance(packet, WavePacket) or not _well_typed(packet):
             return Verdict.MALFORMED
         values = (packet.wave, packet.integral, packet.energy, packet.position, packet.period)
@@ -202,7 +202,7 @@ class Receiver:
         elif before is not None:
             ahead = packet.seq - before.seq
             self.lost += ahead - 1
-            self._seen = (self._seen << min(ahead, WINDOW) | 1) & ((1 << WINDOW) - 1)
+            self._seen = (self._seen << (ahead if ahead < WINDOW else WINDOW) | 1) & KNOWN
         self.newest = packet
         self._accepted_ns = now_ns
         self._waiting += 1

@@ -44,21 +44,25 @@ class Implicit:
     def step(self, seats: Sequence[Seat], body: Body) -> Value:
         """Use every seat's ``u_s``; return the energy dissipated [J]."""
         h = self._period
+        driven = []
+        coupled = False
+        for seat in seats:
+            driven.append((seat.contact, seat.b, seat.ratio * seat.u_s))
+            coupled = coupled or isinstance(seat.b, MatrixImpedance)
 
         def ask(velocity: Value) -> list[tuple[Value, Answer]]:
-            free = [seat.ratio * seat.u_s - velocity for seat in seats]
-            return [
-                (rate, seat.contact.answer(rate, seat.b, h))
-                for rate, seat in zip(free, seats, strict=True)
-            ]
+            asked = []
+            for contact, b, drive in driven:
+                rate = drive - velocity
+                asked.append((rate, contact.answer(rate, b, h)))
+            return asked
 
-        coupled = any(isinstance(seat.b, MatrixImpedance) for seat in seats)
         velocity, answers = (solve_coupled if coupled else solve)(ask, body)
         lost = body.drift(velocity)
-        for seat, answer in zip(seats, answers, strict=True):
-            seat.f_s = answer.force
-            seat.xd_s = seat.ratio * seat.u_s - answer.force / seat.b
-            lost = lost + seat.contact.advance(answer, h)
+        for seat, answer, (contact, b, drive) in zip(seats, answers, driven, strict=True):
+            seat.f_s = force = answer.force
+            seat.xd_s = drive - force / b
+            lost = lost + contact.advance(answer, h)
         return lost
 
 
@@ -79,9 +83,10 @@ def solve(
         size: Value = 0.0  # of the terms that may cancel, hence of rounding [N]
         for free, answer in ask(velocity):
             answers.append(answer)
-            force = force + answer.force
-            slope = slope + answer.slope
-            size = size + absolute(answer.force) + answer.slope * absolute(free)
+            push, fall = answer.force, answer.slope
+            force = force + push
+            slope = slope + fall
+            size = size + absolute(push) + fall * absolute(free)
         missing = body.imbalance(velocity, force)
         mobility = body.mobility(slope)
         change = missing * mobility
