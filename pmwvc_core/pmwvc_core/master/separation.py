@@ -22,9 +22,9 @@ ends: with others the avatar moves on another scale.
 
 from typing import Any
 
+from pmwvc_core.master.lags import filter_lag_s, hold_lag_s
 from pmwvc_core.numeric import Value, root
 from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.aliasing import delay_of
 from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.packet import FLAG_ANEW, WavePacket
 
@@ -54,10 +54,8 @@ class Separation:
         self._tick_s = params.tick_s
         self._frame_s = params.frame_s
         self._scale: Any = root(2.0 * impedance_of(params))
-        late_s = 0.5 * (params.rate_drop - 1) * params.tick_s
-        self._hold_s = late_s if params.hold == "foh" else 0.0
-        tau = delay_of(params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop)
-        self._filter_s = tau - late_s
+        self._hold_s = hold_lag_s(params)
+        self._filter_s = filter_lag_s(params)
 
     def send(self, y: Value, sent: Value, seq: int) -> None:
         """Note the filter's output, and what of it packet number ``seq`` carries [sqrt(W)]."""

@@ -22,9 +22,9 @@ is shortened. So at every packet
 with any parts that are passive, for any filter. Not here: what the energy is spent on.
 """
 
+from pmwvc_core.master.lags import filter_lag_s, hold_lag_s
 from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squared, where
 from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.aliasing import delay_of
 from pmwvc_core.wave.ledger import EnergyLedger, PortLedger
 from pmwvc_core.wave.packet import WavePacket
 
@@ -66,11 +66,8 @@ class Surplus:
         """Take other parameters over; what was saved stays."""
         self._tick_s = params.tick_s
         self._frame_s = params.frame_s
-        ramp = params.rate_drop - 1 if params.hold == "foh" else 0
-        self._hold_s = 0.5 * params.tick_s * ramp
-        tau = delay_of(params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop)
-        late_s = 0.5 * (params.rate_drop - 1) * params.tick_s  # a packet says how its frame ended
-        self._filter_s = maximum(tau - late_s, 0.0)
+        self._hold_s = hold_lag_s(params)
+        self._filter_s = maximum(filter_lag_s(params), 0.0)
         self._most = params.position.most_j
 
     @property

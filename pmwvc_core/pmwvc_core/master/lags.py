@@ -1,0 +1,25 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How long a wave stays in the filter and in the hold of a master, seen from packet to packet."""
+
+from pmwvc_core.numeric import Value
+from pmwvc_core.params import MasterParams
+from pmwvc_core.wave.aliasing import delay_of
+
+
+def filter_lag_s(params: MasterParams) -> Value:
+    """Return tau - (M-1)/2 T_c [s], tau the group delay of the anti-aliasing filter.
+
+    A packet says how its frame ended, which is (M-1)/2 T_c later than how it was in the mean.
+    """
+    tau = delay_of(params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop)
+    return tau - _half_frame_s(params)
+
+
+def hold_lag_s(params: MasterParams) -> float:
+    """Return (M-1)/2 T_c [s], by which the first-order hold comes late; zero for the other."""
+    return _half_frame_s(params) if params.hold == "foh" else 0.0
+
+
+def _half_frame_s(params: MasterParams) -> float:
+    return 0.5 * (params.rate_drop - 1) * params.tick_s
