@@ -68,6 +68,7 @@ class Ends:
         self.x = self.draw(0.01)
         self.xd = self.draw(0.1)
         self.packet = None
+        self.packets = 0  # sent
 
     def draw(self, scale):
         value = self.rng.normal(0.0, scale, self.shape)
@@ -76,12 +77,13 @@ class Ends:
     def frame(self, *, wave, lost, late, ticks=M, change=lambda asked, xd: asked, silent=False):
         """Send, hear (where the packet is not late), and run the ticks."""
         self.sent = self.sent + squared(self.port.send()) * (M * TICK_S / 2)
+        self.packets += 1
         for _ in range(lost + 1):  # the last of these comes in
             self.server.pack(self.draw(wave), self.draw(0.02), 0)
         new = self.packet is None or not late
         brought, played = self.brought, self.played
         if new:
-            echo = (max(self.port._packets - 2, 0), 0, 0)
+            echo = (max(self.packets - 2, 0), 0, 0)
             self.packet = self.server.pack(self.draw(wave), self.draw(0.02), 0, echo=echo)
             self.brought = self.packet.energy - self.before()
         self.port.hear(self.packet)

@@ -94,10 +94,10 @@ def _object_heat(server: ServerTraces, scenario: Scenario) -> tuple[Array, Array
     force = sum((np.nan_to_num(f) for f in server.f_s), start=np.zeros_like(server.x_o))
     moved = np.diff(server.x_o, axis=0, prepend=server.x_o[:1])
     before = np.concatenate([0.0 * server.xd_o[:1], server.xd_o[:-1]])
-    direct = not has_waves(scenario.controller)
-    if direct or params.coupling not in MOVED_BY_NEW_FORCE:
+    coupling = params.coupling if has_waves(scenario.controller) else None
+    if coupling not in MOVED_BY_NEW_FORCE:
         force = np.concatenate([0.0 * force[:1], force[:-1]])
-    if not direct and params.coupling == "implicit":
+    if coupling == "implicit":
         heat = params.object_damping * np.sum(moved**2, axis=-1) / server.period_s
     else:
         nodes = speeds(params.object_mass, params.object_damping, server.period_s, before, force)

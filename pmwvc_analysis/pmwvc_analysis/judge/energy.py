@@ -17,7 +17,7 @@ so cause is never behind effect. A late server step is taken at the time it real
 trace of a master ends, or goes on with another life of it, its last ticks may be missing that the
 server still got: the balance ends there.
 
-Without waves (``direct``) the two directions cannot be told apart; there, only the joint balance
+Without waves the two directions cannot be told apart; there, only the joint balance
 of the two ports exists, sum_k F_m xd_m T_c - sum_n F_s xd_s T_VE, which for waves is E_up +
 E_down. Nor can they where something at the device answers the outgoing wave at once (velocity
 filter, filter bank): what goes up and what comes down is then partly the same wave. There the

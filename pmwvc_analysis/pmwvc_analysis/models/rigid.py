@@ -82,7 +82,7 @@ def count(found: list[Family]) -> int:
 
 def _free_positions(loop: Loop) -> list[Family]:
     if not loop.server.waves:
-        return _direct_translations(loop)
+        return _translations_without_waves(loop)
     zero, one = np.zeros((1, 1)), np.ones((1, 1))
     still, tied = [zero] * len(loop.lines), [_tied(line) for line in loop.lines]
     found = [
@@ -125,7 +125,7 @@ def _unit(loop: Loop, name: str, mask: NDArray[np.bool_]) -> Family:
     return Family(np.eye(1, len(loop.names), pivot), pivot, mask)
 
 
-def _direct_translations(loop: Loop) -> list[Family]:
+def _translations_without_waves(loop: Loop) -> list[Family]:
     """Return the common translation, and those of users whose position acts on nothing."""
     zero, one = np.zeros((1, 1)), np.ones((1, 1))
     found = []

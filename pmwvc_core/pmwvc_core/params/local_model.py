@@ -11,7 +11,7 @@ PLACES = ("everywhere", "above", "below")
 
 @dataclass(frozen=True)
 class LocalModelParams(Validated):
-    """A spring and damper to ground, or an environment that is a plug-in."""
+    """A spring and damper to ground, or a model that is a plug-in."""
 
     kind: str = parameter(
         "spring_damper",
