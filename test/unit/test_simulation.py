@@ -4,6 +4,7 @@
 dissertation's numbers."""
 
 import dataclasses
+import gc
 
 import numpy as np
 import pytest
@@ -181,3 +182,25 @@ def test_a_run_that_runs_away_leaves_the_others_of_its_batch_alone():
     assert not np.isfinite(together[1].server.f_s[0]).all()
     np.testing.assert_allclose(together[0].users[0].x_m, alone.users[0].x_m, rtol=1e-9, atol=1e-12)
     assert set(together[0].users[0].state.tolist()) == set(alone.users[0].state.tolist())
+
+
+@pytest.mark.parametrize("before", [True, False])
+def test_the_search_for_garbage_rests_while_a_session_runs_and_only_then(monkeypatch, before):
+    scenario = parse_scenario({**SHORT, "duration_s": 0.05})
+    seen = []
+
+    def breaks(self, *args):
+        seen.append(gc.isenabled())
+        raise RuntimeError("no more steps")
+
+    try:
+        (gc.enable if before else gc.disable)()
+        simulate_one(scenario)
+        assert gc.isenabled() is before
+        monkeypatch.setattr("pmwvc_core.server.service.Service.step", breaks)
+        with pytest.raises(RuntimeError, match="no more steps"):
+            simulate_one(scenario)
+        assert gc.isenabled() is before
+    finally:
+        gc.enable()
+    assert seen == [False]

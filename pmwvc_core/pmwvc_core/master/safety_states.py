@@ -100,6 +100,8 @@ def text_of(cause: int, limits: SafetyParams, run: int = 0) -> str:
 
 def texts_of(causes: Integers, limits: SafetyParams) -> list[str]:
     """Return the causes of all runs in words."""
+    if not causes.any():
+        return [_TEXTS[Cause.NONE]] * causes.size
     return [
         _TEXTS[cause] if cause in _TEXTS else text_of(cause, limits, run)
         for run, cause in enumerate(causes.ravel().tolist())
