@@ -18,6 +18,7 @@ from pmwvc_core.wave import velocity_filter_design as design
 from pmwvc_core.wave.branches import margins, switching_gain
 from pmwvc_core.wave.response import response, sections_response
 from pmwvc_core.wave.velocity_filter_design import best_alpha, printed_branches
+from pmwvc_core.wave.velocity_filter_response import branches, noise_gain
 
 
 def test_without_the_high_branch_both_conditions_say_the_filter_amplifies_nothing():
@@ -77,7 +78,7 @@ def master(low=PRINTED_LOW, *, rate_drop=20, tick_s=TICK_S, kind="exact", **numb
 def left(params):
     """Return both margins of a designed filter."""
     (whole,) = design.chosen(params)
-    low, high = design.branches(whole, FREQUENCY_HZ * 1e-3 / params.tick_s)
+    low, high = branches(whole, FREQUENCY_HZ * 1e-3 / params.tick_s)
     share = params.velocity_filter.share
     found = margins(low, high, FREQUENCY_HZ, share=share)
     return found["in_phase_margin"], found["any_environment_margin"]
@@ -85,8 +86,8 @@ def left(params):
 
 def test_noise_of_an_encoder_in_the_force_with_the_printed_filter():
     equivalent = master(kind="equivalent", order=1, alpha=0.929)
-    assert design.noise_gain(equivalent) == pytest.approx(0.051, abs=5e-4)
-    assert design.noise_gain(master(order=1, alpha=0.929)) == pytest.approx(0.318, abs=5e-4)
+    assert noise_gain(equivalent) == pytest.approx(0.051, abs=5e-4)
+    assert noise_gain(master(order=1, alpha=0.929)) == pytest.approx(0.318, abs=5e-4)
 
 
 def test_the_noise_gain_is_that_of_a_rounded_position():
@@ -97,7 +98,7 @@ def test_the_noise_gain_is_that_of_a_rounded_position():
     for k, value in enumerate(noise):  # y of LP = (1 - alpha)/(z - alpha)
         y = alpha * y + (1.0 - alpha) * last
         last, out[k] = value, y
-    expected = design.noise_gain(master(kind="equivalent", order=1, alpha=alpha))
+    expected = noise_gain(master(kind="equivalent", order=1, alpha=alpha))
     assert out.std() / noise.std() == pytest.approx(expected, rel=0.02)
 
 

@@ -32,7 +32,7 @@ from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.wave import aliasing
 from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import first_axis, largest, smallest
-from pmwvc_core.wave.velocity_filter_design import slow_lags
+from pmwvc_core.wave.velocity_filter_response import slow_lags
 
 # The server steps that much into the master's frame; the master takes the answer as much later.
 LIVE_PHASE_S = 0.002

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a velocity filter (App. D) is worth: margins over frequency, noise, and what it fails.
 
-Conditions: :mod:`pmwvc_core.wave.branches`; which filter: :mod:`~.velocity_filter_design` there.
+Conditions: :mod:`pmwvc_core.wave.branches`; which filter: ``velocity_filter_design`` there.
 The equivalent form is judged by what it is at the device, too. With the low-pass branch behind it,
 F/(b xd) = (1 - R H_LP)/(1 + R H_LP) - 2 s H_HP, whose real part is least for the R that makes
 R H_LP = |H_LP|:
@@ -26,7 +26,8 @@ from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.wave.aliasing import worst_case_gain
 from pmwvc_core.wave.branches import TOLERANCE, Margins, margins, switching_gain
 from pmwvc_core.wave.content import has_waves
-from pmwvc_core.wave.velocity_filter_design import branches, chosen, noise_gain, velocity_gain
+from pmwvc_core.wave.velocity_filter_design import chosen
+from pmwvc_core.wave.velocity_filter_response import branches, noise_gain, velocity_gain
 
 POINTS = 4001
 FOLDED_POINTS = 129  # frequencies at which the images of a rate drop are looked at

@@ -29,13 +29,12 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
 from pmwvc_core.wave.branches import TOLERANCE
 from pmwvc_core.wave.filter_design import half_power_hz, runs_of, stacked
-from pmwvc_core.wave.response import Complex, response, sections_response
+from pmwvc_core.wave.response import Complex, response
 
 PRINTED_POINTS = 512  # frequencies of App. D section 4
 PRINTED_LOW_POLE = 0.95  # H_LP = 0.05/(z - 0.95), App. D Eq. 15
 POINTS = 8192  # of a search, half of them near rest
 ASIDE = 1.001  # of a cut-off: what may lie between two of them
-SLOW = 1e-6  # angle [rad per tick] at which a lag is read
 HIGHEST = 0.49  # of the tick rate, of a cut-off that is given
 HIGHEST_DESIGNED = 0.25  # above that hardly anything would be filtered
 
@@ -62,7 +61,7 @@ def low_pass(params: MasterParams) -> Array:
 
 
 def _of_runs(params: MasterParams, kind: str) -> Array:
-    runs = [_sections(one.velocity_filter, one.tick_s, kind) for one in chosen(params)]
+    runs = [sections_of(one.velocity_filter, one.tick_s, kind) for one in chosen(params)]
     return runs[0] if len(runs) == 1 else stacked(runs)
 
 
@@ -185,70 +184,11 @@ def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: 
 
 
 @functools.lru_cache(maxsize=1024)
-def _sections(own: VelocityFilterParams, tick_s: float, kind: str) -> Array:
-    """Return the filter that the parameters say."""
+def sections_of(own: VelocityFilterParams, tick_s: float, kind: str) -> Array:
+    """Return the filter that completed parameters say, ``kind`` lowpass or highpass."""
     if own.alpha is not None:
         return np.array([[1.0, -1.0, 0.0, 1.0, -own.alpha, 0.0]])
     from scipy import signal  # here for the same reason as in flattest_alpha
 
     sos: Array = signal.butter(own.order, own.cutoff_hz, kind, fs=1.0 / tick_s, output="sos")
     return sos
-
-
-def branches(params: MasterParams, frequency_hz: Array) -> tuple[Complex, Complex]:
-    """Return the responses of the branch to the environment and back, and of that fed back (all
-    of it, not the share), for parameters of one run that :func:`chosen` has completed.
-    """
-    tick_s, own = params.tick_s, params.velocity_filter
-    angle = 2.0 * np.pi * tick_s * np.asarray(frequency_hz, dtype=float)
-    low = response(params.filter, frequency_hz, tick_s=tick_s, rate_drop=params.rate_drop)
-    high = sections_response(_sections(own, tick_s, "highpass"), angle)
-    if own.kind != "complementary":
-        return low, high
-    pair = sections_response(_sections(own, tick_s, "lowpass"), angle)
-    return low * pair**2, high**2
-
-
-def velocity_gain(params: MasterParams, frequency_hz: Array) -> Complex:
-    """Return what is left of the velocity in the force, F_m/(b xd) while nothing comes back.
-
-    Exact and complementary (1 - s H)/(1 + s H), equivalent 1 - 2 s H.
-    """
-    _, high = branches(params, frequency_hz)
-    fed = params.velocity_filter.share * high
-    if params.velocity_filter.kind == "equivalent":
-        return np.asarray(1.0 - 2.0 * fed)
-    return np.asarray((1.0 - fed) / (1.0 + fed))
-
-
-def slow_lags(params: MasterParams) -> tuple[float, float]:
-    """Return what the filter adds to the lag of slow motion once around, pressing on a wall and
-    with nothing touched [s].
-
-    Near rest H_HP is tau p, p the derivative in time (order 1; zero for higher orders). A wall
-    returns v = -(1 - lag p) u + s tau p u: longer by s tau. Free, v = (1 - lag p) u + s tau p u:
-    shorter by as much. The equivalent form leaves the waves alone and takes 2 s b tau off the felt
-    mass, which is b lag/2.
-    """
-    if params.velocity_filter.kind == "none":
-        return 0.0, 0.0
-    (whole,) = chosen(params)
-    own, tick_s = whole.velocity_filter, whole.tick_s
-    angle = np.array([SLOW])
-    fed = sections_response(_sections(own, tick_s, "highpass"), angle)[0]
-    if own.kind == "complementary":
-        passed = sections_response(_sections(own, tick_s, "lowpass"), angle)[0] ** 2
-        longer = -float(passed.imag) / SLOW * tick_s
-        return longer, longer
-    answered = float(own.share) * float(fed.imag) / SLOW * tick_s
-    return (0.0, -4.0 * answered) if own.kind == "equivalent" else (answered, -answered)
-
-
-def noise_gain(params: MasterParams, *, points: int = 16384) -> float:
-    """Return the length of the noise that the difference of a rounded position makes in the
-    force, beside that without a filter (rms; white rounding errors).
-    """
-    turn = np.arange(points) / points
-    power = 4.0 * np.sin(np.pi * turn) ** 2  # |1 - 1/z|^2, on average 2
-    gain = velocity_gain(params, turn / params.tick_s)
-    return float(np.sqrt(np.mean(np.abs(gain) ** 2 * power) / 2.0))
