@@ -50,6 +50,10 @@ class DeviceError(PmwvcError):
     """A device cannot be used; the message gives cause and remedy."""
 
 
+# Whatever foreign code may end with; sys.exit() in a plug-in must not end the session either.
+FOREIGN = (Exception, SystemExit)
+
+
 def reason(error: BaseException) -> str:
     """Return what a foreign error says, in one line."""
     return " ".join(f"{type(error).__name__}: {error}".split())

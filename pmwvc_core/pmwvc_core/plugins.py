@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from pmwvc_core.errors import ParameterError, PmwvcError, reason
+from pmwvc_core.errors import FOREIGN, ParameterError, PmwvcError, reason
 
 
 @dataclass(frozen=True)
@@ -59,13 +59,13 @@ class PluginGroup:
         where = f"{self.parameter} = {name!r} ({point.value})"
         try:
             factory = point.load()
-        except Exception as error:  # whatever a foreign package raises while it is imported
+        except FOREIGN as error:  # whatever a foreign package raises while it is imported
             raise self.error(f"{where} cannot be imported: {reason(error)}") from error
         try:
             made = factory(setup)
         except PmwvcError:
             raise
-        except Exception as error:  # whatever a foreign factory raises
+        except FOREIGN as error:  # whatever a foreign factory raises
             raise self.error(f"{where} cannot be made: {reason(error)}") from error
         lacks = [call for call in self.calls if not callable(getattr(made, call, None))]
         lacks += [name for name in self.attributes if not hasattr(made, name)]

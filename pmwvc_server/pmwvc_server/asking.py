@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from pmwvc_core.errors import FOREIGN
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.blackbox.containment import Call, directly
 from pmwvc_core.server.blackbox.faults import Unanswered
@@ -42,12 +43,12 @@ class _Job:
         self.asked_s = time.monotonic()
         self.done = threading.Event()
         self.answer: Any = None
-        self.error: Exception | None = None
+        self.error: BaseException | None = None
 
     def work(self) -> None:
         try:
             self.answer = self.exchange()
-        except Exception as error:
+        except FOREIGN as error:
             self.error = error
         self.done.set()
 

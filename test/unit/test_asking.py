@@ -34,6 +34,16 @@ def test_what_the_environment_raises_is_raised():
     assert worker(lambda: 7) == 7
 
 
+def test_an_environment_that_leaves_the_program_leaves_neither_it_nor_its_thread():
+    def leaves():
+        raise SystemExit("bye")
+
+    worker = Worker(30.0)
+    with pytest.raises(SystemExit, match="bye"):
+        worker(leaves)
+    assert worker(lambda: 7) == 7
+
+
 def test_a_hanging_environment_is_left_alone_until_it_is_back_and_its_late_answer_is_dropped():
     release, back, asked = threading.Event(), threading.Event(), []
 

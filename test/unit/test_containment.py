@@ -76,6 +76,10 @@ def boom(_):
     raise ZeroDivisionError("no mass")
 
 
+def leave(_):
+    raise SystemExit("bye")
+
+
 def scribble(velocity):
     velocity[0] = 1.0
     return velocity
@@ -90,6 +94,8 @@ def scribble(velocity):
         (lambda v: v * np.nan, r"no usable force .* for users \[0, 1\]"),
         (lambda v: v + np.array([[0.0], [np.inf]]), r"no usable force .* for users \[1\]"),
         (lambda v: v + 1e30, "no usable force"),
+        (leave, "raised SystemExit: bye"),
+        (lambda v: v * 1j, "returned complex numbers from step"),
         (scribble, "raised ValueError: assignment destination is read-only"),
     ],
 )

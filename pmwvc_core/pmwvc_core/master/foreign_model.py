@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.errors import reason
+from pmwvc_core.errors import FOREIGN, reason
 from pmwvc_core.numeric import Array, Flag, Value, dot, maximum, where
 from pmwvc_core.params import LocalModelParams
 from pmwvc_core.plugins import PluginGroup
@@ -78,7 +78,7 @@ class ForeignModel:
         if self._sloped and not self._broken:
             try:
                 f0, slope = self._local()
-            except Exception as error:  # whatever foreign code raises
+            except FOREIGN as error:  # whatever foreign code raises
                 self._contain(error)
         if self._broken:
             return 0.0, self._matched
@@ -95,7 +95,7 @@ class ForeignModel:
             try:
                 answer = self._model.step(_signal(self._x), _signal(xd), self._tick_s)
                 self._f = self._good(answer)
-            except Exception as error:  # whatever foreign code raises
+            except FOREIGN as error:  # whatever foreign code raises
                 self._contain(error)
 
     def drop(self, gone: Flag) -> None:
@@ -121,7 +121,7 @@ class ForeignModel:
             raise ValueError("not a finite force")
         return array[0] if isinstance(self._x, np.ndarray) else float(array.item())
 
-    def _contain(self, error: Exception) -> None:
+    def _contain(self, error: BaseException) -> None:
         self._broken = True
         logger.error(
             "master.local_model.kind = %r: %s; a matched damper stands in its place",

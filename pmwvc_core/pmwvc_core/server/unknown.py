@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_core.errors import FOREIGN
 from pmwvc_core.numeric import Array, Flag, Value, dot, squared, where
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.blackbox.containment import Asked, Call, Reply, directly
@@ -81,7 +82,7 @@ class UnknownServer(ServerController):
         if not any(self.present):
             try:
                 self._show(self._asked.shown(self._shape))
-            except Exception as error:  # whatever a foreign environment raises
+            except FOREIGN as error:  # whatever a foreign environment raises
                 self._faults.note(error)
         super().join(i, position)
         self._asked.tell("join", i, self._rows([self.seats[i].x_s])[0])
@@ -130,7 +131,7 @@ class UnknownServer(ServerController):
                     decode=lambda force, slope: self._decoded(free, force, slope),
                 )
             )
-        except Exception as error:  # whatever a foreign environment raises
+        except FOREIGN as error:  # whatever a foreign environment raises
             self._faults.note(error)
             return None
         if not reply.good.all():

@@ -113,7 +113,10 @@ class Asked:
 
 def _signal(value: Any, like: Array, name: str = "step") -> Array:
     try:
-        array = np.asarray(value, dtype=float)
+        array = np.asarray(value)
+        if np.iscomplexobj(array):
+            raise BadAnswer(f"returned complex numbers from {name}")
+        array = np.asarray(array, dtype=float)
     except (TypeError, ValueError):
         raise BadAnswer(f"returned {type(value).__name__} from {name}") from None
     if array.shape != like.shape:

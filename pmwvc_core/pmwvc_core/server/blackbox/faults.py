@@ -25,7 +25,7 @@ class Faults:
         self.steps = 0
         self.text = ""
 
-    def note(self, error: Exception) -> None:
+    def note(self, error: BaseException) -> None:
         """Count a step."""
         known = isinstance(error, (Unanswered, BadAnswer))
         what = str(error) if known else f"raised {reason(error)}"

@@ -9,7 +9,7 @@ A laboratory adds an environment by installing a package of its own that names a
 from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint, entry_points
 
-from pmwvc_core.errors import ParameterError, PmwvcError
+from pmwvc_core.errors import FOREIGN, ParameterError, PmwvcError
 from pmwvc_core.server.blackbox.faults import reason
 from pmwvc_core.server.blackbox.hunt_crossley import HuntCrossley
 from pmwvc_core.server.blackbox.interface import Environment, EnvironmentSetup
@@ -66,13 +66,13 @@ def make_black_box(setup: EnvironmentSetup) -> Environment:
     where = f"server.environment = {name!r} ({point.value})"
     try:
         factory = point.load()
-    except Exception as error:  # whatever a foreign package raises while it is imported
+    except FOREIGN as error:  # whatever a foreign package raises while it is imported
         raise ParameterError(f"{where} cannot be imported: {reason(error)}") from error
     try:
         environment: Environment = factory(setup)
     except PmwvcError:
         raise
-    except Exception as error:  # whatever a foreign factory raises
+    except FOREIGN as error:  # whatever a foreign factory raises
         raise ParameterError(f"{where} cannot be made: {reason(error)}") from error
     if not callable(getattr(environment, "step", None)):
         raise ParameterError(f"{where} is not an environment: it lacks step")
