@@ -98,7 +98,7 @@ class Client:
             x,
             xd,
             inbox.silence_s(now_ns),
-            (inbox.newest is not None) & sensed,
+            inbox.heard() & sensed,
         )
         controller.applied(f_applied)
         return f_applied
