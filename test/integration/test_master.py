@@ -161,7 +161,7 @@ def test_broken_packets_are_counted_and_change_nothing():
         ({"device.mass": -1.0}, r"device.mass = -1.0: must be > 0 kg"),
         ({"device.mas": 1.0}, r"device.mas: there is no such parameter; did you mean device.mass"),
         ({"side": 0}, r"side = 0: must be -1 or 1"),
-        ({"dof": 9}, r"dof = 9: must be 1..3"),
+        ({"dof": 9}, r"dof = 9: must be 1..6"),
         ({"operator.kind": "playback_force", "operator.file": "/nowhere.csv"}, r"/nowhere.csv"),
     ],
 )
