@@ -13,6 +13,8 @@ from typing import Any
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.options import add_scenario, add_settings
 from pmwvc_bringup.output import document
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.simulation.scenario import Scenario
 
 EXAMPLES = """\
 examples:
@@ -59,15 +61,24 @@ def run(arguments: argparse.Namespace) -> int:
         for line in sentences(result):
             print(line)
         if arguments.out:
-            from pmwvc_analysis.show import velocity_filter_figure
-            from pmwvc_analysis.show.transparency_figure import save
-
             folder = Path(arguments.out)
-            folder.mkdir(parents=True, exist_ok=True)
-            paths = save(velocity_filter_figure.draw(found, scenario), folder, NAME)
-            text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
-            paths.append(folder / f"{NAME}.json")
-            paths[-1].write_text(text + "\n", encoding="utf-8")
-            print(f"written: {folder} ({', '.join(path.name for path in paths)})")
+            try:
+                names = _written(folder, scenario, found, result)
+            except OSError as error:
+                raise PmwvcError(f"cannot write into {folder}: {error.strerror}") from error
+            print(f"written: {folder} ({', '.join(names)})")
         write(result)
     return 0
+
+
+def _written(folder: Path, scenario: Scenario, found: Any, result: Any) -> list[str]:
+    """Write figure and numbers; return the names of the files."""
+    from pmwvc_analysis.show import velocity_filter_figure
+    from pmwvc_analysis.show.transparency_figure import save
+
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = save(velocity_filter_figure.draw(found, scenario), folder, NAME)
+    text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
+    paths.append(folder / f"{NAME}.json")
+    paths[-1].write_text(text + "\n", encoding="utf-8")
+    return [path.name for path in paths]

@@ -88,6 +88,7 @@ def test_figure_and_numbers_are_written(tmp_path, capfd):
         (["wall_filtered", "--set=master.velocity_filter.share=0.99"], "no high-pass filter"),
         (["direct_0ms"], "controller = direct: has no velocity filter"),
         (["wall", "--set=master.filter.kind=none"], r"filter.kind = none"),
+        (["wall_filtered", "--out", "/dev/null/x"], "cannot write into /dev/null/x: "),
     ],
 )
 def test_what_has_no_answer_is_told_with_exit_code_2(words, said, capfd):
