@@ -12,7 +12,7 @@ from processes import NodeProcess, ros
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
-from pmwvc_core.network.link import FateKind, Link, stream_of
+from pmwvc_core.network import FateKind, Link, stream_of
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.wave.packet import WavePacket, size_bytes

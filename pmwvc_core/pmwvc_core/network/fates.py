@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_core.network.link import Fate
+from pmwvc_core.network.transit import Fate
 
 
 @dataclass(frozen=True)

@@ -7,67 +7,18 @@ The order of things: a packet is lost on entry, or waits for the serial line of 
 Time is an argument; all times are integer nanoseconds of one clock.
 """
 
-import enum
-import heapq
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 
 from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
+from pmwvc_core.network.transit import Cause, Fate, FateKind, Transit
 from pmwvc_core.params import LinkParams
 
 STANDARD_NORMAL = NormalDist()
-
-
-class FateKind(enum.IntEnum):
-    """What became of a packet; the numbers are those of the PacketFate message."""
-
-    DELIVERED = 0
-    LOST = 1
-    DUPLICATE = 2  # an extra copy
-    DROPPED_RATE = 3
-    DROPPED_QUEUE = 4
-    INVALID = 5
-
-
-class Cause(enum.IntEnum):
-    """Why; the numbers are those of the PacketFate message."""
-
-    NONE = 0
-    LOSS = 1
-    RATE_LIMIT = 2
-    QUEUE_FULL = 3
-    DUPLICATION = 4
-    OUTAGE = 5
-
-
-@dataclass(slots=True)
-class Fate:
-    """What the link has decided for one packet or copy."""
-
-    number: int  # of the packet on this link: 1, 2, 3...; a copy has its original's
-    time_in_ns: int
-    time_due_ns: int  # 0: never
-    kind: FateKind
-    cause: Cause
-    size: int  # [byte]
-
-
-@dataclass(slots=True)
-class LinkCounters:
-    """Counts since the start, by the names of the LinkState message."""
-
-    in_count: int = 0
-    out_count: int = 0  # with copies
-    lost: int = 0
-    duplicated: int = 0  # extra copies made
-    reordered: int = 0  # came out after a later one
-    dropped: int = 0
-    queued: int = 0  # inside the link now
 
 
 def stream_of(seed: int, user: int, direction: int) -> tuple[int, int, int]:
@@ -75,7 +26,7 @@ def stream_of(seed: int, user: int, direction: int) -> tuple[int, int, int]:
     return seed, user, direction
 
 
-class Link:
+class Link(Transit):
     """One direction of a network link.
 
     Every packet takes the same four random numbers (lost?, copied?, jitter, jitter of the copy)
@@ -90,15 +41,12 @@ class Link:
     """
 
     def __init__(self, params: LinkParams, *, seed: int | Sequence[int]) -> None:
-        self.counters = LinkCounters()
+        super().__init__()
         self._rng = np.random.default_rng(seed)
-        self._under_way: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
-        self._order = 0
         self._last_due_ns = 0  # latest of all that went in
         self._line_free_ns = 0
         self._starts_ns: deque[int] = deque()  # when each waiting packet gets the line
         self._first_ns: int | None = None
-        self._highest_out = 0
         self.configure(params)
 
     def configure(self, params: LinkParams) -> None:
@@ -114,11 +62,6 @@ class Link:
             trace = load_delay_trace(params.trace_file, params.trace_scale)
         self._trace: DelayTrace | None = trace
         self.params = params
-
-    @property
-    def next_due_ns(self) -> int | None:
-        """When the next packet comes out; None when nothing is under way."""
-        return self._under_way[0][0] if self._under_way else None
 
     def send(self, payload: Any, now_ns: int, *, size_bytes: int = 140) -> list[Fate]:
         """Put a packet in; return its fate, and one for every extra copy."""
@@ -137,20 +80,6 @@ class Link:
             fates.append(self._travel(payload, copy, jitter_of_copy))
         return fates
 
-    def arrivals(self, now_ns: int) -> list[tuple[Any, Fate]]:
-        """Take out what is due by now, in the order of delivery."""
-        out = []
-        while self._under_way and self._under_way[0][0] <= now_ns:
-            _, _, payload, fate = heapq.heappop(self._under_way)
-            out.append((payload, fate))
-            if fate.number >= self._highest_out:
-                self._highest_out = fate.number
-            elif fate.kind is FateKind.DELIVERED:
-                self.counters.reordered += 1
-        self.counters.out_count += len(out)
-        self.counters.queued = len(self._under_way)
-        return out
-
     def _fate(self, now_ns: int, kind: FateKind, cause: Cause, size: int) -> Fate:
         return Fate(self.counters.in_count, now_ns, 0, kind, cause, size)
 
@@ -165,10 +94,7 @@ class Link:
         if self.params.keep_order:
             due_ns = max(due_ns, self._last_due_ns)
         self._last_due_ns = max(due_ns, self._last_due_ns)
-        fate.time_due_ns = due_ns
-        self._order += 1
-        heapq.heappush(self._under_way, (due_ns, self._order, payload, fate))
-        self.counters.queued = len(self._under_way)
+        self._enter(payload, fate, due_ns)
         return fate
 
     def _through_line(self, fate: Fate) -> int | None:

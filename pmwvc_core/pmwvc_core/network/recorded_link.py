@@ -8,13 +8,11 @@ meets the fate of the one that was recorded at that time. What the recording doe
 lost. Times are integer nanoseconds.
 """
 
-import heapq
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pmwvc_core.network.link import Cause, Fate, FateKind, LinkCounters
+from pmwvc_core.network.transit import DELIVERED, Cause, Fate, FateKind, Transit
 
-DELIVERED = FateKind.DELIVERED  # at hand: a member is looked up in Python
 TRAVELLING = (DELIVERED, FateKind.DUPLICATE)
 
 
@@ -32,8 +30,8 @@ class RecordedFate(NamedTuple):
 LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
 
 
-class RecordedLink:
-    """See the module; ``send`` and ``arrivals`` are those of :class:`pmwvc_core.network.Link`.
+class RecordedLink(Transit):
+    """See the module; ``send`` is that of :class:`pmwvc_core.network.Link`.
 
     Parameters
     ----------
@@ -46,17 +44,9 @@ class RecordedLink:
     def __init__(
         self, record: Mapping[int, Sequence[RecordedFate]], *, per_packet: float = 1.0
     ) -> None:
-        self.counters = LinkCounters()
+        super().__init__()
         self._record = record
         self._per_packet = per_packet
-        self._under_way: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
-        self._order = 0
-        self._highest_out = 0
-
-    @property
-    def next_due_ns(self) -> int | None:
-        """When the next packet comes out; None when nothing is under way."""
-        return self._under_way[0][0] if self._under_way else None
 
     def send(self, payload: Any, now_ns: int, *, size_bytes: int = 140) -> list[Fate]:
         """Put a packet in; return its fate, and one for every extra copy."""
@@ -68,21 +58,6 @@ class RecordedLink:
             fates.append(self._travel(payload, number, now_ns, size_bytes, fate))
         return fates
 
-    def arrivals(self, now_ns: int) -> list[tuple[Any, Fate]]:
-        """Take out what is due by now, in the order of delivery."""
-        out = []
-        waiting = self._under_way
-        while waiting and waiting[0][0] <= now_ns:
-            _, _, payload, fate = heapq.heappop(waiting)
-            out.append((payload, fate))
-            if fate.number >= self._highest_out:
-                self._highest_out = fate.number
-            elif fate.kind is DELIVERED:
-                self.counters.reordered += 1
-        self.counters.out_count += len(out)
-        self.counters.queued = len(waiting)
-        return out
-
     def _travel(
         self, payload: Any, number: int, now_ns: int, size: int, recorded: RecordedFate
     ) -> Fate:
@@ -91,10 +66,7 @@ class RecordedLink:
         if kind is not DELIVERED:
             self._count(kind)
         if delay_ns is not None and kind in TRAVELLING:
-            fate.time_due_ns = now_ns + max(delay_ns, 0)
-            self._order += 1
-            heapq.heappush(self._under_way, (fate.time_due_ns, self._order, payload, fate))
-            self.counters.queued = len(self._under_way)
+            self._enter(payload, fate, now_ns + max(delay_ns, 0))
         return fate
 
     def _count(self, kind: FateKind) -> None:

@@ -12,8 +12,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmwvc_core.network.link import Fate, Link
+from pmwvc_core.network.link import Link
 from pmwvc_core.network.recorded_link import RecordedLink
+from pmwvc_core.network.transit import Fate
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import LinkParams
 from pmwvc_core.wave.packet import WavePacket, size_bytes

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Packets under way in one direction: their fates, and when and in which order they come out.
+
+Times are integer nanoseconds of one clock. Not here: what decides on a fate.
+"""
+
+import enum
+import heapq
+from dataclasses import dataclass
+from typing import Any
+
+
+class FateKind(enum.IntEnum):
+    """What became of a packet; the numbers are those of the PacketFate message."""
+
+    DELIVERED = 0
+    LOST = 1
+    DUPLICATE = 2  # an extra copy
+    DROPPED_RATE = 3
+    DROPPED_QUEUE = 4
+    INVALID = 5
+
+
+class Cause(enum.IntEnum):
+    """Why; the numbers are those of the PacketFate message."""
+
+    NONE = 0
+    LOSS = 1
+    RATE_LIMIT = 2
+    QUEUE_FULL = 3
+    DUPLICATION = 4
+    OUTAGE = 5
+
+
+@dataclass(slots=True)
+class Fate:
+    """What the link has decided for one packet or copy."""
+
+    number: int  # of the packet on this link: 1, 2, 3...; a copy has its original's
+    time_in_ns: int
+    time_due_ns: int  # 0: never
+    kind: FateKind
+    cause: Cause
+    size: int  # [byte]
+
+
+@dataclass(slots=True)
+class LinkCounters:
+    """Counts since the start, by the names of the LinkState message."""
+
+    in_count: int = 0
+    out_count: int = 0  # with copies
+    lost: int = 0
+    duplicated: int = 0  # extra copies made
+    reordered: int = 0  # came out after a later one
+    dropped: int = 0
+    queued: int = 0  # inside the link now
+
+
+DELIVERED = FateKind.DELIVERED  # at hand: a member is looked up in Python
+
+
+class Transit:
+    """What has gone in and not come out yet, with the counters of a link."""
+
+    def __init__(self) -> None:
+        self.counters = LinkCounters()
+        self._under_way: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
+        self._order = 0
+        self._highest_out = 0
+
+    @property
+    def next_due_ns(self) -> int | None:
+        """When the next packet comes out; None when nothing is under way."""
+        return self._under_way[0][0] if self._under_way else None
+
+    def arrivals(self, now_ns: int) -> list[tuple[Any, Fate]]:
+        """Take out what is due by now, in the order of delivery."""
+        out = []
+        waiting = self._under_way
+        while waiting and waiting[0][0] <= now_ns:
+            _, _, payload, fate = heapq.heappop(waiting)
+            out.append((payload, fate))
+            if fate.number >= self._highest_out:
+                self._highest_out = fate.number
+            elif fate.kind is DELIVERED:
+                self.counters.reordered += 1
+        self.counters.out_count += len(out)
+        self.counters.queued = len(waiting)
+        return out
+
+    def _enter(self, payload: Any, fate: Fate, due_ns: int) -> None:
+        """Send a packet or copy on its way; what is due at one time comes out as it went in."""
+        fate.time_due_ns = due_ns
+        self._order += 1
+        heapq.heappush(self._under_way, (due_ns, self._order, payload, fate))
+        self.counters.queued = len(self._under_way)
