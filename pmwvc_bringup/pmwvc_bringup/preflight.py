@@ -36,7 +36,7 @@ def check(scenario: Scenario) -> None:
             found.setdefault(text, user.name)
     problems = [f"{who}: {text}" for text, who in found.items()]
     try:
-        environments.required(scenario.server.environment)
+        environments.require(scenario.server.environment)
     except PmwvcError as error:
         problems.append(str(error))
     if not has_waves(scenario.controller) and scenario.server.environment not in KNOWN:

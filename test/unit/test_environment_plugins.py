@@ -64,8 +64,9 @@ def lab(monkeypatch):
         "jelly": "lab_environments:Jelly",
         "wall": "lab_environments:stone",
     }
-    own = {name: EntryPoint(name, value, plugins.GROUP) for name, value in names.items()}
-    monkeypatch.setattr(plugins, "installed", lambda: own)
+    group = plugins.PLUGINS.group
+    points = [EntryPoint(name, value, group) for name, value in names.items()]
+    monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: points)
 
 
 def test_an_environment_of_another_package_is_made_and_felt(lab):
@@ -79,11 +80,13 @@ def test_an_environment_of_another_package_is_made_and_felt(lab):
 
 def test_the_library_goes_before_plug_ins_of_the_same_name(lab):
     assert isinstance(plugins.make_black_box(setup("wall")), plugins.LIBRARY["wall"])
-    assert plugins.required("wall") is None
+    plugins.require("wall")
 
 
 def test_an_unknown_name_is_answered_with_what_is_there(lab):
-    text = r"'moon': not installed; there are: cube, wall, .*active_wall, honey.*pmwvc.environment"
+    text = (
+        r"'moon': not installed; there are: cube, wall, .*active_wall, .*honey.*pmwvc.environment"
+    )
     with pytest.raises(ParameterError, match=text):
         server_at("moon")
 

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What can be wrong with an environment's answer, and the count of it."""
 
+from pmwvc_core.errors import reason
+
 
 class Unanswered(Exception):
     """The environment has not answered in time, or is still busy with an earlier step."""
@@ -31,8 +33,3 @@ class Faults:
         what = str(error) if known else f"raised {reason(error)}"
         self.steps += 1
         self.text = f"server.environment = {self._name!r} {what}"
-
-
-def reason(error: BaseException) -> str:
-    """Return what a foreign error says, in one line."""
-    return " ".join(f"{type(error).__name__}: {error}".split())
