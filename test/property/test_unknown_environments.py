@@ -4,7 +4,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from passive_networks import Network, OpenNetwork, Pusher, random_network
 
@@ -118,6 +118,21 @@ library = {
 
 
 @settings(max_examples=40)
+@example(  # comes in inside a soft body
+    compensation="corrected",
+    environment="hunt_crossley",
+    exponent=1.0,
+    contact="bilateral",
+    stiffness=1.0,
+    damping=0.0,
+    impedance=2.0,
+    period_s=0.001,
+    size=0.01,
+    memory=0.0,
+    users=1,
+    dof=1,
+    seed=0,
+)
 @given(
     compensation=st.sampled_from(PAYING),
     environment=st.sampled_from(PASSIVE_LIBRARY),

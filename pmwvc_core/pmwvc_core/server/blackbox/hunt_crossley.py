@@ -3,8 +3,9 @@
 """A soft body that stands still, after Hunt and Crossley: F = K d^n (1 + c d') while d > 0.
 
 d is the depth in the face of the user's own side; along the face nothing holds. The damping grows
-with the depth, so the force does not jump where contact begins. It never pulls. Moved by h xd with
-d' = xd it gives out no more than it got: K d^n is the slope of a convex potential.
+with the depth, so the force does not jump where contact begins. It never pulls. Who comes in
+inside begins without force: there the face is as deep as that. Moved by h xd with d' = xd it gives
+out no more than it got: K d^n is the slope of a convex potential.
 """
 
 import numpy as np
@@ -22,11 +23,13 @@ class HuntCrossley:
         self._sides = setup.sides
         self._stiffness = [contact.contact_stiffness for contact in setup.contacts]
         self._face = 0.5 * setup.server.object_size_m
+        self._start: dict[int, Array] = {}  # depth at which everybody came in (..., 1) [m]
         self._depth: dict[int, Array] = {}  # of those who are there, 0 outside (..., 1) [m]
 
     def join(self, user: int, position: Array) -> None:
-        """Begin at a position."""
-        self._depth[user] = self._inside(user, position)
+        """Begin at a position, without force."""
+        self._start[user] = self._beneath(user, position)
+        self._depth[user] = 0.0 * self._start[user]
 
     def leave(self, user: int) -> None:
         """Take a user out."""
@@ -63,5 +66,7 @@ class HuntCrossley:
         return force, slope
 
     def _inside(self, user: int, position: Array) -> Array:
-        side = self._sides[user]
-        return np.maximum(self._face - side * position[..., :1], 0.0)
+        return np.maximum(self._beneath(user, position) - self._start[user], 0.0)
+
+    def _beneath(self, user: int, position: Array) -> Array:
+        return np.maximum(self._face - self._sides[user] * position[..., :1], 0.0)
