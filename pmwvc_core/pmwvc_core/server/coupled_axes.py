@@ -21,7 +21,7 @@ import numpy as np
 from pmwvc_core.numeric import Array, Value, dot, where
 from pmwvc_core.server.contacts import Answer, Bilateral
 from pmwvc_core.server.friction import AnchoredGrip
-from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, times
 
 
 class CoupledAnswer(Answer):
@@ -128,8 +128,3 @@ def _split(value: Value) -> tuple[Array, Array]:
     if array.shape[-1] == 1:
         return array, array
     return array[..., :1], array[..., 1:]
-
-
-def times(matrix: Array, vector: Value) -> Array:
-    """Return matrices ``(..., n, n)`` times vectors ``(..., n)``."""
-    return np.asarray(np.einsum("...ij,...j->...i", matrix, vector))

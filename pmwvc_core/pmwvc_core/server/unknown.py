@@ -32,7 +32,7 @@ from pmwvc_core.server.compensations.interface import Wave
 from pmwvc_core.server.couplings.sampled import weights
 from pmwvc_core.server.environments import Wall
 from pmwvc_core.server.seats import Seat, ServerController
-from pmwvc_core.wave.impedance import MatrixImpedance
+from pmwvc_core.wave.reflection import reflection
 
 
 class UnknownServer(ServerController):
@@ -118,8 +118,7 @@ class UnknownServer(ServerController):
 
     def _reply(self, place: Array) -> Reply | None:
         """Return the environment's answer; None where there is none to be used."""
-        free = [seat.ratio * seat.u_s for seat in self.seats]
-        late = [xd - seat.f_s / seat.b for xd, seat in zip(free, self.seats, strict=True)]
+        late = [seat.ratio * seat.u_s - seat.f_s / seat.b for seat in self.seats]
         velocity = self._rows(late)
         try:
             reply: Reply = self._call(
@@ -128,7 +127,7 @@ class UnknownServer(ServerController):
                     velocity,
                     period=self._period,
                     weight=self._new,
-                    decode=lambda force, slope: self._decoded(free, force, slope),
+                    decode=self._decoded,
                 )
             )
         except FOREIGN as error:  # whatever a foreign environment raises
@@ -172,12 +171,12 @@ class UnknownServer(ServerController):
                 held = held + 0.5 * self._period * dot(seat.f_s, seat.f_s / seat.b)
         return held
 
-    def _decoded(self, free: Sequence[Value], force: Array, slope: Array) -> Array:
-        """Solve xd = free - (F0 + G xd)/b for every user."""
+    def _decoded(self, force: Array, slope: Array) -> Array:
+        """Return xd = sqrt(2/b) u - (F0 + G xd)/b of every user."""
         return self._rows(
             [
-                _solved(seat.b, free[user], self._value(force[user]), self._value(slope[user]))
-                for user, seat in enumerate(self.seats)
+                reflection(seat.b).solve(seat.u_s, self._value(f0), self._value(g))[1]
+                for seat, f0, g in zip(self.seats, force, slope, strict=True)
             ]
         )
 
@@ -209,12 +208,3 @@ class UnknownServer(ServerController):
     def potential(self) -> Value:
         """Energy in the environment, zero where it does not say [J]."""
         return 0.0 if self._stored is None else self._stored
-
-
-def _solved(b: Value | MatrixImpedance, free: Value, force: Value, slope: Value) -> Value:
-    """Solve xd = free - (F0 + G xd)/b along every axis, or for all axes together."""
-    if isinstance(b, MatrixImpedance):
-        share = np.eye(len(b.values)) + b.inverse().matrix * np.asarray(slope)[..., np.newaxis, :]
-        wanted = np.asarray(free - force / b)[..., np.newaxis]
-        return np.asarray(np.linalg.solve(share, wanted)[..., 0])
-    return (free - force / b) / (1.0 + slope / b)

@@ -175,3 +175,9 @@ def longest_wave(impedance: Impedance, force: float, velocity: float) -> float:
     """
     least, most = smallest(impedance), largest(impedance)
     return force / math.sqrt(2.0 * least) + velocity * math.sqrt(0.5 * most)
+
+
+def times(matrix: Array, signal: Value) -> Array:
+    """Return matrices ``(..., dof, dof)`` times signals ``(..., dof)``."""
+    product: Array = (matrix @ np.asarray(signal)[..., np.newaxis])[..., 0]
+    return product

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from pmwvc_core.numeric import Array, Value, root
-from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, times
 
 
 class Reflection(Protocol):
@@ -55,12 +55,12 @@ class _Matrix:
     def of(self, f0: Value, slope: Value) -> tuple[Value, "MatrixGain"]:
         g, w = self._diagonal(slope), self._mobility(slope)
         gain = np.eye(len(self._ratio)) - self._ratio @ w @ g @ self._ratio
-        return -_act(self._ratio @ w, np.asarray(f0) + np.zeros(len(g))), MatrixGain(gain)
+        return -times(self._ratio @ w, np.asarray(f0) + np.zeros(len(g))), MatrixGain(gain)
 
     def solve(self, u: Value, f0: Value, slope: Value) -> tuple[Value, Value, Value]:
-        free = _act(self._ratio, u)
-        f = _act(self._mobility(slope), f0 + slope * free)
-        return f, free - _act(self._inverse, f), u - _act(self._ratio, f)
+        free = times(self._ratio, u)
+        f = times(self._mobility(slope), f0 + slope * free)
+        return f, free - times(self._inverse, f), u - times(self._ratio, f)
 
     def _diagonal(self, slope: Value) -> Array:
         """Return G as matrices ``(..., dof, dof)``."""
@@ -94,7 +94,7 @@ class MatrixGain:
         """Act on a signal, or scale by a number; zero is zero."""
         if isinstance(other, np.ndarray):
             if other.shape[-1] > 1:
-                return _act(self.matrix, other)
+                return times(self.matrix, other)
         elif not other:
             return 0.0
         return MatrixGain(_number(other) * self.matrix)
@@ -103,7 +103,7 @@ class MatrixGain:
 
     def __rtruediv__(self, signal: Array) -> Array:
         """Act on a signal with the inverse."""
-        return _act(_inverse(self.matrix), signal)
+        return times(_inverse(self.matrix), signal)
 
 
 def reflection(b: Impedance) -> Reflection:
@@ -113,11 +113,6 @@ def reflection(b: Impedance) -> Reflection:
 
 def _inverse(matrix: Array) -> Array:
     return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
-
-
-def _act(matrix: Array, signal: Value) -> Array:
-    acted: Array = (matrix @ np.asarray(signal)[..., np.newaxis])[..., 0]
-    return acted
 
 
 def _number(value: Value) -> Value:

@@ -15,8 +15,9 @@ import numpy as np
 
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.server.contacts import Answer
-from pmwvc_core.server.coupled_axes import CoupledAnswer, times
+from pmwvc_core.server.coupled_axes import CoupledAnswer
 from pmwvc_core.server.cube import Body
+from pmwvc_core.wave.impedance import times
 
 _ROUNDING = 8.0 * sys.float_info.epsilon
 _LIMIT = 90
