@@ -9,9 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pmwvc_analysis.models import rigid
-from pmwvc_analysis.models.loop import Loop
-from pmwvc_analysis.models.multirate import build, spectral_radius, transitions
+from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.stability import boundary, k_max, radii, z_width
 from pmwvc_analysis.models.variation import varied, with_stiffness
 
@@ -117,108 +115,6 @@ def test_an_identity_batch_with_another_delay_does_not_agree():
     expected = identity_loop.IdentityLoop(late).spectral_radius()
     assert spectral_radius(build(late)) == pytest.approx(expected, rel=1e-9)
     assert spectral_radius(build(later)) != pytest.approx(expected, rel=1e-4)
-
-
-RIGID = [
-    ({}, 4),  # two devices and the cube each somewhere else, and all moving on
-    ({"device__damping": 1.0}, 3),
-    ({"server__object_damping": 1.0}, 3),
-    ({"server__environment": "wall"}, 2),
-    ({"users": 5}, 7),
-    ({"controller": "direct"}, 2),
-    ({"controller": "direct", "server__environment": "wall"}, 0),
-    ({"server__contact_stiffness": 0.0}, 6),
-    ({"server__contact_stiffness": 0.0, "server__contact_damping": 0.0}, 8),
-    ({"controller": "virtual_coupling"}, 1),
-    ({"controller": "virtual_coupling", "server__environment": "wall"}, 0),
-    ({"controller": "virtual_coupling", "server__contact_stiffness": 0.0}, 3),
-    ({"master__bank__kind": "complementary"}, 4),
-    ({"master__bank__kind": "complementary", "master__local_model__stiffness": 0.0}, 6),
-    ({"master__velocity_filter__kind": "exact", "master__velocity_filter__cutoff_hz": 15.0}, 4),
-]
-
-
-@pytest.mark.parametrize(("values", "modes"), RIGID)
-def test_motions_that_are_no_instability_are_exact_and_counted(values, modes):
-    scenario = linear_loops.scenario(
-        user1__link__up__delay_s=0.008,
-        user2__link__down__delay_s=0.016,
-        user1__server__impedance=14.0,
-        **{"server__contact_stiffness": 40.0} | values,
-    )
-    model = transitions(scenario)
-    assert rigid.count(model.rigid) == modes
-    matrices = model.matrices
-    for place, family in enumerate(model.rigid):
-        before = model.rigid[:place]
-        # What is left to be zero shows in the eigenvalue that the quotient takes away.
-        left = rigid.quotient(matrices, before)[0]
-        ones = np.sum(np.abs(np.linalg.eigvals(left) - 1.0) < 1e-3)
-        after = rigid.quotient(matrices, [*before, family])[0]
-        assert np.sum(np.abs(np.linalg.eigvals(after) - 1.0) < 1e-3) == ones - 1
-    assert spectral_radius(build(scenario)) < 1.0
-
-
-def tied(**values):
-    return linear_loops.scenario(
-        master__position__feedback="printed", master__position__gain=15.0, **values
-    )
-
-
-@pytest.mark.parametrize(
-    ("values", "modes"),
-    [
-        ({}, 1),  # all together
-        ({"user2__master__position__gain": 0.0}, 2),  # user2's device by itself
-        ({"server__environment": "wall"}, 0),
-        ({"server__environment": "wall", "server__contact_stiffness": 0.0}, 2),
-        ({"master__rate_drop": 1, "server__period_s": 0.001}, 2),  # and moving on
-        ({"master__rate_drop": 1, "server__period_s": 0.001, "user1__server__impedance": 14.0}, 1),
-    ],
-)
-def test_a_position_feedback_ties_devices_to_their_avatars(values, modes):
-    loop = Loop(tied(link__delay_s=0.008, **values))
-    (a,), _ = loop.around(inputs=False)
-    found = rigid.families(loop)
-    assert rigid.count(found) == modes
-    for place, family in enumerate(found):
-        vector = family.vector[0]
-        rest = a @ vector - vector
-        spanned = np.array([f.vector[0] for f in found[:place]])
-        if len(spanned):
-            rest = rest - np.linalg.lstsq(spanned.T, rest, rcond=None)[0] @ spanned
-        np.testing.assert_allclose(rest, 0.0, atol=1e-12)
-
-
-def test_the_printed_position_feedback_drives_a_free_cube():
-    assert spectral_radius(build(tied(link__delay_s=0.008))) > 1.0 + 1e-5
-    at_a_wall = tied(link__delay_s=0.008, server__environment="wall")
-    assert spectral_radius(build(at_a_wall)) < 1.0
-
-
-@pytest.mark.parametrize("controller", ["pmwvc", "direct"])
-@pytest.mark.parametrize("live", [False, True])
-def test_a_uniform_motion_goes_on(controller, live):
-    scenario = linear_loops.scenario(
-        controller=controller,
-        user1__link__up__delay_s=0.008,
-        user2__link__down__delay_s=0.013,
-        user1__server__impedance=14.0,
-        master__filter__kind="butterworth",
-        master__filter__pole_rad_s=None,
-        master__filter__stop_hz=50.0,
-        device__velocity="euler",
-    )
-    loop = Loop(scenario, live=live)
-    (a,), _ = loop.around(inputs=False)
-    drift = rigid.families(loop)[-1].vector[0]
-    rest = a @ drift - drift
-    positions = [name.endswith(("x", "x_o")) or ".up.x[" in name for name in loop.names]
-    assert np.abs(rest[np.logical_not(positions)]).max() < 1e-12
-    moved = rest[loop.names.index("x_o")]
-    assert moved == pytest.approx(loop.ticks * scenario.tick_s * 1.0)
-    if controller == "direct":  # all by the same
-        np.testing.assert_allclose(rest[positions], moved, atol=1e-12)
 
 
 @pytest.mark.parametrize("controller", ["pmwvc", "direct", "virtual_coupling"])
