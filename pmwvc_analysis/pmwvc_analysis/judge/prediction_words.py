@@ -109,7 +109,7 @@ def _stability_lines(scenario: Scenario, *, live: bool) -> list[str]:
     if not elements:
         return ["No exact model of these settings: their periods hardly ever meet."]
     said = ", ".join(dict.fromkeys(element.said for element in elements))
-    found = [f"No exact model: not linear are {said}."]
+    found = [f"There is no exact model of what is not linear: {said}."]
     near = relative(scenario)
     likeness = exact(near.scenario, live=live) if near else None
     if near and likeness:
