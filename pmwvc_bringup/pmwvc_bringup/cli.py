@@ -26,7 +26,7 @@ from pmwvc_bringup import (
     transparency_command,
     tune_command,
 )
-from pmwvc_bringup.options import add_scenario, add_settings
+from pmwvc_bringup.options import add_json, add_scenario, add_settings
 from pmwvc_core.errors import PmwvcError
 
 MAIN_EXAMPLES = """\
@@ -152,7 +152,7 @@ def build_parser() -> argparse.ArgumentParser:
 
     report = command("report", "write the report of a recorded session anew", REPORT_EXAMPLES)
     report.add_argument("folder", metavar="FOLDER", help="a session folder")
-    _add_json(report, "print summary.json on stdout and nothing else")
+    add_json(report, "print summary.json on stdout and nothing else")
 
     replay_command.add(several)
     compare_command.add(several)
@@ -171,7 +171,7 @@ def build_parser() -> argparse.ArgumentParser:
 
     doctor = command("doctor", "examine this machine or a recorded session", DOCTOR_EXAMPLES)
     doctor.add_argument("folder", nargs="?", metavar="FOLDER", help="a session folder")
-    _add_json(doctor, "print the findings as JSON on stdout")
+    add_json(doctor, "print the findings as JSON on stdout")
     return parser
 
 
@@ -184,11 +184,7 @@ def _add_session_options(parser: argparse.ArgumentParser) -> None:
         metavar="FOLDER",
         help="session folder, new or empty (default: sessions/<UTC time>-<scenario>)",
     )
-    _add_json(parser, "print summary.json on stdout and nothing else")
-
-
-def _add_json(parser: argparse.ArgumentParser, text: str) -> None:
-    parser.add_argument("--json", action="store_true", help=text)
+    add_json(parser, "print summary.json on stdout and nothing else")
 
 
 def _version() -> str:

@@ -14,7 +14,7 @@ from typing import Any
 from rich.console import Console
 
 from pmwvc_bringup.combinations import Combination, combinations
-from pmwvc_bringup.options import add_scenario, add_settings
+from pmwvc_bringup.options import add_json, add_scenario, add_settings
 from pmwvc_bringup.output import document
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.variants import fitting, words_of
@@ -61,9 +61,7 @@ def add(several: Any) -> None:
         help="new or empty folder (default: sessions/<UTC time>-<scenario>-compare)",
     )
     parser.add_argument("--no-figures", action="store_true", help="write numbers only")
-    parser.add_argument(
-        "--json", action="store_true", help="print comparison.json on stdout and nothing else"
-    )
+    add_json(parser, "print comparison.json on stdout and nothing else")
 
 
 def run(arguments: argparse.Namespace) -> int:

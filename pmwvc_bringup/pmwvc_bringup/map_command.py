@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from pmwvc_bringup import scenarios as files
-from pmwvc_bringup.options import add_model_options
+from pmwvc_bringup.options import add_json, add_model_options
 from pmwvc_bringup.output import document
 from pmwvc_core.errors import PmwvcError, RecordingError
 from pmwvc_core.simulation.scenario import Scenario
@@ -56,7 +56,7 @@ def add(several: Any) -> None:
     )
     parser.add_argument("--workers", type=int, metavar="N", help="processes (default: all cores)")
     parser.add_argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster")
-    parser.add_argument("--json", action="store_true", help="print map.json on stdout only")
+    add_json(parser, "print map.json on stdout only")
 
 
 def run(arguments: argparse.Namespace) -> int:

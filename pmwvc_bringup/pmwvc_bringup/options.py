@@ -30,3 +30,10 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--live", action="store_true", help="with the phases of a live session's loops"
     )
+
+
+def add_json(
+    parser: argparse.ArgumentParser, text: str = "print JSON on stdout and nothing else"
+) -> None:
+    """Add ``--json`` with what it prints."""
+    parser.add_argument("--json", action="store_true", help=text)

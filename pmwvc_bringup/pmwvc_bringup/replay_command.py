@@ -14,7 +14,7 @@ from typing import Any
 from rich.console import Console
 
 from pmwvc_bringup import scenarios as files
-from pmwvc_bringup.options import add_settings
+from pmwvc_bringup.options import add_json, add_settings
 from pmwvc_bringup.output import document
 
 EXAMPLES = """\
@@ -48,9 +48,7 @@ def add(several: Any) -> None:
         help="session folder, new or empty (default: sessions/<UTC time>-<scenario>-replay)",
     )
     parser.add_argument("--no-figures", action="store_true", help="write numbers only")
-    parser.add_argument(
-        "--json", action="store_true", help="print comparison.json on stdout and nothing else"
-    )
+    add_json(parser, "print comparison.json on stdout and nothing else")
 
 
 def run(arguments: argparse.Namespace) -> int:

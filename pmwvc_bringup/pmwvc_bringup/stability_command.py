@@ -9,7 +9,7 @@ import argparse
 from typing import Any
 
 from pmwvc_bringup import scenarios as files
-from pmwvc_bringup.options import add_model_options
+from pmwvc_bringup.options import add_json, add_model_options
 from pmwvc_bringup.output import document
 
 EXAMPLES = """\
@@ -37,9 +37,7 @@ def add(several: Any) -> None:
         metavar="K",
         help="largest stiffness looked at in N/m (default: 1e6)",
     )
-    parser.add_argument(
-        "--json", action="store_true", help="print JSON on stdout and nothing else"
-    )
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

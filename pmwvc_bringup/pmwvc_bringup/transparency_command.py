@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pmwvc_bringup import scenarios as files
-from pmwvc_bringup.options import add_model_options
+from pmwvc_bringup.options import add_json, add_model_options
 from pmwvc_bringup.output import document
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.simulation.scenario import Scenario
@@ -43,9 +43,7 @@ def add(several: Any) -> None:
         "--user", metavar="NAME", dest="whose", help="whose device (default: the first user's)"
     )
     parser.add_argument("--out", metavar="FOLDER", help="write figure, curves and numbers there")
-    parser.add_argument(
-        "--json", action="store_true", help="print JSON on stdout and nothing else"
-    )
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -9,7 +9,7 @@ import argparse
 from typing import Any
 
 from pmwvc_bringup import scenarios as files
-from pmwvc_bringup.options import add_model_options
+from pmwvc_bringup.options import add_json, add_model_options
 from pmwvc_bringup.output import document
 
 EXAMPLES = """\
@@ -31,9 +31,7 @@ def add(several: Any) -> None:
     parser = several.add_parser("tune", help=text, description=f"{text}.", epilog=EXAMPLES)
     parser.set_defaults(command=run)
     add_model_options(parser)
-    parser.add_argument(
-        "--json", action="store_true", help="print JSON on stdout and nothing else"
-    )
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

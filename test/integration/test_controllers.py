@@ -198,6 +198,7 @@ def test_the_numbers_of_the_recording_fit_each_other(ended):
 
 
 def test_a_session_keeps_the_law_of_its_controller(ended):
+    assert set(LAWS) == set(CASES)
     LAWS[ended.name](ended)
 
 

@@ -2,40 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line as a person meets it: each test runs ``./pmwvc`` in a process of its own."""
 
+import functools
 import json
-import os
 import subprocess
-from pathlib import Path
 
 import pytest
 import yaml
+from command_line import ROOT, call, refused
 
-ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = ("run", "simulate", "report", "replay", "compare", "node", "scenarios", "doctor")
 
 
 @pytest.fixture
 def pmwvc(tmp_path):
-    def call(*words, **environment):
-        return subprocess.run(
-            [ROOT / "pmwvc", *map(str, words)],
-            cwd=tmp_path,
-            env=os.environ | environment,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-
-    return call
-
-
-def refused(result):
-    """Return the message of a refusal: on stderr, one message, no traceback."""
-    assert result.returncode == 2
-    assert result.stdout == ""
-    assert "Traceback" not in result.stderr
-    return result.stderr
+    return functools.partial(call, cwd=tmp_path)
 
 
 def test_help_lists_every_command(pmwvc):

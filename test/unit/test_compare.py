@@ -3,28 +3,15 @@
 """``./pmwvc compare`` and ``./pmwvc replay`` as a person meets them, in virtual time."""
 
 import csv
+import functools
 import json
-import os
-import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import call
 from scipy.io import loadmat
 
-ROOT = Path(__file__).resolve().parents[2]
-
-
-def pmwvc(*words, cwd):
-    return subprocess.run(
-        [ROOT / "pmwvc", *map(str, words)],
-        cwd=cwd,
-        env=os.environ | {"OMP_NUM_THREADS": "1"},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+pmwvc = functools.partial(call, OMP_NUM_THREADS="1")
 
 
 @pytest.fixture(scope="module")

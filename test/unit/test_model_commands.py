@@ -2,41 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """``pmwvc stability`` and ``pmwvc map`` as a person or a program meets them."""
 
+import functools
 import json
-import os
-import subprocess
-from pathlib import Path
 
 import pytest
 import yaml
+from command_line import call, refused
 
 from pmwvc_bringup.scenarios import load
 
-ROOT = Path(__file__).resolve().parents[2]
 LATE = ("--set", "server.coupling=one_frame_late", "--set", "master.hold=zoh")
 
 
 @pytest.fixture
 def pmwvc(tmp_path):
-    def call(*words):
-        return subprocess.run(
-            [ROOT / "pmwvc", *map(str, words)],
-            cwd=tmp_path,
-            env=os.environ | {"OMP_NUM_THREADS": "1"},
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-
-    return call
-
-
-def refused(result):
-    assert result.returncode == 2
-    assert result.stdout == ""
-    assert "Traceback" not in result.stderr
-    return result.stderr
+    return functools.partial(call, cwd=tmp_path, OMP_NUM_THREADS="1")
 
 
 def test_stability_answers_with_documented_keys(pmwvc):
