@@ -19,6 +19,7 @@ from std_srvs.srv import Trigger
 
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.health import Health
+from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.wave.aliasing import warnings_of
 from pmwvc_core.wave.content import has_waves
@@ -75,6 +76,11 @@ class Master:
         )
         self._looked_s = time.monotonic()
         self._missed = 0
+        self._peers = Peers(
+            publishers_of(node),
+            inboxes={node.resolve_topic_name("wave_down"): self.loop.inbox},
+            own=[node.resolve_topic_name("wave_up")],
+        )
         node.create_service(Trigger, "~/rearm", self._rearm)
         publish_health(node, self._health)
 
@@ -128,12 +134,14 @@ class Master:
             "real time": str(loop.report or "not asked for yet"),
         }
         values |= {f"packets {verdict.value}": inbox.counts[verdict] for verdict in Verdict}
+        wrong, peers = self._peers.look()
+        values |= peers
+        wrong += [f"{missed} deadlines missed"] if missed else []
         text = f"{state}: {client.safety.reason}" if client.safety.reason else state
+        text = "; ".join([text, *wrong])
         if state == "fault":
             return ERROR, text, values
-        if missed:
-            return WARN, f"{text}; {missed} deadlines missed", values
-        return (WARN if state == "damping" else OK), text, values
+        return (WARN if wrong or state == "damping" else OK), text, values
 
 
 def main(args: Sequence[str] | None = None) -> int:

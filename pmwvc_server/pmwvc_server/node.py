@@ -16,6 +16,7 @@ from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
 from pmwvc_core.runtime.health import Health
+from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.server.service import Presence
 from pmwvc_core.wave.receiver import Receiver, Verdict
@@ -57,6 +58,12 @@ class Server:
         self._markers = node.create_publisher(MarkerArray, "/markers", 1)
         self._looked_s = time.monotonic()
         self._missed = 0
+        inboxes = zip(self.names, self.loop.service.inboxes, strict=True)
+        self._peers = Peers(
+            publishers_of(node),
+            inboxes={node.resolve_topic_name(f"~/{n}/wave_up"): box for n, box in inboxes},
+            own=[node.resolve_topic_name(f"~/{name}/wave_down") for name in self.names],
+        )
         self._contained = 0
         node.create_timer(1.0 / MARKER_HZ, self._show)
         publish_health(node, self._health)
@@ -105,8 +112,11 @@ class Server:
         text += f"; {', '.join(silent)} silent" if silent else ""
         text += f"; {missed} deadlines missed" if missed else ""
         contained = self._contain(values)
-        text += f"; {contained}" if contained else ""
-        return (WARN if missed or silent or contained else OK), text, values
+        wrong, peers = self._peers.look()
+        values |= peers
+        wrong += [contained] if contained else []
+        text = "; ".join([text, *wrong])
+        return (WARN if missed or silent or wrong else OK), text, values
 
     def _contain(self, values: dict[str, object]) -> str:
         """Return and log what is wrong with the environment since the last call, if anything."""

@@ -268,6 +268,29 @@ def test_a_device_that_senses_nothing_is_given_no_force():
     assert before == pytest.approx(25.0 * 0.02 + math.sqrt(50.0) * 0.05, rel=1e-2)
 
 
+def test_behind_another_server_the_force_starts_from_zero_even_after_a_stall_of_the_loop():
+    rig = Rig()
+    for grid in range(8, 1200):
+        if grid % TICKS == 2:
+            rig.answer(-0.05)
+        rig.tick(grid)
+    assert rig.device.forces[-1] > 0.5
+    rig.server = Packer(1234, period=FRAME_S)  # it took over while this loop did not run
+    for _ in range(3):
+        rig.answer(-0.3)
+    rig.device.forces.clear()
+    rig.tick(1399, skipped=199)
+    for grid in range(1400, 1800):
+        if grid % TICKS == 2:
+            rig.answer(-0.3)
+        rig.tick(grid)
+    assert rig.loop.inbox.epoch == 1234
+    wanted = 25.0 * 0.02 + math.sqrt(50.0) * 0.3
+    share = [force / wanted for force in rig.device.forces]
+    assert max(share[2:20]) < 0.05  # 0.5 s of soft start
+    assert 0.7 < share[-1] < 0.85
+
+
 def test_a_running_loop_keeps_no_memory():
     rig = Rig()
     rig.wires.send = lambda packet: None

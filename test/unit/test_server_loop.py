@@ -146,8 +146,13 @@ def test_a_restarted_user_begins_anew_without_a_force():
     server = rig.loop.service.server
     assert server.f_s[1] != 0.0
     rig.masters[1] = Packer(77, period=PERIOD_S)
+    rig.step(0, 1, times=2)  # the old life is not silent yet: nothing of the new one is used
+    assert server.f_s[1] != 0.0 and rig.wires.sent[1][-1].echo_seq == 15
+    rig.step(0, times=2)
+    rig.step(0, 1)
     rig.send(1)
     rig.loop.service.deliver(1, rig.wires.arrived[1].pop(), rig.now_ns)
+    assert rig.loop.service.inboxes[1].epoch == 77
     assert server.f_s[1] == 0.0
     assert server.x_s[1] == pytest.approx(0.5)
 

@@ -43,6 +43,7 @@ class Client:
         self.packer = packer
         self.f_asked: Value = 0.0
         self._events_sent = 0
+        self._epoch = 0  # of the server whose answers are used
 
     def ready(self) -> bool:
         """Tell whether the server has answered and the soft start is over.
@@ -69,8 +70,15 @@ class Client:
         )
 
     def receive(self, now_ns: int) -> None:
-        """Hand the newest wave to the controller; a silent server becomes a matched damper."""
+        """Hand the newest wave to the controller; a silent server becomes a matched damper.
+
+        Behind another server than before, the force starts from zero.
+        """
         wave = self.inbox.take(now_ns)
+        if self.inbox.epoch != self._epoch:
+            if self._epoch:
+                self.safety.restart()
+            self._epoch = self.inbox.epoch
         if self.inbox.newest is not None:
             self.controller.hear(self.inbox.newest)
         if self.inbox.silent(now_ns):

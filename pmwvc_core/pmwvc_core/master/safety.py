@@ -6,8 +6,8 @@ What reaches the device, for whatever a controller asks, including values that a
 
 * the force starts at zero, never changes by more than ``max_slew * tick_s`` in a tick and is never
   longer than ``max_force`` (a vector keeps its direction);
-* whenever there is something to feel again (first answer, end of a silence, any other recovery)
-  it grows from zero over ``soft_start_s``;
+* whenever there is something to feel again (first answer, end of a silence, another server, any
+  other recovery) it grows from zero over ``soft_start_s``;
 * **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
   the device is faster than ``damper_velocity``, only the part of the force that opposes the motion
   remains; what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` of
@@ -111,6 +111,11 @@ class SafetyLimiter:
     def rearm(self) -> None:
         """Leave a fault; the force starts from zero again."""
         self._faulty = self._faulty & False
+
+    def restart(self) -> None:
+        """Let the force start from zero again: what it comes from is not what it came from."""
+        self._gain = 0.0 * self._gain
+        self._calm = False
 
     def step(self, f_asked: Value, x: Value, xd: Value, silence_s: Value, coupled: Flag) -> Value:
         """Return the force for the device [N].

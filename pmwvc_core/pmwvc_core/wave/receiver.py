@@ -4,6 +4,8 @@
 
 This is the hold-last receiver of the dissertation: the newest wave is used until a newer one
 comes. It guards against broken and stray packets, not against the energy that holding creates.
+It follows one sender at a time: another epoch takes over only when the sender followed is silent
+or has left, and only as one that sends as fast as a sender does (:mod:`.senders`).
 Time is an argument (integer nanoseconds of this end's monotonic clock).
 """
 
@@ -14,13 +16,13 @@ import sys
 import numpy as np
 
 from pmwvc_core.numeric import Value, squared
-from pmwvc_core.wave.packet import WavePacket
+from pmwvc_core.wave.packet import FLAG_LEAVING, WavePacket
+from pmwvc_core.wave.senders import INSIST, Run, Senders
 
 LARGEST = sys.float_info.max
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
 KNOWN = (1 << WINDOW) - 1
 RETIRED = 16  # former epochs remembered, so that a straggler cannot bring one back
-INSIST = 8  # refused packets in a row, of one ascending course, that become the new baseline
 LONGEST_ROUND_TRIP_NS = 600 * 10**9
 
 
@@ -34,6 +36,7 @@ class Verdict(enum.Enum):
     DUPLICATE = "duplicate"
     REORDERED = "reordered"  # older than the newest
     STALE = "stale"  # of an epoch that is over, or newer by number but older by the sender's clock
+    STRANGER = "of another sender"  # of another epoch, while the sender followed is there
     MALFORMED = "malformed"  # not a packet, or fields of the wrong type
     NOT_FINITE = "not finite"
     WRONG_LENGTH = "wrong length"
@@ -44,13 +47,16 @@ class Verdict(enum.Enum):
 
 
 ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
+OUT_OF_PLACE = (Verdict.REORDERED, Verdict.STALE, Verdict.STRANGER)  # right but for their order
 
 
 class Receiver:
     """The receiving end of one direction.
 
-    One bad packet cannot lock the receiver: a wild number or epoch makes the true packets look
-    old, but once nothing was accepted for the time of silence, 8 of them in a row are believed.
+    One bad packet cannot lock the receiver: a wild number makes the true packets look old, but
+    once nothing was accepted for the time of silence, 8 of them in a row are believed. The very
+    first packet is accepted on its own; its sender gives way to a credible one until it is
+    credible itself.
 
     Parameters
     ----------
@@ -81,18 +87,20 @@ class Receiver:
         self._waiting = 0
         self._seen = 0  # bit i: number newest.seq - i has come
         self._retired: list[int] = []
-        self._course: tuple[int, int] = (0, 0)  # epoch and number of the last refused packet
-        self._insisting = 0
+        self.others = Senders(self._silence_ns)
+        self._own: Run | None = None  # of the sender followed, until it is credible
 
     def push(self, packet: WavePacket, now_ns: int) -> Verdict:
         """Judge a packet that has come in; whatever it is, the answer is a verdict."""
         ordinary = type(packet) is WavePacket and self._ordinary(packet)
         verdict = (None if ordinary else self._unfit(packet)) or self._placed(packet)
         if verdict is not ACCEPTED:
-            if verdict in (Verdict.REORDERED, Verdict.STALE) and self._insists(packet, now_ns):
+            if verdict in OUT_OF_PLACE and self._believed(packet, verdict, now_ns):
                 verdict = Verdict.NEW_EPOCH
             if verdict is not Verdict.NEW_EPOCH:
                 self.counts[verdict] += 1
+                if verdict in OUT_OF_PLACE and packet.epoch != self.epoch:
+                    self.others.refuse(packet.epoch)
                 return verdict
         self.counts[verdict] += 1
         self._accept(packet, now_ns, fresh=verdict is not ACCEPTED)
@@ -112,6 +120,11 @@ class Receiver:
     def position(self) -> Value:
         """Return the position that came with the newest wave [m]; zero before the first packet."""
         return 0.0 if self.newest is None else self.newest.position
+
+    @property
+    def epoch(self) -> int:
+        """The sender followed; 0 before the first packet."""
+        return 0 if self.newest is None else self.newest.epoch
 
     def heard(self) -> bool:
         """Tell whether any packet was ever accepted."""
@@ -174,7 +187,7 @@ class Receiver:
         if newest is None:
             return Verdict.NEW_EPOCH
         if packet.epoch != newest.epoch:
-            return Verdict.STALE if packet.epoch in self._retired else Verdict.NEW_EPOCH
+            return Verdict.STALE if packet.epoch in self._retired else Verdict.STRANGER
         if packet.seq > newest.seq:
             return Verdict.STALE if packet.sent_ns < newest.sent_ns else ACCEPTED
         behind = newest.seq - packet.seq
@@ -185,13 +198,14 @@ class Receiver:
             self.lost -= 1
         return Verdict.REORDERED
 
-    def _insists(self, packet: WavePacket, now_ns: int) -> bool:
-        """Tell whether refused packets have gone on, in order, while nothing was accepted."""
-        epoch, seq = self._course
-        ascending = packet.epoch == epoch and packet.seq > seq
-        self._insisting = self._insisting + 1 if ascending else 1
-        self._course = packet.epoch, packet.seq
-        return self._insisting >= INSIST and self.silent(now_ns)
+    def _believed(self, packet: WavePacket, verdict: Verdict, now_ns: int) -> bool:
+        """Tell whether a packet that is out of place becomes the new baseline."""
+        run = self.others.add(packet.epoch, packet.seq, now_ns)
+        if verdict is not Verdict.STRANGER:
+            return run.count >= INSIST and self.silent(now_ns)
+        if self.newest is not None and self.newest.flags & FLAG_LEAVING:
+            return True
+        return run.credible and (self._own is not None or self.silent(now_ns))
 
     def _accept(self, packet: WavePacket, now_ns: int, *, fresh: bool) -> None:
         before = self.newest
@@ -199,14 +213,19 @@ class Receiver:
             if before is not None and before.epoch != packet.epoch:
                 self._retired = [*self._retired[-RETIRED + 1 :], before.epoch]
             self._seen = 1
+            self._own = self.others.followed(packet.epoch, packet.seq, now_ns)
         elif before is not None:
             ahead = packet.seq - before.seq
             self.lost += ahead - 1
             self._seen = (self._seen << (ahead if ahead < WINDOW else WINDOW) | 1) & KNOWN
+            if self._own is not None:
+                self._own.add(packet.seq, now_ns)
+        if self._own is not None and self._own.credible:
+            self._own = None
+        self.others.forget(packet.epoch if self._own else None)
         self.newest = packet
         self._accepted_ns = now_ns
         self._waiting += 1
-        self._insisting = 0
         if packet.echo_seq > 0:
             round_trip_ns = now_ns - packet.echo_sent_ns - packet.echo_hold_ns
             if 0 <= round_trip_ns <= LONGEST_ROUND_TRIP_NS:

@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Who sends on the topics of a node, for its diagnostics: nobody, somebody else, more than one.
+
+Needs no ROS: whatever lists the publishers of a topic is an argument.
+"""
+
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+
+from pmwvc_core.wave.receiver import Receiver, Verdict
+
+PATIENCE_S = 3.0  # without a packet, before it is worth a warning
+REFUSED = [v for v in Verdict if v not in (Verdict.ACCEPTED, Verdict.NEW_EPOCH)]
+
+
+class Peers:
+    """Watches the wave topics of one node.
+
+    Parameters
+    ----------
+    publishers
+        Returns the full names of the nodes that publish a topic.
+    inboxes
+        The receiver of each topic that the node subscribes to, by its full name.
+    own
+        Topics that this node alone should publish.
+    clock
+        Monotonic time [s].
+    """
+
+    def __init__(
+        self,
+        publishers: Callable[[str], Sequence[str]],
+        *,
+        inboxes: Mapping[str, Receiver],
+        own: Sequence[str],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._publishers = publishers
+        self._inboxes = dict(inboxes)
+        self._own = list(own)
+        self._clock = clock
+        self._begin_s = clock()
+        self._strangers = dict.fromkeys(self._inboxes, 0)
+
+    def look(self) -> tuple[list[str], dict[str, object]]:
+        """Return what is wrong, one clause each, and values for people by name."""
+        wrong: list[str] = []
+        values: dict[str, object] = {}
+        for topic, inbox in self._inboxes.items():
+            names = sorted(self._publishers(topic))
+            values[f"{topic}: publishers"] = ", ".join(names) or "none"
+            values[f"{topic}: sender followed"] = f"{inbox.epoch:016x}" if inbox.epoch else "none"
+            values[f"{topic}: other senders"] = _others(inbox)
+            wrong += self._of_topic(topic, names, inbox)
+        for topic in self._own:
+            names = sorted(self._publishers(topic))
+            if len(names) > 1:
+                wrong.append(f"{len(names)} publishers on {topic}: {', '.join(names)}")
+        return wrong, values
+
+    def _of_topic(self, topic: str, names: Sequence[str], inbox: Receiver) -> list[str]:
+        if len(names) > 1:
+            return [f"{len(names)} publishers on {topic}: {', '.join(names)}"]
+        before = self._strangers[topic]
+        self._strangers[topic] = strangers = inbox.counts[Verdict.STRANGER]
+        if strangers > before:
+            return [f"{strangers - before} packets of another sender refused on {topic}"]
+        if inbox.heard() or self._clock() - self._begin_s < PATIENCE_S:
+            return []
+        return [_never_met(topic, names, inbox)]
+
+
+def _never_met(topic: str, names: Sequence[str], inbox: Receiver) -> str:
+    refused = [f"{inbox.counts[v]} {v.value}" for v in REFUSED if inbox.counts[v]]
+    if refused:
+        return f"every packet on {topic} was refused: {', '.join(refused)}"
+    if names:
+        return f"no packets on {topic}, though {', '.join(names)} publishes it"
+    domain = os.environ.get("ROS_DOMAIN_ID") or "0"
+    return (
+        f"no packets on {topic}: nobody publishes it in ROS domain {domain}; is the other node "
+        "running, in the same domain and namespace?"
+    )
+
+
+def _others(inbox: Receiver) -> str:
+    found = [f"{epoch:016x} ({count} packets)" for epoch, count in inbox.others.refused.items()]
+    return ", ".join(found) or "none"
+
+
+def publishers_of(node: object) -> Callable[[str], Sequence[str]]:
+    """Return what lists the publishers of a topic, as a ROS node sees them."""
+
+    def names(topic: str) -> list[str]:
+        infos = node.get_publishers_info_by_topic(topic)  # type: ignore[attr-defined]
+        return [f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos]
+
+    return names

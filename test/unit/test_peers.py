@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a node says of those who send to it."""
+
+import dataclasses
+
+from pmwvc_core.runtime.peers import Peers
+from pmwvc_core.wave import Packer, Receiver
+
+DOWN, UP = "/user1/wave_down", "/user1/wave_up"
+
+
+class Rig:
+    def __init__(self, *publishers):
+        self.names = {DOWN: list(publishers), UP: ["/user1/master"]}
+        self.inbox = Receiver(1, period_s=0.008, timeout_s=0.03)
+        self.now_s = 100.0
+        self.peers = Peers(
+            lambda topic: self.names[topic],
+            inboxes={DOWN: self.inbox},
+            own=[UP],
+            clock=lambda: self.now_s,
+        )
+
+    def wrong(self):
+        return "; ".join(self.peers.look()[0])
+
+
+def test_a_node_that_nobody_sends_to_says_so_after_three_seconds(monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "17")
+    rig = Rig()
+    assert rig.wrong() == ""
+    rig.now_s += 3.0
+    assert rig.wrong().startswith(f"no packets on {DOWN}: nobody publishes it in ROS domain 17")
+
+
+def test_a_publisher_that_sends_nothing_is_named():
+    rig = Rig("/netem")
+    rig.now_s += 3.0
+    assert rig.wrong() == f"no packets on {DOWN}, though /netem publishes it"
+
+
+def test_packets_that_are_all_refused_are_told_with_the_reason():
+    rig = Rig("/netem")
+    rig.inbox.push(Packer(1, period=0.02).pack(0.0, 0.0, 0), 0)
+    rig.now_s += 3.0
+    assert rig.wrong() == f"every packet on {DOWN} was refused: 1 wrong period"
+
+
+def test_a_second_publisher_is_named_though_packets_come():
+    rig = Rig("/netem", "/stranger")
+    rig.inbox.push(Packer(1, period=0.008).pack(0.0, 0.0, 0), 0)
+    assert rig.wrong() == f"2 publishers on {DOWN}: /netem, /stranger"
+
+
+def test_a_second_master_of_the_same_name_is_named():
+    rig = Rig("/netem")
+    rig.names[UP] = ["/user1/master", "/user1/master"]
+    assert rig.wrong() == f"2 publishers on {UP}: /user1/master, /user1/master"
+
+
+def test_packets_of_another_sender_are_told_once_and_stay_in_the_values():
+    rig = Rig("/netem")
+    packet = Packer(0xABC, period=0.008).pack(0.0, 0.0, 0)
+    rig.inbox.push(packet, 0)
+    rig.inbox.push(dataclasses.replace(packet, epoch=0xDEF), 1)
+    wrong, values = rig.peers.look()
+    assert wrong == [f"1 packets of another sender refused on {DOWN}"]
+    assert values[f"{DOWN}: sender followed"].endswith("abc")
+    assert values[f"{DOWN}: other senders"] == f"{0xDEF:016x} (1 packets)"
+    assert rig.wrong() == ""

@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which of several senders a receiver follows."""
+
+import dataclasses
+import random
+
+import pytest
+
+from pmwvc_core.wave import FLAG_LEAVING, Packer, Receiver, Verdict
+from pmwvc_core.wave.senders import REMEMBERED
+
+PERIOD_NS = 8_000_000
+STRAY_NS = 25_000_000
+SECOND_NS = 10**9
+
+
+class Sender:
+    """A sender whose wave is its epoch."""
+
+    def __init__(self, epoch, *, every_ns=PERIOD_NS, begin_ns=0, end_ns=10 * SECOND_NS):
+        self.packer = Packer(epoch, period=0.008)
+        self.times = range(begin_ns, end_ns, every_ns)
+
+    def packets(self):
+        for now_ns in self.times:
+            yield now_ns, self.packer.pack(float(self.packer.epoch), 0.0, now_ns)
+
+
+def receiver():
+    return Receiver(1, period_s=0.008, timeout_s=0.03)
+
+
+def followed(inbox, *senders):
+    """Push the packets of all senders in the order of time; return (time, epoch) followed."""
+    everything = sorted(
+        (item for sender in senders for item in sender.packets()), key=lambda item: item[0]
+    )
+    found = []
+    for now_ns, packet in everything:
+        inbox.push(packet, now_ns)
+        found.append((now_ns, inbox.epoch))
+    return found
+
+
+def test_a_second_sender_at_full_rate_never_takes_over_while_the_first_one_sends():
+    inbox = receiver()
+    found = followed(inbox, Sender(1), Sender(2, begin_ns=1000))
+    assert {epoch for _, epoch in found} == {1}
+    assert inbox.counts[Verdict.STRANGER] == inbox.others.refused[2] == 1250
+
+
+def test_another_sender_takes_over_after_the_silence_of_the_first_one():
+    end = SECOND_NS
+    found = followed(receiver(), Sender(1, end_ns=end), Sender(2, begin_ns=SECOND_NS // 2))
+    taken = next(now for now, epoch in found if epoch == 2)
+    assert end + 22_000_000 < taken <= end + 40_000_000  # silent 30 ms after its last packet
+    assert {epoch for now, epoch in found if now > taken} == {2}
+
+
+@pytest.mark.parametrize("every_ns", [STRAY_NS, 13_000_000, PERIOD_NS])
+def test_packets_of_one_stray_sender_do_not_lock_the_true_one_out(every_ns):
+    true = Sender(1, begin_ns=1)
+    found = followed(receiver(), true, Sender(2, every_ns=every_ns, begin_ns=3))
+    assert {epoch for _, epoch in found} == {1}
+
+
+def test_a_stray_that_was_there_first_gives_way_to_a_sender_that_sends_as_one():
+    stray = Sender(2, every_ns=STRAY_NS)
+    found = followed(receiver(), stray, Sender(1, begin_ns=100_000_000))
+    taken = next(now for now, epoch in found if epoch == 1)
+    assert taken == 100_000_000 + 2 * PERIOD_NS  # its third packet
+    assert {epoch for now, epoch in found if now > taken} == {1}
+
+
+def test_a_stray_that_comes_during_an_outage_does_not_take_over():
+    inbox = receiver()
+    before, stray = Sender(1, end_ns=SECOND_NS), Sender(2, every_ns=STRAY_NS)
+    followed(inbox, before)
+    for now_ns, packet in stray.packets():
+        if SECOND_NS < now_ns < 2 * SECOND_NS:
+            assert inbox.push(packet, now_ns) is Verdict.STRANGER
+    back = before.packer.pack(1.0, 0.0, 2 * SECOND_NS)
+    assert inbox.push(back, 2 * SECOND_NS) is Verdict.ACCEPTED
+
+
+def test_a_flood_of_random_epochs_is_refused_counted_and_bounded():
+    inbox = receiver()
+    draw = random.Random(7)
+    packer = Packer(1, period=0.008)
+    for n in range(100):
+        now_ns = n * PERIOD_NS
+        good = packer.pack(1.0, 0.0, now_ns)
+        assert inbox.push(good, now_ns) in (Verdict.ACCEPTED, Verdict.NEW_EPOCH)
+        for _ in range(50):
+            wild = dataclasses.replace(good, epoch=draw.getrandbits(64), wave=5.0)
+            assert inbox.push(wild, now_ns + 1) is Verdict.STRANGER
+        assert inbox.take(now_ns + 2) == 1.0
+    assert inbox.counts[Verdict.STRANGER] == 5000
+    assert len(inbox.others.refused) == REMEMBERED
+
+
+def test_a_sender_that_comes_back_among_random_epochs_is_believed():
+    inbox = receiver()
+    followed(inbox, Sender(1, end_ns=SECOND_NS))
+    draw = random.Random(7)
+    packer = Packer(3, period=0.008)
+    for n in range(3):  # restarted: another epoch
+        now_ns = 2 * SECOND_NS + n * PERIOD_NS
+        new = packer.pack(3.0, 0.0, now_ns)
+        for _ in range(5):
+            wild = dataclasses.replace(new, epoch=draw.getrandbits(64))
+            inbox.push(wild, now_ns)
+        inbox.push(new, now_ns + 1)
+    assert inbox.epoch == 3
+
+
+def test_after_a_goodbye_the_next_sender_begins_at_once():
+    inbox = receiver()
+    old = Sender(1).packer
+    for n in range(5):
+        inbox.push(old.pack(1.0, 0.0, n), n)
+    inbox.push(old.pack(0.0, 0.0, 5, FLAG_LEAVING), 5)
+    assert inbox.push(Sender(2).packer.pack(2.0, 0.0, 6), 6) is Verdict.NEW_EPOCH
+
+
+def test_a_goodbye_of_another_sender_is_none():
+    inbox = receiver()
+    mine = Sender(1).packer
+    for n in range(5):
+        inbox.push(mine.pack(1.0, 0.0, n), n)
+    goodbye = Sender(2).packer.pack(0.0, 0.0, 6, FLAG_LEAVING)
+    assert inbox.push(goodbye, 6) is Verdict.STRANGER
+    assert inbox.push(mine.pack(1.0, 0.0, 7), 7) is Verdict.ACCEPTED
