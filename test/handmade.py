@@ -4,9 +4,10 @@
 
 User i presses with s_i F(t); F rises from 0 to ``FORCE_N`` between 0.5 s and 1.5 s and is the same
 for all ticks of a frame. The channel is a pure delay of d frames each way; a master sends the mean
-of the frame just over and holds what it gets. With a = F/sqrt(2b), per user, frame by frame::
+of the frame just over and holds what it gets; the object gives back what it gets, and no energy.
+With a = F/sqrt(2b), per user, frame by frame::
 
-    u_m(n) = a(n)       u_s(n) = a(n - 1 - d)       v_s(n) = -a(n)       v_m(n) = -a(n - d)
+    u_m(n) = a(n)    u_s(n) = a(n - 1 - d)    v_s(n) = -a(n - 1 - d)    v_m(n) = -a(n - 1 - 2 d)
 
 so at rest F_m = F_s = F, and the device stands F (2d + 1) T / (2b) ahead of its avatar. In flight
 are d frames of |a|^2 T/2 on the way up and d + 1 on the way down.
@@ -95,7 +96,13 @@ def _waves(frames: np.ndarray, sign: float, dof: int, gain: float) -> dict[str, 
         return values
 
     d = DELAY_FRAMES
-    return {"u_m": a(0), "u_tx": a(1), "u_s": gain * a(1 + d), "v_s": -a(0), "v_m": -a(d)}
+    return {
+        "u_m": a(0),
+        "u_tx": a(1),
+        "u_s": gain * a(1 + d),
+        "v_s": -a(1 + d),
+        "v_m": -a(1 + 2 * d),
+    }
 
 
 def _port(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

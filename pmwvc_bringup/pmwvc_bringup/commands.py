@@ -196,16 +196,18 @@ def _verdict(summary: dict[str, Any]) -> list[str]:
     """Return the result in sentences, one line for the session and one per user."""
     state = "stable" if summary["stable"] else f"not stable: {summary['instability']}"
     found = [f"{summary['scenario'] or 'session'}: {state}"]
+    texts = summary["passivity"]["text"]
     for user in summary["users"]:
-        passive = {True: "passive", False: "NOT passive", None: "passivity unknown"}
-        parts = [f"{passive[user['passive']]}"]
+        parts = [texts[user["name"]]]
         if user["force_final_n"] is not None:
             parts.append(f"force {_vector(user['force_final_n'])} N at the end")
         if user["ticks_missing"]:
             parts.append(f"{user['ticks_missing']} ticks missing")
         if user["safety_events"]:
             parts.append(f"{user['safety_events']} safety events")
-        found.append(f"  {user['name']}: {', '.join(parts)}")
+        found.append(f"  {user['name']}: {'; '.join(parts)}")
+    if "server" in texts:
+        found.append(f"  server: {texts['server']}")
     return found + [f"  {sentence}" for sentence in (summary["active"] or [])[:1]]
 
 

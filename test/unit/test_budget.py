@@ -12,6 +12,7 @@ import pytest
 from pmwvc_analysis.judge import budget_summary
 from pmwvc_analysis.judge.budget import budget
 from pmwvc_analysis.judge.budget_result import SERVER, TOLERANCE_NOTED
+from pmwvc_analysis.judge.passivity_findings import Passivity
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.simulation.session import simulate_one
 
@@ -121,7 +122,7 @@ def test_late_decoding_is_named_where_it_drives_the_session():
     found = budget(traces, scenario)
     worst = found.active[0]
     assert (worst.owner, worst.part) == (SERVER, "late_decoding")
-    assert 0.5 < worst.since_s <= worst.time_s
+    assert 0.5 < worst.since_s <= worst.least_s
     # the control: the same with the loop solved has nothing to give
     traces, scenario = simulated(
         "thesis_controlled_16ms",
@@ -135,7 +136,11 @@ def test_late_decoding_is_named_where_it_drives_the_session():
 def test_direct_coupling_over_a_delay_is_named():
     found = budget(*simulated("direct_16ms"))
     assert {entry.part for entry in found.active[:2]} == {"link"}
-    said = [words for good, words in budget_summary.lines(found) if not good]
+    said = [
+        words
+        for good, words in budget_summary.lines(found, Passivity(tuple(found.findings)))
+        if not good
+    ]
     assert any("link, both ways" in words for words in said)
 
 
@@ -210,4 +215,4 @@ def test_the_summary_is_plain_numbers_and_the_table_adds_up(pressed):
     spent = sum(value for _, row in table[1:] for value in row if value is not None)
     assert given == pytest.approx(spent, abs=1e-12)
     assert said["hands_j"] == pytest.approx(given)
-    assert budget_summary.lines(found)[0][0] is True
+    assert budget_summary.lines(found, Passivity(tuple(found.findings)))[0][0] is True

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
-from pmwvc_analysis.judge.energy import TOLERANCE_J, Balance, running, user_energies
+from pmwvc_analysis.judge.energy import Balance, running, user_energies
+from pmwvc_analysis.judge.passivity import TOLERANCE_J
 
 PER_TICK = "time_s tick x_m xd_m f_h f_m f_applied u_m u_m_lp v_m lateness_s compute_s".split()
 

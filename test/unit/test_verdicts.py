@@ -12,8 +12,8 @@ from handmade import DRIFT_M, FORCE_N, session
 from pmwvc_analysis.judge.verdicts import summary
 
 KEYS = set(
-    "scenario source duration_s controller parameters stable instability active object users "
-    "links prediction recording".split()
+    "scenario source duration_s controller parameters stable instability active passivity object "
+    "users links prediction recording".split()
 )
 USER_KEYS = set(
     "name passive energy_up_min_j energy_down_min_j energy_balance_j force_final_n force_peak_n "

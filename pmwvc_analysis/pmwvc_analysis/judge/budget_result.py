@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """An energy budget as numbers over time, whether it closes, and which part was active.
 
-A part whose sum ever is below zero has given out energy that it never got: it was *active*. What
-belongs together is judged together: the anti-aliasing filter is there to pay for the rate drop and
-for a velocity filter, and a position feedback that keeps a surplus spends what filter, hold and
-link have kept.
+A part whose sum was below zero beyond the tolerance (passivity.py) generated energy: it was
+*active*. What belongs together is judged together: the anti-aliasing filter is there to pay for
+the rate drop and for a velocity filter, and a position feedback that keeps a surplus spends what
+filter, hold and link have kept.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pmwvc_analysis.judge.budget_clock import AtFrames, Series, sum_of
-from pmwvc_analysis.judge.energy import TOLERANCE_J, TOLERANCE_RELATIVE
+from pmwvc_analysis.judge.passivity import Finding, judge, tolerance
 from pmwvc_core.numeric import Array
 
 TOLERANCE = 1e-9  # of the energy moved
@@ -27,17 +27,6 @@ OBSERVED = ("link", "tdpa_dissipated")
 ENVIRONMENT = ("environment_stored", "environment_heat")
 PAID = ("position_spent", *AROUND, "link_down")
 PAID_PORT = ("late_decoding", "withheld", *ENVIRONMENT)
-
-
-@dataclass(frozen=True)
-class Active:
-    """A part that gave out energy it never got."""
-
-    owner: str
-    part: str
-    given_j: float  # at the worst
-    since_s: float  # first seen
-    time_s: float  # of the worst
 
 
 @dataclass(frozen=True)
@@ -97,14 +86,24 @@ class Budget:
                 yield owner, part, found
 
     @property
-    def active(self) -> list[Active]:
+    def findings(self) -> list[Finding]:
+        """Return what the criterion of passivity says of every part."""
+        moved = self.moved_j
+        return [
+            judge(
+                owner,
+                part,
+                time_s,
+                sums,
+                tolerance_j=tolerance(np.full(len(sums), moved)),
+                moved_j=moved,
+                decides=False,
+            )
+            for owner, part, (time_s, sums) in self.judged()
+        ]
+
+    @property
+    def active(self) -> list[Finding]:
         """Return the active parts, the one that gave out most first."""
-        limit = TOLERANCE_J + TOLERANCE_RELATIVE * self.moved_j
-        found = []
-        for owner, part, (time_s, sums) in self.judged():
-            lowest = int(np.argmin(sums))
-            if sums[lowest] < -limit:
-                first = int(np.argmax(sums < -limit))
-                times = float(time_s[first]), float(time_s[lowest])
-                found.append(Active(owner, part, -float(sums[lowest]), *times))
-        return sorted(found, key=lambda entry: -entry.given_j)
+        found = [each for each in self.findings if each.passive is False]
+        return sorted(found, key=lambda each: -each.given_j)

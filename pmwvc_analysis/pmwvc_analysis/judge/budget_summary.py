@@ -2,17 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """An energy budget as plain numbers (``budget.json``), as a table, and in sentences."""
 
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.judge.budget_result import SERVER, Active, Budget
+from pmwvc_analysis.judge.budget_result import SERVER, Budget
 from pmwvc_analysis.judge.budget_words import words_of
+from pmwvc_analysis.judge.passivity import Finding, together
+from pmwvc_analysis.judge.passivity_findings import Passivity
+from pmwvc_analysis.judge.passivity_words import component, joule, verdict
 from pmwvc_core.numeric import Array
 
-WORTH_SAYING = 1e-2  # of the energy moved: what is said of an active part in sentences
-MOST_SAID = 3
+DRAWN = 3  # active parts in a figure, which has no room for small ones
+DRAWN_RATIO = 1e-2  # of the energy moved
 
 
 def summary(found: Budget) -> dict[str, Any]:
@@ -43,7 +45,7 @@ def summary(found: Budget) -> dict[str, Any]:
             **{f"{part}_j": last(sums) for part, sums in found.parts[SERVER].items()},
             "residual_j": last(found.residuals[SERVER]),
         },
-        "active": [asdict(entry) for entry in found.active],
+        "active": [_active(entry) for entry in found.active],
         "notes": found.notes,
     }
 
@@ -65,42 +67,40 @@ def rows(found: Budget) -> list[tuple[str, list[float | None]]]:
     return table
 
 
-def lines(found: Budget) -> list[tuple[bool, str]]:
-    """Return in words whether the budget closes and which part was active; each good or bad."""
+def _active(entry: Finding) -> dict[str, Any]:
+    return {
+        "owner": entry.owner,
+        "part": entry.part,
+        "given_j": entry.given_j,
+        "since_s": entry.since_s,
+        "time_s": entry.least_s,
+        "tolerance_j": entry.tolerance_j,
+        "ratio": entry.ratio,
+    }
+
+
+def lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, str]]:
+    """Return in words whether the budget closes and which components generated energy.
+
+    Each line is good or bad; None where the ports, which decide, show that others paid for it.
+    """
     residual = float(np.abs(found.residual_j).max())
+    said: list[tuple[bool | None, str]]
     if found.closes:
-        said = [(True, f"The energy budget closes to {_joule(residual)}.")]
+        said = [(True, f"The energy budget closes to {joule(residual)}.")]
     else:
-        said = [
-            (False, f"The energy budget does not close: {_joule(residual)} are not explained.")
-        ]
-    large = active_sentences(found)
-    if not large:
-        return [*said, (True, "No part gave out energy that it had not got.")]
-    return said + [(False, words) for words in large]
+        said = [(False, f"The energy budget does not close: {joule(residual)} are not explained.")]
+    for port in judged.findings:
+        if port.decides and port.passive is False:
+            said.append((False, f"{port.owner}: {verdict(judged, port.owner)}."))
+    paid = together([port for port in judged.findings if port.decides])
+    said += [(None if paid else False, f"{component(entry)}.") for entry in found.active]
+    if len(said) == 1 and paid:
+        limit = found.findings[0].tolerance_j
+        said.append((True, f"No component generated energy beyond {joule(limit)}."))
+    return said
 
 
-def active_sentences(found: Budget) -> list[str]:
-    """Return in words what was active beyond a small share of the energy moved, worst first."""
-    return [_sentence(entry) for entry in worth_saying(found)]
-
-
-def worth_saying(found: Budget) -> list[Active]:
-    """Return the few worst active parts that gave out a share of the energy moved."""
-    large = [entry for entry in found.active if entry.given_j > WORTH_SAYING * found.moved_j]
-    return large[:MOST_SAID]
-
-
-def _sentence(entry: Active) -> str:
-    where = "at the server" if entry.owner == SERVER else f"of {entry.owner}"
-    return (
-        f"Active, {where}: {words_of(entry.part)} gave out {_joule(entry.given_j)} more than it "
-        f"had got, at {entry.time_s:.2f} s (first seen at {entry.since_s:.2f} s)."
-    )
-
-
-def _joule(value: float) -> str:
-    for size, unit in ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ")):
-        if value >= size:
-            return f"{value / size:.3g} {unit}"
-    return "less than 1 µJ"
+def worth_drawing(found: Budget) -> list[Finding]:
+    """Return the few worst active parts that show beside the energy moved."""
+    return [entry for entry in found.active if entry.ratio > DRAWN_RATIO][:DRAWN]

@@ -28,11 +28,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmwvc_analysis.judge.passivity import tolerance
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
-
-TOLERANCE_J = 1e-6
-TOLERANCE_RELATIVE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -50,8 +48,8 @@ class Balance:
 
     @property
     def tolerance_j(self) -> Array:
-        """What counts as zero: 1 uJ and a millionth of what went in [J]."""
-        return TOLERANCE_J + TOLERANCE_RELATIVE * np.abs(self.energy_in_j)
+        """What counts as zero (passivity.py) [J]."""
+        return tolerance(self.energy_in_j)
 
     @property
     def violated(self) -> np.typing.NDArray[np.bool_]:

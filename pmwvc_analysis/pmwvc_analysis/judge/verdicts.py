@@ -8,10 +8,11 @@ the users have left.
 
 =============================  ====================================================================
 ``stable``, ``instability``    stability.py
-``active``                     parts of the energy budget that gave out energy they never got, more
-                               than 1 % of what was moved, in sentences; null without a budget
-``passive``                    no energy balance below zero beyond rounding (energy.py); null where
-                               the trace of one end is missing
+``active``                     components of the energy budget that generated energy, in sentences
+                               with amount and tolerance, worst first; null without a budget
+``passivity``                  all findings of passivity_findings.py: ``passive`` of the session,
+                               the ports that decide it, the components
+``passive``                    of a user: its ports; null where they are not judged
 ``energy_up_min_j``            lowest energy balance of the way up; null without waves
 ``energy_down_min_j``          the same for the way down
 ``energy_balance_j``           what the channel had kept or turned to heat at the end, both ways
@@ -29,13 +30,16 @@ and ``drift``.
 """
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.judge import budget_summary, energy, shape, stability
+from pmwvc_analysis.judge import energy, passivity_words, shape, stability
 from pmwvc_analysis.judge.budget_result import Budget
 from pmwvc_analysis.judge.links import link_summaries
+from pmwvc_analysis.judge.passivity import Finding
+from pmwvc_analysis.judge.passivity_findings import Passivity, passivity
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
@@ -51,6 +55,7 @@ def summary(
     from pmwvc_analysis.judge.prediction import prediction
 
     judged = stability.verdict(traces, scenario)
+    found = passivity(traces, scenario, energies)
     balances = {entry.name: entry for entry in energy.user_energies(traces)}
     return {
         "scenario": scenario.name if scenario else None,
@@ -60,9 +65,13 @@ def summary(
         "parameters": scenario.flat() if scenario else {},
         "stable": judged.stable,
         "instability": judged.instability,
-        "active": budget_summary.active_sentences(energies) if energies else None,
+        "active": passivity_words.components(found) if energies else None,
+        "passivity": _passivity(found),
         "object": _object(traces),
-        "users": [_user(user, traces, balances.get(user.name)) for user in traces.users],
+        "users": [
+            _user(user, traces, found.passive(user.name), balances.get(user.name))
+            for user in traces.users
+        ],
         "links": link_summaries(traces),
         "prediction": prediction(scenario, live=traces.source == "live")
         if scenario
@@ -85,8 +94,40 @@ def _object(traces: SessionTraces) -> dict[str, Any]:
     }
 
 
+def _passivity(found: Passivity) -> dict[str, Any]:
+    return {
+        "passive": found.session,
+        "ports": [_finding(each) for each in found.findings if each.decides],
+        "components": [_finding(each) for each in found.components],
+        "text": {
+            owner: passivity_words.verdict(found, owner)
+            for owner in dict.fromkeys(each.owner for each in found.findings if each.decides)
+        },
+    }
+
+
+def _finding(found: Finding) -> dict[str, Any]:
+    return {
+        "owner": found.owner,
+        "part": found.part,
+        "passive": found.passive,
+        "least_balance_j": shape.number(found.least_j),
+        "least_s": found.least_s,
+        "since_s": found.since_s,
+        "tolerance_j": shape.number(found.tolerance_j),
+        "declared_j": found.declared_j,
+        "moved_j": shape.number(found.moved_j),
+        "judged_s": [list(interval) for interval in found.judged_s],
+        "not_judged": [asdict(each) for each in found.unjudged],
+        "why": found.why,
+    }
+
+
 def _user(
-    user: UserTraces, traces: SessionTraces, balance: energy.UserEnergy | None
+    user: UserTraces,
+    traces: SessionTraces,
+    passive: bool | None,
+    balance: energy.UserEnergy | None,
 ) -> dict[str, Any]:
     server, end_s = traces.server, float(user.time_s[-1])
     place = server.users.index(user.name) if server and user.name in server.users else None
@@ -95,7 +136,7 @@ def _user(
         apart = separation(user, server, place, joins_s=_joins(traces, user.name))
     return {
         "name": user.name,
-        "passive": balance.passive if balance else None,
+        "passive": passive,
         "energy_up_min_j": balance.up.minimum_j if balance and balance.up else None,
         "energy_down_min_j": balance.down.minimum_j if balance and balance.down else None,
         "energy_balance_j": _last_balance(balance),

@@ -9,7 +9,7 @@ import numpy as np
 
 from pmwvc_analysis.judge.budget import budget
 from pmwvc_analysis.judge.budget_result import SERVER, Budget
-from pmwvc_analysis.judge.budget_summary import worth_saying
+from pmwvc_analysis.judge.budget_summary import worth_drawing
 from pmwvc_analysis.judge.budget_words import GROUPS, account_words, words_of
 from pmwvc_analysis.show import style
 from pmwvc_core.numeric import Array
@@ -36,7 +36,7 @@ def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Any:
     found = budget(traces, scenario)
     if found is None or len(found.time_s) < 2:
         return None
-    active = [(entry.owner, entry.part) for entry in worth_saying(found)]
+    active = [(entry.owner, entry.part) for entry in worth_drawing(found)]
     figure, rows = style.canvas(
         2 if active else 1,
         title=style.title("Where the energy of the hands is", scenario),
@@ -86,7 +86,7 @@ def _draw_active(axes: Any, found: Budget, active: list[tuple[str, str]], kept: 
             label=textwrap.fill(f"{owner}: {words_of(part)}", LABEL),
         )
     axes.axhline(0.0, color=style.OBJECT, lw=0.8)
-    axes.set_title("Parts that gave out energy which they never got")
+    axes.set_title("Components that generated energy")
     axes.set_ylabel(f"taken in [{unit}]")
     style.legend(axes)
 

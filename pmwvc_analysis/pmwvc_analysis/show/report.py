@@ -8,12 +8,11 @@ Everything it says is in the summary or the traces already; here it is put into 
 from collections.abc import Sequence
 from typing import Any
 
-from pmwvc_analysis.judge import budget_summary, prediction_words, stability
+from pmwvc_analysis.judge import budget_summary, passivity_words, prediction_words, stability
 from pmwvc_analysis.judge.budget_result import Budget
-from pmwvc_analysis.judge.energy import UserEnergy, user_energies
+from pmwvc_analysis.judge.passivity_findings import Passivity, passivity
 from pmwvc_analysis.show.figures import Picture
 from pmwvc_analysis.show.page import data_uri, filled
-from pmwvc_analysis.show.text import quantity
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
 
@@ -30,16 +29,17 @@ def render(
 ) -> str:
     """Return the report as HTML; parts that the session does not have are left out."""
     judged = stability.verdict(traces, scenario)
+    found = passivity(traces, scenario, energies)
     events = sorted(traces.events, key=lambda e: (e["time_s"] is not None, e["time_s"] or 0.0))
     return filled(
         TEMPLATE,
         title=scenario.name if scenario else "recorded session",
         description=scenario.description if scenario else "",
         summary=summary,
-        verdicts=verdict_lines(summary, judged, user_energies(traces)),
+        verdicts=verdict_lines(summary, judged, found),
         budget_owners=[*energies.hands, "server"] if energies else [],
         budget_rows=budget_summary.rows(energies) if energies else [],
-        budget_lines=budget_summary.lines(energies) if energies else [],
+        budget_lines=budget_summary.lines(energies, found) if energies else [],
         budget_notes=energies.notes if energies else [],
         events=events[:MOST_EVENTS],
         more_events=max(0, len(events) - MOST_EVENTS),
@@ -54,22 +54,19 @@ def render(
 
 
 def verdict_lines(
-    summary: dict[str, Any], judged: stability.Verdict, balances: Sequence[UserEnergy]
+    summary: dict[str, Any], judged: stability.Verdict, passive: Passivity
 ) -> list[tuple[bool | None, str]]:
     """Return the verdict in plain words, each line with good, bad or (None) not known."""
     if judged.stable:
         found: list[tuple[bool | None, str]] = [(True, f"Stable: {judged.why}.")]
     else:
         found = [(False, f"Not stable, {judged.instability}: {judged.why}.")]
-    for entry in balances:
-        if entry.passive:
-            found.append(
-                (True, f"{entry.name}: the channel never gave out more energy than it had got.")
-            )
-        else:
-            found.append((False, f"{entry.name}: {_deficit(entry)}"))
-    if not balances:
-        found.append((None, "Passivity cannot be judged: traces of both ends are needed."))
+    for owner in dict.fromkeys(each.owner for each in passive.findings if each.decides):
+        found.append(
+            (passive.passive(owner), f"{owner}: {passivity_words.verdict(passive, owner)}.")
+        )
+    if not passive.findings:
+        found.append((None, "Passivity not judged: no user was recorded."))
     missing = sum(summary["recording"]["missing"].values())
     if missing:
         found.append(
@@ -81,13 +78,3 @@ def verdict_lines(
     elif summary["recording"]["messages"]:
         found.append((True, "Nothing is missing in the recording."))
     return found
-
-
-def _deficit(entry: UserEnergy) -> str:
-    parts = {"up": entry.up, "down": entry.down} if entry.up else {"both ways": entry.joint}
-    words = [
-        f"{way} by {quantity(-part.minimum_j, 'J')} at {part.minimum_time_s:.2f} s"
-        for way, part in parts.items()
-        if part is not None and not part.passive and part.minimum_time_s is not None
-    ]
-    return "the channel gave out more energy than it had got, " + " and ".join(words) + "."

@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The criterion of passivity: the only one, for verdict, report, budget, summary and exit code.
+
+A part with the balance E(t), energy in less energy out since the start, is passive with the
+storage S that it declares when
+
+    E(t) >= -S - tolerance(t)      at every instant judged.
+
+``tolerance`` is what rounding explains: ``TOLERANCE_J`` and ``TOLERANCE_RELATIVE`` of the energy
+moved; in a recording of several machines also what the uncertainty of their clocks' alignment
+explains. It is printed with every verdict, as is the least balance, so that a violation of a
+microjoule never reads like one of a joule.
+
+What was not recorded is not judged. A balance that was seen below the limit is a violation
+whatever else is missing; one that was never seen there, but may have been where the recording has
+a hole, is neither passive nor not: ``passive`` is None.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_core.numeric import Array
+
+TOLERANCE_J = 1e-6
+TOLERANCE_RELATIVE = 1e-6
+
+
+@dataclass(frozen=True)
+class Unjudged:
+    """A time in which a balance cannot be told, and why."""
+
+    start_s: float
+    end_s: float
+    why: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was found of one part: a port, a direction of the link, or a part of the budget."""
+
+    owner: str  # a user, or ``server``
+    part: str
+    passive: bool | None  # None: not judged, ``why`` tells the reason
+    least_j: float  # lowest balance seen, never above the zero it starts from [J]
+    least_s: float | None  # when [s]; None where the balance never went below zero
+    since_s: float | None  # when it first was below the limit [s]
+    tolerance_j: float  # at that instant [J]
+    declared_j: float  # storage or allowance that is declared [J]
+    moved_j: float  # energy moved: the scale [J]
+    decides: bool  # part of the verdict; a component that others pay for is only named
+    judged_s: tuple[tuple[float, float], ...]
+    unjudged: tuple[Unjudged, ...] = ()
+    why: str = ""
+
+    @property
+    def given_j(self) -> float:
+        """Energy given out beyond what was taken in, at the worst [J]."""
+        return -self.least_j
+
+    @property
+    def ratio(self) -> float:
+        """That energy over the energy moved."""
+        return self.given_j / self.moved_j if self.moved_j > 0.0 else 0.0
+
+
+def tolerance(moved_j: Array) -> Array:
+    """Return what rounding explains where so much energy was moved [J]."""
+    return TOLERANCE_J + TOLERANCE_RELATIVE * np.abs(moved_j)
+
+
+def judge(
+    owner: str,
+    part: str,
+    time_s: Array,
+    balance_j: Array,
+    *,
+    tolerance_j: Array,
+    moved_j: float,
+    decides: bool,
+    declared_j: float = 0.0,
+    unjudged: Sequence[Unjudged] = (),
+) -> Finding:
+    """Judge one balance from the instants at which it is known.
+
+    Parameters
+    ----------
+    time_s, balance_j, tolerance_j
+        ``(row,)``; only rows whose balance is known.
+    unjudged
+        Times in which the balance may have been below the limit and nobody knows.
+    """
+    margin = balance_j + tolerance_j + declared_j
+    seen = bool(len(margin))
+    worst = int(np.argmin(margin)) if seen else 0
+    least = min(0.0, float(balance_j[worst])) if seen else 0.0
+    violated = np.flatnonzero(~(margin >= 0.0))  # what is not a number is no proof either
+    passive: bool | None = not len(violated)
+    why = ""
+    if passive and unjudged:
+        passive, why = None, unjudged_text(unjudged)
+    if not seen:
+        passive, why = None, why or "nothing of it was recorded"
+    return Finding(
+        owner=owner,
+        part=part,
+        passive=passive,
+        least_j=least,
+        least_s=float(time_s[worst]) if least < 0.0 else None,
+        since_s=float(time_s[violated[0]]) if len(violated) else None,
+        tolerance_j=float(tolerance_j[worst]) if seen else TOLERANCE_J,
+        declared_j=declared_j,
+        moved_j=moved_j,
+        decides=decides,
+        judged_s=_judged(time_s, unjudged) if seen else (),
+        unjudged=tuple(unjudged),
+        why=why,
+    )
+
+
+def not_judged(owner: str, part: str, why: str) -> Finding:
+    """Return the finding of a part of which nothing can be told."""
+    return Finding(owner, part, None, 0.0, None, None, 0.0, 0.0, 0.0, True, (), (), why)
+
+
+def together(findings: Sequence[Finding]) -> bool | None:
+    """Return the verdict of several: one violation decides; then what is not judged."""
+    verdicts = [finding.passive for finding in findings]
+    if False in verdicts:
+        return False
+    return None if None in verdicts or not verdicts else True
+
+
+def unjudged_text(unjudged: Sequence[Unjudged], *, most: int = 3) -> str:
+    """Return the times that are not judged and why, in words."""
+    shown = [
+        f"not judged from {each.start_s:.2f} to {each.end_s:.2f} s: {each.why}"
+        for each in unjudged[:most]
+    ]
+    if len(unjudged) > most:
+        shown.append(f"{len(unjudged) - most} more intervals not judged")
+    return "; ".join(shown)
+
+
+def _judged(time_s: Array, unjudged: Sequence[Unjudged]) -> tuple[tuple[float, float], ...]:
+    """Return the intervals from the first to the last instant without those not judged."""
+    start, end, found = float(time_s[0]), float(time_s[-1]), []
+    for gap in sorted(unjudged, key=lambda each: each.start_s):
+        if start < gap.start_s:
+            found.append((start, min(gap.start_s, end)))
+        start = max(start, gap.end_s)
+    if start < end:
+        found.append((start, end))
+    return tuple(found)

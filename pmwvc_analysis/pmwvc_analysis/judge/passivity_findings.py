@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that is judged for passivity in one session (criterion: :mod:`.passivity`).
+
+Ports decide the verdict:
+
+=============  ================================================================================
+``up``         of a user: from the wave of its device to that at the server (energy.py)
+``down``       and back
+``joint``      both directions as one, where they cannot be told apart
+``hand_port``  what the force did on the device's own motion, less what the server got
+``server``     of the server: what it and its environment took in at the ports of all users
+=============  ================================================================================
+
+Parts of the energy budget are components between these ports. One that gave out energy that it
+had not taken in is named with its amount; the verdict is that of the ports, where it shows if
+nothing else paid for it.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pmwvc_analysis.judge import energy
+from pmwvc_analysis.judge.budget_result import SERVER, Budget
+from pmwvc_analysis.judge.passivity import Finding, judge, not_judged, together, tolerance
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.traces import SessionTraces
+
+NO_SERVER = "the server's trace is missing"
+PASSIVE_ENVIRONMENTS = ("cube", "wall", "wall_with_slope", "hunt_crossley")
+
+
+@dataclass(frozen=True)
+class Passivity:
+    """All findings of a session."""
+
+    findings: tuple[Finding, ...]
+
+    def of(self, owner: str) -> list[Finding]:
+        """Return the ports of one owner."""
+        return [each for each in self.findings if each.owner == owner and each.decides]
+
+    def passive(self, owner: str) -> bool | None:
+        """Return the verdict of one user, or of the server."""
+        return together(self.of(owner))
+
+    @property
+    def session(self) -> bool | None:
+        """Return the verdict of the session: of all ports."""
+        return together([each for each in self.findings if each.decides])
+
+    @property
+    def components(self) -> list[Finding]:
+        """Return the components that generated energy, the one that gave out most first."""
+        found = [each for each in self.findings if not each.decides and each.passive is False]
+        return sorted(found, key=lambda each: -each.given_j)
+
+
+def passivity(
+    traces: SessionTraces, scenario: Scenario | None, energies: Budget | None
+) -> Passivity:
+    """Judge every port and every component of a session."""
+    balances = {entry.name: entry for entry in energy.user_energies(traces)}
+    found: list[Finding] = []
+    for user in traces.users:
+        entry = balances.get(user.name)
+        if entry is None:
+            found.append(not_judged(user.name, "joint", NO_SERVER))
+        else:
+            found += _of_user(entry)
+    if traces.server is not None and len(traces.server.time_s):
+        found.append(_of_server(traces, scenario))
+    if energies is not None:
+        found += energies.findings
+    return Passivity(tuple(found))
+
+
+def _of_user(entry: energy.UserEnergy) -> list[Finding]:
+    ports = {"up": entry.up, "down": entry.down}
+    if entry.up is None or entry.down is None:
+        ports = {"joint": entry.joint}
+    return [
+        judge(
+            entry.name,
+            part,
+            balance.time_s,
+            balance.balance_j,
+            tolerance_j=balance.tolerance_j,
+            moved_j=float(np.abs(balance.energy_in_j).max(initial=0.0)),
+            decides=True,
+        )
+        for part, balance in ports.items()
+        if balance is not None
+    ]
+
+
+def _of_server(traces: SessionTraces, scenario: Scenario | None) -> Finding:
+    server = traces.server
+    assert server is not None
+    taken = np.sum([energy.running(sums) for sums in server.energy_u_s], axis=0)
+    given = np.sum([energy.running(sums) for sums in server.energy_v_s], axis=0)
+    found = judge(
+        SERVER,
+        SERVER,
+        server.time_s,
+        taken - given,
+        tolerance_j=tolerance(taken),
+        moved_j=float(np.abs(taken).max(initial=0.0)),
+        declared_j=_allowance_j(scenario),
+        decides=True,
+    )
+    excuse = _own_energy(scenario)
+    if found.passive is False and excuse:
+        return replace(found, passive=None, why=f"it gave out {found.given_j:.3g} J; {excuse}")
+    return found
+
+
+def _allowance_j(scenario: Scenario | None) -> float:
+    """Return what a port ledger may give out without having received it [J]."""
+    if scenario is None:
+        return 0.0
+    server = scenario.server
+    allowed = server.coupling == "unknown" and server.compensation == "ledger"
+    return float(server.allowance_j) if allowed and server.allowance_w > 0.0 else 0.0
+
+
+def _own_energy(scenario: Scenario | None) -> str:
+    """Return why an environment may give out energy of its own; empty where it has none."""
+    if scenario is None:
+        return "without the scenario its environment is not known"
+    server = scenario.server
+    if server.environment == "active_wall":
+        return "its environment is driven" if server.active_wall.amplitude_m > 0.0 else ""
+    if server.environment not in PASSIVE_ENVIRONMENTS:
+        return f"whether environment {server.environment!r} has energy of its own is not known"
+    return ""

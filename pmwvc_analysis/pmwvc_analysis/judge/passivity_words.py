@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The findings of passivity as text: every verdict with its amount and its tolerance."""
+
+import math
+
+from pmwvc_analysis.judge.budget_result import SERVER
+from pmwvc_analysis.judge.budget_words import words_of
+from pmwvc_analysis.judge.passivity import Finding
+from pmwvc_analysis.judge.passivity_findings import Passivity
+
+PORTS = {
+    "up": "link from the device to the server",
+    "down": "link from the server to the device",
+    "joint": "link, both directions",
+    "hand_port": "port of the hand",
+    SERVER: "server with its environment",
+}
+_UNITS = ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"))
+
+
+def joule(value: float) -> str:
+    """Return an energy with three digits and an SI prefix."""
+    size = abs(value)
+    if not math.isfinite(value):
+        return "an energy that is not a number"
+    if size < 1e-9:
+        return "0 J"
+    factor, unit = next(each for each in _UNITS if size >= each[0] or each is _UNITS[-1])
+    return f"{value / factor:.3g} {unit}"
+
+
+def verdict(found: Passivity, owner: str) -> str:
+    """Return the verdict of one user, or of the server, in one clause."""
+    ports = found.of(owner)
+    if not ports:
+        return "passivity not judged"
+    violated = [port for port in ports if port.passive is False]
+    if violated:
+        worst = min(violated, key=lambda port: port.least_j)
+        return f"NOT passive: {part_words(worst)}, {amount(worst)}"
+    unknown = [port for port in ports if port.passive is None]
+    if unknown:
+        return f"passivity not judged: {unknown[0].why}"
+    return f"passive: {amount(min(ports, key=lambda port: port.least_j))}"
+
+
+def amount(finding: Finding) -> str:
+    """Return least balance, its ratio to the energy moved, tolerance and declared storage."""
+    said = f"least balance {joule(finding.least_j)}"
+    if finding.passive is False:
+        said += f" at {finding.least_s:.2f} s" if finding.least_s is not None else ""
+        said += f" ({finding.ratio:.2%} of {joule(finding.moved_j)} moved)"
+    said += f", tolerance {joule(finding.tolerance_j)}"
+    if finding.declared_j > 0.0:
+        said += f", declared storage {joule(finding.declared_j)}"
+    return said
+
+
+def components(found: Passivity) -> list[str]:
+    """Return the components that generated energy, each with its amount, worst first."""
+    return [component(each) for each in found.components]
+
+
+def component(finding: Finding) -> str:
+    """Return what one component gave out."""
+    where = "the server" if finding.owner == SERVER else finding.owner
+    return (
+        f"{where}: {words_of(finding.part)} generated {joule(finding.given_j)} "
+        f"({finding.ratio:.2%} of {joule(finding.moved_j)} moved) by {finding.least_s:.2f} s, "
+        f"first at {finding.since_s:.2f} s; tolerance {joule(finding.tolerance_j)}"
+    )
+
+
+def part_words(finding: Finding) -> str:
+    """Return a port in words."""
+    return PORTS.get(finding.part, finding.part.replace("_", " "))

@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One criterion of passivity, with amount and tolerance, for all that print a verdict."""
+
+import dataclasses
+import json
+import re
+
+import handmade
+import numpy as np
+import pytest
+
+from pmwvc_analysis.judge import budget_summary, passivity_words
+from pmwvc_analysis.judge.budget import budget
+from pmwvc_analysis.judge.passivity import TOLERANCE_J, Unjudged, judge, together
+from pmwvc_analysis.judge.passivity_findings import passivity
+from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.show.report import render
+
+TIME_S = np.array([0.0, 1.0, 2.0])
+HOLE = Unjudged(0.5, 1.5, "not recorded")
+
+
+def one(least_j, **settings):
+    balance = np.array([0.0, least_j, 1e-3])
+    settings.setdefault("tolerance_j", np.full(3, TOLERANCE_J))
+    return judge("user1", "up", TIME_S, balance, moved_j=0.1, decides=True, **settings)
+
+
+@pytest.mark.parametrize(("share", "passive"), [(0.99, True), (1.01, False)])
+def test_the_tolerance_has_two_sides(share, passive):
+    assert one(-share * TOLERANCE_J).passive is passive
+
+
+@pytest.mark.parametrize(("share", "passive"), [(0.99, True), (1.01, False)])
+def test_a_declared_storage_may_be_given_out_and_no_more(share, passive):
+    found = one(-share * 5e-3, declared_j=5e-3 - TOLERANCE_J)
+    assert found.passive is passive
+    assert found.least_j == pytest.approx(-share * 5e-3)
+
+
+def test_a_hole_makes_no_violation_and_no_proof():
+    assert one(1e-3, unjudged=(HOLE,)).passive is None
+    assert one(-1e-3, unjudged=(HOLE,)).passive is False  # seen is seen
+    assert one(1e-3, unjudged=(HOLE,)).judged_s == ((0.0, 0.5), (1.5, 2.0))
+    assert "not judged from 0.50 to 1.50 s: not recorded" in one(1e-3, unjudged=(HOLE,)).why
+
+
+def test_a_balance_that_is_no_number_is_not_passive():
+    assert one(float("nan")).passive is False
+
+
+def test_nothing_seen_is_not_judged():
+    empty = np.zeros(0)
+    found = judge("a", "up", empty, empty, tolerance_j=empty, moved_j=0.0, decides=True)
+    assert found.passive is None
+    assert found.judged_s == ()
+
+
+def test_one_violation_decides_and_silence_is_no_proof():
+    good, bad, unknown = one(0.0), one(-1.0), one(0.0, unjudged=(HOLE,))
+    assert together([good, unknown, bad]) is False
+    assert together([good, unknown]) is None
+    assert together([good]) is True
+    assert together([]) is None
+
+
+@pytest.mark.parametrize("gain", [1.0, 1.01, 1.2])
+def test_summary_budget_and_report_agree_and_name_amount_and_tolerance(gain):
+    traces, scenario = handmade.session(gain=gain), handmade.scenario()
+    energies = budget(traces, scenario)
+    found = passivity(traces, scenario, energies)
+    result = summary(traces, scenario, energies)
+    page = render(traces, scenario, result, [], energies)
+    passive = gain == 1.0
+    assert all(user["passive"] is passive for user in result["users"])
+    assert result["passivity"]["passive"] is passive
+    assert ("No component generated energy" in page) is passive
+    assert ("NOT passive" in page) is not passive
+    for owner in ("user1", "user2"):
+        said = passivity_words.verdict(found, owner)
+        assert said in page
+        assert re.search(r"least balance .*\d .?J.*tolerance [\d.]+ .J", said)
+    json.dumps(result, allow_nan=False)
+
+
+def test_a_microjoule_and_a_tenth_of_a_joule_read_differently():
+    small, large = handmade.session(gain=1.004), handmade.session(gain=2.0)
+    said = [
+        passivity_words.verdict(passivity(each, handmade.scenario(), None), "user1")
+        for each in (small, large)
+    ]
+    least = [float(re.search(r"balance -([\d.]+) µJ", said[0])[1])]
+    least.append(float(re.search(r"balance -([\d.]+) mJ", said[1])[1]))
+    assert least[0] < 1000.0
+    assert least[1] > 10.0
+    assert all("% of" in each for each in said)
+
+
+def test_no_tick_stands_above_a_port_that_gave_out_energy():
+    """A component list without an entry never says that all is well beside a violated port."""
+    traces, scenario = handmade.session(), handmade.scenario()
+    energies = budget(traces, scenario)
+    found = passivity(traces, scenario, energies)
+    port = one(-682e-6)
+    violated = dataclasses.replace(found, findings=(port, *found.findings))
+    lines = budget_summary.lines(energies, violated)
+    assert any(good is False and "682 µJ" in words for good, words in lines)
+    assert not any("No component" in words for _, words in lines)
+
+
+def test_a_server_that_gives_out_more_than_it_took_in_is_not_passive():
+    traces, scenario = handmade.session(), handmade.scenario()
+    passive = passivity(traces, scenario, None)
+    assert passive.passive("server") is True
+    for place in range(2):
+        traces.server.energy_v_s[place] = 1.1 * traces.server.energy_u_s[place]
+    found = passivity(traces, scenario, None)
+    assert found.passive("server") is False
+    assert found.session is False
+
+
+def test_a_driven_environment_may_give_out_energy_of_its_own():
+    traces = handmade.session()
+    for place in range(2):
+        traces.server.energy_v_s[place] = 1.1 * traces.server.energy_u_s[place]
+    scenario = handmade.scenario(
+        server__environment="active_wall",
+        server__coupling="unknown",
+        server__active_wall__amplitude_m=0.01,
+        users=1,
+    )
+    found = passivity(traces, scenario, None)
+    assert found.passive("server") is None
+    assert "driven" in passivity_words.verdict(found, "server")
+
+
+def test_without_the_server_nothing_is_judged():
+    traces = handmade.session()
+    traces.server = None
+    found = passivity(traces, handmade.scenario(), None)
+    assert found.session is None
+    assert "server's trace is missing" in passivity_words.verdict(found, "user1")
