@@ -194,6 +194,8 @@ def _finished(console: Console, folder: Path, scenario: Scenario | None) -> str:
 
 def _verdict(summary: dict[str, Any]) -> list[str]:
     """Return the result in sentences, one line for the session and one per user."""
+    from pmwvc_analysis.judge import environment
+
     state = "stable" if summary["stable"] else f"not stable: {summary['instability']}"
     found = [f"{summary['scenario'] or 'session'}: {state}"]
     texts = summary["passivity"]["text"]
@@ -201,6 +203,8 @@ def _verdict(summary: dict[str, Any]) -> list[str]:
         parts = [texts[user["name"]]]
         if user["force_final_n"] is not None:
             parts.append(f"force {_vector(user['force_final_n'])} N at the end")
+        if user["environment_limited"]:
+            parts.append(environment.words(user["environment_limited"]))
         if user["ticks_missing"]:
             parts.append(f"{user['ticks_missing']} ticks missing")
         if user["safety_events"]:

@@ -119,7 +119,8 @@ def test_a_driven_wall_moves_the_hand_until_its_allowance_is_used_up():
     traces, result = ran("active_wall")
     server = traces.server
     granted, withheld = server.accounts["granted"], server.accounts["withheld"]
-    assert result["stable"]
+    assert result["instability"] == "environment lost"  # once nothing is left of the allowance
+    assert result["users"][0]["environment_limited"]["energy_j"] == pytest.approx(withheld[-1])
     assert granted[-1] == pytest.approx(0.03)
     used_up = int(np.argmax(granted >= 0.03 - 1e-9))
     assert 5.0 < server.time_s[used_up] < 12.0

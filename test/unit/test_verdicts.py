@@ -18,10 +18,12 @@ KEYS = set(
 USER_KEYS = set(
     "name passive energy_up_min_j energy_down_min_j energy_balance_j force_final_n force_peak_n "
     "avatar_force_final_n coherency_rms_m drift_m ticks ticks_missing tick_rate_hz lateness_us "
-    "compute_us safety_events".split()
+    "compute_us safety_events environment_limited".split()
 )
 LINK_KEYS = set("name sent received lost duplicated reordered dropped delay_s rate_hz".split())
-PREDICTION_KEYS = set("spectral_radius stable k_max aliasing_gain k_felt mass_felt".split())
+PREDICTION_KEYS = set(
+    "spectral_radius stable k_max aliasing_gain k_felt mass_felt environment_limited".split()
+)
 PERCENTILES = {"p50", "p99", "max"}
 
 

@@ -24,6 +24,7 @@ import functools
 import math
 from typing import NamedTuple
 
+from pmwvc_analysis.judge import prediction_environment
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.server import UNKNOWN
 from pmwvc_core.errors import PmwvcError
@@ -65,12 +66,20 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, float | bool | No
 
     ``k_max`` is None where no contact stiffness up to ``stability.BOUND`` is unstable, and all
     three of ``spectral_radius``, ``stable`` and ``k_max`` where there is no exact model (unless
-    the parts are passive one by one: then ``stable`` is True all the same). ``k_felt`` and
-    ``mass_felt`` are None where more than the lag decides them.
+    the parts are passive one by one and no environment will be limited: then ``stable`` is
+    True all the same). ``k_felt`` and ``mass_felt`` are None where more than the lag decides them.
     """
     model = exact(scenario, live=live)
     values: dict[str, float | bool | None] = dict.fromkeys(
-        ("spectral_radius", "stable", "k_max", "aliasing_gain", "k_felt", "mass_felt")
+        (
+            "spectral_radius",
+            "stable",
+            "k_max",
+            "aliasing_gain",
+            "k_felt",
+            "mass_felt",
+            "environment_limited",
+        )
     )
     if model is not None:
         values["spectral_radius"], values["stable"] = model.spectral_radius, model.stable
@@ -83,10 +92,11 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, float | bool | No
         felt_stiffness(float(user.contact.contact_stiffness), b, tau)
         for user, b, tau in zip(scenario.users, impedances, lags, strict=True)
     ]
-    if model is None and passive(scenario):
+    limited = values["environment_limited"] = prediction_environment.limited(scenario)
+    if model is None and passive(scenario) and limited is False:
         values["stable"] = True
     values["aliasing_gain"] = max(aliasing_gain(user) for user in scenario.users)
-    if not all(feels_as_its_lag(user, scenario) for user in scenario.users):
+    if limited or not all(feels_as_its_lag(user, scenario) for user in scenario.users):
         return values
     values["k_felt"] = min(stiffness)
     free = [lag_s(user, scenario, live=live, touching=False) for user in scenario.users]

@@ -4,6 +4,7 @@
 
 from typing import Any
 
+from pmwvc_analysis.judge import prediction_environment
 from pmwvc_analysis.judge.prediction import (
     ALIASING_BOUND,
     Exact,
@@ -47,6 +48,13 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
             )
             continue
         free = lag_s(user, scenario, live=live, touching=False)
+        limit = prediction_environment.rule(user, scenario)
+        if limit is not None and not limit.met:
+            found.append(
+                f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; the rendered "
+                "stiffness is not known."
+            )
+            continue
         felt = felt_stiffness(float(user.contact.contact_stiffness), b, tau)
         found.append(
             f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; it feels like a spring "
@@ -57,7 +65,8 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     for user in scenario.users:
         if one_step_bound(user, scenario) is False:
             found.append(f"{user.name}: K T + 2B > b: decoding a step late may give out energy.")
-    if passive(scenario):
+    found += prediction_environment.lines(scenario)
+    if passive(scenario) and prediction_environment.limited(scenario) is False:
         found.append("Every part is passive: that holds at any constant delay.")
     return found
 
@@ -139,6 +148,12 @@ def came_true(scenario: Scenario, summary: dict[str, Any]) -> list[str]:
             "Predicted stable: it was."
             if summary["stable"]
             else "Predicted stable, but it was not: look at the events."
+        )
+    elif predicted["environment_limited"] is True:
+        found.append(
+            "Predicted that the server port limits the environment: it did."
+            if any(user["environment_limited"] for user in summary["users"])
+            else "Predicted that the server port limits the environment: it did not have to."
         )
     elif predicted["stable"] is None:
         found.append(

@@ -13,6 +13,9 @@ In this order:
     the second half of the session, or shortened the force of a coupled device again and
     again: in more than a twentieth of the second half of the session, in three or more separate
     events.
+``environment lost``
+    the energy limit of an unknown environment's port displaced the device so far that most of its
+    depth is neither the environment's nor the link's (environment.py).
 ``sustained oscillation``
     motion faster than anybody's on purpose, the environment's own included, that does not die out:
     its RMS velocity is beyond 1 mm/s in most of the last third of the session, and it does not
@@ -25,6 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmwvc_analysis.judge import environment
 from pmwvc_analysis.judge.oscillation import motions, strength
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces, UserTraces
@@ -66,6 +70,9 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     limited = _limited(traces)
     if limited:
         return Verdict("limited by safety", limited, strongest)
+    lost = environment.lost(traces, scenario)
+    if lost:
+        return Verdict("environment lost", lost, strongest)
     for found, motion in strengths:
         if found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s) and found.growth > 0.5:
             why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"

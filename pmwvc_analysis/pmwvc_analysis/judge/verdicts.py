@@ -21,6 +21,8 @@ the users have left.
 ``coherency_rms_m``            RMS of x_m - x_s at the server's steps while the user is coupled
 ``drift_m``                    mean of x_m - x_s over the last 0.5 s of the user
 ``ticks_missing``              ticks between the first and the last that are not in the recording
+``environment_limited``        energy withheld from a user's returning waves, and the displacement
+                               of the device by that (environment.py); null where nothing was
 ``velocity_rms_m_s``           of the object, over the session
 ``path_error_rms_m``           RMS of object less target, over the session
 =============================  ====================================================================
@@ -35,7 +37,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.judge import energy, passivity_words, shape, stability
+from pmwvc_analysis.judge import energy, environment, passivity_words, shape, stability
 from pmwvc_analysis.judge.budget_result import Budget
 from pmwvc_analysis.judge.links import link_summaries
 from pmwvc_analysis.judge.passivity import Finding
@@ -45,7 +47,15 @@ from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
 
 COUPLED = 2
-PREDICTION_KEYS = ("spectral_radius", "stable", "k_max", "aliasing_gain", "k_felt", "mass_felt")
+PREDICTION_KEYS = (
+    "spectral_radius",
+    "stable",
+    "k_max",
+    "aliasing_gain",
+    "k_felt",
+    "mass_felt",
+    "environment_limited",
+)
 
 
 def summary(
@@ -57,6 +67,7 @@ def summary(
     judged = stability.verdict(traces, scenario)
     found = passivity(traces, scenario, energies)
     balances = {entry.name: entry for entry in energy.user_energies(traces)}
+    limited = environment.limited(traces, scenario)
     return {
         "scenario": scenario.name if scenario else None,
         "source": traces.source,
@@ -69,7 +80,13 @@ def summary(
         "passivity": _passivity(found),
         "object": _object(traces),
         "users": [
-            _user(user, traces, found.passive(user.name), balances.get(user.name))
+            _user(
+                user,
+                traces,
+                found.passive(user.name),
+                balances.get(user.name),
+                limited.get(user.name),
+            )
             for user in traces.users
         ],
         "links": link_summaries(traces),
@@ -128,6 +145,7 @@ def _user(
     traces: SessionTraces,
     passive: bool | None,
     balance: energy.UserEnergy | None,
+    limited: environment.Limited | None,
 ) -> dict[str, Any]:
     server, end_s = traces.server, float(user.time_s[-1])
     place = server.users.index(user.name) if server and user.name in server.users else None
@@ -153,6 +171,7 @@ def _user(
         "lateness_us": shape.percentiles(user.lateness_s, 1e6),
         "compute_us": shape.percentiles(user.compute_s, 1e6),
         "safety_events": int(user.safety_events),
+        "environment_limited": limited.summary if limited else None,
     }
 
 
