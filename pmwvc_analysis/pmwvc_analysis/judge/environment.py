@@ -19,6 +19,7 @@ over 0.5 s; lost where for a whole second
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.simulation.scenario import Scenario, User
@@ -140,7 +141,7 @@ def _lost_s(user: UserTraces, server: ServerTraces, place: int, moved: Array) ->
     return None
 
 
-def _travel(server: ServerTraces, place: int, rows: Array) -> Array:
+def _travel(server: ServerTraces, place: int, rows: NDArray[np.intp]) -> Array:
     """Return the avatar's way relative to the object since its present contact began [m]."""
     way = (server.x_s[place] - server.x_o)[rows]
     touching = np.asarray(server.contact[place])[rows]
