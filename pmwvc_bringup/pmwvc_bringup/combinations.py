@@ -9,6 +9,7 @@ from typing import Any
 
 import yaml
 
+from pmwvc_analysis.compare.settings import tuned
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.variants import defaults_of, settings_of
 from pmwvc_core.errors import ScenarioError
@@ -37,6 +38,8 @@ def combinations(
     duration_s: float | None = None,
 ) -> list[Combination]:
     """Return every combination of the values of ``name=a,b,c`` texts, the last varying fastest.
+
+    Baselines whose parameters are not given are tuned by their rules for each combination.
 
     Parameters
     ----------
@@ -81,12 +84,18 @@ def combinations(
         except ScenarioError as error:
             problems += [problem for problem in error.problems if problem not in problems]
             continue
+        scenario = tuned(scenario, given=_given([*settings_texts, *texts], scenario.controller))
         label = ", ".join(f"{n} = {v}" for n, v in zip(names, chosen, strict=True))
         values = dict(zip(axes, map(yaml.safe_load, chosen), strict=True))
         found.append(Combination(label or scenario.name, values, scenario))
     if problems:
         raise ScenarioError(name, problems)
     return found
+
+
+def _given(texts: Sequence[str], controller: str) -> bool:
+    """Tell whether a setting names a parameter of a baseline."""
+    return any(f"baseline.{controller}." in text.partition("=")[0] for text in texts)
 
 
 def _axes(over: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:

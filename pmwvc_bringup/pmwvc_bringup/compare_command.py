@@ -34,7 +34,8 @@ an unknown environment), velocity_filter, velocity_filter_printed, filter_bank, 
 position, position_printed, position_integral. What a scenario cannot have is left out, and said.
 
 Every combination of the values runs with the same hands and the same fate of every packet (one
-seed), in virtual time or, with --live, as nodes one session after the other.
+seed), in virtual time or, with --live, as nodes one session after the other. virtual_coupling,
+tdpa and pspm are tuned by their rules for each combination, unless baseline.NAME.* is set.
 """
 
 
@@ -201,8 +202,10 @@ def lines(found: dict[str, Any]) -> list[str]:
     width = max(len("session"), *(len(session["label"]) for session in sessions))
     heads = (
         "K max [N/m]",
-        "felt [N/m]",
+        "rendered [N/m]",
         "peak [Hz]",
+        "free [kg]",
+        "free [N s/m]",
         "apart [mm]",
         "dF [N]",
         "balance [mJ]",
@@ -212,19 +215,36 @@ def lines(found: dict[str, Any]) -> list[str]:
         "k_max",
         "k_felt",
         "first_peak_hz",
+        "mass_free_kg",
+        "damping_free_n_s_m",
         "coherency_rms_m",
         "force_error_rms_n",
         "energy_min_j",
         "force_noise_n",
     )
-    factors = (1.0, 1.0, 1.0, 1e3, 1.0, 1e3, 1e3)
-    table = [f"{'session':{width}}  " + "  ".join(f"{head:>12}" for head in heads) + "  verdict"]
+    factors = (1.0, 1.0, 1.0, 1.0, 1.0, 1e3, 1.0, 1e3, 1e3)
+    table = [f"{'session':{width}}  " + "  ".join(f"{head:>14}" for head in heads) + "  verdict"]
     for session in sessions:
         numbers = [
             "-" if session[name] is None else f"{session[name] * factor:.4g}"
             for name, factor in zip(names, factors, strict=True)
         ]
         verdict = "stable" if session["stable"] else session["instability"]
-        cells = "  ".join(f"{number:>12}" for number in numbers)
+        verdict += "" if session["passive"] is not False else ", not passive"
+        cells = "  ".join(f"{number:>14}" for number in numbers)
         table.append(f"{session['label']:{width}}  {cells}  {verdict}")
+    return [*table, *_parameter_lines(sessions, width), *found["conclusion"]]
+
+
+def _parameter_lines(sessions: list[dict[str, Any]], width: int) -> list[str]:
+    """Return the parameters that each controller ran with, a line per session."""
+    table = [f"{'':{width}}  parameters"]
+    for session in sessions:
+        given = ", ".join(f"{n}={_short(v)}" for n, v in session["parameters"].items())
+        tuning = f" ({session['tuning']})" if session["tuning"] else ""
+        table.append(f"{session['label']:{width}}  {given or 'none'}{tuning}")
     return table
+
+
+def _short(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -14,6 +14,7 @@ from pmwvc_analysis.compare.measures import (
     measured,
     measures,
 )
+from pmwvc_bringup.scenarios import load
 from pmwvc_core.simulation.scenario_reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
 
@@ -71,9 +72,29 @@ def test_coherency_is_over_all_users(session):
 
 def test_energy_given_out_is_seen_and_a_passive_session_has_none(session):
     traces, scenario = session
-    assert measures(traces, scenario)["energy_min_j"] == pytest.approx(0.0, abs=1e-9)
+    found = measures(traces, scenario)
+    assert found["passive"] is True
+    assert found["energy_min_j"] == pytest.approx(0.0, abs=1e-9)
     traces.server.energy_u_s[0][100:] += 0.25
     assert measures(traces, scenario)["energy_min_j"] < -0.2
+
+
+@pytest.mark.parametrize("compensation", ["none", "printed"])
+def test_energy_that_the_servers_port_generates_is_in_the_balance(compensation):
+    """A stiff wall decoded a step late: its channels are passive, its port is not."""
+    scenario = load(
+        "wall_slow",
+        settings_texts=[
+            "server.contact_stiffness=2000",
+            "server.contact_damping=10",
+            f"server.compensation={compensation}",
+        ],
+        duration_s=4.0,
+    )
+    found = measures(simulate_one(scenario), scenario)
+    assert found["energy_min_j"] < -0.05
+    assert found["passive"] is False
+    assert found["active_part"] == "server with its environment"
 
 
 def test_the_largest_stiffness_is_null_without_a_linear_model():

@@ -1,17 +1,18 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the first user of a session feels: stiffness and first resonance of x/f.
+"""What is rendered to the first user of a session: stiffness and first resonance of x/f.
 
 From the exact model where there is one; else from what a chirp has shown: a series k - m w^2 + c
 w^4 is fitted to the trusted values of Re(f/x) below the first peak, each with the weight of its
-coherence gamma^2/(1 - gamma^2). So a stiffness is what is felt at rest, as that of the model,
-within a few per cent.
+coherence gamma^2/(1 - gamma^2). Where there is neither, the stiffness is that of a simulated press
+(``compare.probes``). So a stiffness is what is rendered at rest, within a few per cent.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from pmwvc_analysis.compare.probes import pressed_stiffness
 from pmwvc_analysis.models.measured import TRUSTED, Measured, measure
 from pmwvc_analysis.models.transparency import ideal_of, transparency
 from pmwvc_core.errors import PmwvcError
@@ -30,7 +31,7 @@ SHOWN_HZ = (0.1, 100.0)
 class Feel:
     """Felt stiffness [N/m], first peak [Hz] and the curve |x/f| [m/N] they come from."""
 
-    source: str  # "model", "measured", or "" where neither is to be had
+    source: str  # "model", "measured", "press", or "" where nothing is known
     k_felt: float | None
     first_peak_hz: float | None
     frequency_hz: Array  # (points,)
@@ -42,7 +43,19 @@ NOTHING = Feel("", None, None, np.zeros(0), np.zeros(0))
 
 def feel_of(traces: SessionTraces, scenario: Scenario, *, live: bool) -> Feel:
     """Return what the first user felt in a session."""
-    return _modelled(scenario, live=live) or measured_feel(traces, scenario) or NOTHING
+    return (
+        _modelled(scenario, live=live)
+        or measured_feel(traces, scenario)
+        or _pressed(scenario)
+        or NOTHING
+    )
+
+
+def _pressed(scenario: Scenario) -> Feel | None:
+    stiffness = pressed_stiffness(scenario)
+    if stiffness is None:
+        return None
+    return Feel("press", stiffness, None, np.zeros(0), np.zeros(0))
 
 
 def ideal_feel(scenario: Scenario) -> Feel:

@@ -14,7 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.compare.conclusion import conclusion
 from pmwvc_analysis.compare.measures import MEASURES, Entry
+from pmwvc_analysis.compare.settings import parameters_of, tuning_of
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 
@@ -38,7 +40,8 @@ def write(
     entries
         The sessions, measured.
     about
-        Further keys of ``comparison.json``; ``notes`` is a list of sentences for the report.
+        Further keys of ``comparison.json``: ``kind``; ``notes``, a list of sentences for the
+        report.
     figures
         Whether to draw (pictures and report).
 
@@ -47,6 +50,7 @@ def write(
     RecordingError
         If the folder cannot be written into.
     """
+    about = {**about, "conclusion": conclusion(entries) if about["kind"] == "comparison" else []}
     result = {"title": title, **about, "sessions": [row(entry) for entry in entries]}
     try:
         text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
@@ -71,6 +75,8 @@ def row(entry: Entry) -> dict[str, Any]:
         "source": entry.traces.source,
         "folder": entry.folder,
         "settings": entry.settings,
+        "parameters": parameters_of(entry.scenario),
+        "tuning": tuning_of(entry.scenario),
         **{name: entry.measures[name] for name in MEASURES},
     }
 

@@ -4,18 +4,25 @@
 
 ======================  ===========================================================================
 ``stable``              judged from the motion (``judge.stability``); ``instability`` says which
+``passive``             verdict of the ports of all users and of the server
+                        (``judge.passivity_findings``); None where it is not judged
+``active_part``         the port with the lowest balance, in words; None where none is below zero
 ``k_max``               largest contact stiffness with which the exact linear model is stable
                         [N/m]; None where there is none below its bound or no linear model
-``k_felt``              stiffness that the first user feels at rest [N/m], from the exact model,
-                        else from a chirp (``compare.feel``); None where the session was not stable
+``k_felt``              stiffness that is rendered to the first user at rest [N/m]: exact model,
+                        chirp or simulated press (``compare.feel``); None where the session was
+                        not stable
 ``first_peak_hz``       first resonance of what the first user moves, likewise [Hz]
+``mass_free_kg``,       mass [kg] and damping [N s/m] rendered to the first user with nothing
+``damping_free_n_s_m``  touched, device included, at ``free_hz``; from a simulated session of its
+                        own (``compare.probes``), live ones too
 ``coherency_rms_m``     RMS of x_m - x_s of all users while coupled, the distance at joining taken
                         out [m]
 ``force_error_rms_n``   RMS of F_m - F_s of all users at the server's steps while coupled: force
                         rendered less contact force of the same instant, so the lag of the way
                         back counts, too [N]
-``energy_min_j``        lowest energy balance of any direction of any user, zero where none ever
-                        was below [J]
+``energy_min_j``        lowest energy balance of any port of any user and of the server, zero where
+                        none ever was below [J]
 ``force_noise_n``       RMS of the rendered force beyond 20 Hz in the second half, the largest of
                         the users [N]: hands do not move so fast on purpose
 ``force_peak_n``        largest rendered force [N]
@@ -28,7 +35,9 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.compare.feel import Feel, feel_of
-from pmwvc_analysis.judge import energy, shape, stability
+from pmwvc_analysis.compare.least_balance import least_balance
+from pmwvc_analysis.compare.probes import free_space
+from pmwvc_analysis.judge import shape, stability
 from pmwvc_analysis.judge.oscillation import beyond
 from pmwvc_analysis.judge.verdicts import COUPLED, separation
 from pmwvc_core.errors import PmwvcError
@@ -40,9 +49,14 @@ NOISE_HZ = 20.0
 MEASURES = (
     "stable",
     "instability",
+    "passive",
+    "active_part",
     "k_max",
     "k_felt",
     "first_peak_hz",
+    "mass_free_kg",
+    "damping_free_n_s_m",
+    "free_hz",
     "coherency_rms_m",
     "force_error_rms_n",
     "energy_min_j",
@@ -80,6 +94,11 @@ def measured(entry: Entry, *, stiffness: bool = True) -> Entry:
             entry.feel = feel_of(entry.traces, entry.scenario, live=live)
             entry.measures["k_felt"] = entry.feel.k_felt
             entry.measures["first_peak_hz"] = entry.feel.first_peak_hz
+        free = free_space(entry.scenario)
+        if free is not None:
+            entry.measures["mass_free_kg"] = free.mass_kg
+            entry.measures["damping_free_n_s_m"] = free.damping_n_s_m
+            entry.measures["free_hz"] = free.frequency_hz
     return entry
 
 
@@ -92,21 +111,17 @@ def _is_live(traces: SessionTraces) -> bool:
 def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]:
     """Return the numbers of one session; those from models are still None."""
     judged = stability.verdict(traces, scenario)
-    balances = energy.user_energies(traces)
-    lows = [part.minimum_j for e in balances for part in (e.up, e.down) if part is not None]
-    if not lows:
-        lows = [entry.joint.minimum_j for entry in balances]
+    least = least_balance(traces, scenario)
     noise = [force_noise_n(user, traces.duration_s) for user in traces.users]
     peaks = [float(np.linalg.norm(user.f_applied, axis=-1).max()) for user in traces.users]
-    return {
+    return dict.fromkeys(MEASURES) | {
         "stable": judged.stable,
         "instability": judged.instability,
-        "k_max": None,
-        "k_felt": None,
-        "first_peak_hz": None,
+        "passive": least.passive,
+        "active_part": least.part,
         "coherency_rms_m": _over_users(traces, _apart),
         "force_error_rms_n": _over_users(traces, force_error),
-        "energy_min_j": shape.number(min(lows)) if lows else None,
+        "energy_min_j": least.energy_j,
         "force_noise_n": max((n for n in noise if n is not None), default=None),
         "force_peak_n": shape.number(max(peaks)) if peaks else None,
     }

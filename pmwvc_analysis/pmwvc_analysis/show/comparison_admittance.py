@@ -14,7 +14,9 @@ MOST = 8  # curves that can be told apart
 
 def draw(entries: Sequence[Entry]) -> Any | None:
     """Draw |x/f| over frequency, lines from models and dots from chirps; None without any."""
-    shown = [entry for entry in entries if entry.feel is not None and entry.feel.source][:MOST]
+    shown = [
+        entry for entry in entries if entry.feel is not None and len(entry.feel.frequency_hz)
+    ][:MOST]
     if not shown:
         return None
     figure, (axes,) = style.canvas(

@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The conclusion of a comparison in plain sentences, each from a number of its table.
+
+One paragraph per condition: sessions that differ in the controller alone are compared with each
+other. Without controllers to compare, all sessions make one paragraph.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+from pmwvc_analysis.compare.measures import Entry
+from pmwvc_core.simulation.scenario import Scenario
+
+CONTROLLER = "controller"
+ALIKE = 0.02  # relative difference below which stiffnesses and masses count as the same
+MOST_NAMED = 8
+SOURCES = {
+    "model": "the exact model",
+    "measured": "the chirp of the session",
+    "press": "a simulated press of 0.5 to 1 N",
+}
+
+
+def conclusion(entries: Sequence[Entry]) -> list[str]:
+    """Return one paragraph per condition, the conditions of all first."""
+    if len(entries) < 2:
+        return []
+    groups: dict[str, list[Entry]] = {}
+    for entry in entries:
+        rest = {name: value for name, value in entry.settings.items() if name != CONTROLLER}
+        compared = CONTROLLER in entry.settings
+        heading = ", ".join(f"{name} = {value}" for name, value in rest.items())
+        groups.setdefault(heading if compared else "", []).append(entry)
+    paragraphs = [_conditions(entries)]
+    for heading, group in groups.items():
+        said = " ".join(_sentences(group))
+        paragraphs.append(f"With {heading}: {said}" if heading else said)
+    return paragraphs
+
+
+def _conditions(entries: Sequence[Entry]) -> str:
+    first = entries[0].scenario
+    source = "Live" if entries[0].traces.source == "live" else "Simulated"
+    sources = dict.fromkeys(
+        SOURCES[entry.feel.source] for entry in entries if entry.feel and entry.feel.source
+    )
+    text = (
+        f"{source} sessions of {_over(entries, lambda of: f'{of.duration_s:g} s')}, "
+        f"{_over(entries, _delay)}, "
+        f"contact {_over(entries, _contact)}; one set of hands and packet fates. "
+        f"Stiffness, mass and damping are those rendered to {first.users[0].name}"
+    )
+    if sources:
+        text += f": stiffness at rest from {' or '.join(sources)}"
+    hertz = dict.fromkeys(
+        f"{value:.3g}" for entry in entries if (value := entry.measures["free_hz"]) is not None
+    )
+    if hertz:
+        text += f", mass and damping in free space from a simulated swing at {_joined(hertz)} Hz"
+    return text + ". Another task, hand or delay may order the controllers differently."
+
+
+def _over(entries: Sequence[Entry], text: Callable[[Scenario], str]) -> str:
+    return _joined(dict.fromkeys(text(entry.scenario) for entry in entries), "or")
+
+
+def _delay(of: Scenario) -> str:
+    first = of.users[0]
+    up, down = 1e3 * first.link_up.delay_s, 1e3 * first.link_down.delay_s
+    delay = f"{up:g} ms each way" if up == down else f"{up:g} ms up and {down:g} ms down"
+    lost = 100.0 * max(first.link_up.loss, first.link_down.loss)
+    return f"delay {delay}, {lost:g} % lost" if lost else f"delay {delay}"
+
+
+def _contact(of: Scenario) -> str:
+    contact = of.users[0].contact
+    return f"{contact.contact_stiffness:g} N/m with {contact.contact_damping:g} N s/m"
+
+
+def _sentences(group: Sequence[Entry]) -> list[str]:
+    stable = [entry for entry in group if entry.measures["stable"]]
+    found = [_unstable(group), *_stiffest(stable), _free(stable), *_passive(group)]
+    return [sentence for sentence in found if sentence]
+
+
+def _unstable(group: Sequence[Entry]) -> str:
+    bad = [
+        f"{_name(entry)} ({entry.measures['instability']})"
+        for entry in group
+        if not entry.measures["stable"]
+    ]
+    if not bad:
+        return "All sessions were stable."
+    return f"Unstable: {_joined(bad)}."
+
+
+def _stiffest(stable: Sequence[Entry]) -> list[str]:
+    known = _ranked(stable, "k_felt")
+    if not known:
+        return ["No stiffness at rest is known."] if stable else []
+    best, last = known[0], known[-1]
+    tied = _tied(known, "k_felt")
+    found = [f"{_joined(tied)} {_renders(tied)} the stiffest contact, {_stiffness(best)}"]
+    if len(tied) < len(known):
+        found[0] += f"; {_name(last)} the softest, {_stiffness(last)}"
+    found[0] += "."
+    passive = [entry for entry in known if entry.measures["passive"]]
+    if passive and passive[0] is not best and not best.measures["passive"]:
+        named = f"{_name(passive[0])}, {_stiffness(passive[0])}"
+        found.append(f"The stiffest that stayed passive is {named}.")
+    unknown = [_name(entry) for entry in stable if entry.measures["k_felt"] is None]
+    if unknown:
+        found.append(
+            f"Unknown at rest (does not settle, or not to the same place): {_joined(unknown)}."
+        )
+    return found
+
+
+def _free(stable: Sequence[Entry]) -> str:
+    known = [entry for entry in stable if entry.measures["mass_free_kg"] is not None]
+    if len(known) < 2:
+        return ""
+    ranked = sorted(known, key=_effort)
+
+    def text(entry: Entry) -> str:
+        mass, damping = entry.measures["mass_free_kg"], entry.measures["damping_free_n_s_m"]
+        return f"{_name(entry)} ({mass:.3g} kg and {damping:.2g} N s/m)"
+
+    return (
+        f"In free space {text(ranked[0])} takes the least force to move, {text(ranked[-1])} "
+        "the most."
+    )
+
+
+def _effort(entry: Entry) -> float:
+    """Return force per velocity of the swing in free space [N s/m]."""
+    found = entry.measures
+    mass = 2.0 * math.pi * float(found["free_hz"]) * float(found["mass_free_kg"])
+    return math.hypot(mass, float(found["damping_free_n_s_m"]))
+
+
+def _passive(group: Sequence[Entry]) -> list[str]:
+    passive = [_name(entry) for entry in group if entry.measures["passive"]]
+    active = [
+        f"{_name(entry)} ({entry.measures['active_part']}, "
+        f"{1e3 * entry.measures['energy_min_j']:.3g} mJ)"
+        for entry in group
+        if entry.measures["passive"] is False
+    ]
+    unknown = [_name(entry) for entry in group if entry.measures["passive"] is None]
+    found = []
+    if passive:
+        found.append(f"Passive at every port: {_joined(passive)}.")
+    if active:
+        found.append(f"Not passive, with port and least balance: {_joined(active)}.")
+    if unknown:
+        found.append(f"Passivity not judged: {_joined(unknown)}.")
+    return found
+
+
+def _ranked(entries: Sequence[Entry], measure: str) -> list[Entry]:
+    known = [entry for entry in entries if entry.measures[measure] is not None]
+    return sorted(known, key=lambda entry: -entry.measures[measure])
+
+
+def _tied(ranked: Sequence[Entry], measure: str) -> list[str]:
+    best = ranked[0].measures[measure]
+    return [_name(e) for e in ranked if e.measures[measure] >= (1.0 - ALIKE) * best]
+
+
+def _renders(names: Sequence[str]) -> str:
+    return "renders" if len(names) == 1 else "render"
+
+
+def _stiffness(entry: Entry) -> str:
+    contact = float(entry.scenario.users[0].contact.contact_stiffness)
+    stiffness = float(entry.measures["k_felt"])
+    return f"{stiffness:.3g} N/m ({100.0 * stiffness / contact:.0f} % of the contact's)"
+
+
+def _name(entry: Entry) -> str:
+    return str(entry.settings.get(CONTROLLER, entry.label))
+
+
+def _joined(words: Sequence[str] | dict[str, None], last: str = "and") -> str:
+    names = list(words)
+    if len(names) > MOST_NAMED:
+        names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} more"]
+    if len(names) < 2:
+        return "".join(names)
+    return f"{', '.join(names[:-1])} {last} {names[-1]}"

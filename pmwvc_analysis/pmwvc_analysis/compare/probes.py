@@ -1,0 +1,178 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Two simulated sessions that measure what a controller renders to the first user, the same way
+for every controller, linear or not.
+
+**Free space**: contacts exert no force; a force F cos(w t) moves the device so slowly that the
+round trip is a twentieth of a period (2 Hz at most). With the fitted amplitudes F/x = -m w^2 + j b
+w, so
+
+    m = -Re(F/x)/w^2,    b = Im(F/x)/w,
+
+device included. A motion that differs by more than 5 % between both halves of the fit, or follows
+the force with a coherence below 0.9, has no mass and no damping.
+
+**Steady press**: the force goes to F1, to F2 and back to F1, against the opposite users where
+there are any, and k = (F2 - F1)/(x2 - x1). A device that still moves by more than 2 % of the step
+in the last second of a hold, or does not come back to within 5 % of it, has no stiffness at rest.
+
+Not here: the exact model, which says the same without a session where everything is linear.
+"""
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_analysis.models.transparency import pressing, untouched
+from pmwvc_core.numeric import Array
+from pmwvc_core.plant.forces import Operator, RecordedForce
+from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.simulation.session import simulate_one
+
+FASTEST_HZ, SLOWEST_HZ = 2.0, 0.1  # of the swing
+ROUND_TRIPS = 20.0  # in a period of the swing
+SPEED_M_S, SWING_N = 0.2, 0.5  # largest, of the bare device
+SETTLE_PERIODS, PERIODS = 3, 4  # before and of the fit; an even number
+COHERENT, SETTLED = 0.9, 0.05
+PRESS_N = (0.5, 1.0)
+RISE_S, HOLD_S = 1.0, 4.0
+AT_REST, BACK = 0.02, 0.05  # of the step: motion in the last second, distance on return
+START_S = 1.0  # until the force of the device is fully there
+FAR_M = 10.0  # workspace of the probing sessions: nothing stops the device
+KNOWN = ("cube", "wall")  # environments whose contact can be switched off
+
+Make = Callable[[], Operator]
+
+
+@dataclass(frozen=True)
+class FreeSpace:
+    """Mass [kg] and damping [N s/m] rendered with nothing touched, device included, at [Hz]."""
+
+    mass_kg: float
+    damping_n_s_m: float
+    frequency_hz: float
+
+
+def swing_hz(scenario: Scenario) -> float | None:
+    """Return how fast the first user is swung [Hz]; None for round trips of half a second."""
+    first = scenario.users[0]
+    round_trip_s = first.link_up.delay_s + first.link_down.delay_s
+    round_trip_s += first.master.frame_s + scenario.server.period_s
+    hertz = min(FASTEST_HZ, 1.0 / (ROUND_TRIPS * round_trip_s))
+    return hertz if hertz >= SLOWEST_HZ else None
+
+
+def free_space(scenario: Scenario) -> FreeSpace | None:
+    """Return what the first user moves with nothing touched; None where it cannot be told."""
+    hertz, first = swing_hz(scenario), scenario.users[0]
+    if hertz is None or scenario.server.environment not in KNOWN:
+        return None
+    free = untouched(_roomy(scenario))
+    alone = dataclasses.replace(free, users=free.users[:1])
+    half = round(PERIODS / 2 / hertz / scenario.tick_s)
+    angle = np.pi * PERIODS / half  # per tick: whole periods
+    omega = angle / scenario.tick_s
+    ticks = 2 * half + round(2.0 * np.pi * SETTLE_PERIODS / angle)
+    size = min(SWING_N, SPEED_M_S * omega * float(first.device.mass))
+    force = size * np.cos(angle * np.arange(ticks))
+    found = _responses(alone, {first.name: force}, ticks * scenario.tick_s + START_S)
+    if found is None:
+        return None
+    applied, moved = (values[-2 * half :] for values in found)
+    ratios = []
+    for rows in (slice(0, half), slice(half, None)):
+        push, _ = _sine_of(applied[rows], angle)
+        way, coherence = _sine_of(moved[rows], angle)
+        if coherence < COHERENT:
+            return None
+        ratios.append(push / way)
+    if abs(ratios[1] - ratios[0]) > SETTLED * abs(ratios[1]):
+        return None
+    return FreeSpace(-ratios[1].real / omega**2, ratios[1].imag / omega, omega / (2.0 * np.pi))
+
+
+def _sine_of(values: Array, angle: float) -> tuple[complex, float]:
+    """Return the complex amplitude of a sine, and which share of the power it is; level and drift
+    are left out.
+    """
+    turns = angle * np.arange(len(values))
+    drift = [np.ones(len(values)), np.linspace(-1.0, 1.0, len(values))]
+    basis = np.stack([np.cos(turns), np.sin(turns), *drift], axis=1)
+    factors, *_ = np.linalg.lstsq(basis, values)
+    left, swing = values - basis @ factors, basis[:, :2] @ factors[:2]
+    power = float(np.sum((swing + left) ** 2))
+    share = 1.0 - float(np.sum(left**2)) / power if power > 0.0 else 0.0
+    return complex(factors[0], -factors[1]), share
+
+
+def pressed_stiffness(scenario: Scenario) -> float | None:
+    """Return the stiffness of a steady press [N/m]; None where the device does not come to rest or
+    nothing holds the object.
+    """
+    forces = pressing(scenario, 0)
+    held = scenario.server.environment != "cube" or any(force < 0.0 for force in forces)
+    if not held:
+        return None
+    tick_s, first = scenario.tick_s, scenario.users[0]
+    settle_s = HOLD_S + 4.0 * (first.link_up.delay_s + first.link_down.delay_s)
+    knots_s = np.cumsum([0.0, *[RISE_S, settle_s] * 3])
+    levels = [0.0, *[PRESS_N[0]] * 2, *[PRESS_N[1]] * 2, *[PRESS_N[0]] * 2]
+    course = np.interp(np.arange(0.0, knots_s[-1], tick_s), knots_s, levels)
+    pushes = {
+        user.name: -first.side * force * course
+        for user, force in zip(scenario.users, forces, strict=True)
+    }
+    found = _responses(_roomy(scenario), pushes, float(knots_s[-1]) + START_S)
+    if found is None:
+        return None
+    x = -first.side * found[1]
+    second = round(1.0 / tick_s)
+    ends = [round(knot / tick_s) - 1 for knot in knots_s[2::2]]
+    one, two, again = (float(x[end]) for end in ends)
+    step = two - one
+    crept = max(float(np.ptp(x[end - second : end + 1])) for end in ends)
+    if step <= 0.0 or crept > AT_REST * step or abs(again - one) > BACK * step:
+        return None
+    return (PRESS_N[1] - PRESS_N[0]) / step
+
+
+def _roomy(scenario: Scenario) -> Scenario:
+    """Return the scenario with devices that no stop holds."""
+
+    def roomy(user: User) -> User:
+        return dataclasses.replace(
+            user, device=dataclasses.replace(user.device, workspace_m=FAR_M)
+        )
+
+    users = tuple(roomy(user) for user in scenario.users)
+    task = dataclasses.replace(scenario.task, kind="free")
+    return dataclasses.replace(scenario, users=users, task=task)
+
+
+def _responses(
+    scenario: Scenario, forces: dict[str, Array], duration_s: float
+) -> tuple[Array, Array] | None:
+    """Return force [N] and position [m] of the first user from the start of the force to its end;
+    None where the session diverged or never began.
+    """
+    first = scenario.users[0]
+    hands: dict[str, Make] = {
+        name: _pushing(force, scenario.tick_s, scenario.dof) for name, force in forces.items()
+    }
+    of = dataclasses.replace(scenario, duration_s=duration_s)
+    user = simulate_one(of, Conditions(hands=hands)).users[0]
+    applied, x = user.f_h[:, 0], user.x_m[:, 0]
+    begun = np.flatnonzero(applied != 0.0)
+    if not np.isfinite(x).all() or not len(begun):
+        return None
+    wanted = forces[first.name]
+    begin = int(begun[0]) - int(np.flatnonzero(wanted != 0.0)[0])
+    rows = slice(begin, begin + len(wanted))
+    return (applied[rows], x[rows]) if len(x[rows]) == len(wanted) else None
+
+
+def _pushing(force: Array, tick_s: float, dof: int) -> Make:
+    return lambda: RecordedForce(force[:, np.newaxis], repeat=False, tick_s=tick_s, dof=dof)

@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The parameters with which each controller of a comparison runs: baselines tuned by their printed
+rules, and what to print beside the numbers.
+
+A baseline whose parameters nobody gave gets those of its rule (:mod:`pmwvc_core.rivals.tuning`)
+for this link, device, hand and contact: a comparison over the delay then compares controllers, not
+one tuning with itself. Parameters that differ from their defaults, or are named, stay as given.
+"""
+
+import dataclasses
+from typing import Any
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import BaselineParams
+from pmwvc_core.rivals.tuning import RULES, check, loop_of
+from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.wave.content import has_waves
+
+RULE, GIVEN = "by its rule", "as given"
+ALWAYS = ("master.impedance", "master.filter.kind", "master.hold", "server.coupling")
+SWITCHES = (  # shown with waves where they are on: name, what belongs to it
+    ("master.velocity_filter.kind", ("master.velocity_filter.order",)),
+    ("master.bank.kind", ("master.local_model.stiffness",)),
+    ("master.position.feedback", ("master.position.gain",)),
+)
+
+
+def tuned(scenario: Scenario, *, given: bool = False) -> Scenario:
+    """Return the scenario with its baseline tuned for every user.
+
+    Parameters
+    ----------
+    scenario
+        Of any controller; one without a tuning rule comes back as it is.
+    given
+        Whether the baseline's parameters were named and have to stay.
+    """
+    rule = RULES.get(scenario.controller)
+    if rule is None or given:
+        return scenario
+
+    def own(user: User) -> User:
+        if _group(user, scenario) != _group_default(scenario):
+            return user
+        try:
+            params = rule(_loop(user, scenario)).params
+        except ParameterError:  # no damping at all: the rule has no answer
+            return user
+        group: dict[str, Any] = {scenario.controller: params}
+        baseline = dataclasses.replace(user.baseline, **group)
+        return dataclasses.replace(user, baseline=baseline)
+
+    return dataclasses.replace(scenario, users=tuple(own(user) for user in scenario.users))
+
+
+def tuning_of(scenario: Scenario) -> str | None:
+    """Return where the parameters of a baseline come from and which rule they miss, in words; None
+    for controllers without a rule.
+    """
+    rule = RULES.get(scenario.controller)
+    if rule is None:
+        return None
+    ours = all(_by_rule(user, scenario) for user in scenario.users)
+    missed: dict[str, float] = {}
+    for user in scenario.users:
+        found = check(scenario.controller, user.baseline, _loop(user, scenario))
+        for name, margin in found.criteria.items() if found else ():
+            if margin < 0.0:
+                missed[name] = min(margin, missed.get(name, 0.0))
+    words = RULE if ours else GIVEN
+    short = ", ".join(f"{name} by {-margin:.3g} N s/m" for name, margin in missed.items())
+    return f"{words}; misses {short}" if short else words
+
+
+def parameters_of(scenario: Scenario) -> dict[str, Any]:
+    """Return the parameters that make a controller what it is, by dotted name; where users differ,
+    one entry each.
+    """
+    flat = scenario.flat()
+    if not has_waves(scenario.controller):
+        names = [name for name in flat if f"baseline.{scenario.controller}." in f".{name}"]
+        return {name: flat[name] for name in names}
+    wanted = list(ALWAYS)
+    if scenario.server.coupling == "unknown":
+        wanted.append("server.compensation")
+    for name, more in SWITCHES:
+        if _values(flat, name) != {"none"}:
+            wanted += [name, *more]
+    ends = {name for one in wanted for name in flat if name == one or name.endswith(f".{one}")}
+    return {name: flat[name] for name in flat if name in ends}
+
+
+def _values(flat: dict[str, Any], name: str) -> set[Any]:
+    return {value for key, value in flat.items() if key == name or key.endswith(f".{name}")}
+
+
+def _group(user: User, scenario: Scenario) -> Any:
+    return getattr(user.baseline, scenario.controller)
+
+
+def _group_default(scenario: Scenario) -> Any:
+    return getattr(BaselineParams(), scenario.controller)
+
+
+def _by_rule(user: User, scenario: Scenario) -> bool:
+    try:
+        return bool(
+            _group(user, scenario) == RULES[scenario.controller](_loop(user, scenario)).params
+        )
+    except ParameterError:
+        return False
+
+
+def _loop(user: User, scenario: Scenario) -> Any:
+    return loop_of(
+        master=user.master,
+        device=user.device,
+        operator=user.operator,
+        server=scenario.server,
+        contact=user.contact,
+        up=user.link_up,
+        down=user.link_down,
+    )

@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What probing sessions measure, against the exact model and closed forms."""
+
+import numpy as np
+import pytest
+
+from pmwvc_analysis.compare.probes import free_space, pressed_stiffness, swing_hz
+from pmwvc_analysis.models.frequency import response
+from pmwvc_analysis.models.multirate import build
+from pmwvc_analysis.models.transparency import transparency, untouched
+from pmwvc_bringup.scenarios import load
+
+LINEAR = (
+    ("wall", []),
+    ("carry_16ms", []),
+    ("carry_16ms", ["controller=virtual_coupling"]),
+    ("wall", ["link.delay_s=0.05", "device.damping=2"]),
+)
+
+
+@pytest.mark.parametrize(("name", "settings"), LINEAR)
+def test_mass_and_damping_in_free_space_are_those_of_the_exact_model(name, settings):
+    scenario = load(name, settings_texts=settings)
+    found = free_space(scenario)
+    assert found.frequency_hz == pytest.approx(swing_hz(scenario), rel=1e-3)
+    omega = 2.0 * np.pi * found.frequency_hz
+    alone = load(name, settings_texts=settings, users=1)
+    model = build(untouched(alone))
+    impedance = 1.0 / response(model, np.array([found.frequency_hz]))[0]
+    assert found.mass_kg == pytest.approx(-impedance.real / omega**2, rel=0.01)
+    assert found.damping_n_s_m == pytest.approx(impedance.imag / omega, rel=0.02, abs=0.02)
+
+
+@pytest.mark.parametrize(("name", "settings"), LINEAR[:3])
+def test_a_press_shows_the_stiffness_at_rest_of_the_exact_model(name, settings):
+    scenario = load(name, settings_texts=settings)
+    exact = transparency(scenario).felt.k_felt
+    assert pressed_stiffness(scenario) == pytest.approx(exact, rel=1e-3)
+
+
+def test_two_springs_in_series_are_what_set_position_modulation_renders():
+    words = ["controller=pspm", "baseline.pspm.stiffness=500", "server.contact_stiffness=1000"]
+    found = pressed_stiffness(load("wall", settings_texts=words))
+    assert found == pytest.approx(1000.0 / 3.0, rel=1e-3)
+
+
+def test_what_diverges_creeps_or_is_not_held_has_no_stiffness():
+    """The controls: direct coupling far away, a sampled wall that loses energy, a loose object."""
+    far = load("wall", settings_texts=["controller=direct", "link.delay_s=0.05"])
+    assert pressed_stiffness(far) is None
+    alone = load("carry_16ms", users=1)
+    assert pressed_stiffness(alone) is None
+    assert free_space(load("active_wall")) is None

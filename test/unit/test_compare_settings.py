@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which parameters each controller of a comparison gets, and what the comparison concludes."""
+
+import dataclasses
+
+import pytest
+
+from pmwvc_analysis.compare.conclusion import conclusion
+from pmwvc_analysis.compare.measures import MEASURES, Entry
+from pmwvc_analysis.compare.settings import GIVEN, RULE, parameters_of, tuned, tuning_of
+from pmwvc_analysis.models.stability import radii
+from pmwvc_bringup.combinations import combinations
+from pmwvc_bringup.scenarios import load
+from pmwvc_core.rivals.tuning import RULES
+from pmwvc_core.simulation.traces import SessionTraces
+
+BASELINES = tuple(RULES)
+
+
+@pytest.mark.parametrize("controller", BASELINES)
+def test_a_baseline_meets_its_rule_at_every_delay_and_keeps_what_is_given(controller):
+    over = ["link.delay_s=0,0.016,0.06"]
+    groups = [
+        getattr(one.scenario.users[0].baseline, controller)
+        for one in combinations("carry_16ms", over, controllers=[controller])
+    ]
+    if controller != "pspm":  # its rule knows no delay
+        assert len(set(groups)) == len(groups)
+    for one in combinations("carry_16ms", over, controllers=[controller]):
+        assert tuning_of(one.scenario) == RULE
+    name = f"baseline.{controller}.damping"
+    given = combinations(
+        "carry_16ms", over, controllers=[controller], settings_texts=[f"{name}=2.5"]
+    )
+    kept = {getattr(one.scenario.users[0].baseline, controller).damping for one in given}
+    assert kept == {2.5}
+    assert all(tuning_of(one.scenario).startswith(GIVEN) for one in given)
+
+
+def test_a_coupling_tuned_for_its_delay_is_stable_where_the_default_is_not():
+    scenario = load("carry_16ms", settings_texts=["controller=virtual_coupling"], duration_s=8.0)
+    far = [
+        dataclasses.replace(
+            user,
+            link_up=dataclasses.replace(user.link_up, delay_s=0.15),
+            link_down=dataclasses.replace(user.link_down, delay_s=0.15),
+        )
+        for user in scenario.users
+    ]
+    default = dataclasses.replace(scenario, users=tuple(far))
+    assert "misses delay" in tuning_of(default)
+    assert tuning_of(tuned(default)) == RULE
+    assert float(radii(default)[0]) > 1.01
+    assert float(radii(tuned(default))[0]) <= 1.0 + 1e-9
+
+
+def test_a_rule_without_an_answer_leaves_the_parameters_and_says_so():
+    words = ["controller=virtual_coupling", "operator.kind=none", "device.damping=0"]
+    scenario = load("carry_16ms", settings_texts=words)
+    assert tuned(scenario) == scenario
+    assert tuning_of(scenario).startswith(f"{GIVEN}; misses colgate by")
+
+
+def test_parameters_shown_are_those_of_the_controller_alone():
+    waves = parameters_of(load("carry_16ms"))
+    assert {"master.impedance", "master.hold", "server.coupling"} <= set(waves)
+    assert not any("compensation" in name or "baseline" in name for name in waves)
+    two = load("carry_16ms", settings_texts=["controller=pspm", "user2.baseline.pspm.damping=3"])
+    assert parameters_of(two)["user2.baseline.pspm.damping"] == 3.0
+    assert set(parameters_of(load("direct_16ms"))) == set()
+
+
+def entry(controller, delay_s=0.016, **measures):
+    scenario = load("wall", settings_texts=[f"link.delay_s={delay_s}"])
+    settings = {"link.delay_s": delay_s, "controller": controller}
+    traces = SessionTraces(source="simulated", duration_s=1.0, users=[], server=None)
+    rest = {"stable": True, "passive": True, **measures}
+    return Entry(controller, settings, traces, scenario, measures=dict.fromkeys(MEASURES) | rest)
+
+
+def test_the_conclusion_names_stiffest_passive_and_unstable_per_condition():
+    entries = [
+        entry("waves", k_felt=300.0, mass_free_kg=1.0, damping_free_n_s_m=0.1, free_hz=1.0),
+        entry(
+            "tdpa",
+            k_felt=800.0,
+            mass_free_kg=0.25,
+            damping_free_n_s_m=9.0,
+            free_hz=1.0,
+            passive=False,
+            active_part="user1: link, both ways",
+            energy_min_j=-2e-3,
+        ),
+        entry("direct", stable=False, instability="diverged", passive=None),
+        entry("waves", 0.06, k_felt=100.0),
+        entry("tdpa", 0.06, stable=False, instability="limited by safety"),
+    ]
+    conditions, near, far = conclusion(entries)
+    assert "delay 16 ms each way or delay 60 ms each way" in conditions
+    assert near.startswith("With link.delay_s = 0.016: Unstable: direct (diverged).")
+    assert "tdpa renders the stiffest contact, 800 N/m" in near
+    assert "The stiffest that stayed passive is waves, 300 N/m" in near
+    assert "waves (1 kg and 0.1 N s/m) takes the least force to move" in near
+    assert "Not passive, with port and least balance: tdpa (user1: link" in near
+    assert "Passivity not judged: direct." in near
+    assert "tdpa (limited by safety)" in far and "waves renders the stiffest" in far
+
+
+def test_one_session_alone_has_no_conclusion():
+    assert conclusion([entry("waves", k_felt=300.0)]) == []
