@@ -34,6 +34,11 @@ CONTENT_MATTERS = ("package.xml", "setup.py", "setup.cfg", "CMakeLists.txt", "ms
 NAMES_MATTER = ("launch", "config")  # installed as links: an edit needs no build, a new file does
 
 
+def say(text: str) -> None:
+    """Print one line at once."""
+    print(f"setup_ros: {text}", flush=True)
+
+
 def check_machine() -> None:
     """Say what is missing before anything is downloaded."""
     problems = []
@@ -77,7 +82,7 @@ def alone() -> Iterator[None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            print("setup_ros: another set-up is running here, waiting for it", flush=True)
+            say("another set-up is running here, waiting for it")
             fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
@@ -113,6 +118,7 @@ def install(env: dict[str, str]) -> bool:
     wanted = digest([LOCK], extra=f"{sys.version}\0{VENV}")
     if stamp.exists() and stamp.read_text("utf-8") == wanted:
         return False
+    say(f"making .venv with Python {platform.python_version()}")
     shutil.rmtree(VENV, ignore_errors=True)
     subprocess.run([sys.executable, "-m", "venv", VENV], check=True, env=env)
     python = str(VENV / "bin" / "python")
@@ -122,9 +128,11 @@ def install(env: dict[str, str]) -> bool:
     subprocess.run([*pip, "-r", first], check=True, env=env)
     # --system-certs: uv otherwise trusts only its own list, and fails behind a proxy with a
     # local authority.
+    count = len(re.findall(r"^[\w-]+==", LOCK.read_text("utf-8"), re.MULTILINE))
+    say(f"installing {count} packages, ROS 2 Jazzy among them")
     uv = [VENV / "bin" / "uv", "pip", "install", "-q", "--system-certs", "--python", python]
     if subprocess.run([*uv, "--require-hashes", "-r", LOCK], env=env).returncode:
-        print("setup_ros: uv failed; trying pip with the same lock (slower)", flush=True)
+        say("uv failed; trying pip with the same lock (slower)")
         subprocess.run([*pip, "-r", LOCK], check=True, env=env)
     stamp.write_text(wanted, "utf-8")
     return True
@@ -213,8 +221,10 @@ def build(env: dict[str, str]) -> list[str]:
     if not path_file.exists() or path_file.read_text("utf-8") != "".join(lines):
         path_file.write_text("".join(lines), "utf-8")
     if messages := sorted(changed.keys() - python):
+        say(f"building {' '.join(messages)}")
         build_messages(env, messages)
     if scripts := sorted(changed.keys() & python):
+        say(f"building {' '.join(scripts)}")
         paths = [ROOT / name for name in scripts]
         colcon(env, paths, "--symlink-install", venv=VENV, base=WORK)
     for name, stamp in changed.items():
@@ -239,7 +249,7 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.exit("\nsetup_ros: interrupted; make setup goes on where it stopped")
     state = "installed" if fresh else "up to date"
-    print(f"setup_ros: {state}; built: {' '.join(built) or 'nothing to do'}")
+    say(f"{state}; built: {' '.join(built) or 'nothing to do'}")
 
 
 if __name__ == "__main__":

@@ -6,6 +6,8 @@
 
 from pathlib import Path
 
+from pmwvc_core.network.presets import PRESETS
+from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime.reference import docs_table, reference_page
 from pmwvc_core.simulation.scenario import DEFAULTS, SHARED_GROUPS, TOP, USER_GROUPS
 
@@ -23,6 +25,17 @@ EACH_USER = """
 ## What each user has for itself
 
 `side` (`user1.side`): -1 or 1, the side of the object a user is on; -1 pushes towards +x. Users alternate by default.
+"""
+NETWORKS_HEAD = """
+## Networks by name: `link.preset`
+
+A preset stands for every setting of a link, in both directions: `link: {preset: lte}` in a scenario file, `--set
+link.preset=lte`, `--set user2.link.down.preset=geo`. Settings given beside it win. The node netem takes the same names
+as `preset`. A preset is plausible, not universal: losses are independent of each other where real losses come in bursts, and a
+long tail is a symmetric spread.
+
+| name | up | down | basis |
+|---|---|---|---|
 """
 MESSAGES_HEAD = """# Topics and messages
 
@@ -68,7 +81,20 @@ def parameters_page() -> str:
         reference_page(shared),
         EACH_USER,
         reference_page(each),
+        NETWORKS_HEAD
+        + "\n".join(
+            f"| `{name}` | {_link(preset.up)} | {_link(preset.down)} | {preset.basis} |"
+            for name, preset in PRESETS.items()
+        ),
     )
+
+
+def _link(params: LinkParams) -> str:
+    """Return delay, spread and loss of a link in words."""
+    mean, spread = (f"{value * 1e3:g} ms" for value in (params.delay_s, params.jitter_s))
+    parts = {"uniform": [f"{mean} ± {spread}"], "normal": [mean, f"standard deviation {spread}"]}
+    words = parts.get(params.jitter, [mean])
+    return ", ".join(words + ([f"loss {params.loss * 100:g} %"] if params.loss else []))
 
 
 def messages_page() -> str:

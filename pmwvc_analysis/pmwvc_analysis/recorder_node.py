@@ -46,7 +46,7 @@ class Recorder:
     """
 
     def __init__(self, node: Node) -> None:
-        folder, topics, reserve = _settings(node)
+        folder, topics, reserve = declare_settings(node)
         self._ready = False
         writer = SessionWriter(folder, reserve_bytes=reserve)
         for name, values in about(read_scenario(folder), source="live").items():
@@ -121,7 +121,7 @@ class Recorder:
         return OK, "recording" if self._ready else "waiting for publishers", values
 
 
-def _settings(node: Node) -> tuple[Path, list[Topic], int]:
+def declare_settings(node: Node) -> tuple[Path, list[Topic], int]:
     """Declare the parameters; return folder, topics and bytes of disk to be kept free."""
     text = Spec(str, description="session folder to record into")
     folder = declare_value(node, "folder", text, "")

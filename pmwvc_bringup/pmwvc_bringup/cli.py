@@ -19,6 +19,7 @@ from typing import Any, NoReturn
 from pmwvc_bringup import (
     commands,
     compare_command,
+    completion,
     filter_command,
     map_command,
     replay_command,
@@ -53,12 +54,14 @@ NODE_EXAMPLES = """\
 examples:
   pmwvc node server --ros-args -p users:="[user1, user2]"
   pmwvc node master --ros-args -r __ns:=/user1 --params-file user1.yaml
+  pmwvc node master --help                     every parameter of a node
 """
 SCENARIOS_EXAMPLES = """\
 examples:
   pmwvc scenarios                              names and descriptions
   pmwvc scenarios carry_16ms                   every parameter of one, as YAML
   pmwvc scenarios carry_16ms > my.yaml         the start of one of your own
+  pmwvc scenarios --json                       the list for a program
 """
 DOCTOR_EXAMPLES = """\
 examples:
@@ -168,10 +171,13 @@ def build_parser() -> argparse.ArgumentParser:
 
     scenarios = command("scenarios", "list the scenarios, or print one", SCENARIOS_EXAMPLES)
     scenarios.add_argument("name", nargs="?", metavar="NAME", help="name, or a YAML file")
+    add_json(scenarios)
 
     doctor = command("doctor", "examine this machine or a recorded session", DOCTOR_EXAMPLES)
     doctor.add_argument("folder", nargs="?", metavar="FOLDER", help="a session folder")
     add_json(doctor, "print the findings as JSON on stdout")
+
+    completion.add(several)
     return parser
 
 
@@ -196,7 +202,10 @@ def _version() -> str:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
-    arguments = build_parser().parse_args(words)
+    parser = build_parser()
+    if "_ARGCOMPLETE" in os.environ:  # a shell asks which words could follow
+        completion.complete(parser)
+    arguments = parser.parse_args(words)
     try:
         code: int = arguments.command(arguments)
         sys.stdout.flush()

@@ -16,6 +16,7 @@ from pmwvc_bringup import plan, preflight
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.output import document
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.simulation.scenario import Scenario
 
 NODES = plan.MODULES
@@ -82,8 +83,16 @@ def report(arguments: argparse.Namespace) -> int:
 
 
 def node(arguments: argparse.Namespace) -> int:
-    """Become one node: same process, so that signals and exit code are the node's own."""
+    """Become one node: same process, so that signals and exit code are the node's own.
+
+    With ``--help``, print its parameters instead.
+    """
     preflight.require_ros()
+    if {"-h", "--help"} & set(arguments.arguments):
+        from pmwvc_bringup import node_help
+
+        print(node_help.text(arguments.kind))
+        return 0
     from pmwvc_bringup.surroundings import own_environment
 
     words = [sys.executable, "-m", NODES[arguments.kind], *arguments.arguments]
@@ -91,16 +100,38 @@ def node(arguments: argparse.Namespace) -> int:
 
 
 def scenarios(arguments: argparse.Namespace) -> int:
-    """List the scenarios, or print a complete one."""
-    if arguments.name:
-        sys.stdout.write(files.to_yaml(files.load(arguments.name)))
-        return 0
-    for name in files.known():
-        text = files.load(name).description
-        indent = " " * 25
-        lines = textwrap.wrap(text, WIDTH, initial_indent=f"{name:24} ", subsequent_indent=indent)
-        print("\n".join(lines))
+    """List the scenarios and the networks, or print a complete scenario."""
+    with document(wanted=arguments.json) as write:
+        if arguments.name:
+            scenario = files.load(arguments.name)
+            sys.stdout.write(files.to_yaml(scenario))
+            write(scenario.to_dict())
+            return 0
+        known = [files.load(name) for name in files.known()]
+        for scenario in known:
+            print(_entry(scenario.name, scenario.description))
+        print()
+        print(_entry("networks", "for --set link.preset=NAME: " + ", ".join(PRESETS) + "."))
+        write({"scenarios": [_about(scenario) for scenario in known], "networks": list(PRESETS)})
     return 0
+
+
+def _entry(name: str, text: str) -> str:
+    """Return a name and what it means, indented."""
+    indent = " " * 25
+    return textwrap.fill(text, WIDTH, initial_indent=f"{name:24} ", subsequent_indent=indent)
+
+
+def _about(scenario: Scenario) -> dict[str, Any]:
+    """Return what a list of scenarios says of one."""
+    return {
+        "name": scenario.name,
+        "description": scenario.description,
+        "controller": scenario.controller,
+        "users": len(scenario.users),
+        "dof": scenario.dof,
+        "duration_s": scenario.duration_s,
+    }
 
 
 def doctor(arguments: argparse.Namespace) -> int:

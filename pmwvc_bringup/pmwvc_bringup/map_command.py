@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 EXAMPLES = """\
 examples:
-  pmwvc map carry_16ms --x server.contact_stiffness=0:3000:100 --y link.delay_s=0:0.024:4
-  pmwvc map carry_16ms --set server.coupling=one_frame_late --x server.contact_stiffness \\
-      --y link.delay_s --sessions sessions/*carry*
+  pmwvc map thesis_controlled_16ms --set server.coupling=one_frame_late \\
+      --x server.contact_stiffness=0:3000:100 --y link.delay_s=0:0.024:4
+  pmwvc map carry_16ms --x server.contact_stiffness --y link.delay_s --sessions sessions/*carry*
   pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
 
 NAME=FIRST:LAST:COUNT; a name alone takes a range that suits it. An interrupted map goes on where
@@ -36,6 +36,9 @@ it stopped when the same command is given again. Written are map.png, .svg, .npz
 COUNT = 60
 FRAMES = 6  # of delay, where no range is given
 MOST = 1_000_000  # points
+MOST_DIFFERENCES = 4  # named in a refusal
+# What the model of the loop does not have; "side": which way a user pushes.
+NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
 
 
 def add(several: Any) -> None:
@@ -52,7 +55,9 @@ def add(several: Any) -> None:
         "--sessions", nargs="+", default=[], metavar="FOLDER", help="session folders, as points"
     )
     parser.add_argument(
-        "--out", metavar="FOLDER", help="where to write (default: maps/<scenario>-<y>-<x>)"
+        "--out",
+        metavar="FOLDER",
+        help="where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)",
     )
     parser.add_argument("--workers", type=int, metavar="N", help="processes (default: all cores)")
     parser.add_argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster")
@@ -64,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = files.load(
         arguments.scenario, settings_texts=arguments.settings, users=arguments.users
     )
-    from pmwvc_analysis.models.map_files import Unfinished, write_data
+    from pmwvc_analysis.models.map_files import Unfinished, key_of, write_data
     from pmwvc_analysis.models.maps import Grid, compute
     from pmwvc_analysis.show.map_figure import draw
 
@@ -75,7 +80,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST} points")
     grid = Grid(scenario, x, y, live=arguments.live)
     measured = [measured_in(Path(folder), grid) for folder in arguments.sessions]
-    folder = Path(arguments.out or f"maps/{scenario.name}-{y.name}-{x.name}")
+    default = f"maps/{scenario.name}-{y.name}-{x.name}-{key_of(grid)[:6]}"
+    folder = Path(arguments.out or default)
     with document(wanted=arguments.json) as write:
         console = Console(highlight=False, soft_wrap=True)
         unfinished = Unfinished(folder, grid)
@@ -183,7 +189,27 @@ def measured_in(folder: Path, grid: "Grid") -> "Measured":
         raise RecordingError(
             f"{folder}: no session with scenario.yaml and summary.json (pmwvc report writes it)"
         )
+    wrong = differences(scenario, grid)
+    if wrong:
+        raise RecordingError(f"{folder}: not a point of this map: {'; '.join(wrong)}")
     x, y = value_of(scenario, grid.x.name), value_of(scenario, grid.y.name)
-    if x is None or y is None:
-        raise RecordingError(f"{folder}: its scenario has no {grid.x.name} or no {grid.y.name}")
+    assert x is not None and y is not None  # a grid has no other parameters
     return Measured(folder.name, x, y, bool(stable))
+
+
+def differences(scenario: Scenario, grid: "Grid") -> list[str]:
+    """Return which parameters of the model a session has other than a map, axes aside."""
+    from pmwvc_analysis.models.variation import value_of, varied
+
+    wanted = grid.scenario
+    if len(scenario.users) != len(wanted.users):
+        return [f"users = {len(scenario.users)}, the map has {len(wanted.users)}"]
+    for axis in (grid.x, grid.y):
+        wanted = varied(wanted, axis.name, value_of(scenario, axis.name))
+    theirs, ours = scenario.flat(), wanted.flat()
+    return [
+        f"{name} = {theirs.get(name)}, the map has {ours.get(name)}"
+        for name in sorted(theirs.keys() | ours.keys())
+        if theirs.get(name) != ours.get(name)
+        and not any(part in NOT_IN_MODEL for part in name.split("."))
+    ][:MOST_DIFFERENCES]

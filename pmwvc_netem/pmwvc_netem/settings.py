@@ -20,11 +20,11 @@ from rclpy.parameter import Parameter
 from pmwvc_core.errors import ParameterError, RecordingError
 from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.network.link import stream_of
+from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams, Spec, Validated, specs
 from pmwvc_core.params.fields import parameter
 from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.runtime.parameters import ParameterBinding, declare_names, declare_value
-from pmwvc_netem.presets import PRESETS
 
 DIRECTIONS = ("up", "down")
 WAVE = "pmwvc_msgs/msg/Wave"

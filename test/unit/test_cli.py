@@ -154,3 +154,39 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path):
     )
     assert result.stdout == "name: carry_0ms\n"
     assert result.stderr == ""
+
+
+def test_scenarios_for_a_program(pmwvc):
+    found = json.loads(pmwvc("scenarios", "--json").stdout)
+    names = [entry["name"] for entry in found["scenarios"]]
+    assert "carry_16ms" in names and names == sorted(names)
+    assert "lte" in found["networks"]
+    whole = json.loads(pmwvc("scenarios", "wall", "--json").stdout)
+    assert whole == yaml.safe_load(pmwvc("scenarios", "wall").stdout)
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameter"),
+    [
+        ("master", "device.mass = 0.25"),
+        ("server", "server.contact_stiffness = 500.0"),
+        ("netem", "link.up.loss = 0.0"),
+        ("recorder", "folder = ''"),
+    ],
+)
+def test_a_node_lists_its_parameters(pmwvc, kind, parameter):
+    result = pmwvc("node", kind, "--help")
+    assert result.returncode == 0
+    assert f"  {parameter}\n" in result.stdout
+    assert f"pmwvc node {kind} --ros-args" in result.stdout
+    assert "user2." not in result.stdout
+
+
+def test_a_proposal_is_written_as_a_scenario_that_runs(pmwvc, tmp_path):
+    result = pmwvc("tune", "wall", "--out", "tuned.yaml", "--json")
+    best = json.loads(result.stdout)["best"]["settings"]
+    written = yaml.safe_load((tmp_path / "tuned.yaml").read_text("utf-8"))
+    assert written["master"]["impedance"] == pytest.approx(best["master.impedance"], abs=0.01)
+    assert pmwvc("simulate", "tuned.yaml", "--duration", "2", "--out", "it").returncode == 0
+    assert "is there already" in refused(pmwvc("tune", "wall", "--out", "tuned.yaml"))
+    assert "must end in .yaml" in refused(pmwvc("tune", "wall", "--out", "tuned.txt"))

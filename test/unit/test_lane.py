@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from rclpy.serialization import serialize_message
 
 from pmwvc_core.network import FateKind, Link
+from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.wave.packet import WavePacket
 from pmwvc_netem.lane import Lane, Timing, peek_wave
-from pmwvc_netem.presets import PRESETS
 
 MS = 1_000_000
 LIVE = messages.live_types()

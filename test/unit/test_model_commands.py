@@ -70,12 +70,17 @@ def test_a_mistake_is_said_once_and_clearly(pmwvc, words, said):
     assert said in refused(pmwvc(*words))
 
 
+def written_session(folder, name, *settings):
+    """Write what a map reads of a session that was stable."""
+    folder.mkdir()
+    scenario = load(name, settings_texts=settings)
+    (folder / "scenario.yaml").write_text(yaml.safe_dump(scenario.to_dict()))
+    (folder / "summary.json").write_text(json.dumps({"stable": True}))
+
+
 def test_a_map_is_written_with_sessions_as_points(pmwvc, tmp_path):
-    scenario = load("carry_16ms", settings_texts=["server.contact_stiffness=1200"])
-    session = tmp_path / "one"
-    session.mkdir()
-    (session / "scenario.yaml").write_text(yaml.safe_dump(scenario.to_dict()))
-    (session / "summary.json").write_text(json.dumps({"stable": True}))
+    stiffer = "server.contact_stiffness=1200"
+    written_session(tmp_path / "one", "carry_16ms", *LATE[1::2], stiffer)
     words = (
         "map", "carry_16ms", *LATE, "--x", "server.contact_stiffness=2000:2600:13",
         "--y", "link.delay_s=0.008:0.016:2", "--out", "drawn", "--json",
@@ -89,3 +94,26 @@ def test_a_map_is_written_with_sessions_as_points(pmwvc, tmp_path):
     assert again.returncode == 0
     other = pmwvc(*words[:-1], "--set", "device.mass=0.3")
     assert "another --out" in refused(other)
+
+
+SMALL = ("map", "wall", "--x", "server.contact_damping=0:20:2", "--y")
+
+
+def test_another_range_makes_another_map_and_the_same_command_goes_on(pmwvc, tmp_path):
+    for stiffness in ("500:1000:2", "500:1500:2", "500:1500:2"):
+        result = pmwvc(*SMALL, f"server.contact_stiffness={stiffness}")
+        assert result.returncode == 0, result.stderr
+    assert len(list((tmp_path / "maps").iterdir())) == 2
+
+
+def test_a_session_of_another_loop_is_no_point_of_a_map(pmwvc, tmp_path):
+    written_session(tmp_path / "pressed", "wall", "operator.stiffness=90", "task.grip_s=2")
+    written_session(tmp_path / "carried", "carry_0ms")
+    written_session(tmp_path / "light", "wall", "device.mass=0.1")
+    along = "server.contact_stiffness=500:1500:2"
+    found = pmwvc(*SMALL, along, "--sessions", "pressed", "--json")
+    (point,) = json.loads(found.stdout)["sessions"]
+    assert point == {"name": "pressed", "x": 10.0, "y": 1000.0, "stable": True}
+    assert "users = 2, the map has 1" in refused(pmwvc(*SMALL, along, "--sessions", "carried"))
+    message = refused(pmwvc(*SMALL, along, "--sessions", "light"))
+    assert "device.mass = 0.1, the map has 0.25" in message

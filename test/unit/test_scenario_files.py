@@ -3,6 +3,7 @@
 """The scenarios that come with the project, and how scenario files are found and read."""
 
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 
 from pmwvc_bringup import scenarios
 from pmwvc_core.errors import ScenarioError
+from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.simulation.scenario_reader import parse_scenario
 
 NAMES = list(scenarios.known())
@@ -120,6 +122,47 @@ def test_options_win_over_the_file(written):
     assert (len(scenario.users), scenario.duration_s) == (3, 2.5)
     assert [user.link_up.loss for user in scenario.users] == [0.0, 0.5, 0.0]
     assert scenario.users[0].device.mass == 1.0
+
+
+def links_of(*settings):
+    return [
+        (user.link_up, user.link_down)
+        for user in scenarios.load("carry_0ms", settings_texts=settings).users
+    ]
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_network_by_name_has_every_setting_of_its_preset(name):
+    preset = PRESETS[name]
+    assert links_of(f"link.preset={name}") == [(preset.up, preset.down)] * 2
+
+
+def test_a_network_by_name_holds_for_one_user_or_one_direction():
+    lte, geo = PRESETS["lte"], PRESETS["geo"]
+    assert links_of("link.preset=lte", "user2.link.down.preset=geo") == [
+        (lte.up, lte.down),
+        (lte.up, geo.down),
+    ]
+
+
+def test_settings_beside_a_network_by_name_win_in_any_order(written):
+    wanted = replace(PRESETS["lte"].up, loss=0.2)
+    assert links_of("link.loss=0.2", "link.preset=lte")[0][0] == wanted
+    assert links_of("link.preset=lte", "link.loss=0.2")[0][0] == wanted
+    path = written(MINIMAL + "link: {loss: 0.2, preset: lte}\n")
+    assert scenarios.load(str(path)).users[1].link_up == wanted
+
+
+def test_a_network_of_the_command_line_replaces_the_links_of_the_file(written):
+    path = written(MINIMAL + "link: {delay_s: 0.5, duplicate: 0.5}\n")
+    user = scenarios.load(str(path), settings_texts=["link.preset=lan"]).users[0]
+    assert user.link_up == PRESETS["lan"].up
+
+
+def test_an_unknown_network_gets_the_nearest_known_one():
+    (problem,) = refused("carry_0ms", settings_texts=["link.preset=transatlantik"])
+    assert "must be one of ideal, lan" in problem
+    assert "did you mean transatlantic?" in problem
 
 
 def test_mistakes_of_file_and_options_are_told_together(written):

@@ -28,6 +28,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 
 FIRST = 3  # lines that tell how long the rest will take
+WORKERS_S = 5.0  # patience until a Dask cluster has a worker
 SOON_S = 4.0  # a map that takes no longer is done before other processes have started
 BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 Done = Callable[[int, Array], None]  # number of a row, and the row
@@ -194,7 +195,7 @@ def _one_thread_each() -> Iterator[None]:
 
 def _on_dask(grid: Grid, numbers: Iterable[int], address: str) -> Iterator[tuple[int, Array]]:
     try:
-        # Optional, so no dependency of the package: looked for where it is asked for.
+        # Optional with an installed ROS; make setup installs it.
         distributed: Any = importlib.import_module("distributed")
     except ImportError:
         raise PmwvcError(
@@ -207,6 +208,13 @@ def _on_dask(grid: Grid, numbers: Iterable[int], address: str) -> Iterator[tuple
     except (OSError, ValueError) as error:
         raise PmwvcError(f"--dask {address}: no scheduler answers there ({error})") from None
     with client:
+        try:
+            client.wait_for_workers(1, timeout=WORKERS_S)
+        except TimeoutError:
+            raise PmwvcError(
+                f"--dask {address}: the scheduler has no worker; start one with "
+                f"'dask worker {address}'"
+            ) from None
         futures = {client.submit(line, grid, number, pure=False): number for number in numbers}
         for future, values in distributed.as_completed(list(futures), with_results=True):
             yield futures[future], values

@@ -5,6 +5,7 @@ and nearest name.
 
 ``link.delay_s`` (directly below ``link``) means both directions; ``user2.`` in front of a name
 means that user only. Later sources win: the file, then its ``userN`` blocks, then the overrides.
+``link.preset`` stands for all settings of a link; settings of the same source beside it win.
 """
 
 import difflib
@@ -13,6 +14,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pmwvc_core.errors import ParameterError, ScenarioError
+from pmwvc_core.network.presets import PRESETS, link_settings
 from pmwvc_core.params import LinkParams, Spec, groups, specs
 from pmwvc_core.simulation.scenario import (
     DEFAULTS,
@@ -30,6 +32,8 @@ from pmwvc_core.simulation.scenario_conflicts import conflicts
 # Stand in for a required value that is wrong, so that the rest can still be checked.
 PLACEHOLDERS = {"name": "?", "duration_s": 1.0, "controller": "pmwvc", "users": 8}
 USER_NAME = re.compile(r"user([1-9][0-9]*)\.(.+)")
+PRESET_NAME = re.compile(r"(user[1-9][0-9]*\.)?link\.(?:\*\.|(up|down)\.)?preset")
+PRESET = Spec(str, description="network by name", choices=tuple(PRESETS))
 
 
 def parse_scenario(
@@ -122,7 +126,7 @@ class _Reader:
         """Sort values into shared, common and single; a common override replaces what single users
         had.
         """
-        for name, value in values.items():
+        for name, value in self._without_presets(values).items():
             match = USER_NAME.fullmatch(name)
             number, rest = (int(match[1]), match[2]) if match else (0, name)
             leaves = list(self._leaves(rest))
@@ -140,6 +144,24 @@ class _Reader:
                             own.pop(leaf, None)
             else:
                 self._refuse(name, value, number, rest)
+
+    def _without_presets(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the values with every preset replaced by its settings, before all others."""
+        found: dict[str, Any] = {}
+        others: dict[str, Any] = {}
+        for name, value in values.items():
+            match = PRESET_NAME.fullmatch(name)
+            if match is None:
+                others[name] = value
+            elif problem := PRESET.problem(value):
+                near = difflib.get_close_matches(str(value), PRESETS, n=1, cutoff=0.5)
+                hint = f"; did you mean {near[0]}?" if near else ""
+                self.problems.append(f"{name} = {problem}{hint}")
+            else:
+                user, direction = match[1] or "", match[2]
+                settings = link_settings(value, (direction,) if direction else ("up", "down"))
+                found |= {f"{user}{path}": setting for path, setting in settings.items()}
+        return found | others
 
     def _leaves(self, name: str) -> Iterator[str]:
         """Resolve ``link.delay_s`` and ``link.*.delay_s`` to both directions."""
@@ -170,7 +192,7 @@ class _Reader:
             )
             return
         known = list(self.user_specs) if number else [*self.shared_specs, *self.user_specs]
-        known += [f"link.{field}" for field in specs(LinkParams)]
+        known += [f"link.{field}" for field in (*specs(LinkParams), "preset")]
         near = difflib.get_close_matches(rest, known, n=1, cutoff=0.5) or [
             path for path in known if path.endswith("." + rest.rsplit(".", 1)[-1])
         ]

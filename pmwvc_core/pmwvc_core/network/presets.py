@@ -9,8 +9,9 @@ in bursts, and a long tail becomes a symmetric spread. Networks that are mostly 
 """
 
 from dataclasses import dataclass
+from typing import Any
 
-from pmwvc_core.params import LinkParams
+from pmwvc_core.params import LinkParams, specs
 
 
 @dataclass(frozen=True)
@@ -82,3 +83,19 @@ PRESETS = {
     "iss": _same(_uniform(425e-3, 5e-3, 1e-3), "relay satellites to low orbit"),
     "lunar": _same(_uniform(1.28, 5e-3, 1e-3), "light to the Moon, one way"),
 }
+
+
+def link_settings(name: str, directions: tuple[str, ...] = ("up", "down")) -> dict[str, Any]:
+    """Return the link parameters that a preset stands for, by dotted name (``link.up.delay_s``).
+
+    Raises
+    ------
+    KeyError
+        If there is no such preset.
+    """
+    preset = PRESETS[name]
+    return {
+        f"link.{direction}.{field}": getattr(getattr(preset, direction), field)
+        for direction in directions
+        for field in specs(LinkParams)
+    }
