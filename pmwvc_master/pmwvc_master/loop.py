@@ -102,8 +102,8 @@ class MasterLoop:
         self.health = Health()
         self.missed = 0
         self.foreign = 0  # packets of another kind of controller
-        self.energy_device: Value = 0.0  # [J] that the device force took from the hand
-        self.energy_hand: Value = 0.0  # [J] that the hand gave
+        self.energy_device: Value = 0.0  # [J] work of the device force against the hand
+        self.energy_hand: Value = 0.0  # [J] work of the hand on the device
         self.report: RealTimeReport | None = None
         self._changes: deque[Callable[[], None]] = deque()
         self._clock = clock
@@ -114,6 +114,7 @@ class MasterLoop:
         self._answered = False
         self._coupled = False
         self._x: Value = 0.0  # [m] last valid position
+        self._held: tuple[Value, Value] | None = None  # [N] of device and hand since then
 
     def run(self, stop: threading.Event) -> None:
         """Tick in this thread until ``stop`` is set; leave in order whatever happens."""
@@ -146,6 +147,7 @@ class MasterLoop:
             self._first = tick.grid
         self.missed += tick.skipped
         sample = self.device.read(tick.due_ns)
+        self._count_work(sample)
         if frame != self._frame:
             self._begin_frame(frame, sample)
         elif tick.skipped:
@@ -191,10 +193,19 @@ class MasterLoop:
             xd = 0.0 * self._x
         f = self.client.step(self._x, xd, tick.woke_ns, sensed=sample.valid)
         self.device.write(f)
-        self.energy_device = self.energy_device + dot(f, xd) * self.tick_s
-        if self.device.info.hand_force_known:
-            self.energy_hand = self.energy_hand + dot(sample.f_h, xd) * self.tick_s
+        self._held = f, sample.f_h
         return f
+
+    def _count_work(self, sample: DeviceSample) -> None:
+        """Count the work of the forces held since the last tick."""
+        if sample.work is not None:
+            self.energy_device, self.energy_hand = sample.work
+        elif sample.valid and self._held is not None:
+            moved = sample.x - self._x
+            f, f_h = self._held
+            self.energy_device = self.energy_device + dot(f, moved)
+            if self.device.info.hand_force_known:
+                self.energy_hand = self.energy_hand + dot(f_h, moved)
 
     def _note(self, tick: Tick, sample: DeviceSample, f: Value) -> None:
         """Write the tick into the trace."""

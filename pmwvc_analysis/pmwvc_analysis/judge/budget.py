@@ -20,11 +20,12 @@ import numpy as np
 from pmwvc_analysis.judge.budget_around import at_frames, between, evenly
 from pmwvc_analysis.judge.budget_channel import channel_account, master_account
 from pmwvc_analysis.judge.budget_clock import Clock, Sums, sum_of
-from pmwvc_analysis.judge.budget_device import device_account, measured
+from pmwvc_analysis.judge.budget_device import device_account
 from pmwvc_analysis.judge.budget_result import SERVER, Budget
 from pmwvc_analysis.judge.budget_server import server_account
 from pmwvc_analysis.judge.budget_words import booked
 from pmwvc_analysis.judge.energy import running
+from pmwvc_analysis.judge.true_motion import measured
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
@@ -48,14 +49,15 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     inside = server_account(clock, server, scenario)
     shared = inside.pop("into_server")
     waves = has_waves(scenario.controller)
-    hands, parts, residuals, frames = {}, {}, {}, {}
+    hands, parts, residuals, frames, remainders = {}, {}, {}, {}, {}
     for user in users:
         own = known[user.name]
-        device = device_account(clock, user, own.device)
+        device, remainders[user.name] = device_account(clock, user, own.device)
         hands[user.name] = device.pop("hand")
         residuals[user.name] = device.pop("residual")
         port = _port(clock, user, own, traces, waves=waves)
         residuals[user.name] = residuals[user.name] + port.pop("residual")
+        device["sample_hold"] = device.pop("rendered") - port.pop("taken")
         parts[user.name] = {**device, **port}
         if waves and booked(user.accounts):
             frames[user.name] = at_frames(user, own)

@@ -15,6 +15,7 @@ import numpy as np
 
 from pmwvc_analysis.judge.budget_clock import Clock, Sums, sum_of
 from pmwvc_analysis.judge.energy import anchored, half_square, running
+from pmwvc_analysis.judge.true_motion import complete
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.simulation.scenario import User
 from pmwvc_core.simulation.traces import ServerTraces, UserTraces
@@ -26,14 +27,27 @@ UNLIMITED_ROOT_W = 1e-9
 
 
 def master_account(clock: Clock, user: UserTraces, known: User, *, waves: bool) -> Sums:
-    """Return ``safety``, ``into_channel`` (both ways), ``residual`` of the master's port [J], and
-    ``force_velocity_filter`` where there is one.
+    """Return ``taken`` (F xd T_c), ``safety``, ``into_channel`` (both ways), ``residual`` of the
+    master's port [J], and ``force_velocity_filter`` where there is one.
+
+    In a gap of the record the master's own sums hold, and what was taken there is what they say.
     """
     power = np.sum(user.f_applied * user.xd_m, axis=-1)
-    taken = clock.of_ticks(user, anchored(user, power * user.tick_s, user.energy.get("device")))
+    taken = clock.at_ticks(user, power * user.tick_s)
     if not waves:
-        return {"safety": 0.0 * taken, "into_channel": taken, "residual": 0.0 * taken}
+        said = user.energy["u_m"] - user.energy["v_m"]
+        into = clock.of_ticks(user, anchored(user, power * user.tick_s, said))
+        taken = taken if complete(user) else into
+        return {
+            "taken": taken,
+            "safety": 0.0 * taken,
+            "into_channel": into,
+            "residual": taken - into,
+        }
     net = half_square(user.u_m) - half_square(user.v_m)
+    u_m, v_m = (_kept(clock, user, name) for name in ("u_m", "v_m"))
+    if not complete(user):
+        taken = taken + (u_m - v_m) - clock.at_ticks(user, net * user.tick_s)
     natural = root(2.0 * known.impedance) * user.xd_m - user.v_m
     limited = (np.abs(user.f_applied - user.f_m) > UNLIMITED_N).any(axis=-1)
     limited |= (np.abs(user.u_m - natural) > UNLIMITED_ROOT_W).any(axis=-1)
@@ -44,9 +58,8 @@ def master_account(clock: Clock, user: UserTraces, known: User, *, waves: bool) 
         net = net + kept
         found["force_velocity_filter"] = clock.at_ticks(user, kept * user.tick_s)
     found["safety"] = clock.at_ticks(user, np.where(limited, power - net, 0.0) * user.tick_s)
-    u_m, v_m = (_kept(clock, user, name) for name in ("u_m", "v_m"))
     left = taken - (u_m - v_m) - sum_of(list(found.values()))
-    return {**found, "into_channel": u_m - v_m, "residual": left}
+    return {"taken": taken, **found, "into_channel": u_m - v_m, "residual": left}
 
 
 def _kept(clock: Clock, user: UserTraces, wave: str) -> Array:

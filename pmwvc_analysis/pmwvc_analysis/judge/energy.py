@@ -1,35 +1,42 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Energy that went into each direction of each user's channel, less what came out.
+"""Energy balances of each user's channel: what went in, less what came out.
 
 Up, at the time of each server step: what the waves of the master brought, less what the server
 made of them,
 
     E_up = sum_k |u_m|^2 T_c / 2 - sum_n |u_s|^2 T_VE / 2,
 
-down, likewise, E_down = sum_n |v_s|^2 T_VE / 2 - sum_k |v_m|^2 T_c / 2. A channel that holds or
-wastes energy has a balance >= 0 at every instant; one below zero has given out energy that it
-never got.
+down, likewise, E_down = sum_n |v_s|^2 T_VE / 2 - sum_k |v_m|^2 T_c / 2; and from port to port,
+what the hand gave less what the server got,
+
+    E_hand = sum_k F_k (x_{k+1} - x_k) - sum_n (|u_s|^2 - |v_s|^2) T_VE / 2.
+
+A channel that holds or dissipates energy has a balance >= 0 at every instant; one below zero has
+generated energy. E_hand is judged at the port where the hand is: F is the force applied, held over
+a tick, and x is where the device was (:mod:`.hand_work`). What an encoder, a difference quotient
+or the hold make of a motion is in it. The waves of the master know the measured velocity only: to
+them the noise of an encoder is energy that the hand gave.
 
 What counts when: a tick counts once it has run, a server step counts with its whole period at
 its start. A server step answers packets sent before it, and a master expands values sent before,
-so cause is never behind effect. A late server step is taken at the time it really ran. Where the
-trace of a master ends, or goes on with another life of it, its last ticks may be missing that the
-server still got: the balance ends there.
+so cause is never behind effect. A late server step is taken at the time it really ran. Gaps in the
+recording and nodes that were started again: :mod:`.stretches`.
 
-Without waves the two directions cannot be told apart; there, only the joint balance
-of the two ports exists, sum_k F_m xd_m T_c - sum_n F_s xd_s T_VE, which for waves is E_up +
-E_down. Nor can they where something at the device answers the outgoing wave at once (velocity
-filter, filter bank): what goes up and what comes down is then partly the same wave. There the
-joint balance is sum_k F_m xd_m T_c - sum_n (|u_s|^2 - |v_s|^2) T_VE/2.
+Without waves the two directions cannot be told apart; nor can they where something at the device
+answers the outgoing wave at once (velocity filter, filter bank): what goes up and what comes down
+is then partly the same wave. There only E_hand exists.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from pmwvc_analysis.judge.hand_work import hand_work
 from pmwvc_analysis.judge.passivity import tolerance
+from pmwvc_analysis.judge.stretches import Stretches, stretches
 from pmwvc_core.numeric import Array
+from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
 
 
@@ -74,60 +81,100 @@ class Balance:
 
 @dataclass(frozen=True)
 class UserEnergy:
-    """The balances of one user; ``up`` and ``down`` are None where there are no waves."""
+    """The balances of one user; ``up`` and ``down`` are None where there are no waves.
+
+    ``joint`` is E_hand. ``resolution_j`` is how far it may be off at the same instants, because an
+    encoder does not tell the motion exactly; zero where the motion is known. ``storage_j`` is
+    what the controller was declared to hold at the start, and may give out.
+    """
 
     name: str
     up: Balance | None
     down: Balance | None
     joint: Balance
+    resolution_j: Array
+    storage_j: float = 0.0
+    stretches: Stretches = field(default_factory=lambda: Stretches([], []))
 
     @property
-    def passive(self) -> bool:
-        """Tell whether no balance was ever below zero."""
-        parts = [part for part in (self.up, self.down) if part is not None] or [self.joint]
-        return all(part.passive for part in parts)
+    def hand_passive(self) -> bool | None:
+        """Tell whether the hand got more than it gave and the declared storage; None where the
+        encoder cannot tell.
+        """
+        limit = -self.joint.tolerance_j - self.storage_j
+        if (self.joint.balance_j + self.resolution_j < limit).any():
+            return False
+        return None if (self.joint.balance_j - self.resolution_j < limit).any() else True
+
+    @property
+    def passive(self) -> bool | None:
+        """Tell whether every balance was above zero, and E_hand above minus the storage; None
+        where the encoder cannot tell.
+        """
+        channel = [part for part in (self.up, self.down) if part is not None]
+        if not all(part.passive for part in channel):
+            return False
+        return self.hand_passive
 
 
-def user_energies(traces: SessionTraces) -> list[UserEnergy]:
-    """Return the balances of every user that both its own trace and the server's know."""
+def user_energies(traces: SessionTraces, scenario: Scenario | None = None) -> list[UserEnergy]:
+    """Return the balances of every user that both its own trace and the server's know.
+
+    The scenario tells the declared storage and the step of the encoder; without it there is none.
+    """
     if traces.server is None:
         return []
-    known = set(traces.server.users)
-    lateness = traces.metadata.get("server_lateness_s")
-    return [_of_user(user, traces.server, lateness) for user in traces.users if user.name in known]
+    known = {user.name: user for user in scenario.users} if scenario else {}
+    return [
+        _of_user(user, traces.server, traces, scenario, known.get(user.name))
+        for user in traces.users
+        if user.name in traces.server.users
+    ]
 
 
-def _of_user(user: UserTraces, server: ServerTraces, lateness: Array | None) -> UserEnergy:
+def _of_user(
+    user: UserTraces,
+    server: ServerTraces,
+    traces: SessionTraces,
+    scenario: Scenario | None,
+    known: User | None,
+) -> UserEnergy:
     place = server.users.index(user.name)
     times = server.time_s
+    lateness = traces.metadata.get("server_lateness_s")
     if lateness is not None and len(lateness) == len(times):
         times = times + lateness
-    known = times <= _end_s(user)
-    if user.tick[0] > 0:  # the recorder found this master only when it was running
-        known &= times >= user.time_s[0] + user.tick_s
-    times = times[known]
-    power_in = np.sum(user.f_applied * user.xd_m, axis=-1)
-    power_out = np.nan_to_num(np.sum(server.f_s[place] * server.xd_s[place], axis=-1))
-    work = anchored(user, power_in * user.tick_s, user.energy.get("device"))
+    stays = stretches(user, server, traces)
+    rows = stays.known(times)
     u_s, v_s = running(server.energy_u_s[place]), running(server.energy_v_s[place])
-    waves = bool(user.u_m.any() or user.v_m.any())
-    if user.accounts or not waves:
-        joint = Balance(times, _at(times, user, work), (u_s - v_s)[known])
-        return UserEnergy(user.name, None, None, joint)
-    out = (np.cumsum(power_out) * server.period_s)[known]
-    joint = Balance(times, _at(times, user, work), out)
-    u_m = anchored(user, half_square(user.u_m) * user.tick_s, user.energy.get("u_m"))
-    v_m = anchored(user, half_square(user.v_m) * user.tick_s, user.energy.get("v_m"))
-    up = Balance(times, _at(times, user, u_m), u_s[known])
-    down = Balance(times, v_s[known], _at(times, user, v_m))
-    return UserEnergy(user.name, up, down, joint)
+
+    def balance(gained: Array, given: Array) -> Balance:
+        """Return the balance of two sums at all steps; each life begins at zero."""
+        gained, given = gained.copy(), given.copy()
+        for life in stays.lives[1:]:
+            of_life = np.flatnonzero(rows & (times >= life.start_s) & (times <= life.end_s))
+            for sums in (gained, given):
+                sums[of_life] -= sums[of_life[:1]]
+        return Balance(times[rows], gained[rows], given[rows])
+
+    work = hand_work(user, known.device if known else None)
+    at = work.at(user, times)
+    joint = balance(at.sums, u_s - v_s)
+    up = down = None
+    if (user.u_m.any() or user.v_m.any()) and not user.accounts:
+        u_m = anchored(user, half_square(user.u_m) * user.tick_s, user.energy.get("u_m"))
+        v_m = anchored(user, half_square(user.v_m) * user.tick_s, user.energy.get("v_m"))
+        up = balance(_at(times, user, u_m), u_s)
+        down = balance(v_s, _at(times, user, v_m))
+    storage = declared_storage_j(scenario.controller, known) if scenario and known else 0.0
+    return UserEnergy(user.name, up, down, joint, at.resolution[rows], storage, stays)
 
 
-def _end_s(user: UserTraces) -> float:
-    """Return when the first life of a master that is on record ends [s]."""
-    again = np.flatnonzero(np.diff(user.tick) < 0)
-    last = int(again[0]) if len(again) else -1
-    return float(user.time_s[last] + user.lateness_s[last] + 1.5 * user.tick_s)
+def declared_storage_j(controller: str, user: User) -> float:
+    """Return the energy that a user's controller holds at the start by its parameters [J]."""
+    if controller == "pspm":
+        return 2.0 * float(user.baseline.pspm.initial_j)  # a tank at each end
+    return 0.0
 
 
 def half_square(wave: Array) -> Array:

@@ -7,8 +7,8 @@ Ports decide the verdict:
 =============  ================================================================================
 ``up``         of a user: from the wave of its device to that at the server (energy.py)
 ``down``       and back
-``joint``      both directions as one, where they cannot be told apart
-``hand_port``  what the force did on the device's own motion, less what the server got
+``hand_port``  what the force applied did on the way of the device, less what the server got: both
+               directions as one, judged where the hand is (hand_work.py)
 ``server``     of the server: what it and its environment took in at the ports of all users
 =============  ================================================================================
 
@@ -18,6 +18,7 @@ nothing else paid for it.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -61,12 +62,12 @@ def passivity(
     traces: SessionTraces, scenario: Scenario | None, energies: Budget | None
 ) -> Passivity:
     """Judge every port and every component of a session."""
-    balances = {entry.name: entry for entry in energy.user_energies(traces)}
+    balances = {entry.name: entry for entry in energy.user_energies(traces, scenario)}
     found: list[Finding] = []
     for user in traces.users:
         entry = balances.get(user.name)
         if entry is None:
-            found.append(not_judged(user.name, "joint", NO_SERVER))
+            found.append(not_judged(user.name, "hand_port", NO_SERVER))
         else:
             found += _of_user(entry)
     if traces.server is not None and len(traces.server.time_s):
@@ -78,21 +79,34 @@ def passivity(
 
 def _of_user(entry: energy.UserEnergy) -> list[Finding]:
     ports = {"up": entry.up, "down": entry.down}
-    if entry.up is None or entry.down is None:
-        ports = {"joint": entry.joint}
-    return [
-        judge(
-            entry.name,
-            part,
-            balance.time_s,
-            balance.balance_j,
-            tolerance_j=balance.tolerance_j,
-            moved_j=float(np.abs(balance.energy_in_j).max(initial=0.0)),
-            decides=True,
-        )
-        for part, balance in ports.items()
-        if balance is not None
-    ]
+    found = [_port(entry, part, balance) for part, balance in ports.items() if balance is not None]
+    return [*found, _of_hand(entry)]
+
+
+def _port(entry: energy.UserEnergy, part: str, balance: energy.Balance, **more: Any) -> Finding:
+    return judge(
+        entry.name,
+        part,
+        balance.time_s,
+        balance.balance_j,
+        tolerance_j=balance.tolerance_j + more.pop("open_j", 0.0),
+        moved_j=float(np.abs(balance.energy_in_j).max(initial=0.0)),
+        decides=True,
+        unjudged=entry.stretches.unjudged,
+        **more,
+    )
+
+
+def _of_hand(entry: energy.UserEnergy) -> Finding:
+    """Judge the port of the hand; not where the steps of an encoder leave the work open."""
+    found = _port(
+        entry, "hand_port", entry.joint, declared_j=entry.storage_j, open_j=entry.resolution_j
+    )
+    if found.passive and entry.hand_passive is None:
+        most_mj = 1e3 * float(entry.resolution_j.max())
+        why = f"the steps of the encoder leave the work of the hand open by up to {most_mj:.3g} mJ"
+        return replace(found, passive=None, why=why)
+    return found
 
 
 def _of_server(traces: SessionTraces, scenario: Scenario | None) -> Finding:

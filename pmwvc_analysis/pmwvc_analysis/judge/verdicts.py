@@ -42,6 +42,7 @@ from pmwvc_analysis.judge.budget_result import Budget
 from pmwvc_analysis.judge.links import link_summaries
 from pmwvc_analysis.judge.passivity import Finding
 from pmwvc_analysis.judge.passivity_findings import Passivity, passivity
+from pmwvc_analysis.judge.stretches import first_packets
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
@@ -151,7 +152,7 @@ def _user(
     place = server.users.index(user.name) if server and user.name in server.users else None
     apart = None
     if server is not None and place is not None:
-        apart = separation(user, server, place, joins_s=_joins(traces, user.name))
+        apart = separation(user, server, place, joins_s=first_packets(traces, user.name))
     return {
         "name": user.name,
         "passive": passive,
@@ -210,15 +211,6 @@ def separation(
             apart[since] -= apart[since[0]].copy()
             kept[since] = there[since]
     return (times[kept], apart[kept]) if kept.any() else None
-
-
-def _joins(traces: SessionTraces, name: str) -> list[float]:
-    """Return when the first packet of each start of a master came to the server [s]."""
-    packets = traces.packets.get(f"/server/{name}/wave_up")
-    if packets is None:
-        return []
-    _, first = np.unique(packets.epoch, return_index=True)
-    return [float(packets.time_s[row]) for row in first]
 
 
 def ticks_missing(user: UserTraces) -> int:

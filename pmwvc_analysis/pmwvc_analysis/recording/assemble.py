@@ -83,6 +83,7 @@ def user_traces(name: str, messages: Messages, *, zero_ns: int) -> UserTraces:
             for energy in ENERGIES
         },
         accounts=_accounts(blocks),
+        block_number=np.array([block.seq for block in blocks], dtype=np.int64),
         missed=_total(blocks, "missed"),
         safety_events=_total(blocks, "safety_events"),
         **signals,

@@ -24,6 +24,7 @@ from pmwvc_core.numeric import (
     absolute,
     anywhere,
     clip,
+    dot,
     maximum,
     minimum,
     sign,
@@ -49,6 +50,9 @@ class SimulatedDevice:
     ----------
     x, xd
         True position [m] and velocity [m/s].
+    work
+        Work of the controller's force against the hand, and of the hand's force on the device
+        [J]: force held over each tick times the true distance moved in it.
     """
 
     def __init__(self, params: DeviceParams, *, tick_s: float, dof: int) -> None:
@@ -64,6 +68,7 @@ class SimulatedDevice:
         self._differences = params.velocity == "euler"
         self.x: Value = 0.0
         self.xd: Value = 0.0
+        self.work: tuple[Value, Value] = (0.0, 0.0)
         self._read: tuple[Value, Value] = (0.0, 0.0)
         self.place(0.0)
 
@@ -109,6 +114,9 @@ class SimulatedDevice:
         if stopped is not False and anywhere(stopped):
             x = clip(x, -self._reach, self._reach)
             xd = where(stopped, 0.0 * xd, xd)
+        moved = x - self.x
+        against, by_hand = self.work
+        self.work = against + dot(f_m, moved), by_hand + dot(f_h, moved)
         self.x, self.xd = x, xd
         measured = self._measured() if self._rounds else x
         if self._differences:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.numeric import Array, Value, dot, where
+from pmwvc_core.numeric import Array, Value, where
 from pmwvc_core.server.seats import ServerController
 from pmwvc_core.simulation.agenda import Loop
 from pmwvc_core.simulation.columns import Columns
@@ -20,7 +20,7 @@ from pmwvc_core.simulation.traces import (
 )
 
 SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
-WAVE_ENERGIES = ("u_m", "u_tx", "v_rx", "v_m")
+ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
 OBJECT = ("x_o", "xd_o")
 PER_USER = ("x_s", "xd_s", "f_s", "u_s", "v_s")
 STORED = ("kinetic", "potential", "dissipated")
@@ -45,7 +45,7 @@ class UserBuffer:
         blocks = len(self._last)
         plain = runs == dof == 1
         self._signals = Columns(SIGNALS, rows=ticks, runs=runs, width=dof, plain=plain)
-        self._energies = Columns(WAVE_ENERGIES, rows=blocks, runs=runs, width=1, plain=plain)
+        self._energies = Columns(ENERGIES, rows=blocks, runs=runs, width=1, plain=plain)
         self._state = np.zeros((blocks, runs, 1), dtype=np.int64)
         self._reason: list[list[str]] = []
         self._accounts: dict[str, Array] = {}
@@ -65,7 +65,7 @@ class UserBuffer:
         energies: Sequence[Value],
         accounts: Mapping[str, Value],
     ) -> None:
-        """Write what is noted once a frame, after its last tick, with its ``WAVE_ENERGIES``."""
+        """Write what is noted once a frame, after its last tick, with its ``ENERGIES``."""
         block = len(self._reason)
         self._state[block] = state
         self._reason.append([reason] if isinstance(reason, str) else list(reason))
@@ -97,21 +97,12 @@ class UserBuffer:
             block_time_s=ends * tick_s,
             state=self._state[:, run, 0].copy(),
             reason=[names[run if len(names) > 1 else 0] for names in self._reason],
-            energy=self._energy(run, tick_s, signals),
+            energy={name: self._energies.of(name, run)[:, 0].copy() for name in ENERGIES},
             accounts={name: a[:, run, 0].copy() for name, a in self._accounts.items()},
             missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0,
             safety_events=safety_events,
             **signals,
         )
-
-    def _energy(self, run: int, tick_s: float, signals: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the running sums at the ends of blocks: of the waves, and of both forces."""
-        found = {name: self._energies.of(name, run)[:, 0].copy() for name in WAVE_ENERGIES}
-        last = self._ends[self._ran]
-        for name, force in (("device", "f_applied"), ("hand", "f_h")):
-            work = np.ravel(dot(signals[force], signals["xd_m"]))
-            found[name] = np.cumsum(work * tick_s)[last]
-        return found
 
 
 class ServerBuffer:

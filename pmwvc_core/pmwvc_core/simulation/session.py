@@ -177,12 +177,13 @@ class SessionBatch:
         self.seats[who].pass_by()
 
     def _advance(self, who: int, time_ns: list[int], tick: list[int]) -> None:
-        """Go on tick by tick; note waves and safety where a frame ends."""
+        """Go on tick by tick; note energies and safety where a frame ends."""
         seat, buffer = self.seats[who], self.user_buffers[who]
         buffer.write_ticks(tick, seat.advance(time_ns))
         if buffer.ends_block(tick[-1]):
             port, safety = seat.client.controller, seat.client.safety
-            energies = (port.energy_u_m, port.energy_u_tx, port.energy_v_rx, port.energy_v_m)
+            waves = (port.energy_u_m, port.energy_u_tx, port.energy_v_rx, port.energy_v_m)
+            energies = (*waves, *seat.device.work)
             buffer.write_block(safety.state, safety.reason, energies, port.accounts)
 
     def _serve(self, who: int, time_ns: list[int], tick: list[int]) -> None:

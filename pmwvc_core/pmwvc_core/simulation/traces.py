@@ -49,6 +49,8 @@ class UserTraces:
     missed: int = 0
     safety_events: Any = 0
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., block) [J]
+    # (block,) number of each block, consecutive where none is missing; empty where not known
+    block_number: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
 @dataclass

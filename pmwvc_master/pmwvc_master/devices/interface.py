@@ -43,13 +43,16 @@ class DeviceSample:
 
     ``valid`` is False where position or velocity cannot be trusted (nothing came, or too long
     ago): the loop then asks for no force. ``f_h`` is the hand's force on the device, zero where
-    ``hand_force_known`` is False.
+    ``hand_force_known`` is False. ``work`` is for devices that know their true motion, as a
+    simulated one does: the work of the controller's force against the hand and of the hand's
+    force on the device since the start [J]. Where it is None the loop counts the motion measured.
     """
 
     x: Value = 0.0  # [m]
     xd: Value = 0.0  # [m/s]
     f_h: Value = 0.0  # [N]
     valid: bool = True
+    work: tuple[Value, Value] | None = None
 
 
 @dataclass(frozen=True, slots=True)

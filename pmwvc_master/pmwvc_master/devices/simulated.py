@@ -66,6 +66,7 @@ class SimulatedDevice:
     def _sense(self, sample: DeviceSample) -> None:
         """Note the state at the start of a tick, and what the hand does during it."""
         sample.x, sample.xd = x, xd = self._plant.read()
+        sample.work = self._plant.work
         operator = self._operator
         sample.f_h = operator.step(x, xd) if self._coupled else operator.hold()
 
