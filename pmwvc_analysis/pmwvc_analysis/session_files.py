@@ -19,7 +19,7 @@ PLOTS = "plots"
 def finish(
     folder: str | Path, traces: SessionTraces | None = None, scenario: Scenario | None = None
 ) -> dict[str, Any]:
-    """Write ``summary.json``, ``budget.json``, ``plots/*.png`` and ``report.html`` of a session.
+    """Write ``summary.json``, ``budget.json``, ``plots/`` and ``report.html`` of a session.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def finish(
     from pmwvc_analysis.judge.budget import budget
     from pmwvc_analysis.judge.verdicts import summary
     from pmwvc_analysis.recording.reader import read_scenario, read_session
-    from pmwvc_analysis.show.figures import draw_all
+    from pmwvc_analysis.show.figures import charts, write_all
     from pmwvc_analysis.show.report import render
 
     folder = Path(folder)
@@ -56,8 +56,9 @@ def finish(
         write_summary(folder, result)
         if energies is not None:
             write_summary(folder, budget_summary.summary(energies), name=BUDGET)
-        pictures = draw_all(traces, scenario, folder / PLOTS)
-        report = render(traces, scenario, result, pictures, energies)
+        drawn = charts(traces, scenario)
+        write_all(drawn, traces, folder / PLOTS)
+        report = render(traces, scenario, result, drawn, energies)
         (folder / REPORT).write_text(report, encoding="utf-8")
     except OSError as error:
         raise RecordingError(f"cannot write into {folder}: {error.strerror or error}") from error

@@ -24,7 +24,7 @@ class Page(HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.open, self.words, self.sources = [], [], []
+        self.open, self.words, self.sources, self.ids = [], [], [], set()
         self.feed(text)
         assert self.open == []
 
@@ -32,6 +32,7 @@ class Page(HTMLParser):
         if tag not in VOID:
             self.open.append(tag)
         self.sources += [value for name, value in attributes if name in ("src", "href")]
+        self.ids |= {value for name, value in attributes if name == "id"}
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
@@ -115,10 +116,12 @@ def test_finish_writes_summary_report_and_plots(tmp_path):
     assert json.loads((tmp_path / "summary.json").read_text()) == result
     assert result["source"] == "simulated"
     found = Page((tmp_path / "report.html").read_text())
-    plots = {path.stem for path in (tmp_path / "plots").iterdir()}
+    plots = {path.stem for path in (tmp_path / "plots").glob("*.png")}
+    assert plots == {path.stem for path in (tmp_path / "plots").glob("*.svg")}
     assert plots == {"positions", "forces", "energy", "budget", "network"}
-    assert len(found.sources) == len(plots)
-    assert all(source.startswith("data:image/png;base64,") for source in found.sources)
+    assert plots <= found.ids
+    assert found.sources == []
+    assert not re.search(r"https?://(?!www\.w3\.org/)", (tmp_path / "report.html").read_text())
     assert "Nothing is missing in the recording." in found.text
     assert "master.impedance 25.0" in found.text
 

@@ -8,6 +8,7 @@ import base64
 from pathlib import Path
 from typing import Any
 
+from pmwvc_analysis.show.colours import DARK, LIGHT, css_variables
 from pmwvc_analysis.show.text import cell, quantity
 
 
@@ -23,7 +24,8 @@ def filled(template: str, **values: Any) -> str:
         lstrip_blocks=True,
     )
     environment.filters.update(cell=cell, quantity=quantity)
-    return environment.get_template(template).render(**values)
+    colours = {"light": css_variables(LIGHT), "dark": css_variables(DARK)}
+    return environment.get_template(template).render(**colours, **values)
 
 
 def data_uri(path: Path) -> str:

@@ -8,11 +8,14 @@ Everything it says is in the summary or the traces already; here it is put into 
 from collections.abc import Sequence
 from typing import Any
 
+from markupsafe import Markup
+
 from pmwvc_analysis.judge import budget_summary, passivity_words, prediction_words, stability
 from pmwvc_analysis.judge.budget_result import Budget
 from pmwvc_analysis.judge.passivity_findings import Passivity, passivity
-from pmwvc_analysis.show.figures import Picture
-from pmwvc_analysis.show.page import data_uri, filled
+from pmwvc_analysis.show import chart_svg, event_list, figure_blocks
+from pmwvc_analysis.show.chart import Chart
+from pmwvc_analysis.show.page import filled
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
 
@@ -24,13 +27,14 @@ def render(
     traces: SessionTraces,
     scenario: Scenario | None,
     summary: dict[str, Any],
-    pictures: Sequence[Picture],
+    charts: Sequence[Chart],
     energies: Budget | None = None,
 ) -> str:
     """Return the report as HTML; parts that the session does not have are left out."""
     judged = stability.verdict(traces, scenario)
     found = passivity(traces, scenario, energies)
-    events = sorted(traces.events, key=lambda e: (e["time_s"] is not None, e["time_s"] or 0.0))
+    events = event_list.numbered(traces)
+    chart_data, complete = figure_blocks.data(charts, traces, events)
     return filled(
         TEMPLATE,
         title=scenario.name if scenario else "recorded session",
@@ -47,7 +51,10 @@ def render(
         if scenario
         else [],
         outcome=prediction_words.came_true(scenario, summary) if scenario else [],
-        pictures=[(picture, data_uri(picture.path)) for picture in pictures],
+        figures=figure_blocks.figure_blocks(charts, traces),
+        hatches=Markup(chart_svg.hatches()),
+        chart_data=chart_data,
+        complete=complete,
         parameters=scenario.flat() if scenario else {},
         software=traces.metadata.get("software", {}),
     )

@@ -11,18 +11,18 @@ from typing import Any, Literal
 
 import numpy as np
 
+from pmwvc_analysis.show.colours import LIGHT, LIGHT_USERS
 from pmwvc_analysis.show.text import users
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
 from pmwvc_core.wave.content import has_waves
 
-# After Okabe and Ito; black is the object's.
 Share = Literal["none", "col"]
-USERS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#7A5195", "#8C6D1F")
-OBJECT = "#222222"
-TARGET = "#7F7F7F"
-ALARM = "#B00020"
+USERS = LIGHT_USERS
+OBJECT = LIGHT["object"]
+TARGET = LIGHT["target"]
+ALARM = LIGHT["alarm"]
 WIDTH_IN = 10.0
 DPI = 110
 AXES = ("x", "y", "z", "axis 4", "axis 5", "axis 6")
@@ -58,15 +58,23 @@ def colours(traces: SessionTraces) -> dict[str, str]:
 
 
 def canvas(
-    rows: int, *, title: str, note: str, row_in: float = 2.4, share: Share = "col"
+    rows: int,
+    *,
+    title: str,
+    note: str,
+    row_in: float = 2.4,
+    share: Share = "col",
+    heights: Sequence[float] | None = None,
 ) -> tuple[Any, list[Any]]:
-    """Return a figure and its rows of axes, titled and noted."""
+    """Return a figure and its rows of axes, titled and noted; ``heights`` of the rows in px."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(WIDTH_IN, 1.1 + row_in * rows), dpi=DPI, layout="constrained")
+    tall = sum(row_in * each / 180.0 for each in heights) if heights else row_in * rows
+    figure = Figure(figsize=(WIDTH_IN, 1.1 + tall), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
-    axes: Any = figure.subplots(rows, 1, sharex=share, squeeze=False)
+    ratios = {"height_ratios": heights} if heights else {}
+    axes: Any = figure.subplots(rows, 1, sharex=share, squeeze=False, gridspec_kw=ratios)
     figure.suptitle(title, x=0.01, ha="left", fontsize=13, fontweight="bold")
     figure.supxlabel(note, x=0.01, ha="left", fontsize=8, color="#555555")
     return figure, list(axes[:, 0])
@@ -85,21 +93,6 @@ def legend(axes: Any) -> None:
     if handles:
         axes.legend(
             handles, labels, loc="upper left", bbox_to_anchor=(1.005, 1.02), borderaxespad=0.0
-        )
-
-
-def shade(axes: Any, spans: Sequence[tuple[float, float]], *, label: str) -> None:
-    """Mark stretches of time; hatched, so that the mark is seen without colour, too."""
-    for place, (start, end) in enumerate(spans):
-        axes.axvspan(
-            start,
-            end,
-            facecolor=ALARM,
-            alpha=0.18,
-            hatch="///",
-            edgecolor=ALARM,
-            linewidth=0.0,
-            label=label if place == 0 else None,
         )
 
 

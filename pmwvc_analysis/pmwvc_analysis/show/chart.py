@@ -1,0 +1,161 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A figure as data: what is drawn, not how. Renderers: ``chart_svg`` and ``chart.js`` (report,
+``plots/*.svg``), ``chart_png`` (``plots/*.png``).
+
+Curves that coincide stay visible: in a panel, a curve is dashed or narrower than every curve
+drawn before it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pmwvc_core.numeric import Array
+
+DASHES: tuple[tuple[float, ...], ...] = (
+    (), (9, 5), (2, 3), (12, 3, 2, 3), (5, 2.5), (1.5, 1.5), (14, 4), (8, 3, 2, 3, 2, 3),
+)  # fmt: skip
+Span = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A curve. Where ``x`` steps by more than 1.5 ``period``, it is interrupted (0: never)."""
+
+    label: str
+    x: Array
+    y: Array
+    tint: str
+    dash: tuple[float, ...] = ()
+    width: float = 1.6
+    period: float = 0.0
+
+
+@dataclass(frozen=True)
+class Dots:
+    """Single points; ``mark`` is ``dot``, ``cross`` or ``plus``."""
+
+    label: str
+    x: Array
+    y: Array
+    tint: str
+    mark: str = "dot"
+
+
+@dataclass(frozen=True)
+class Layer:
+    """The area between two curves."""
+
+    label: str
+    x: Array
+    low: Array
+    high: Array
+    tint: str
+    hatch: int = 0
+
+
+@dataclass(frozen=True)
+class Band:
+    """A marked stretch of time."""
+
+    label: str
+    span: Span
+    tint: str = "alarm"
+
+
+@dataclass(frozen=True)
+class Level:
+    """A horizontal line."""
+
+    label: str
+    y: float
+    tint: str = "alarm"
+
+
+@dataclass(frozen=True)
+class Note:
+    """A few words at a point."""
+
+    text: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One pair of axes. Logarithmic axes show positive values only."""
+
+    y_label: str
+    lines: Sequence[Line] = ()
+    dots: Sequence[Dots] = ()
+    layers: Sequence[Layer] = ()
+    bands: Sequence[Band] = ()
+    levels: Sequence[Level] = ()
+    notes: Sequence[Note] = ()
+    title: str = ""
+    tint: str = "ink"
+    x_label: str = "time [s]"
+    x_log: bool = False
+    y_log: bool = False
+    with_zero: bool = False
+    height: float = 180.0
+
+    @property
+    def of_time(self) -> bool:
+        """Tell whether the horizontal axis is the session's time, common to all panels."""
+        return self.x_label == "time [s]"
+
+    def curves(self) -> list[tuple[Array, Array]]:
+        """Return the points of everything drawn."""
+        found = [(line.x, line.y) for line in self.lines]
+        found += [(dots.x, dots.y) for dots in self.dots]
+        for layer in self.layers:
+            found += [(layer.x, layer.low), (layer.x, layer.high)]
+        return found
+
+    def x_span(self) -> Span:
+        """Return the range of the horizontal axis."""
+        return _span([x for x, _ in self.curves()], log=self.x_log, margin=0.0)
+
+    def y_span(self, within: Span | None = None) -> Span:
+        """Return the range of the vertical axis, of what is seen ``within`` a horizontal range."""
+        values = [y[_inside(x, within)] for x, y in self.curves()]
+        values += [np.array([level.y]) for level in self.levels]
+        if self.with_zero:
+            values.append(np.zeros(1))
+        return _span(values, log=self.y_log, margin=0.05)
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Panels above one another with a heading and a caption."""
+
+    name: str
+    heading: str
+    caption: str
+    panels: Sequence[Panel]
+    title: str = ""
+    note: str = ""
+    events: Sequence[tuple[float, str]] = field(default=())  # time [s], number in the list
+
+
+def _inside(x: Array, within: Span | None) -> np.typing.NDArray[np.bool_]:
+    if within is None:
+        return np.ones(len(x), dtype=bool)
+    return (x >= within[0]) & (x <= within[1])
+
+
+def _span(values: Sequence[Array], *, log: bool, margin: float) -> Span:
+    seen = np.concatenate([np.zeros(0), *values])
+    seen = seen[np.isfinite(seen) & ((seen > 0.0) | (not log))]
+    if not len(seen):
+        return (0.1, 1.0) if log else (0.0, 1.0)
+    low, high = float(seen.min()), float(seen.max())
+    if log:
+        return low / 1.1, max(high * 1.1, low * 10.0)
+    room = margin * (high - low)
+    if high - low <= 1e-9 * max(abs(low), abs(high), 1e-6):
+        room = 0.5 * max(abs(high), 1e-3)
+    return low - room, high + room

@@ -1,0 +1,250 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Drawing of figures: no peak is lost, no curve hides another, colours stay apart."""
+
+import base64
+import itertools
+import json
+import xml.etree.ElementTree as ET
+
+import handmade
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pmwvc_analysis.show import colours, figure_blocks, recorded
+from pmwvc_analysis.show.axis import Axis
+from pmwvc_analysis.show.chart import Chart, Dots, Line, Panel
+from pmwvc_analysis.show.chart_data import MOST_NUMBERS, payload, thinned
+from pmwvc_analysis.show.chart_svg import file_svg, panel_svg
+from pmwvc_analysis.show.decimate import envelope, reduced
+from pmwvc_analysis.show.event_list import numbered
+from pmwvc_analysis.show.figures import charts
+
+SVG = "{http://www.w3.org/2000/svg}"
+# Vienot, Brettel and Mollon as fitted by Machado et al., severity 1, on linear RGB.
+SIGHT = {
+    "normal": np.eye(3),
+    "protanopia": [
+        [0.1523, 1.0526, -0.2049], [0.1145, 0.7863, 0.0992], [-0.0039, -0.0481, 1.0520],
+    ],
+    "deuteranopia": [
+        [0.3673, 0.8606, -0.2280], [0.2801, 0.6725, 0.0474], [-0.0118, 0.0429, 0.9689],
+    ],
+}  # fmt: skip
+
+
+def many_users(count, dof=1):
+    return handmade.session(users=count, dof=dof, duration_s=1.6)
+
+
+def linear(colour):
+    values = np.array([int(colour[place : place + 2], 16) for place in (1, 3, 5)]) / 255.0
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def lab(light):
+    xyz = np.array(
+        [[0.4125, 0.3576, 0.1804], [0.2127, 0.7152, 0.0722], [0.0193, 0.1192, 0.9503]]
+    ) @ np.clip(light, 0.0, 1.0)
+    t = xyz / (0.9505, 1.0, 1.0888)
+    f = np.where(t > 216 / 24389, np.cbrt(t), (24389 / 27 * t + 16) / 116)
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+@pytest.mark.parametrize("sight", SIGHT)
+@pytest.mark.parametrize("known", [colours.LIGHT, colours.DARK], ids=["light", "dark"])
+def test_eight_users_and_the_object_have_colours_that_can_be_told_apart(known, sight):
+    tints = [known[f"u{place}"] for place in range(8)] + [known["object"]]
+    points = [lab(np.asarray(SIGHT[sight]) @ linear(tint)) for tint in tints]
+    distances = [np.linalg.norm(a - b) for a, b in itertools.combinations(points, 2)]
+    assert min(distances) > 25.0
+
+
+def test_the_colour_distance_finds_two_that_deuteranopes_confuse():
+    green, brown = (
+        lab(np.asarray(SIGHT["deuteranopia"]) @ linear(c)) for c in ("#6D8A26", "#A5722A")
+    )
+    assert np.linalg.norm(green - brown) < 25.0
+
+
+@pytest.mark.parametrize("known", [colours.LIGHT, colours.DARK], ids=["light", "dark"])
+def test_every_colour_is_seen_on_its_paper(known):
+    def luminance(colour):
+        return float(linear(colour) @ (0.2126, 0.7152, 0.0722))
+
+    paper = luminance(known["paper"])
+    for name in ("ink", "soft", "object", "alarm", *(f"u{place}" for place in range(8))):
+        light, dark = sorted((luminance(known[name]), paper), reverse=True)
+        wanted = 4.5 if name in ("ink", "soft", "alarm") else 2.2
+        assert (light + 0.05) / (dark + 0.05) > wanted, name
+
+
+def hides(upper, lower):
+    """Whether a curve drawn over another of the same course leaves nothing of it to see."""
+    return not upper.dash and upper.width > lower.width - 0.7
+
+
+@pytest.mark.parametrize("count", [1, 2, 6, 8])
+@pytest.mark.parametrize("dof", [1, 3])
+def test_no_curve_hides_another_that_it_coincides_with(count, dof):
+    for chart in charts(many_users(count, dof), None):
+        for panel in chart.panels:
+            for lower, upper in itertools.combinations(panel.lines, 2):
+                assert not hides(upper, lower), (chart.name, lower.label, upper.label)
+                assert (lower.dash, lower.width) != (upper.dash, upper.width)
+
+
+def test_a_solid_curve_of_the_same_width_would_hide_the_other():
+    x = np.arange(3.0)
+    assert hides(Line("a", x, x, "u0"), Line("b", x, x, "u1"))
+
+
+def test_more_than_two_users_have_a_panel_each():
+    panels = charts(many_users(6), None)[0].panels
+    assert [panel.title for panel in panels] == [f"user{n}" for n in range(1, 7)]
+    assert len({panel.tint for panel in panels}) == 6
+
+
+def test_the_servers_curves_end_with_the_users():
+    traces = handmade.session()
+    server = traces.server
+    late = server.time_s > 3.0  # the masters end a second before the server
+    for user in traces.users:
+        kept = user.time_s <= 3.0
+        for name in ("time_s", "tick", "x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "v_m"):
+            setattr(user, name, getattr(user, name)[kept])
+        user.u_m_lp, user.lateness_s = user.u_m_lp[kept], user.lateness_s[kept]
+        user.compute_s = user.compute_s[kept]
+    for f_s in server.f_s:
+        f_s[late] = 0.0  # nobody holds the object any more
+    for chart in charts(traces, None)[:2]:
+        for panel in chart.panels:
+            assert max(line.x[-1] for line in panel.lines) <= 3.0 + 1e-9
+    contact = charts(traces, None)[1].panels[0].lines[-1]
+    assert contact.label == "contact on avatar"
+    assert contact.y[-1] == pytest.approx(handmade.FORCE_N)
+
+
+def test_a_gap_in_the_recording_is_a_gap_in_the_curve():
+    x = np.concatenate([np.arange(0.0, 1.0, 0.001), np.arange(2.0, 3.0, 0.001)])
+    parts = reduced(x, np.sin(x), period=0.001, column=0.003)
+    assert [float(round(x[rows[-1]], 6)) for rows in parts] == [0.999, 2.999]
+    markup = panel_svg(
+        Panel("y", lines=[Line("a", x, np.sin(x), "u0", period=0.001)]), span=(0, 3)
+    )
+    drawn = ET.fromstring(f"<svg>{markup}</svg>").findall(".//path[@class='line']")
+    assert drawn[0].get("d").count("M") == 2
+    assert len(reduced(x, np.sin(x), period=0.0, column=0.003)) == 1
+
+
+def test_a_hole_in_a_users_trace_is_a_band_through_its_panels():
+    traces = handmade.session()
+    kept = np.ones(len(traces.users[0].tick), dtype=bool)
+    kept[1000:1500] = False
+    user = traces.users[0]
+    for name in ("time_s", "tick", "x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp",
+                 "v_m", "lateness_s", "compute_s"):  # fmt: skip
+        setattr(user, name, getattr(user, name)[kept])
+    (band,) = recorded.bands(traces)
+    np.testing.assert_allclose(band.span, (0.999, 1.5))
+    assert "user1" in band.label
+    assert recorded.bands(handmade.session()) == []
+
+
+@given(
+    st.lists(st.floats(-1e6, 1e6, allow_subnormal=False), min_size=1, max_size=400),
+    st.floats(0.5, 60.0),
+)
+def test_thinning_keeps_the_extremes_of_every_column(values, column):
+    y = np.array(values)
+    x = np.arange(len(y), dtype=float)
+    rows = envelope(x, y, np.arange(len(y)), column=column)
+    assert rows[0] == 0
+    assert rows[-1] == len(y) - 1
+    columns = np.floor(x / column)
+    for each in np.unique(columns):
+        here, kept = y[columns == each], y[rows][columns[rows] == each]
+        assert (kept.min(), kept.max()) == (here.min(), here.max())
+
+
+def test_what_a_report_holds_is_exact_and_complete_while_it_is_small():
+    x, y = np.arange(5000) * 0.001, np.random.default_rng(3).normal(size=5000)
+    chart = Chart("c", "C", "", [Panel("y", lines=[Line("a", x, y, "u0", period=0.001)])])
+    data, complete = payload([chart], (0.0, 5.0), [])
+    line = data["charts"][0]["panels"][0]["lines"][0]
+    stored = np.frombuffer(base64.b64decode(data["arrays"][line["y"]]), dtype="<f4")
+    assert complete
+    np.testing.assert_array_equal(stored, y.astype("<f4"))
+    start, step, count = data["arrays"][line["x"]]
+    np.testing.assert_allclose(start + step * np.arange(count), x, atol=1e-9)
+
+
+def test_a_long_session_is_thinned_and_keeps_peak_and_hole():
+    x = np.arange(2_000_000) * 0.001
+    y = np.sin(x)
+    y[1_234_567], y[700_001] = 9.0, -9.0
+    y[1_500_000:1_600_000] = np.nan
+    lines = [Line(f"{n}", x, y + 0.0 * n, "u0", period=0.001) for n in range(3)]
+    data, complete = payload([Chart("c", "C", "", [Panel("y", lines=lines)])], (0.0, 2000.0), [])
+    assert not complete
+    assert len(json.dumps(data)) < 6 * MOST_NUMBERS
+    rows = thinned(x, y, period=0.001, most=20_000)
+    assert len(rows) <= 20_100
+    assert (np.nanmin(y[rows]), np.nanmax(y[rows])) == (-9.0, 9.0)
+    assert np.isnan(y[rows]).sum() == 1
+
+
+@pytest.mark.parametrize("count", [1, 2, 6])
+def test_every_figure_is_valid_xml_with_all_its_curves(count):
+    traces, scenario = many_users(count), handmade.scenario(duration_s=1.6)
+    traces.events = [{"time_s": 0.5, "who": "user1", "kind": "grip", "what": "<gripped> & held"}]
+    for chart in charts(traces, scenario):
+        root = ET.fromstring(file_svg(chart, recorded.span(traces)))
+        assert root.tag == f"{SVG}svg"
+        drawn = root.findall(f".//{SVG}path[@class='line']")
+        assert len(drawn) >= sum(len(panel.lines) for panel in chart.panels)
+        assert len(root.findall(f".//{SVG}path[@class='ev']")) == sum(
+            p.of_time for p in chart.panels
+        )
+        assert "var(" not in file_svg(chart, recorded.span(traces))
+
+
+def test_an_event_stands_at_its_time_in_every_figure():
+    traces = handmade.session()
+    traces.events = [{"time_s": 2.0, "who": "user1", "kind": "contact", "what": "touched"}]
+    for block in figure_blocks.figure_blocks(charts(traces, None), traces):
+        for panel in block.panels:
+            (mark,) = ET.fromstring(f"<svg>{panel.svg}</svg>").findall(".//path[@class='ev']")
+            assert mark.get("d").startswith("M523.") or mark.get("d").startswith("M524.")
+    data, _ = figure_blocks.data(charts(traces, None), traces, numbered(traces))
+    assert json.loads(str(data))["events"] == [[2.0, "1", "1. 2.000 s: user1 touched"]]
+
+
+def test_points_of_a_chart_that_close_a_script_cannot():
+    chart = Chart(
+        "c", "C", "", [Panel("y", dots=[Dots("</script>", np.ones(1), np.ones(1), "u0")])]
+    )
+    data, _ = figure_blocks.data([chart], handmade.session(), [])
+    assert "</script>" not in data
+
+
+@given(st.floats(-1e4, 1e4), st.floats(1e-2, 1e5), st.integers(2, 12))
+def test_ticks_are_round_inside_and_evenly_spaced(low, length, wanted):
+    found = Axis(low, low + length, 0.0, 100.0).ticks(wanted)
+    values = np.array([value for value, _ in found])
+    assert 1 <= len(values) <= wanted + 1
+    assert ((values >= low - 1e-6 * length) & (values <= low + length * (1 + 1e-6))).all()
+    if len(values) > 2:
+        steps = np.diff(values)
+        np.testing.assert_allclose(steps, steps[0], rtol=1e-6)
+        lead = steps[0] / 10.0 ** np.floor(np.log10(steps[0]) + 1e-9)
+        assert round(float(lead), 3) in (1.0, 2.0, 5.0, 10.0)
+        assert len({text for _, text in found}) == len(found)
+
+
+def test_a_logarithmic_axis_has_a_tick_per_decade():
+    axis = Axis(1.0, 1000.0, 0.0, 300.0, log=True)
+    assert [text for _, text in axis.ticks(5)] == ["1", "10", "100", "1000"]
+    np.testing.assert_allclose(axis.at(np.array([1.0, 10.0, 1000.0])), [0.0, 100.0, 300.0])
