@@ -8,8 +8,6 @@ import json
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from markupsafe import Markup
-
 from pmwvc_analysis.show import chart_svg, recorded
 from pmwvc_analysis.show.chart import Chart, Panel, Span
 from pmwvc_analysis.show.chart_data import payload
@@ -18,10 +16,10 @@ from pmwvc_core.simulation.traces import SessionTraces
 
 
 class Entry(NamedTuple):
-    """One entry of a legend."""
+    """One entry of a legend; markup is in ``sample`` and ``svg`` only, all text in it escaped."""
 
     label: str
-    sample: Markup
+    sample: str
 
 
 class PanelBlock(NamedTuple):
@@ -34,7 +32,7 @@ class PanelBlock(NamedTuple):
     bands: list[str]
     levels: list[str]
     height: float
-    svg: Markup
+    svg: str
 
 
 class FigureBlock(NamedTuple):
@@ -74,19 +72,19 @@ def _panels(chart: Chart, span: Span) -> list[PanelBlock]:
                 list(dict.fromkeys(band.label for band in panel.bands)),
                 list(dict.fromkeys(level.label for level in panel.levels)),
                 chart_svg.panel_height(panel, labelled=labelled),
-                Markup(drawing),  # every text in it is escaped
+                drawing,
             )
         )
     return found
 
 
 def _legend(panel: Panel) -> list[Entry]:
-    return [Entry(each.label, Markup(chart_svg.sample(each))) for each in chart_svg.entries(panel)]
+    return [Entry(each.label, chart_svg.sample(each)) for each in chart_svg.entries(panel)]
 
 
 def data(
     charts: Sequence[Chart], traces: SessionTraces, events: Sequence[Event]
-) -> tuple[Markup, bool]:
+) -> tuple[str, bool]:
     """Return the data as JSON that can stand in a page, and whether every point is in it."""
     marks: list[Sequence[Any]] = [
         (each.time_s, each.number, f"{each.number}. {each.time_s:.3f} s: {each.who} {each.what}")
@@ -95,4 +93,4 @@ def data(
     ]
     found, complete = payload(charts, recorded.span(traces), marks)
     text = json.dumps(found, separators=(",", ":"), allow_nan=False)
-    return Markup(text.replace("<", "\\u003c")), complete
+    return text.replace("<", "\\u003c"), complete

@@ -8,8 +8,6 @@ Everything it says is in the summary or the traces already; here it is put into 
 from collections.abc import Sequence
 from typing import Any
 
-from markupsafe import Markup
-
 from pmwvc_analysis.judge import budget_summary, passivity_words, prediction_words, stability
 from pmwvc_analysis.judge.budget_result import Budget
 from pmwvc_analysis.judge.passivity_findings import Passivity, passivity
@@ -52,7 +50,7 @@ def render(
         else [],
         outcome=prediction_words.came_true(scenario, summary) if scenario else [],
         figures=figure_blocks.figure_blocks(charts, traces),
-        hatches=Markup(chart_svg.hatches()),
+        hatches=chart_svg.hatches(),
         chart_data=chart_data,
         complete=complete,
         parameters=scenario.flat() if scenario else {},
