@@ -64,8 +64,8 @@ def combinations(
         axes |= {CONTROLLER: list(controllers)}
     defaults = defaults_of(files.load(name, settings_texts=settings_texts)) if controllers else {}
     count = 1
-    for values in axes.values():
-        count *= len(values)
+    for each in axes.values():
+        count *= len(each)
     if count > MOST:
         problems.append(f"{count} combinations: must be at most {MOST}")
     names = _short(list(axes))

@@ -152,7 +152,7 @@ def _live(
     from pmwvc_analysis.compare.measures import Entry, measured
     from pmwvc_analysis.recording.reader import read_session
 
-    entries = []
+    entries: list[Entry] = []
     for one, place in zip(chosen, places, strict=True):
         console.print(f"{len(entries) + 1} of {len(chosen)}: {one.label}", markup=False)
         with tempfile.TemporaryDirectory() as scratch:

@@ -27,9 +27,9 @@ def add(several: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the code."""
-    import argcomplete
+    from argcomplete.shell_integration import shellcode
 
-    print(argcomplete.shellcode(PROGRAMS, shell=arguments.shell))  # type: ignore[no-untyped-call]
+    print(shellcode(PROGRAMS, shell=arguments.shell))
     return 0
 
 
