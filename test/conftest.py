@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What all tests share: hypothesis profiles and the recorded data beside the project."""
+"""What all tests share: their order, hypothesis profiles and recorded data."""
 
 import os
 from pathlib import Path
@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-RECORDED_DATA = Path(__file__).resolve().parents[1].parent / "shared" / "data"
+RECORDED_DATA = Path(__file__).parent / "data"
+# Quick ones first. Live sessions last and on one worker: nothing else of ours runs beside them.
+ORDER = ("project", "unit", "property", "oracle", "integration")
 
 settings.register_profile("local", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True)
@@ -16,15 +18,21 @@ settings.load_profile("ci" if os.environ.get("CI") else "local")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep tests with live nodes on one worker: two 1 kHz sessions at once are not two users."""
+    """Put quick tests first, and those with live nodes on one worker: two 1 kHz sessions at once
+    are not two users.
+    """
+    items.sort(key=lambda item: ORDER.index(_folder(item)))
     for item in items:
-        if "integration" in Path(item.fspath).parts:
+        if _folder(item) == "integration":
             item.add_marker(pytest.mark.xdist_group("live"))
+
+
+def _folder(item: pytest.Item) -> str:
+    """Return the folder of the tests that an item is in."""
+    return Path(item.fspath).relative_to(Path(__file__).parent).parts[0]
 
 
 @pytest.fixture(scope="session")
 def recorded_data() -> Path:
     """Return the folder of recorded motions and delays."""
-    if not RECORDED_DATA.is_dir():
-        pytest.skip(f"no recorded data at {RECORDED_DATA}")
     return RECORDED_DATA

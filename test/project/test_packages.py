@@ -37,6 +37,7 @@ DEVICES = {
 }
 ENTRY_POINTS = sorted({target for group in EXECUTABLES.values() for target in group.values()})
 ROSDEP_KEYS = {
+    "argcomplete": "python3-argcomplete",
     "jinja2": "python3-jinja2",
     "matplotlib": "python3-matplotlib",
     "PIL": "python3-pil",
