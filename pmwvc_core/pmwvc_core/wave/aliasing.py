@@ -12,13 +12,16 @@ drop" times its adjoint, which is a convolution at the packet rate. Passive over
 means g^2 <= 1; a filter divided by g always is. It says nothing of the energy on the way.
 """
 
+import functools
 import math
 
 import numpy as np
 
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import FilterParams
+from pmwvc_core.wave.extremum import minimum_between
 from pmwvc_core.wave.filter_design import design, half_power_hz, runs_of
+from pmwvc_core.wave.response import sections_response
 
 GRID = 65536  # frequencies looked at before the largest one is refined
 
@@ -38,7 +41,7 @@ def worst_case_gain(params: FilterParams, *, tick_s: float, rate_drop: int) -> V
         return float(rate_drop)
     if params.kind == "integrate_and_dump":
         return 1.0
-    gains = [_folded_peak(design(one, tick_s=tick_s), rate_drop) for one in runs_of(params)]
+    gains = [_folded_peak(one, tick_s, rate_drop) for one in runs_of(params)]
     return _as_given(params, gains)
 
 
@@ -86,27 +89,23 @@ def _as_given(params: FilterParams, values: list[float]) -> Value:
     return values[0] if runs_of(params) == [params] else np.array(values)[:, np.newaxis]
 
 
-def _folded_peak(sos: Array, rate_drop: int) -> float:
+@functools.lru_cache(maxsize=1024)
+def _folded_peak(params: FilterParams, tick_s: float, rate_drop: int) -> float:
     """Return the largest value over frequency of the folded squared gain."""
-    # Importing it takes over a second, which nodes that ask for no gain need not wait for.
-    from scipy import optimize, signal
-
+    sos = design(params, tick_s=tick_s)
     images = 2.0 * np.pi * np.arange(rate_drop) / rate_drop
 
     def folded(theta: Array | float) -> Array:
-        _, response = signal.sosfreqz(sos, np.add.outer(theta, images).ravel())
-        squares = response.real**2 + response.imag**2
-        return np.asarray(squares.reshape(-1, rate_drop).sum(axis=1))
+        values = sections_response(sos, np.add.outer(np.atleast_1d(theta), images))
+        return np.asarray((values.real**2 + values.imag**2).sum(axis=-1))
 
     end = np.pi / rate_drop  # the fold is even and has period 2 pi / M
     theta = np.linspace(0.0, end, max(GRID // rate_drop, 64))
     gains = folded(theta)
     peak = int(np.argmax(gains))
-    around = theta[max(peak - 1, 0)], theta[min(peak + 1, len(theta) - 1)]
-    refined = optimize.minimize_scalar(
-        lambda t: -folded(t)[0], bounds=around, method="bounded", options={"xatol": 1e-9 * end}
-    )
-    return float(max(gains[peak], -refined.fun))
+    around = float(theta[max(peak - 1, 0)]), float(theta[min(peak + 1, len(theta) - 1)])
+    refined = minimum_between(lambda t: -float(folded(t)[0]), *around, within=1e-9 * end)
+    return float(max(gains[peak], -refined.value))
 
 
 def _delay_ticks(sos: Array) -> float:

@@ -22,6 +22,7 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import BankParams
+from pmwvc_core.wave.butterworth import bilinear_sections
 from pmwvc_core.wave.filter_design import least_order, runs_of, stacked, warped_rad_s
 
 
@@ -75,8 +76,6 @@ def _butterworth(
     side: str, pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, tick_s: float
 ) -> Array:
     """Return the sections of a filter; not to be written to."""
-    from scipy import signal  # here for the same reason as in ``least_order``
-
     if pass_hz * tick_s >= 0.5:
         raise ParameterError(
             f"bank.{side}_pass_hz = {pass_hz}: must be < {0.5 / tick_s:g} Hz, half the tick rate"
@@ -85,6 +84,4 @@ def _butterworth(
     edge = warped_rad_s(pass_hz, tick_s)
     ratio = (10.0 ** (0.1 * pass_db) - 1.0) ** (0.5 / order)  # of edge and cut-off
     cutoff = edge / ratio if side == "low" else edge * ratio
-    zpk = signal.butter(order, cutoff, btype=side, analog=True, output="zpk")
-    sos: Array = signal.zpk2sos(*signal.bilinear_zpk(*zpk, 1.0 / tick_s))
-    return sos
+    return bilinear_sections(order, cutoff, tick_s, side)

@@ -32,6 +32,7 @@ from typing import TypedDict
 import numpy as np
 
 from pmwvc_core.numeric import Array
+from pmwvc_core.wave.extremum import minimum_between
 from pmwvc_core.wave.response import Complex
 
 TOLERANCE = 1e-9  # of an amplitude: what rounding may add to 1
@@ -85,8 +86,6 @@ def switching_gain(low: Array, fed_back: Array) -> float:
     fed_back
         s |H_HP| there ``(points, images)``.
     """
-    from scipy import optimize
-
     size = low.shape[-1]
     outer = low[:, :, np.newaxis] * low[:, np.newaxis, :]
     squares = fed_back[:, :, np.newaxis] ** 2 * np.eye(size)
@@ -96,5 +95,4 @@ def switching_gain(low: Array, fed_back: Array) -> float:
         matrices = (1.0 + c) * outer + (1.0 + 1.0 / c) * squares
         return float(np.linalg.eigvalsh(matrices)[:, -1].max())
 
-    found = optimize.minimize_scalar(worst, bounds=(-14.0, 14.0), method="bounded")
-    return float(np.sqrt(found.fun))
+    return float(np.sqrt(minimum_between(worst, -14.0, 14.0, within=1e-5).value))

@@ -16,6 +16,7 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array, Value, exponential
 from pmwvc_core.params import FilterParams, Validated, specs
+from pmwvc_core.wave import butterworth
 
 P = TypeVar("P", bound=Validated)
 DEFAULT_POLE_RAD_S = 50.0  # the filter of App. B
@@ -60,17 +61,14 @@ def least_order(
     ParameterError
         If the edges are so close that the filter would not compute well.
     """
-    # Importing it takes over a second, which nodes without such a filter need not wait for.
-    from scipy.signal import buttord
-
-    order, _ = buttord(pass_hz, stop_hz, pass_db, stop_db, analog=True)
+    order = butterworth.least_order(pass_hz, pass_db, stop_hz, stop_db)
     if order > HIGHEST_ORDER:
         raise ParameterError(
             f"{prefix}stop_hz = {stop_hz}: a Butterworth filter between {pass_db} dB at "
             f"{pass_hz} Hz and {stop_db} dB there is of order {order}, more than "
             f"{HIGHEST_ORDER}; move the edges apart"
         )
-    return int(order)
+    return order
 
 
 def half_power_hz(params: FilterParams, *, tick_s: float) -> Value:
@@ -171,14 +169,7 @@ def _analogue_cutoff_rad_s(params: FilterParams, tick_s: float) -> float:
 
 
 def _butterworth(params: FilterParams, tick_s: float) -> Array:
-    from scipy import signal  # here for the same reason as in ``least_order``
-
     cutoff = _analogue_cutoff_rad_s(params, tick_s)
-    zeros, poles, gain = signal.butter(order_of(params), cutoff, analog=True, output="zpk")
     if params.discretisation == "bilinear":
-        zpk = signal.bilinear_zpk(zeros, poles, gain, 1.0 / tick_s)
-    else:
-        poles = np.exp(poles * tick_s)
-        zpk = np.zeros(len(poles)), poles, np.prod(1.0 - poles).real
-    sos: Array = signal.zpk2sos(*zpk)
-    return sos
+        return butterworth.bilinear_sections(order_of(params), cutoff, tick_s)
+    return butterworth.matched_sections(order_of(params), cutoff, tick_s)

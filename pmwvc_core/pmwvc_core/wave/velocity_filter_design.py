@@ -28,7 +28,9 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
 from pmwvc_core.wave.branches import TOLERANCE
-from pmwvc_core.wave.filter_design import half_power_hz, runs_of, stacked
+from pmwvc_core.wave.butterworth import bilinear_sections
+from pmwvc_core.wave.extremum import minimum_between
+from pmwvc_core.wave.filter_design import half_power_hz, runs_of, stacked, warped_rad_s
 from pmwvc_core.wave.response import Complex, response
 
 PRINTED_POINTS = 512  # frequencies of App. D section 4
@@ -124,9 +126,6 @@ def flattest_alpha(low: Complex, angle: Array, *, share: float = 0.5, below: flo
     """Return the alpha of (z - 1)/(z - alpha), 0 < alpha < ``below``, that makes
     |H_LP + s H_HP|^2 deviate least from 1 over angles ``(points,)`` [rad per tick].
     """
-    # Importing it takes over a second, which nodes without such a filter need not wait for.
-    from scipy import optimize
-
     z = np.exp(1j * angle)
 
     def error(alpha: float) -> float:
@@ -136,10 +135,7 @@ def flattest_alpha(low: Complex, angle: Array, *, share: float = 0.5, below: flo
     grid = np.linspace(0.0, below, 97)[1:-1]
     start = int(np.argmin([error(float(alpha)) for alpha in grid]))
     around = grid[max(start - 1, 0)], grid[min(start + 1, len(grid) - 1)]
-    found = optimize.minimize_scalar(
-        error, bounds=around, method="bounded", options={"xatol": 1e-9}
-    )
-    return float(found.x)
+    return minimum_between(error, float(around[0]), float(around[1])).at
 
 
 def best_alpha(*, low_pole: float = PRINTED_LOW_POLE, points: int = PRINTED_POINTS) -> float:
@@ -188,7 +184,6 @@ def sections_of(own: VelocityFilterParams, tick_s: float, kind: str) -> Array:
     """Return the filter that completed parameters say, ``kind`` lowpass or highpass."""
     if own.alpha is not None:
         return np.array([[1.0, -1.0, 0.0, 1.0, -own.alpha, 0.0]])
-    from scipy import signal  # here for the same reason as in flattest_alpha
-
-    sos: Array = signal.butter(own.order, own.cutoff_hz, kind, fs=1.0 / tick_s, output="sos")
-    return sos
+    assert own.cutoff_hz is not None  # completed
+    cutoff = warped_rad_s(own.cutoff_hz, tick_s)
+    return bilinear_sections(own.order, cutoff, tick_s, kind.removesuffix("pass"))

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Butterworth filters in closed form are those of scipy, without its import."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy import signal
+
+from pmwvc_core.wave.butterworth import bilinear_sections, least_order, matched_sections
+from pmwvc_core.wave.extremum import minimum_between
+
+TICK_S = 1e-3
+ANGLES = np.linspace(0.0, 3.14, 400)
+
+
+@pytest.mark.parametrize("side", ["low", "high"])
+@pytest.mark.parametrize("order", range(1, 13))
+@pytest.mark.parametrize("cutoff_hz", [7.0, 15.9, 60.0, 200.0, 450.0])
+def test_bilinear_sections_respond_as_scipys(order, cutoff_hz, side):
+    cutoff = 2.0 / TICK_S * np.tan(np.pi * cutoff_hz * TICK_S)
+    ours = bilinear_sections(order, cutoff, TICK_S, side)
+    theirs = signal.butter(order, cutoff_hz, side, fs=1.0 / TICK_S, output="sos")
+    values = [signal.sosfreqz(sos, ANGLES)[1] for sos in (ours, theirs)]
+    np.testing.assert_allclose(values[0], values[1], atol=1e-12)
+
+
+@pytest.mark.parametrize("order", range(1, 13))
+def test_matched_sections_have_scipys_analogue_poles(order):
+    zeros, poles, _ = signal.butter(order, 90.0, analog=True, output="zpk")
+    assert len(zeros) == 0
+    _, ours, _ = signal.sos2zpk(matched_sections(order, 90.0, TICK_S))
+    ours = ours[np.abs(ours) > 0.0]
+    np.testing.assert_allclose(
+        np.sort_complex(ours), np.sort_complex(np.exp(poles * TICK_S)), atol=1e-12
+    )
+    _, (at_rest,) = signal.sosfreqz(matched_sections(order, 90.0, TICK_S), [0.0])
+    assert at_rest == pytest.approx(1.0, abs=1e-9)
+
+
+@given(
+    edges=st.tuples(st.floats(1.0, 400.0), st.floats(1.0, 400.0)),
+    losses=st.tuples(st.floats(0.1, 80.0), st.floats(0.1, 80.0)),
+)
+def test_the_least_order_is_scipys(edges, losses):
+    low, high = sorted(edges)
+    little, much = sorted(losses)
+    assume(high / low > 1.01 and much - little > 0.01)
+    for pass_hz, stop_hz in ((low, high), (high, low)):
+        expected, _ = signal.buttord(pass_hz, stop_hz, little, much, analog=True)
+        assert least_order(pass_hz, little, stop_hz, much) == expected
+
+
+def test_filter_questions_do_not_import_scipys_signal_processing():
+    program = (
+        "import sys\n"
+        "from pmwvc_core.params import FilterParams\n"
+        "from pmwvc_core.wave import delay_of, warnings_of, worst_case_gain\n"
+        "one = FilterParams(kind='butterworth', pass_hz=25.0, stop_hz=50.0)\n"
+        "for ask in (delay_of, warnings_of, worst_case_gain):\n"
+        "    ask(one, tick_s=1e-3, rate_drop=8)\n"
+        "print([name for name in sys.modules if name.split('.')[0] == 'scipy'])\n"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert found.stdout.strip() == "[]"
+
+
+@given(st.floats(-3.0, 3.0))
+def test_the_minimum_of_a_parabola_is_found(at):
+    found = minimum_between(lambda x: (x - at) ** 2, -3.0, 3.0)
+    assert found.at == pytest.approx(at, abs=1e-8)
+    assert found.value <= 1e-15
