@@ -12,7 +12,7 @@ import pytest
 from scipy.io import loadmat
 
 from pmwvc_analysis.models.map_files import Measured, Unfinished, first_crossing, write_data
-from pmwvc_analysis.models.maps import Axis, Grid, compute, point
+from pmwvc_analysis.models.maps import Axis, Grid, compute, growth_per_s, point
 from pmwvc_analysis.show.map_figure import draw
 from pmwvc_core.errors import PmwvcError
 
@@ -123,3 +123,25 @@ def test_a_dask_cluster_computes_the_same():
     ) as cluster:
         found = compute(grid(), dask=cluster.scheduler_address)
     np.testing.assert_array_equal(found, compute(grid()))
+
+
+def test_a_period_that_is_no_multiple_of_the_tick_is_refused_before_anything_is_computed():
+    period = Axis("server.period_s", (0.008, 0.0085, 0.009))
+    with pytest.raises(PmwvcError, match=r"server\.period_s = 0\.0085: .* 0\.001 s .*8\.5 ticks"):
+        compute(grid(STIFFNESS, period))
+
+
+def test_growth_rates_compare_across_periods_where_radii_do_not():
+    """Free motion braked by the device alone dies out at the rate b_hd/(m + b tau/2): a longer
+    period changes the lag tau a little, the hyperframe ninefold.
+    """
+    period = Axis("server.period_s", (0.008, 0.009, 0.016))
+    free = linear_loops.scenario(
+        server__contact_stiffness=0.0, server__contact_damping=0.0, device__damping=0.01
+    )
+    of = Grid(free, Axis("server.object_mass", (2.0,)), period)
+    radius = compute(of)[:, 0]
+    rate = growth_per_s(of, compute(of))[:, 0]
+    assert (1.0 - radius).max() > 5.0 * (1.0 - radius).min()  # hyperframes of 8, 72 and 16 ms
+    np.testing.assert_allclose(rate, rate[0], rtol=0.2)
+    assert rate[0] < 0.0

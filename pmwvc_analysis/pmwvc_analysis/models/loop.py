@@ -20,12 +20,16 @@ from pmwvc_analysis.models.ports import PORTS, Port
 from pmwvc_analysis.models.server import Server
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
-from pmwvc_core.params import whole_ratio
 from pmwvc_core.simulation.scenario import Scenario, User
 
 LIVE_STEP_S = 0.002
 LIVE_ANSWER_S = 0.004
 LONGEST = 20000  # ticks of a hyperframe
+
+
+def hyperframe_ticks(scenario: Scenario) -> int:
+    """Return the least common multiple of all frames and the server's period [ticks]."""
+    return math.lcm(scenario.period_ticks, *(user.master.rate_drop for user in scenario.users))
 
 
 class Line:
@@ -101,8 +105,8 @@ class Loop:
     ) -> None:
         require_linear(scenario)
         self.scenario, self.tick_s = scenario, scenario.tick_s
-        period = whole_ratio(scenario.server.period_s, scenario.tick_s) or 1
-        self.ticks = math.lcm(period, *(user.master.rate_drop for user in scenario.users))
+        period = scenario.period_ticks
+        self.ticks = hyperframe_ticks(scenario)
         if self.ticks > LONGEST:
             raise PmwvcError(
                 f"{scenario.name}: frames and server period fit together only after {self.ticks} "

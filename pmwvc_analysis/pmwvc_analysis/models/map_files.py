@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_analysis.models.linear import notes_of
-from pmwvc_analysis.models.maps import Grid
+from pmwvc_analysis.models.maps import Grid, growth_per_s
 from pmwvc_analysis.models.stability import ROUNDING
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
@@ -88,6 +88,7 @@ def content_of(grid: Grid, radius: Array, measured: list[Measured]) -> dict[str,
         "x": {"name": grid.x.name, "values": list(grid.x.values)},
         "y": {"name": grid.y.name, "values": list(grid.y.values)},
         "spectral_radius": radius.tolist(),
+        "growth_per_s": growth_per_s(grid, radius).tolist(),
         "stable": (radius <= 1.0 + ROUNDING).tolist(),
         "boundary": [first_crossing(np.array(grid.x.values), row) for row in radius],
         "sessions": [point._asdict() for point in measured],
@@ -114,18 +115,26 @@ def write_data(folder: Path, grid: Grid, radius: Array, measured: list[Measured]
     from scipy.io import savemat
 
     x, y = np.array(grid.x.values), np.array(grid.y.values)
-    arrays = {"x": x, "y": y, "spectral_radius": radius, "stable": radius <= 1.0 + ROUNDING}
+    growth = growth_per_s(grid, radius)
+    arrays = {
+        "x": x,
+        "y": y,
+        "spectral_radius": radius,
+        "growth_per_s": growth,
+        "stable": radius <= 1.0 + ROUNDING,
+    }
     names = {"x_name": grid.x.name, "y_name": grid.y.name}
     paths = [folder / f"map.{kind}" for kind in ("npz", "csv", "mat", "json")]
     stored: dict[str, Any] = {**arrays, **{k: np.array(text) for k, text in names.items()}}
     np.savez(paths[0], **stored)
     with paths[1].open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow([grid.x.name, grid.y.name, "spectral_radius", "stable"])
-        for at_y, row in zip(y, radius, strict=True):
-            for at_x, value in zip(x, row, strict=True):
+        writer.writerow([grid.x.name, grid.y.name, "spectral_radius", "stable", "growth_per_s"])
+        for at_y, row, rates in zip(y, radius, growth, strict=True):
+            for at_x, value, rate in zip(x, row, rates, strict=True):
+                numbers = [repr(float(number)) for number in (at_x, at_y, value)]
                 flag = int(value <= 1.0 + ROUNDING)
-                writer.writerow([repr(float(at_x)), repr(float(at_y)), repr(float(value)), flag])
+                writer.writerow([*numbers, flag, repr(float(rate))])
     savemat(paths[2], {**arrays, **names}, do_compression=True)
     text = json.dumps(content_of(grid, radius, measured), indent=1)
     paths[3].write_text(text + "\n", "utf-8")

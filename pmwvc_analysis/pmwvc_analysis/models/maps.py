@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.models.loop import hyperframe_ticks
 from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
 from pmwvc_analysis.models.variation import stackable, varied
 from pmwvc_core.errors import PmwvcError
@@ -95,6 +96,26 @@ def line(grid: Grid, number: int) -> Array:
     )
 
 
+def growth_per_s(grid: Grid, radius: Array) -> Array:
+    """Return the growth rate ln(radius) per second of every point: radii are per hyperframe, whose
+    length changes along the axis of a period; growth rates compare.
+    """
+    seconds = np.empty(grid.shape)
+    for row, y in enumerate(_standing(grid.y)):
+        for place, x in enumerate(_standing(grid.x)):
+            scenario = varied(varied(grid.scenario, grid.y.name, y), grid.x.name, x)
+            rows = slice(None) if stackable(grid.y.name) else row
+            places = slice(None) if stackable(grid.x.name) else place
+            seconds[rows, places] = hyperframe_ticks(scenario) * scenario.tick_s
+    found: Array = np.log(np.maximum(radius, np.finfo(float).tiny)) / seconds
+    return found
+
+
+def _standing(axis: Axis) -> tuple[float, ...]:
+    """Return the values that may change the hyperframe: one stands for all where none does."""
+    return axis.values[:1] if stackable(axis.name) else axis.values
+
+
 def point(grid: Grid, row: int, place: int) -> float:
     """Return one point of a map by itself: the plain way, for comparison."""
     scenario = varied(grid.scenario, grid.y.name, grid.y.values[row])
@@ -128,8 +149,11 @@ def compute(
     Raises
     ------
     PmwvcError
-        If Dask is asked for and not there.
+        If a parameter may not have a value of its axis, or Dask is asked for and not there.
     """
+    for axis in (grid.x, grid.y):
+        for value in axis.values:
+            varied(grid.scenario, axis.name, value)  # before any time is spent
     radius = np.full(grid.shape, np.nan) if known is None else known.copy()
     table = radius.T if grid.across else radius
     open_lines = [n for n in range(grid.lines()) if np.isnan(table[n]).any()]

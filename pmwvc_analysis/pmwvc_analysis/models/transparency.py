@@ -22,6 +22,7 @@ All three are limits at rest, extrapolated from four low frequencies.
 """
 
 import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,6 +42,7 @@ from pmwvc_core.simulation.scenario import Scenario, User
 
 STABLE = 1.0 + 1e-9
 HIGHEST = 0.25  # of the tick rate; x/f falls to nothing at half of it
+LEAST_PERIOD_S = 1e-3  # of a server; with a shorter tick the ideal steps at its next multiple
 STEADY = 0.05  # relative change per octave by which a limit is told from free motion
 
 
@@ -160,7 +162,8 @@ def ideal_of(scenario: Scenario) -> Scenario:
             link_down=LinkParams(),
         )
 
-    server = dataclasses.replace(scenario.server, period_s=max(tick_s, 1e-3))
+    ticks = math.ceil(LEAST_PERIOD_S / tick_s - 1e-9)
+    server = dataclasses.replace(scenario.server, period_s=ticks * tick_s)
     users = tuple(direct(user) for user in scenario.users)
     return dataclasses.replace(scenario, controller="direct", users=users, server=server)
 

@@ -64,6 +64,8 @@ def varied(scenario: Scenario, name: str, value: Any) -> Scenario:
         prefix = max((p for p in _prefixes() if leaf.startswith(p + ".")), key=len, default="")
         try:
             changed = _changed(changed, leaf, prefix, value, int(single[1]) if single else 0)
+        except ScenarioError:
+            raise
         except ParameterError as error:
             raise ScenarioError(scenario.name, [f"{prefix}.{error}"]) from None
     return changed

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models.map_files import Measured
-from pmwvc_analysis.models.maps import Grid
+from pmwvc_analysis.models.maps import Grid, growth_per_s
 from pmwvc_analysis.show import style
 from pmwvc_analysis.show.text import users
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import shared_specs, user_specs
 
 SMOOTH = 12  # rows and columns from which a boundary is drawn as a line
-SPREAD = 0.1  # of the spectral radius around one, over which colour goes
+SPREAD_PER_S = 10.0  # growth rates over which colour goes, either way
 
 
 def draw(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> list[Path]:
@@ -41,13 +41,13 @@ def _figure(grid: Grid, radius: Array, measured: list[Measured]) -> Any:
     mesh = axes.pcolormesh(
         _edges(x),
         _edges(y),
-        radius,
+        growth_per_s(grid, radius),
         cmap=_colours(),
-        vmin=1.0 - SPREAD,
-        vmax=1.0 + SPREAD,
+        vmin=-SPREAD_PER_S,
+        vmax=SPREAD_PER_S,
         rasterized=True,
     )
-    figure.colorbar(mesh, ax=axes, extend="both", label="spectral radius (stable: up to 1)")
+    figure.colorbar(mesh, ax=axes, extend="both", label="growth rate [1/s] (stable: up to 0)")
     # Between few rows (delays in whole frames) a line would show what is not there.
     if min(radius.shape) >= SMOOTH and radius.min() <= 1.0 < radius.max():
         axes.contour(x, y, radius, levels=[1.0], colors="black", linewidths=1.6)
@@ -76,7 +76,7 @@ def _figure(grid: Grid, radius: Array, measured: list[Measured]) -> Any:
 
 
 def _colours() -> Any:
-    """Return blue for stable, orange to red for not stable, with an edge at one; the darker, the
+    """Return blue for stable, orange to red for not stable, with an edge at zero; the darker, the
     farther from it.
     """
     from matplotlib import colormaps

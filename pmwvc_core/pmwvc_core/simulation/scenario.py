@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import (
     BaselineParams,
     ContactParams,
@@ -24,6 +25,7 @@ from pmwvc_core.params import (
     groups,
     specs,
 )
+from pmwvc_core.simulation.scenario_conflicts import conflicts
 from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
 
 CONTROLLERS = ("pmwvc", "direct", "virtual_coupling", "tdpa", "pspm")
@@ -88,7 +90,13 @@ class User:
 
 @dataclass(frozen=True)
 class Scenario:
-    """A complete session: users, server, task, controller, duration and seed."""
+    """A complete session: users, server, task, controller, duration and seed.
+
+    Raises
+    ------
+    ScenarioError
+        If groups that are each right contradict one another.
+    """
 
     name: str
     description: str
@@ -100,10 +108,21 @@ class Scenario:
     server: ServerParams
     task: TaskParams
 
+    def __post_init__(self) -> None:
+        """Check what holds between groups."""
+        problems = conflicts(self)
+        if problems:
+            raise ScenarioError(self.name, problems)
+
     @property
     def tick_s(self) -> float:
         """Period of every force loop [s]."""
         return self.users[0].master.tick_s
+
+    @property
+    def period_ticks(self) -> int:
+        """Force-loop ticks per server step."""
+        return round(self.server.period_s / self.tick_s)
 
     def flat(self) -> dict[str, Any]:
         """Return every parameter by its dotted name.

@@ -2,12 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """What can be wrong between groups of a scenario that are each right."""
 
+from typing import TYPE_CHECKING
+
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.params.matrix import matrix_conflicts
-from pmwvc_core.simulation.scenario import Scenario
+
+if TYPE_CHECKING:
+    from pmwvc_core.simulation.scenario import Scenario
 
 
-def conflicts(scenario: Scenario) -> list[str]:
+def conflicts(scenario: "Scenario") -> list[str]:
     """Return every contradiction in words."""
     found = []
     ticks = {user.master.tick_s for user in scenario.users}
@@ -16,7 +20,8 @@ def conflicts(scenario: Scenario) -> list[str]:
     period, tick = scenario.server.period_s, scenario.tick_s
     if whole_ratio(period, tick) is None:
         found.append(
-            f"server.period_s = {period}: must be a whole multiple of master.tick_s = {tick} s"
+            f"server.period_s = {period}: must be a whole multiple of master.tick_s = {tick} s "
+            f"(it is {period / tick:.6g} ticks)"
         )
     if scenario.task.sideways_m and scenario.dof == 1:
         found.append(

@@ -27,7 +27,6 @@ from pmwvc_core.simulation.scenario import (
     shared_specs,
     user_specs,
 )
-from pmwvc_core.simulation.scenario_conflicts import conflicts
 
 # Stand in for a required value that is wrong, so that the rest can still be checked.
 PLACEHOLDERS = {"name": "?", "duration_s": 1.0, "controller": "pmwvc", "users": 8}
@@ -224,9 +223,11 @@ class _Reader:
         if any(part is None for user in users for part in vars(user).values()):
             return None
         top.pop("users")
-        scenario = Scenario(users=tuple(users), **shared, **top)
-        self.problems += conflicts(scenario)
-        return scenario
+        try:
+            return Scenario(users=tuple(users), **shared, **top)
+        except ScenarioError as error:
+            self.problems += error.problems
+            return None
 
     def _user(self, number: int) -> User:
         name = f"user{number}"

@@ -19,7 +19,6 @@ from typing import Any, TypeVar
 import numpy as np
 
 from pmwvc_core.controllers import make_server
-from pmwvc_core.params import whole_ratio
 from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.server.service import Service
 from pmwvc_core.simulation.agenda import Act, Steps, events, turns
@@ -106,7 +105,7 @@ class SessionBatch:
             for i in range(len(first.users))
         ]
         self.steps = conditions.steps or Steps.on_grid(
-            every=whole_ratio(first.server.period_s, first.tick_s) or 1,
+            every=first.period_ticks,
             first=conditions.phases.server_ticks,
             ticks=self.ticks,
             tick_ns=self.tick_ns,
