@@ -10,7 +10,7 @@ from pmwvc_core.wave import AntiAliasing
 BUTTERWORTH = FilterParams(kind="butterworth", pass_hz=25.0, stop_hz=50.0)
 KINDS = [
     FilterParams(kind="none"),
-    FilterParams(pole_rad_s=100.0),
+    FilterParams(kind="first_order", pole_rad_s=100.0),
     BUTTERWORTH,
     FilterParams(kind="integrate_and_dump"),
 ]

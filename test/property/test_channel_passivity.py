@@ -74,7 +74,7 @@ def test_plain_down_sampler_can_emit_energy(rate_drop):
 
 @given(u=signals(), rate_drop=rate_drops, pole=poles_rad_s)
 def test_a_first_order_filter_sends_at_most_its_worst_case(u, rate_drop, pole):
-    params = FilterParams(pole_rad_s=pole)
+    params = FilterParams(kind="first_order", pole_rad_s=pole)
     gain = worst_case_gain(params, tick_s=TICK_S, rate_drop=rate_drop)
     energy, balance = balances(params, u.tolist(), rate_drop)
     assert (energy - balance <= gain * energy * (1.0 + 1e-9)).all()
@@ -91,7 +91,7 @@ def test_a_butterworth_filter_sends_at_most_its_worst_case(u, rate_drop, meet):
 
 @given(u=signals(shortest=8), pole=poles_rad_s)
 def test_a_first_order_filter_divided_by_the_root_of_its_gain_is_passive(u, pole):
-    params = FilterParams(pole_rad_s=pole)
+    params = FilterParams(kind="first_order", pole_rad_s=pole)
     scale = 1.0 / math.sqrt(worst_case_gain(params, tick_s=TICK_S, rate_drop=8))
     energy, balance = balances(params, u.tolist(), 8)
     assert (energy - scale**2 * (energy - balance) >= -1e-9 * energy).all()
@@ -100,7 +100,7 @@ def test_a_first_order_filter_divided_by_the_root_of_its_gain_is_passive(u, pole
 @pytest.mark.parametrize("pole, rate_drop", [(50.0, 8), (100.0, 8), (51.293, 20)])
 def test_undivided_it_emits_energy_and_the_worst_case_is_not_an_estimate(pole, rate_drop):
     # A wave that grows as the filter forgets: the singular vector of rest, cut off far away.
-    params = FilterParams(pole_rad_s=pole)
+    params = FilterParams(kind="first_order", pole_rad_s=pole)
     ticks = np.arange(40_000)
     slow = np.sin(np.pi * (ticks + 0.5) / len(ticks))
     gain = worst_case_gain(params, tick_s=TICK_S, rate_drop=rate_drop)

@@ -21,8 +21,8 @@ TICK_S = 0.001
 M = 8
 PAID = ("budgeted", "integral")
 FILTERS = (
-    FilterParams(pole_rad_s=50.0),
-    FilterParams(pole_rad_s=400.0),
+    FilterParams(kind="first_order", pole_rad_s=50.0),
+    FilterParams(kind="first_order", pole_rad_s=400.0),
     FilterParams(kind="integrate_and_dump"),
     FilterParams(kind="none"),
     FilterParams(kind="butterworth", pass_hz=25.0, stop_hz=50.0),

@@ -30,14 +30,14 @@ def master(kind="exact", *, filtering=None, impedance=30.0, rate_drop=1, **numbe
         impedance=impedance,
         rate_drop=rate_drop,
         hold="zoh",
-        filter=filtering or FilterParams(pole_rad_s=POLE_RAD_S),
+        filter=filtering or FilterParams(kind="first_order", pole_rad_s=POLE_RAD_S),
         velocity_filter=VelocityFilterParams(kind=kind, **numbers),
     )
 
 
 meets_any_environment = st.builds(
     lambda pole, order, share: master(
-        filtering=FilterParams(pole_rad_s=pole), order=order, share=share
+        filtering=FilterParams(kind="first_order", pole_rad_s=pole), order=order, share=share
     ),
     st.floats(5.0, 100.0),
     st.integers(2, 4),

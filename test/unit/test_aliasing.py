@@ -29,7 +29,9 @@ def test_the_first_order_worst_case_is_its_closed_form(rate_drop, pole):
     p = math.exp(-pole * TICK_S)
     p_m = p**rate_drop
     closed = rate_drop * (1 - p) / (1 + p) * (1 + p_m) / (1 - p_m)
-    gain = worst_case_gain(FilterParams(pole_rad_s=pole), tick_s=TICK_S, rate_drop=rate_drop)
+    gain = worst_case_gain(
+        FilterParams(kind="first_order", pole_rad_s=pole), tick_s=TICK_S, rate_drop=rate_drop
+    )
     assert gain == pytest.approx(closed, rel=1e-9)
 
 
@@ -52,12 +54,19 @@ def test_the_worst_case_is_the_largest_singular_value_of_filter_and_drop(params,
 
 
 def test_a_filter_edge_above_half_the_packet_rate_is_named_with_its_worst_case():
-    (text,) = warnings_of(FilterParams(cutoff_hz=62.6), tick_s=TICK_S, rate_drop=8)
-    gain = worst_case_gain(FilterParams(cutoff_hz=62.6), tick_s=TICK_S, rate_drop=8)
+    (text,) = warnings_of(
+        FilterParams(kind="first_order", cutoff_hz=62.6), tick_s=TICK_S, rate_drop=8
+    )
+    gain = worst_case_gain(
+        FilterParams(kind="first_order", cutoff_hz=62.6), tick_s=TICK_S, rate_drop=8
+    )
     assert "62.6 Hz (-3 dB)" in text
     assert "half the packet rate (62.5 Hz)" in text
     assert f"{gain:.4g} times the energy" in text
-    assert warnings_of(FilterParams(cutoff_hz=62.4), tick_s=TICK_S, rate_drop=8) == []
+    assert (
+        warnings_of(FilterParams(kind="first_order", cutoff_hz=62.4), tick_s=TICK_S, rate_drop=8)
+        == []
+    )
 
 
 def test_no_filter_is_warned_of_unless_every_tick_is_sent():

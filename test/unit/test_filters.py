@@ -30,16 +30,18 @@ def gain_at(sos, hz):
 
 
 def test_without_a_cut_off_the_pole_is_that_of_appendix_b():
-    assert pole_of(FilterParams()) == 50.0
+    assert pole_of(FilterParams(kind="first_order")) == 50.0
 
 
 def test_the_three_conventions_name_the_same_filter():
     pole = 70.0
     at_minus_3_db = pole / (2.0 * math.pi)
     at_minus_20_db = at_minus_3_db * math.sqrt(99.0)
-    assert pole_of(FilterParams(pole_rad_s=pole)) == pole
-    assert pole_of(FilterParams(cutoff_hz=at_minus_3_db)) == pytest.approx(pole)
-    assert pole_of(FilterParams(stop_hz=at_minus_20_db)) == pytest.approx(pole)
+    assert pole_of(FilterParams(kind="first_order", pole_rad_s=pole)) == pole
+    assert pole_of(FilterParams(kind="first_order", cutoff_hz=at_minus_3_db)) == pytest.approx(
+        pole
+    )
+    assert pole_of(FilterParams(kind="first_order", stop_hz=at_minus_20_db)) == pytest.approx(pole)
     for hz, db in ((at_minus_3_db, 10 * math.log10(2)), (at_minus_20_db, 20.0)):
         s = 2j * math.pi * hz
         assert -20 * math.log10(abs(pole / (s + pole))) == pytest.approx(db)
@@ -47,7 +49,9 @@ def test_the_three_conventions_name_the_same_filter():
 
 def test_the_first_order_filter_is_exact_under_a_held_input():
     # Step response of a/(s+a) at the ticks: 1 - exp(-a t).
-    stage = AntiAliasing(FilterParams(pole_rad_s=50.0), tick_s=TICK_S, rate_drop=8)
+    stage = AntiAliasing(
+        FilterParams(kind="first_order", pole_rad_s=50.0), tick_s=TICK_S, rate_drop=8
+    )
     for k in range(1, 100):
         assert stage.step(1.0) == pytest.approx(1.0 - math.exp(-50.0 * k * TICK_S))
 
@@ -136,7 +140,7 @@ def test_integrate_and_dump_keeps_the_integral_when_ticks_are_missing():
 
 @given(u=signals(dof=2), pole=poles_rad_s)
 def test_several_axes_are_several_filters(u, pole):
-    for params in (FilterParams(pole_rad_s=pole), BUTTERWORTH):
+    for params in (FilterParams(kind="first_order", pole_rad_s=pole), BUTTERWORTH):
         together, _ = run(params, u)
         for axis in range(2):
             single, _ = run(params, u[:, axis].tolist())
@@ -147,8 +151,11 @@ def test_several_axes_are_several_filters(u, pole):
     "params, of_run",
     [
         (
-            FilterParams(pole_rad_s=np.array([[50.0], [100.0]])),
-            [FilterParams(pole_rad_s=50.0), FilterParams(pole_rad_s=100.0)],
+            FilterParams(kind="first_order", pole_rad_s=np.array([[50.0], [100.0]])),
+            [
+                FilterParams(kind="first_order", pole_rad_s=50.0),
+                FilterParams(kind="first_order", pole_rad_s=100.0),
+            ],
         ),
         (
             FilterParams(

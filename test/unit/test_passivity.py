@@ -16,7 +16,7 @@ from pmwvc_analysis.models import passivity
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.response import response
 
-FIRST_ORDER = FilterParams(pole_rad_s=50.0)
+FIRST_ORDER = FilterParams(kind="first_order", pole_rad_s=50.0)
 
 
 @pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)
@@ -44,7 +44,7 @@ def test_a_first_order_filter_before_a_rate_drop_is_never_strictly_passive(pole,
     p_m = p**rate_drop
     closed = rate_drop * (1 - p) / (1 + p) * (1 + p_m) / (1 - p_m)
     found = passivity.energy_gain(
-        FilterParams(pole_rad_s=pole), tick_s=TICK_S, rate_drop=rate_drop
+        FilterParams(kind="first_order", pole_rad_s=pole), tick_s=TICK_S, rate_drop=rate_drop
     )
     assert found["folded"][0] == pytest.approx(closed, rel=1e-9)
     assert found["passive"] is (closed <= 1.0 + passivity.TOLERANCE)

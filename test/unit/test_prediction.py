@@ -226,7 +226,8 @@ def test_what_came_of_a_prediction_is_said(predicted, was, words):
 
 
 def test_a_filter_above_half_the_packet_rate_is_warned_of_with_its_gain():
-    scenario = scenarios.load("carry_16ms", settings_texts=["user2.master.filter.cutoff_hz=80"])
+    filtering = ["user2.master.filter.kind=first_order", "user2.master.filter.cutoff_hz=80"]
+    scenario = scenarios.load("carry_16ms", settings_texts=filtering)
     (text,) = [line for line in lines(scenario, live=True) if "Warning" in line]
     gain = aliasing_gain(scenario.users[1])
     assert text.startswith("Warning: user2: the edge of the anti-aliasing filter (80 Hz (-3 dB))")
@@ -236,7 +237,8 @@ def test_a_filter_above_half_the_packet_rate_is_warned_of_with_its_gain():
 
 
 def test_a_weak_filter_below_half_the_packet_rate_is_warned_of_too():
-    scenario = scenarios.load("carry_16ms", settings_texts=["master.filter.cutoff_hz=50"])
+    filtering = ["master.filter.kind=first_order", "master.filter.cutoff_hz=50"]
+    scenario = scenarios.load("carry_16ms", settings_texts=filtering)
     (text,) = [line for line in lines(scenario, live=True) if "Warning" in line]
     assert text.startswith("Warning: user1, user2: the anti-aliasing filter is weak")
 
@@ -293,3 +295,13 @@ def test_a_complementary_bank_is_felt_by_the_lag_of_its_filters(pole_rad_s):
     found = prediction(scenario, live=False)
     exactly = transparency(scenario).felt
     assert found["k_felt"] == pytest.approx(exactly.k_felt, rel=1e-4)
+
+
+def test_the_default_filter_is_felt_stiffer_than_the_first_order_one():
+    """Its mean is 3.5 ticks late where a pole of 50 rad/s is 19.5: A steady press tells."""
+    mean = scenarios.load("carry_16ms")
+    pole = scenarios.load("carry_16ms", settings_texts=["master.filter.kind=first_order"])
+    assert mean.users[0].master.filter.kind == "integrate_and_dump"
+    felt = [prediction(one, live=False)["k_felt"] for one in (mean, pole)]
+    assert felt == pytest.approx([348.4, 313.5], abs=0.1)
+    assert aliasing_gain(mean.users[0]) == 1.0

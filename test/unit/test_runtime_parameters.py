@@ -108,10 +108,12 @@ def test_a_type_and_an_inclusive_range_are_told():
 
 def test_what_the_node_was_given_wins_over_defaults_and_a_whole_number_is_a_number():
     with node_given(master__impedance=30, master__filter__cutoff_hz=7) as peer:
-        defaults = MasterParams(impedance=10.0, hold="zoh")
+        defaults = MasterParams(
+            impedance=10.0, hold="zoh", filter=FilterParams(kind="first_order")
+        )
         start, _ = bind(peer.node, "master", MasterParams, defaults=defaults)
         assert start == MasterParams(
-            impedance=30.0, hold="zoh", filter=FilterParams(cutoff_hz=7.0)
+            impedance=30.0, hold="zoh", filter=FilterParams(kind="first_order", cutoff_hz=7.0)
         )
         assert peer.node.get_parameter("master.impedance").type_ == Parameter.Type.DOUBLE
 
@@ -131,7 +133,11 @@ def test_every_wrong_start_value_is_named_with_its_range():
 
 def test_a_conflict_is_named_with_the_group():
     with (
-        node_given(master__filter__cutoff_hz=7.0, master__filter__stop_hz=40.0) as peer,
+        node_given(
+            master__filter__kind="first_order",
+            master__filter__cutoff_hz=7.0,
+            master__filter__stop_hz=40.0,
+        ) as peer,
         pytest.raises(ParameterError, match=r"^master\.filter\.cutoff_hz and stop_hz are given"),
     ):
         declare(peer.node, "master", MasterParams)
@@ -170,12 +176,17 @@ def test_no_names_are_names_too():
 
 def test_a_change_hands_over_the_complete_new_object():
     with ros() as peer:
-        start, changes = bind(peer.node, "master", MasterParams)
+        defaults = MasterParams(filter=FilterParams(kind="first_order"))
+        start, changes = bind(peer.node, "master", MasterParams, defaults=defaults)
         assert change(peer.node, master__impedance=12) == ""
         assert change(peer.node, master__hold="zoh", master__filter__cutoff_hz=5.0) == ""
         assert changes == [
             dataclasses.replace(start, impedance=12.0),
-            MasterParams(impedance=12.0, hold="zoh", filter=FilterParams(cutoff_hz=5.0)),
+            MasterParams(
+                impedance=12.0,
+                hold="zoh",
+                filter=FilterParams(kind="first_order", cutoff_hz=5.0),
+            ),
         ]
 
 
@@ -204,13 +215,13 @@ def test_two_conflicting_values_may_change_together():
 
 def test_zero_takes_an_optional_number_back():
     with ros() as peer:
-        defaults = MasterParams(filter=FilterParams(cutoff_hz=5.0))
+        defaults = MasterParams(filter=FilterParams(kind="first_order", cutoff_hz=5.0))
         _, changes = bind(peer.node, "m", MasterParams, defaults=defaults)
         assert change(peer.node, m__filter__pole_rad_s=50.0).startswith(
             "m.filter.pole_rad_s and cutoff_hz are given"
         )
         assert change(peer.node, m__filter__pole_rad_s=50.0, m__filter__cutoff_hz=0.0) == ""
-        assert changes == [MasterParams(filter=FilterParams(pole_rad_s=50.0))]
+        assert changes == [MasterParams(filter=FilterParams(kind="first_order", pole_rad_s=50.0))]
 
 
 def test_what_is_fixed_at_the_start_stays():
@@ -245,7 +256,7 @@ def test_parameters_of_others_do_not_concern_the_binding():
 
 def test_a_parameter_file_holds_everything_and_no_null():
     values = {
-        "filter": FilterParams(pole_rad_s=50.0),
+        "filter": FilterParams(kind="first_order", pole_rad_s=50.0),
         "seed": 3,
         "users": [],
         "user1.side": -1,

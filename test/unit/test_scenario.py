@@ -24,7 +24,10 @@ def test_a_scenario_survives_its_own_file_form():
         BASE
         | {
             "link": {"delay_s": 0.008, "up": {"loss": 0.1}},
-            "user2": {"master": {"filter": {"cutoff_hz": 20}}, "side": -1},
+            "user2": {
+                "master": {"filter": {"kind": "first_order", "cutoff_hz": 20}},
+                "side": -1,
+            },
         }
     )
     text = yaml.safe_dump(scenario.to_dict())
@@ -103,7 +106,10 @@ def test_what_is_no_finite_number_is_refused(value):
 
 
 def test_conflicts_between_right_values_are_named():
-    assert "take" in problems(BASE | {"master": {"filter": {"pole_rad_s": 50, "stop_hz": 9}}})[0]
+    twice = {"kind": "first_order", "pole_rad_s": 50, "stop_hz": 9}
+    assert "take" in problems(BASE | {"master": {"filter": twice}})[0]
+    unused = problems(BASE | {"master": {"filter": {"pole_rad_s": 50}}})[0]
+    assert "integrate_and_dump has no cut-off; set kind = first_order" in unused
     assert "whole multiple" in problems(BASE | {"server": {"period_s": 0.0085}})[0]
     assert "needs a recording" in problems(BASE | {"operator": {"kind": "playback_force"}})[0]
     assert "share one tick" in problems(BASE | {"user2": {"master": {"tick_s": 0.002}}})[0]

@@ -66,6 +66,7 @@ def test_a_batch_equals_its_single_runs(dof, coupling, contact):
         "dof": dof,
         "link": {"delay_s": 0.008, "loss": 0.05},
         "server": {"coupling": coupling, "contact": contact},
+        "master": {"filter": {"kind": "first_order"}},
     }
     scenarios = [
         parse_scenario(base, overrides=values)
@@ -158,7 +159,7 @@ def test_a_run_that_runs_away_leaves_the_others_of_its_batch_alone():
     """A port with 2B > b diverges at the server beyond all numbers within seconds."""
     base = {
         "name": "batch",
-        "duration_s": 8.0,
+        "duration_s": 16.0,
         "controller": "pmwvc",
         "users": 1,
         "master": {"impedance": 15.0, "rate_drop": 20},

@@ -23,8 +23,12 @@ def test_numbers_that_differ_become_one_row_per_run():
 
 
 def test_nested_groups_are_stacked_as_well():
-    first = scenario(master__filter__pole_rad_s=50.0).users[0].master
-    second = scenario(master__filter__pole_rad_s=100.0).users[0].master
+    first, second = (
+        scenario(master__filter__kind="first_order", master__filter__pole_rad_s=pole)
+        .users[0]
+        .master
+        for pole in (50.0, 100.0)
+    )
     np.testing.assert_array_equal(stack([first, second]).filter.pole_rad_s, [[50.0], [100.0]])
 
 

@@ -89,7 +89,7 @@ def test_what_is_kept_for_a_first_order_filter_is_the_most_it_can_still_give(pol
     From y, with the wave of a frame h c: y+ = q y + c |h|^2; the best c leaves k y^2 for
     k = (e + k) q^2 i/(i - (e + k) |h|^2), i = T_c/2, e = M T_c/(2 g^2).
     """
-    filtering = FilterParams(pole_rad_s=pole)
+    filtering = FilterParams(kind="first_order", pole_rad_s=pole)
     p, i = math.exp(-pole * TICK_S), TICK_S / 2
     q, r = p**M, (1 - p) / (1 + p)
     k = i / r * q / (1 + q)

@@ -60,7 +60,11 @@ def test_a_choice_that_only_a_contact_calms_is_not_proposed():
 def test_the_impedance_from_the_lag_is_nearly_the_best_of_the_exact_model(
     delay_s, stiffness, hold
 ):
-    scenario = wall(link__delay_s=delay_s, server__contact_stiffness=stiffness)
+    scenario = wall(
+        link__delay_s=delay_s,
+        server__contact_stiffness=stiffness,
+        master__filter__kind="first_order",
+    )
     one, arm = scenario.users[0].master.filter, scenario.users[0].operator.mass
     low, high = bounds_of(scenario)
 

@@ -32,7 +32,7 @@ def master(rate_drop=8, **numbers):
         impedance=B,
         rate_drop=rate_drop,
         hold="foh",
-        filter=FilterParams(pole_rad_s=51.3),
+        filter=FilterParams(kind="first_order", pole_rad_s=51.3),
         velocity_filter=VelocityFilterParams(**numbers),
     )
 

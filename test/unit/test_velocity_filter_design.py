@@ -66,7 +66,7 @@ def test_the_flattest_in_phase_condition_is_near_the_printed_alpha():
     assert np.max(np.abs(best["in_phase"] - 1)) < np.max(np.abs(printed["in_phase"] - 1))
 
 
-PRINTED_LOW = FilterParams(pole_rad_s=float(-np.log(0.95) / TICK_S))
+PRINTED_LOW = FilterParams(kind="first_order", pole_rad_s=float(-np.log(0.95) / TICK_S))
 FREQUENCY_HZ = np.concatenate([np.geomspace(1e-4, 500.0, 6000), np.linspace(1.0, 500.0, 3000)])
 
 
@@ -111,7 +111,9 @@ def test_the_noise_gain_is_that_of_a_rounded_position():
 def test_any_order_from_two_on_has_a_cutoff_that_suits_every_environment(
     pole, order, share, tick_s
 ):
-    params = master(FilterParams(pole_rad_s=pole), order=order, share=share, tick_s=tick_s)
+    params = master(
+        FilterParams(kind="first_order", pole_rad_s=pole), order=order, share=share, tick_s=tick_s
+    )
     try:
         in_phase, any_environment = left(params)
     except ParameterError as refused:
@@ -188,9 +190,14 @@ def test_two_frequencies_reach_the_switching_gain(share, low):
 
 def test_parameters_of_runs_give_the_filters_of_each_run():
     shares, poles = np.array([[0.3], [0.6]]), np.array([[40.0], [90.0]])
-    both = design.high_pass(master(FilterParams(pole_rad_s=poles), share=shares))
+    both = design.high_pass(
+        master(FilterParams(kind="first_order", pole_rad_s=poles), share=shares)
+    )
     for run in range(2):
         one = design.high_pass(
-            master(FilterParams(pole_rad_s=poles[run, 0]), share=float(shares[run, 0]))
+            master(
+                FilterParams(kind="first_order", pole_rad_s=poles[run, 0]),
+                share=float(shares[run, 0]),
+            )
         )
         np.testing.assert_array_equal(both[:, :, run, 0], one)

@@ -19,9 +19,14 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.simulation.traces import SessionTraces
 
-# As in carry_16ms.yaml.
+# As in carry_16ms.yaml, with the anti-aliasing filter of App. B.
 HANDS = {"stiffness": 120.0, "damping": 15.0, "squeeze": 2.0}
-MODEL = {"safety.max_force": 3.3, "link.delay_s": 0.016}
+MODEL = {
+    "safety.max_force": 3.3,
+    "link.delay_s": 0.016,
+    "master.filter.kind": "first_order",
+    "master.filter.pole_rad_s": 50.0,  # of App. B
+}
 LINKS: dict[str, Values] = {
     "no_loss": {},
     "loss": {"link.loss": 0.05},

@@ -18,13 +18,20 @@ FILTER_KINDS = ("none", "first_order", "butterworth", "integrate_and_dump")
 class FilterParams(Validated):
     """Anti-aliasing filter of the outgoing wave.
 
-    A first-order filter has exactly one cut-off, in one of three conventions: ``pole_rad_s`` (the
-    pole; what App. B calls f_c), ``cutoff_hz`` (-3 dB) or ``stop_hz`` (-20 dB). Give another one
-    and the default pole gives way. A Butterworth filter is designed from ``pass_hz``/``pass_db``
-    and ``stop_hz``/``stop_db`` (attenuations, App. A).
+    ``integrate_and_dump`` sends the mean of the wave over a frame: it has no cut-off, it is
+    passive for every signal, and its lag is the shortest of the filters. A first-order filter has
+    exactly one cut-off, in one of three conventions: ``pole_rad_s`` (the pole; what App. B calls
+    f_c), ``cutoff_hz`` (-3 dB) or ``stop_hz`` (-20 dB). Give another one and the default pole
+    gives way. A Butterworth filter is designed from ``pass_hz``/``pass_db`` and
+    ``stop_hz``/``stop_db`` (attenuations, App. A).
     """
 
-    kind: str = parameter("first_order", "-", "which filter", choices=FILTER_KINDS)
+    kind: str = parameter(
+        "integrate_and_dump",
+        "-",
+        "which filter; integrate_and_dump: the mean of a frame",
+        choices=FILTER_KINDS,
+    )
     pole_rad_s: float | None = parameter(
         None, "rad/s", "first order: the pole", kind=float, above=0.0
     )
@@ -49,12 +56,16 @@ class FilterParams(Validated):
     )
 
     def conflicts(self) -> list[str]:
-        """Check that the cut-off is said once, and the Butterworth edges are in order."""
-        if self.kind == "first_order":
-            names = ("pole_rad_s", "cutoff_hz", "stop_hz")
-            given = [name for name in names if getattr(self, name) is not None]
-            if len(given) > 1:
-                return [f"{' and '.join(given)} are given: a first-order filter takes one of them"]
+        """Check that the cut-off is said once and used, and the Butterworth edges are in order."""
+        names = ("pole_rad_s", "cutoff_hz", "stop_hz")
+        given = [name for name in names if getattr(self, name) is not None]
+        if self.kind == "integrate_and_dump" and given not in ([], ["stop_hz"]):
+            return [
+                f"{given[0]} = {getattr(self, given[0])}: integrate_and_dump has no cut-off; set "
+                f"kind = first_order, or {given[0]} = null"
+            ]
+        if self.kind == "first_order" and len(given) > 1:
+            return [f"{' and '.join(given)} are given: a first-order filter takes one of them"]
         if self.kind == "butterworth":
             if self.stop_hz is None:
                 return ["stop_hz = null: a Butterworth filter needs the edge of its stop band"]
