@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rival_link import TICK_S, M, RivalLink
 
-from pmwvc_core.params import BaselineParams
+from pmwvc_core.controllers import make_master
+from pmwvc_core.params import BaselineParams, MasterParams
 from pmwvc_core.params.baseline import PspmParams, TdpaParams, VirtualCouplingParams
 
 ROUNDING_J = 1e-9
@@ -83,6 +84,32 @@ class TestTimeDomainPassivity:
             assert link.server.observers[0].allowance >= -ROUNDING_J
             observer, other = link.master.observer, link.server.observers[0]
             assert other.energy_out <= observer.energy_in + ROUNDING_J
+
+    @settings(max_examples=30)
+    @given(seeds, st.floats(1e-6, 1e-4))
+    def test_work_is_booked_of_the_force_held_over_its_own_way(self, seed, step_m):
+        """On an encoder the velocity at a tick is that of the way before: booking with it (the
+        control) counts energy that nobody gave.
+        """
+        rng = np.random.default_rng(seed)
+        params = TdpaParams(damping=0.0, damping_max=25.0)
+        master = make_master("tdpa", MasterParams(rate_drop=M), BaselineParams(tdpa=params))
+        path = np.cumsum(rng.normal(0.0, 3e-5, 400))
+        shown = (step_m * np.round(path / step_m)).tolist()
+        done = early = force = before = 0.0
+        for n, x in enumerate(shown):
+            velocity = (x - before) / TICK_S
+            done += force * (x - before)
+            if n % M == 0:
+                master.receive(float(rng.normal(0.0, 2.0)))
+            force = master.step(x, velocity)
+            master.applied(force)
+            early += force * velocity * TICK_S
+            before = x
+        observer = master.observer
+        booked = observer.energy_in - observer.energy_out + observer.dissipated
+        assert booked == pytest.approx(done, abs=1e-12)
+        assert abs(booked - early) > 1e-6
 
     def test_without_the_controllers_the_same_swing_makes_energy(self):
         """The control: the same force and motion, and nobody who counts."""

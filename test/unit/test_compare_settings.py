@@ -98,7 +98,7 @@ def test_the_conclusion_names_stiffest_passive_and_unstable_per_condition():
     ]
     conditions, near, far = conclusion(entries)
     assert "delay 16 ms each way or delay 60 ms each way" in conditions
-    assert near.startswith("With link.delay_s = 0.016: Unstable: direct (diverged).")
+    assert near.startswith("With link.delay_s = 0.016: Not stable: direct (diverged).")
     assert "tdpa renders the stiffest contact, 800 N/m" in near
     assert "The stiffest that stayed passive is waves, 300 N/m" in near
     assert "waves (1 kg and 0.1 N s/m) takes the least force to move" in near

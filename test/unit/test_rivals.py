@@ -127,9 +127,12 @@ class TestTimeDomainPassivity:
         master.receive(-2.0)
         assert master.step(0.0, 0.5) == pytest.approx(0.0)
         master.applied(0.0)
+        master.measure(0.5 * TICK_S, 0.5)
         assert master.accounts["tdpa_dissipated"] == pytest.approx(2.0 * 0.5 * TICK_S)
         assert master.accounts["tdpa_allowance"] == pytest.approx(0.0)
-        assert master.step(0.0, 0.01) == pytest.approx(-2.0 + 100.0 * 0.01)  # at its limit
+        assert master.step(0.5 * TICK_S, 0.01) == pytest.approx(
+            -2.0 + 100.0 * 0.01
+        )  # at its limit
 
     def test_at_rest_nothing_is_divided_by(self):
         master = make_master("tdpa", MasterParams(), BaselineParams())

@@ -92,7 +92,7 @@ def _unstable(group: Sequence[Entry]) -> str:
     ]
     if not bad:
         return "All sessions were stable."
-    return f"Unstable: {_joined(bad)}."
+    return f"Not stable: {_joined(bad)}."
 
 
 def _stiffest(stable: Sequence[Entry]) -> list[str]:
@@ -176,7 +176,7 @@ def _renders(names: Sequence[str]) -> str:
 def _stiffness(entry: Entry) -> str:
     contact = float(entry.scenario.users[0].contact.contact_stiffness)
     stiffness = float(entry.measures["k_felt"])
-    return f"{stiffness:.3g} N/m ({100.0 * stiffness / contact:.0f} % of the contact's)"
+    return f"{stiffness:.4g} N/m ({100.0 * stiffness / contact:.0f} % of the contact's)"
 
 
 def _name(entry: Entry) -> str:

@@ -24,10 +24,10 @@ class TdpaParams(Validated):
     """Time-domain passivity observer and controller (Hannaford 2002, Ryu 2010)."""
 
     damping: float = parameter(
-        10.0, "N s/m", "local damping of the device's end, no part of the link", low=0.0
+        9.0, "N s/m", "local damping of the device's end, no part of the link", low=0.0
     )
     damping_max: float = parameter(
-        125.0, "N s/m", "most damping that the device's end adds (rule: m/(2 T_c))", low=0.0
+        25.0, "N s/m", "most damping that the device's end adds (rule: m/(10 T_c))", low=0.0
     )
     fade_s: float = parameter(
         0.005, "s", "time in which damping fades once it is not needed (0: at once)", low=0.0

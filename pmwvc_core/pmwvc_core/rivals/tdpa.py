@@ -17,10 +17,13 @@ damper (impedance type), at the avatar by giving way (admittance type),
 
     F += a xd,   a = min(dE/(h |xd|^2), damping_max),        xd_s -= (dE/(h |f|^2)) f
 
-The first can fall short (at rest, or at its limit); what is missing stays in the observer and is
-dissipated later. The damper fades over ``fade_s`` instead of switching off at each tick, which
-limits its chatter. Giving way makes avatar and device drift apart; the drift is made up by a share
-per step, under the same observer (after Coelho et al. 2019).
+At the device the work of a tick is booked when it is done, f_{k-1} . (x_k - x_{k-1}): the force is
+held while the velocity changes, and with an encoder the velocity at the tick belongs to the way
+before. The damper is chosen from the velocity at the tick and can fall short (at rest, at its
+limit, by what the velocity changes); what is missing stays in the observer and is dissipated
+later. The damper fades over ``fade_s`` instead of switching off at each tick, which limits its
+chatter. Giving way makes avatar and device drift apart; the drift is made up by a share per step,
+under the same observer (after Coelho et al. 2019).
 """
 
 from collections.abc import Mapping, Sequence
@@ -135,7 +138,9 @@ class TdpaMaster(DeviceEnd):
         self._damping_max = params.damping_max
         self._kept = _kept(params.fade_s, tick_s)
         self._damping: Value = 0.0
-        self._force: Value = 0.0
+        self._force: Value = 0.0  # [N] as last received
+        self._held: Value = 0.0  # [N] on the device since the last tick, as safety let it through
+        self._braked: Value = 0.0  # [N s/m] of the controller's damper in it
 
     @property
     def accounts(self) -> Mapping[str, Value]:
@@ -171,13 +176,23 @@ class TdpaMaster(DeviceEnd):
         self._damping = maximum(needed, self._damping * self._kept)
         return self._force + (self._local + self._damping) * self._xd
 
-    def applied(self, f: Value) -> None:
-        """Book the force that safety let through [N]; the local damper is not the link's."""
-        super().applied(f)
-        square = self._tick_s * squared(self._xd)
-        dissipated = self._damping * square
-        given = dissipated + self._local * square - self._tick_s * dot(f, self._xd)
+    def measure(self, x: Value, xd: Value) -> None:
+        """Note the motion, and book the work of the force held until here; the local damper is
+        not the link's.
+        """
+        before, velocity = self._x, self._xd
+        super().measure(x, xd)
+        way = self._x - before
+        drag = dot(velocity, way)
+        dissipated = self._braked * drag
+        given = dissipated + self._local * drag - dot(self._held, way)
         self.observer.book(given, dissipated)
+        self._held, self._braked = self._held * 0.0, 0.0
+
+    def applied(self, f: Value) -> None:
+        """Note the force that safety let through [N]."""
+        super().applied(f)
+        self._held, self._braked = f, self._damping
 
 
 def _kept(fade_s: Value, tick_s: float) -> Value:

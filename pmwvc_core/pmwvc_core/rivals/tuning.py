@@ -6,8 +6,9 @@
 b > K_c T_c/2 + B_c             virtual coupling without delay: passive (Colgate and Schenkel
                                 1997)
 b + B_c >= K_c (T_1 + T_2)/2    with delay: damping outweighs what the spring's lag takes away
-damping_max = m/(2 T_c)         half of what stops a mass m within a tick (Hannaford and Ryu 2002
-                                discuss the limit)
+damping_max = m/(10 T_c)        a tenth of what stops a mass m within a tick: with an encoder the
+                                velocity is wrong by d/T_c, and a larger damper turns that into
+                                chatter (ours; Hannaford and Ryu 2002 discuss the limit)
 b + damping >= K (T_1 + T_2)/2  time-domain passivity: the same for the contact, whose force is
                                 what is late; without it a passive link may oscillate (ours)
 B >= K h/2                      likewise: its contact is sampled and held over a step h, and what
@@ -36,6 +37,8 @@ from pmwvc_core.params import (
 from pmwvc_core.params.baseline import PspmParams, TdpaParams, VirtualCouplingParams
 
 MARGIN = 0.8  # of the stiffness that a rule allows
+LATE_MARGIN = 0.95  # of the same for the local damping: 3 N s/m do at 16 ms where this gives 4.7
+STOP_SHARE = 0.1  # of what stops the device within a tick
 COUPLING_SHARE = 0.5  # of b: damping of the virtual coupling
 
 
@@ -124,7 +127,7 @@ def check_tdpa(params: TdpaParams, loop: Loop) -> Proposal:
     """Return by how much the dampers meet their rules."""
     late = 0.5 * loop.contact_stiffness * loop.round_trip_s
     criteria = {
-        "sampling": 0.5 * loop.mass / loop.tick_s - params.damping_max,
+        "sampling": STOP_SHARE * loop.mass / loop.tick_s - params.damping_max,
         "delay": loop.damping + params.damping - late,
         "contact": loop.contact_damping - 0.5 * loop.contact_stiffness * loop.period_s,
     }
@@ -138,7 +141,8 @@ def tdpa(loop: Loop) -> Proposal:
     """
     late = 0.5 * loop.contact_stiffness * loop.round_trip_s
     params = TdpaParams(
-        damping=max(late / MARGIN - loop.damping, 0.0), damping_max=0.5 * loop.mass / loop.tick_s
+        damping=max(late / LATE_MARGIN - loop.damping, 0.0),
+        damping_max=STOP_SHARE * loop.mass / loop.tick_s,
     )
     return check_tdpa(params, loop)
 
