@@ -4,11 +4,14 @@
 
 import importlib.util
 import re
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
 from pmwvc_bringup.scenarios import known
+from pmwvc_core.simulation.scenario import shared_specs, user_specs
+from pmwvc_core.simulation.traces import ServerTraces, UserTraces
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
@@ -35,3 +38,14 @@ def test_the_readme_names_every_scenario_and_every_document():
         assert f"`{name}`" in text
     for page in (ROOT / "docs").glob("*.md"):
         assert f"docs/{page.name}" in text
+
+
+def test_the_notation_names_signals_and_parameters_that_exist():
+    text = (ROOT / "docs" / "notation.md").read_text("utf-8")
+    signals, _, rest = text.partition("## Parameters")
+    traced = {field.name for kind in (UserTraces, ServerTraces) for field in fields(kind)}
+    rows = [row for row in signals.splitlines() if row.startswith("|")]
+    named = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
+    assert named - traced == {"u_tx", "v_rx"}  # in packets, not in traces
+    parameters = re.findall(r"`([a-z]+\.[\w.]+)`", rest.partition("## Glossary")[0])
+    assert set(parameters) <= {*shared_specs(), *user_specs()}
