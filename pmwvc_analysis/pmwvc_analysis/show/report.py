@@ -13,9 +13,13 @@ from pmwvc_analysis.judge.budget_result import Budget
 from pmwvc_analysis.judge.passivity_findings import Passivity, passivity
 from pmwvc_analysis.show import chart_svg, event_list, figure_blocks
 from pmwvc_analysis.show.chart import Chart
+from pmwvc_analysis.show.loop_blocks import blocks, rendered
+from pmwvc_analysis.show.loop_drawing import drawing
 from pmwvc_analysis.show.page import filled
+from pmwvc_analysis.show.story import story
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_core.wave.content import has_waves
 
 TEMPLATE = "report_template.html"
 MOST_EVENTS = 60
@@ -38,6 +42,8 @@ def render(
         title=scenario.name if scenario else "recorded session",
         description=scenario.description if scenario else "",
         summary=summary,
+        story=story(traces, scenario, summary, energies),
+        loops=_loops(traces, scenario, energies),
         verdicts=verdict_lines(summary, judged, found),
         budget_owners=[*energies.hands, "server"] if energies else [],
         budget_rows=budget_summary.rows(energies) if energies else [],
@@ -83,3 +89,20 @@ def verdict_lines(
     elif summary["recording"]["messages"]:
         found.append((True, "Nothing is missing in the recording."))
     return found
+
+
+def _loops(
+    traces: SessionTraces, scenario: Scenario | None, energies: Budget | None
+) -> list[tuple[str, str, str]]:
+    """Return name, drawing and a sentence of every user's loop."""
+    if scenario is None:
+        return []
+    waves, live = has_waves(scenario.controller), traces.source == "live"
+    return [
+        (
+            user.name,
+            drawing(blocks(scenario, user, energies), name=user.name, waves=waves),
+            rendered(scenario, user, live=live),
+        )
+        for user in scenario.users
+    ]

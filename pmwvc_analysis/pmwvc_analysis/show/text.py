@@ -3,6 +3,7 @@
 """Numbers as people write them."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
@@ -20,9 +21,28 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> str:
     return f"{value / factor:.{digits}g} {prefix}{unit}"
 
 
-def users(count: int) -> str:
+def count(number: int, thing: str) -> str:
+    """Return a number of things: ``1 user``, ``2 users``."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def users(number: int) -> str:
     """Return how many users there are."""
-    return f"{count} user{'' if count == 1 else 's'}"
+    return count(number, "user")
+
+
+def article(number: str) -> str:
+    """Return the article of a number as it is read: an 8, a 7, an 11, a 110, an 11000."""
+    whole = number.partition(".")[0]
+    eleven = whole[:2] in ("11", "18") and len(whole) % 3 == 2
+    return "an" if whole.startswith("8") or eleven else "a"
+
+
+def listed(texts: Sequence[str]) -> str:
+    """Return texts as a list in a sentence: ``a``, ``a and b``, ``a, b and c``."""
+    if len(texts) < 2:
+        return "".join(texts)
+    return f"{', '.join(texts[:-1])} and {texts[-1]}"
 
 
 def cell(value: Any, scale: float = 1.0, digits: int = 3) -> str:

@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The drawing of the loop and the paragraph on what happened carry the session's own numbers."""
+
+import dataclasses
+import re
+import xml.etree.ElementTree as ET
+
+import handmade
+import numpy as np
+import pytest
+
+from pmwvc_analysis.judge.budget import budget
+from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.show.loop_blocks import blocks, rendered
+from pmwvc_analysis.show.loop_drawing import PLACES, drawing
+from pmwvc_analysis.show.story import story
+from pmwvc_analysis.show.text import article, count, listed
+from pmwvc_core.simulation.session import simulate_one
+
+
+OWN = ("device", "port", "filter", "hold", "up", "down")
+
+
+def told(traces, scenario, energies=None):
+    return story(traces, scenario, summary(traces, scenario, energies), energies)
+
+
+def texts(svg):
+    return [element.text for element in ET.fromstring(svg).iter("text")]
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"controller": "direct"},
+        {"controller": "tdpa"},
+        {"master__bank__kind": "complementary"},
+        {"server__environment": "wall", "users": 1},
+    ],
+)
+def test_the_energies_of_all_blocks_are_those_of_the_budget(settings):
+    scenario = handmade.scenario(duration_s=2.0, **settings)
+    traces = simulate_one(scenario)
+    found = budget(traces, scenario)
+    shared, hands, own = 0.0, 0.0, 0.0
+    for user in scenario.users:
+        of = blocks(scenario, user, found)
+        hands += of["hand"].energy_j
+        own += sum(
+            of[k].energy_j or 0.0 for k in ("device", "port", "filter", "hold", "up", "down")
+        )
+        shared = sum(of[k].energy_j for k in ("decoder", "contact", "object"))
+    assert hands == pytest.approx(own + shared + found.residual_j[-1], abs=1e-12)
+    assert abs(hands) > 1e-4
+
+
+def test_the_drawing_has_every_block_and_its_numbers():
+    scenario = handmade.scenario(duration_s=1.0, link__delay_s=0.024, device__mass=0.31)
+    found = blocks(scenario, scenario.users[0], budget(simulate_one(scenario), scenario))
+    assert set(found) == set(PLACES)
+    shown = texts(drawing(found, name="user1", waves=True))
+    for text in ("0.31 kg", "24 ms", "b = 25 N s/m", "1 kHz", "125 Hz", "K = 500 N/m", "u_m"):
+        assert text in shown
+    assert "u_m" not in texts(drawing(found, name="user1", waves=False))
+
+
+def test_what_generated_energy_is_marked():
+    scenario = handmade.scenario(duration_s=1.0)
+    found = blocks(scenario, scenario.users[0], None)
+    found["decoder"] = with_energy(found["decoder"], -2e-3)
+    root = ET.fromstring(drawing(found, name="user1", waves=True))
+    marked = [
+        element.text for element in root.iter("text") if element.get("class") == "loop-alarm"
+    ]
+    assert marked == ["E = −2 mJ"]
+
+
+def with_energy(block, energy):
+    """The block with another energy."""
+    return block._replace(energy_j=energy)
+
+
+def test_names_cannot_become_markup():
+    scenario = handmade.scenario(duration_s=1.0)
+    (user, *_) = scenario.users
+    user = dataclasses.replace(user, name="<b>&")
+    markup = drawing(blocks(scenario, user, None), name=user.name, waves=True)
+    assert ET.fromstring(markup).get("aria-label") == "Control loop of <b>&"
+
+
+def test_the_link_is_said_as_a_spring_and_a_mass():
+    said = rendered(handmade.scenario(), handmade.scenario().users[0], live=False)
+    number = re.match(
+        r"Round trip ([\d.]+) ms; the link feels like an? (\d+) N/m spring "
+        r"and a ([\d.]+) kg mass\.",
+        said,
+    )
+    tau_s, spring, mass = (float(each) for each in number.groups())
+    assert spring == pytest.approx(2 * 25.0 / (tau_s * 1e-3), rel=2e-3)
+    assert mass == pytest.approx(25.0 * tau_s * 1e-3 / 2, abs=0.006)
+    assert (
+        rendered(handmade.scenario(controller="direct"), handmade.scenario().users[0], live=False)
+        == ""
+    )
+
+
+def test_the_paragraph_says_who_touched_what_when_and_with_what_force():
+    text = told(handmade.session(), handmade.scenario())
+    assert "Two users touched the cube from the start." in text
+    assert "forces at the end: 1.00 N and 1.00 N" in text
+    assert "moved" not in text
+    assert "safety" not in text
+
+
+def test_the_paragraph_says_how_far_the_object_went():
+    traces = handmade.session()
+    steps = len(traces.server.time_s)
+    traces.server.x_o[:, 0] = np.linspace(0.0, 0.06, steps)
+    assert "and moved it 60 mm." in told(traces, handmade.scenario())
+    traces.server.x_o[:, 0] = 0.06 * np.sin(np.pi * np.arange(steps) / (steps - 1))
+    assert "and moved it up to 60 mm (0 mm at the end)." in told(traces, handmade.scenario())
+
+
+def test_the_paragraph_says_where_the_energy_of_the_hands_is():
+    scenario = handmade.scenario()
+    traces = simulate_one(scenario)
+    found = budget(traces, scenario)
+    given = sum(sums[-1] for sums in found.hands.values()) * 1e3
+    text = told(traces, scenario, found)
+    assert f"The hands gave {given:.3g} mJ; at the end, stored or dissipated:" in text
+
+
+@pytest.mark.parametrize(("events", "said"), [(1, "1 safety event."), (3, "3 safety events.")])
+def test_one_safety_event_is_one(events, said):
+    traces = handmade.session()
+    traces.users[0].safety_events = events
+    assert f"The safety limits acted: {said}" in told(traces, handmade.scenario())
+
+
+def test_a_release_is_told_with_its_cause():
+    traces = handmade.session()
+    traces.events = [{"time_s": 7.2, "who": "user2", "kind": "release", "what": "server silent"}]
+    assert "At 7.2 s user2: server silent." in told(traces, handmade.scenario())
+
+
+def test_nobody_who_touches_is_said_and_nothing_recorded_says_nothing():
+    traces = handmade.session()
+    for touches in traces.server.contact:
+        touches[:] = False
+    assert "No user touched the cube." in told(traces, handmade.scenario())
+    traces.server, traces.users = None, []
+    assert told(traces, None) == ""
+
+
+@pytest.mark.parametrize(
+    ("number", "word"),
+    [("8", "an"), ("840", "an"), ("787", "a"), ("11", "an"), ("110", "a"), ("18000", "an"),
+     ("1800", "a"), ("0.8", "a")],
+)  # fmt: skip
+def test_an_article_fits_its_number(number, word):
+    assert article(number) == word
+
+
+def test_counts_and_lists_read_well():
+    assert [count(n, "user") for n in (0, 1, 2)] == ["0 users", "1 user", "2 users"]
+    assert [listed(list("abc")[:n]) for n in range(4)] == ["", "a", "a and b", "a, b and c"]
