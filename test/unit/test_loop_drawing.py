@@ -18,7 +18,6 @@ from pmwvc_analysis.show.story import story
 from pmwvc_analysis.show.text import article, count, listed
 from pmwvc_core.simulation.session import simulate_one
 
-
 OWN = ("device", "port", "filter", "hold", "up", "down")
 
 
