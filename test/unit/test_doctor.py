@@ -14,7 +14,9 @@ from pmwvc_analysis.doctor import PROBLEM, WARNING, check_recording, exit_code
 from pmwvc_analysis.judge.consistency import inconsistencies
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.schemas import typestore
+from pmwvc_bringup import scenarios as files
 from pmwvc_core.errors import RecordingError
+from pmwvc_core.simulation.session import simulate_one
 
 
 @pytest.fixture(scope="module")
@@ -80,12 +82,20 @@ def test_physics_that_does_not_add_up_is_a_problem(tmp_path, break_it, words):
 
 
 def test_a_force_that_safety_limited_does_not_count_against_the_port():
-    traces = handmade.session()
+    limits = ("safety.max_force=1.5", "safety.max_slew=20")
+    scenario = files.load("carry_16ms", settings_texts=limits, duration_s=4.0)
+    traces = simulate_one(scenario)
     user = traces.users[0]
-    user.f_applied[2000:] *= 0.5
-    user.u_m[2000:] *= 0.9
-    user.energy["u_m"] = np.cumsum(user.u_m[::8, 0] ** 2) * 0.004
-    assert inconsistencies(traces, handmade.scenario()) == []
+    natural = np.sqrt(2 * scenario.users[0].impedance) * user.xd_m - user.v_m
+    shortened = np.flatnonzero(np.abs(user.u_m - natural) > 1e-3)
+    same_force = (user.f_applied == user.f_m)[shortened]
+    assert (~same_force).any()  # limited
+    assert same_force.any()  # and ticks that pay what is still owed
+    assert inconsistencies(traces, scenario) == []
+    # the control: shortened by another amount
+    user.u_m[shortened] *= 0.9
+    user.energy["u_m"] = np.cumsum(user.u_m[:, 0] ** 2)[7::8] * user.tick_s / 2
+    assert any("as far as F xd pays" in line for line in inconsistencies(traces, scenario))
 
 
 def test_a_cut_file_is_damaged_and_still_looked_at(folder, tmp_path):

@@ -88,7 +88,7 @@ def test_a_gap_in_the_record_is_not_judged_and_leaves_no_hole():
     for way in ("up", "down", "joint"):
         before, after = getattr(expected, way), getattr(found, way)
         same = np.isin(before.time_s, after.time_s)
-        assert same.sum() == len(after.time_s) == len(before.time_s) - 20
+        assert same.sum() == len(after.time_s) == len(before.time_s) - 21
         np.testing.assert_allclose(after.balance_j, before.balance_j[same], atol=1e-12)
     # the control: inside the gap the server goes on while the record of the master stands still
     early = anchored(holed.users[0], *u_m_of(holed.users[0]))[gone.start * TICKS - 1]

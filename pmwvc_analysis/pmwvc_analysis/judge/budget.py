@@ -10,9 +10,10 @@ got: it was *active*. Parts and what they rest on: :mod:`.budget_device`,
 
 The residual is what the parts, each computed for itself, do not explain. In a session of which
 nothing is missing it is rounding, ``TOLERANCE`` of the energy moved; ticks that were not recorded
-(live), and Coulomb friction where the motion turns, show: ``TOLERANCE_NOTED``. Where position or
-velocity are measured rather than exact, what the sensors make up cannot be told from the sample
-and hold, which is then what the other parts of the device leave over.
+(live), and Coulomb friction where the motion turns, show: ``TOLERANCE_NOTED``. Parts that are not
+computed for themselves are named with what they hide: :mod:`.remainders`. Intervals that are not
+on record are left out, and the budget ends where a master or the server was started again:
+:mod:`.stretches`.
 """
 
 import numpy as np
@@ -25,7 +26,8 @@ from pmwvc_analysis.judge.budget_result import SERVER, Budget
 from pmwvc_analysis.judge.budget_server import server_account
 from pmwvc_analysis.judge.budget_words import booked
 from pmwvc_analysis.judge.energy import running
-from pmwvc_analysis.judge.true_motion import measured
+from pmwvc_analysis.judge.remainders import Remainder, of_server
+from pmwvc_analysis.judge.stretches import stretches
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
@@ -45,14 +47,15 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         return None
     if not all(np.isfinite(u.x_m).all() and np.isfinite(u.xd_m).all() for u in users):
         return None
-    clock = Clock(_times(traces, users))
+    clock = _clock(traces, users)
     inside = server_account(clock, server, scenario)
     shared = inside.pop("into_server")
     waves = has_waves(scenario.controller)
-    hands, parts, residuals, frames, remainders = {}, {}, {}, {}, {}
+    hands, parts, residuals, frames = {}, {}, {}, {}
+    left_over: list[Remainder] = []
     for user in users:
         own = known[user.name]
-        device, remainders[user.name] = device_account(clock, user, own.device)
+        device, unknown = device_account(clock, user, own.device)
         hands[user.name] = device.pop("hand")
         residuals[user.name] = device.pop("residual")
         port = _port(clock, user, own, traces, waves=waves)
@@ -61,6 +64,10 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         parts[user.name] = {**device, **port}
         if waves and booked(user.accounts):
             frames[user.name] = at_frames(user, own)
+            unknown.add("bank" if "bank_low_in" in user.accounts else "filter_and_hold")
+        if "tdpa_dissipated" in user.accounts:
+            unknown.add("link")
+        left_over += [Remainder(user.name, part) for part in sorted(unknown)]
         shared = shared - _into(clock, server, user.name)
     residuals[SERVER] = inside.pop("residual") - shared  # of users whose own trace is not there
     return Budget(
@@ -70,7 +77,8 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         residuals,
         frames,
         _paid(users, scenario),
-        _notes(traces, users, scenario),
+        _notes(traces, users, scenario, left_over),
+        [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],
     )
 
 
@@ -106,22 +114,33 @@ def _into(clock: Clock, server: ServerTraces, name: str) -> Array:
     """Return what went into the server at one user's port [J]."""
     place = server.users.index(name)
     sums = running(server.energy_u_s[place]) - running(server.energy_v_s[place])
-    return sums[: len(clock.time_s)]
+    return np.asarray(sums[clock.steps], dtype=float)
 
 
-def _times(traces: SessionTraces, users: list[UserTraces]) -> Array:
-    """Return the times of the server's steps, up to the last one every user's ticks reach."""
+def _clock(traces: SessionTraces, users: list[UserTraces]) -> Clock:
+    """Return the times of the server's steps of which every user's record tells, up to the last
+    one that every user's ticks reach.
+    """
     assert traces.server is not None
     times = traces.server.time_s
     lateness = traces.metadata.get("server_lateness_s")
     if lateness is not None and len(lateness) == len(times):
         times = times + lateness
     end = min(float(user.time_s[-1] + user.lateness_s[-1]) for user in users)
-    reached: Array = times[times <= end + 1e-9]
-    return reached if len(reached) else times[:1]
+    known = times <= end + 1e-9
+    for user in users:
+        stays = stretches(user, traces.server, traces)
+        known &= stays.known(times) & (times <= stays.lives[0].end_s)
+    rows = np.flatnonzero(known) if known.any() else np.zeros(1, dtype=np.intp)
+    return Clock(times[rows], rows)
 
 
-def _notes(traces: SessionTraces, users: list[UserTraces], scenario: Scenario) -> list[str]:
+def _notes(
+    traces: SessionTraces,
+    users: list[UserTraces],
+    scenario: Scenario,
+    left_over: list[Remainder],
+) -> list[str]:
     """Return in words what keeps a budget from closing to rounding."""
     known = {user.name: user for user in scenario.users}
     found = []
@@ -132,18 +151,28 @@ def _notes(traces: SessionTraces, users: list[UserTraces], scenario: Scenario) -
                 f"{user.name}: the hand's force was not measured; it is taken to have given what "
                 "the device shows"
             )
-        missing = int(np.sum(np.diff(user.tick) - 1))
+        steps = np.diff(user.tick)
+        missing = int(np.sum(steps[steps > 1] - 1))
+        if (steps < 0).any():
+            again_s = float(user.time_s[int(np.argmax(steps < 0)) + 1])
+            found.append(
+                f"{user.name}: its master was started again at {again_s:.2f} s; the budget ends "
+                "there"
+            )
         if missing:
             found.append(f"{user.name}: {missing} ticks were not recorded")
-        if measured(device):
+        if Remainder(user.name, "device_damping") in left_over:
             found.append(
-                f"{user.name}: position or velocity is measured, not exact; what the sensors make "
-                "up counts as sample and hold"
+                f"{user.name}: position or velocity is measured, and its device's model does not "
+                "tell the true motion"
             )
         if device.friction > 0.0:
             found.append(f"{user.name}: the heat of friction is exact but where motion turns")
     assert traces.server is not None
-    steps = int(np.sum(np.diff(traces.server.step) - 1))
-    if steps:
-        found.append(f"server: {steps} steps were not recorded")
+    steps = np.diff(traces.server.step)
+    if (steps < 0).any():
+        again_s = float(traces.server.time_s[int(np.argmax(steps < 0)) + 1])
+        found.append(f"server: it was started again at {again_s:.2f} s; the budget ends there")
+    if (steps > 1).any():
+        found.append(f"server: {int(np.sum(steps[steps > 1] - 1))} steps were not recorded")
     return found

@@ -82,7 +82,6 @@ def channel_account(
     u_tx = clock.of_blocks(user, user.energy["u_tx"], frame_s, after_s=0.0)
     v_rx = clock.of_blocks(user, user.energy["v_rx"], frame_s, after_s=take_s)
     u_s, v_s = running(server.energy_u_s[place]), running(server.energy_v_s[place])
-    count = len(clock.time_s)
     if known.master.filter.kind == "integrate_and_dump":
         filtered = u_tx
     else:
@@ -90,7 +89,7 @@ def channel_account(
     return {
         "filter": u_m - filtered,
         "rate_drop": filtered - u_tx,
-        "link_up": u_tx - u_s[:count],
-        "link_down": v_s[:count] - v_rx,
+        "link_up": u_tx - u_s[clock.steps],
+        "link_down": v_s[clock.steps] - v_rx,
         "hold": v_rx - v_m,
     }

@@ -35,7 +35,8 @@ class AtFrames(NamedTuple):
 class Clock:
     """The instants at which a budget is drawn up, and what had happened by then."""
 
-    time_s: Array  # (step,)
+    time_s: Array  # (instant,)
+    steps: NDArray[np.intp]  # (instant,) rows of the server's steps
 
     def ticks_before(self, user: UserTraces) -> NDArray[np.intp]:
         """Return how many recorded ticks had run; never all, so that the next one's start is

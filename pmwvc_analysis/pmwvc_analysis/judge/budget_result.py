@@ -15,6 +15,7 @@ import numpy as np
 
 from pmwvc_analysis.judge.budget_clock import AtFrames, Series, sum_of
 from pmwvc_analysis.judge.passivity import Finding, judge, tolerance
+from pmwvc_analysis.judge.remainders import Remainder
 from pmwvc_core.numeric import Array
 
 TOLERANCE = 1e-9  # of the energy moved
@@ -40,6 +41,7 @@ class Budget:
     at_frames: dict[str, AtFrames] = field(default_factory=dict)  # what is known better then
     paid: frozenset[str] = frozenset()  # owners that spend only what they have
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
+    remainders: list[Remainder] = field(default_factory=list)  # what no error shows in
 
     @property
     def residual_j(self) -> Array:

@@ -30,7 +30,6 @@ def server_account(clock: Clock, server: ServerTraces, scenario: Scenario) -> Su
     leave over; ``residual``. The implicit coupling leaves nothing over; there it is the residual.
     An unknown environment has parts of its own.
     """
-    count = len(clock.time_s)
     into = sum(
         (
             running(u) - running(v)
@@ -48,7 +47,7 @@ def server_account(clock: Clock, server: ServerTraces, scenario: Scenario) -> Su
         found = _of_unknown(server, into, work)
     else:
         found = _of_known(server, scenario, into, work, waves=waves)
-    return {name: sums[:count] for name, sums in {"into_server": into, **found}.items()}
+    return {name: sums[clock.steps] for name, sums in {"into_server": into, **found}.items()}
 
 
 def _of_known(

@@ -47,6 +47,10 @@ def summary(found: Budget) -> dict[str, Any]:
         },
         "active": [_active(entry) for entry in found.active],
         "notes": found.notes,
+        "remainders": [
+            {"owner": each.owner, "part": each.part, "hides": each.hides}
+            for each in found.remainders
+        ],
     }
 
 
@@ -59,10 +63,12 @@ def rows(found: Budget) -> list[tuple[str, list[float | None]]]:
     table: list[tuple[str, list[float | None]]] = [
         ("given by the hand", [*(float(s[-1]) for s in found.hands.values()), None])
     ]
+    left_over = {each.part for each in found.remainders}
     parts = list(dict.fromkeys(part for owner in owners for part in found.parts[owner]))
     for part in parts:
         sums = [found.parts[owner].get(part) for owner in owners]
-        table.append((words_of(part), [None if s is None else float(s[-1]) for s in sums]))
+        label = words_of(part) + (" (remainder)" if part in left_over else "")
+        table.append((label, [None if s is None else float(s[-1]) for s in sums]))
     table.append(("not explained", [float(found.residuals[owner][-1]) for owner in owners]))
     return table
 
@@ -90,12 +96,16 @@ def lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, str]]:
         said = [(True, f"The energy budget closes to {joule(residual)}.")]
     else:
         said = [(False, f"The energy budget does not close: {joule(residual)} are not explained.")]
+    hidden = {each.part: each.hides for each in found.remainders}
+    for part, hides in hidden.items():
+        words = "given by the hand" if part == "hand" else words_of(part)
+        said.append((None, f"Remainder, not computed for itself: {words}. It hides {hides}."))
     for port in judged.findings:
         if port.decides and port.passive is False:
             said.append((False, f"{port.owner}: {verdict(judged, port.owner)}."))
     paid = together([port for port in judged.findings if port.decides])
     said += [(None if paid else False, f"{component(entry)}.") for entry in found.active]
-    if len(said) == 1 and paid:
+    if not found.active and paid:
         limit = found.findings[0].tolerance_j
         said.append((True, f"No component generated energy beyond {joule(limit)}."))
     return said

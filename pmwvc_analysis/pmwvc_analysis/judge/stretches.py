@@ -53,12 +53,15 @@ def stretches(user: UserTraces, server: ServerTraces, traces: SessionTraces) -> 
     lives, unjudged = [], []
     for first, last in zip(begins, ends, strict=True):
         start = _start_s(user, first, traces)
-        lives.append(Interval(start, float(ran[last] + 1.5 * user.tick_s)))
+        end_s = float(ran[last] + 1.5 * user.tick_s)
+        if last + 1 < len(user.tick):
+            end_s = min(end_s, float(user.time_s[last + 1] - 0.5 * user.tick_s))
+        lives.append(Interval(start, end_s))
     for before, after in itertools.pairwise(lives):
         unjudged.append(Unjudged(before.end_s, after.start_s, AGAIN))
     for row in gaps(user):
         back_s = _block_end_s(user, float(user.time_s[row + 1]))
-        unjudged.append(Unjudged(float(ran[row] + 1.5 * user.tick_s), back_s, GAP))
+        unjudged.append(Unjudged(float(ran[row] + 0.5 * user.tick_s), back_s, GAP))
     for row in np.flatnonzero(np.diff(server.step) < 0):
         at_s = float(server.time_s[row + 1])
         lives = [part for life in lives for part in _split(life, at_s)]

@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""When two recorded numbers that ought to be the same are not."""
+
+import numpy as np
+
+from pmwvc_core.numeric import Array
+
+RELATIVE = 1e-6
+SMALLEST = 1e-9
+
+
+def differs(left: Array, right: Array) -> float | None:
+    """Return the largest difference where it is more than rounding can explain, else None."""
+    if not left.size:
+        return None
+    gap = float(np.abs(left - right).max())
+    size = float(max(np.abs(left).max(), np.abs(right).max()))
+    return gap if gap > SMALLEST + RELATIVE * size else None
+
+
+def missing_from(values: Array, known: Array) -> float | None:
+    """Return how far a value is from all known ones, where that is more than rounding, else None.
+
+    ``known`` is sorted.
+    """
+    if not values.size or not known.size:
+        return None
+    place = np.searchsorted(known, values)
+    below = np.abs(values - known[np.maximum(place - 1, 0)])
+    above = np.abs(values - known[np.minimum(place, len(known) - 1)])
+    gap = np.minimum(below, above)
+    worst = int(np.argmax(gap - RELATIVE * np.abs(values)))
+    return float(gap[worst]) if gap[worst] > 1e-12 + RELATIVE * abs(values[worst]) else None
+
+
+def not_finite(owner: str, signals: dict[str, Array]) -> list[str]:
+    """Return in words which signals are not finite."""
+    return [
+        f"{owner}: {name} has {int((~np.isfinite(values)).sum())} values that are not finite"
+        for name, values in signals.items()
+        if not np.isfinite(values).all()
+    ]
