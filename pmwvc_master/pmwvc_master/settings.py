@@ -13,6 +13,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.client import Client
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.master.safety import SafetyLimiter
+from pmwvc_core.master.safety_changes import check_change
 from pmwvc_core.params import (
     BaselineParams,
     ContactParams,
@@ -124,7 +125,7 @@ def declare_settings(
         object_size_m=shared("object_size_m"),
         master=binding.declare("master", MasterParams, on_master, check=designed),
         baseline=declare(node, "baseline", BaselineParams),
-        safety=binding.declare("safety", SafetyParams, on_safety),
+        safety=binding.declare("safety", SafetyParams, on_safety, check_change=check_change),
         device=declare(node, "device", DeviceParams),
         operator=declare(node, "operator", OperatorParams),
         task=declare(node, "task", TaskParams),

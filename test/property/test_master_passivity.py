@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whatever safety does to the force, the master's port emits no more energy than it gets."""
 
+import dataclasses
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -118,6 +120,26 @@ def test_the_limits_themselves_are_paid_for(impedance, shape, seed, params, spee
             lambda asked, xd=xd, silence_s=silence_s: safety.step(
                 asked, xd, xd, silence_s=silence_s, coupled=True
             ),
+        )
+        assert np.all(account.balance + account.port.debt_j >= -tolerance(account))
+
+
+@given(shapes, seeds, limits)
+def test_an_impedance_that_changes_while_it_runs_is_paid_for_over_its_whole_range(
+    shape, seed, params
+):
+    account, rng = Account(25.0), np.random.default_rng(seed)
+    safety = SafetyLimiter(params, tick_s=TICK_S, packet_s=0.008)
+    xd = draw(shape, rng, 0.2)
+    for tick in range(300):
+        if tick % M == 0:
+            port = account.port
+            wanted = float(10.0 ** rng.uniform(-2.0, 3.0))
+            port.configure(dataclasses.replace(port.params, impedance=wanted))
+            port.receive(draw(shape, rng, 1.0))
+        xd = 0.97 * xd + 0.2 * draw(shape, rng, 0.2)
+        account.tick(
+            xd, lambda asked, xd=xd: safety.step(asked, xd, xd, silence_s=0.0, coupled=True)
         )
         assert np.all(account.balance + account.port.debt_j >= -tolerance(account))
 

@@ -77,7 +77,7 @@ def test_a_wrong_parameter_is_said_in_one_line_and_nothing_runs(capfd):
     work = Work(build=lambda node: declare(node, "master", MasterParams))
     assert run(work, "-p", "master.impedance:=-1.0") == 2
     assert work.happened == []
-    line = "tried: master.impedance = -1.0: must be > 0 N s/m"
+    line = "tried: master.impedance = -1.0: must be 0.01..1000 N s/m"
     assert capfd.readouterr().err.splitlines() == [line]
 
 

@@ -31,7 +31,7 @@ def test_a_row_tells_type_unit_default_range_and_description():
         "number",
         "N s/m",
         "25",
-        "> 0 N s/m",
+        "0.01..1000 N s/m",
         "wave impedance b",
     ]
 

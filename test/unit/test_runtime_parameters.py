@@ -3,6 +3,7 @@
 """Parameters in ROS are those of the dataclasses: names, bounds and refusals, at any time."""
 
 import dataclasses
+import sys
 
 import pytest
 from processes import ros
@@ -92,6 +93,8 @@ def test_every_bound_holds_in_ros_at_the_bound_and_not_beyond(kind):
                 assert not refused.successful
                 assert name in refused.reason
                 assert peer.node.get_parameter(name).value == bound
+            if spec.optional:  # takes itself out of the way of the next one
+                peer.node.set_parameters([Parameter(name, value=0.0)])
 
 
 def test_a_type_and_an_inclusive_range_are_told():
@@ -102,8 +105,40 @@ def test_a_type_and_an_inclusive_range_are_told():
         assert [(r.from_value, r.to_value) for r in ticks.integer_range] == [(1, 1000)]
         impedance = peer.node.describe_parameter("master.impedance")
         assert (impedance.type, impedance.read_only) == (ParameterType.PARAMETER_DOUBLE, False)
-        assert impedance.additional_constraints == "> 0 N s/m"
-        assert not impedance.floating_point_range  # zero is not allowed: no range can say that
+        assert impedance.additional_constraints == "0.01..1000 N s/m"
+        (numbers,) = impedance.floating_point_range
+        assert (numbers.from_value, numbers.to_value) == (0.01, 1000.0)
+
+
+def test_a_bound_that_is_open_is_a_range_too_and_the_constraint_says_what_is_excluded():
+    with ros() as peer:
+        bind(peer.node, "device", DeviceParams)
+        declare_value(peer.node, "seed", Spec(int, low=0, description="seed"), 1)
+        mass = peer.node.describe_parameter("device.mass")
+        (numbers,) = mass.floating_point_range
+        assert (numbers.from_value, numbers.to_value) == (0.0, sys.float_info.max)
+        assert mass.additional_constraints == "> 0 kg"
+        assert change(peer.node, device__mass=0.0) == "device.mass = 0.0: must be > 0 kg"
+        (integers,) = peer.node.describe_parameter("seed").integer_range
+        assert (integers.from_value, integers.to_value) == (0, 2**63 - 1)
+
+
+@pytest.mark.parametrize("kind", [MasterParams, SafetyParams, LinkParams])
+def test_every_number_that_may_change_while_running_is_bounded_on_both_sides(kind):
+    for name, spec in leaves("", kind):
+        if spec.kind in (int, float) and not spec.read_only:
+            low = spec.above if spec.low is None else spec.low
+            high = spec.below if spec.high is None else spec.high
+            assert low is not None and high is not None, name
+            assert max(abs(low), abs(high)) <= 1e12, name
+
+
+def test_an_absurd_number_is_refused_with_the_range_and_changes_nothing():
+    with ros() as peer:
+        _, changes = bind(peer.node, "master", MasterParams)
+        reason = change(peer.node, master__impedance=1e300)
+        assert "master.impedance" in reason and "1000" in reason
+        assert changes == []
 
 
 def test_what_the_node_was_given_wins_over_defaults_and_a_whole_number_is_a_number():
@@ -125,7 +160,7 @@ def test_every_wrong_start_value_is_named_with_its_range():
     ):
         declare(peer.node, "master", MasterParams)
     assert str(caught.value) == (
-        "master.impedance = -3.0: must be > 0 N s/m; "
+        "master.impedance = -3.0: must be 0.01..1000 N s/m; "
         "master.rate_drop = 2.5: must be a whole number, 1..1000; "
         "master.hold = 'up': must be one of zoh, foh"
     )

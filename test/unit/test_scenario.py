@@ -88,7 +88,7 @@ def test_every_mistake_is_named_at_once_with_value_range_and_nearest_name():
         "duration_s is missing",
         "controller is missing: must be one of pmwvc, direct",
         "cutof = 3: there is no such parameter",
-        "master.impedance = -3.0: must be > 0 N s/m",
+        "master.impedance = -3.0: must be 0.01..1000 N s/m",
         "master.rate_drop = 0: must be 1..1000",
         "device.mass = -1.0: must be > 0 kg",
         "user3: there are only 2 users",

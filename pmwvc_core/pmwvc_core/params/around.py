@@ -38,7 +38,7 @@ class VelocityFilterParams(Validated):
         None, "-", "order 1: the pole of (z - 1)/(z - alpha)", kind=float, above=0.0, below=1.0
     )
     cutoff_hz: float | None = parameter(
-        None, "Hz", "Butterworth: frequency of -3 dB", kind=float, above=0.0
+        None, "Hz", "Butterworth: frequency of -3 dB", kind=float, above=0.0, high=1e4
     )
 
     def conflicts(self) -> list[str]:

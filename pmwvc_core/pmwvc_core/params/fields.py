@@ -50,8 +50,8 @@ class Spec:
             bounds.append(f"{self.low:g}..{self.high:g}")
         else:
             bounds += [f">= {self.low:g}"] if self.low is not None else []
+            bounds += [f"> {self.above:g}"] if self.above is not None else []
             bounds += [f"<= {self.high:g}"] if self.high is not None else []
-        bounds += [f"> {self.above:g}"] if self.above is not None else []
         bounds += [f"< {self.below:g}"] if self.below is not None else []
         text = (
             " and ".join(bounds)

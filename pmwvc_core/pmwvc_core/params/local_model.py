@@ -19,8 +19,8 @@ class LocalModelParams(Validated):
         "spring_damper, or the name of an entry point in the group pmwvc.local_models",
         read_only=True,
     )
-    stiffness: float = parameter(500.0, "N/m", "spring_damper: stiffness", low=0.0)
-    damping: float = parameter(1.0, "N s/m", "spring_damper: damping", low=0.0)
+    stiffness: float = parameter(500.0, "N/m", "spring_damper: stiffness", low=0.0, high=1e6)
+    damping: float = parameter(1.0, "N s/m", "spring_damper: damping", low=0.0, high=1e4)
     acts: str = parameter(
         "everywhere",
         "-",
@@ -28,4 +28,6 @@ class LocalModelParams(Validated):
         "below begins_m along axis 0",
         choices=PLACES,
     )
-    begins_m: float = parameter(0.0, "m", "position of the device at which it begins")
+    begins_m: float = parameter(
+        0.0, "m", "position of the device at which it begins", low=-10.0, high=10.0
+    )

@@ -33,10 +33,10 @@ class FilterParams(Validated):
         choices=FILTER_KINDS,
     )
     pole_rad_s: float | None = parameter(
-        None, "rad/s", "first order: the pole", kind=float, above=0.0
+        None, "rad/s", "first order: the pole", kind=float, above=0.0, high=1e5
     )
     cutoff_hz: float | None = parameter(
-        None, "Hz", "first order: frequency of -3 dB", kind=float, above=0.0
+        None, "Hz", "first order: frequency of -3 dB", kind=float, above=0.0, high=1e4
     )
     stop_hz: float | None = parameter(
         None,
@@ -44,10 +44,17 @@ class FilterParams(Validated):
         "first order: frequency of -20 dB; Butterworth: edge of the stop band",
         kind=float,
         above=0.0,
+        high=1e4,
     )
-    pass_hz: float = parameter(25.0, "Hz", "Butterworth: edge of the pass band", above=0.0)
-    pass_db: float = parameter(20.0, "dB", "Butterworth: attenuation at pass_hz", above=0.0)
-    stop_db: float = parameter(40.0, "dB", "Butterworth: attenuation at stop_hz", above=0.0)
+    pass_hz: float = parameter(
+        25.0, "Hz", "Butterworth: edge of the pass band", above=0.0, high=1e4
+    )
+    pass_db: float = parameter(
+        20.0, "dB", "Butterworth: attenuation at pass_hz", above=0.0, high=200.0
+    )
+    stop_db: float = parameter(
+        40.0, "dB", "Butterworth: attenuation at stop_hz", above=0.0, high=200.0
+    )
     meet: str = parameter(
         "pass", "-", "Butterworth: which edge is met exactly", choices=("pass", "stop")
     )
@@ -80,7 +87,7 @@ class FilterParams(Validated):
 class MasterParams(Validated):
     """The client end of the wave channel (App. A Fig. 1, App. B Fig. 1)."""
 
-    impedance: float = parameter(25.0, "N s/m", "wave impedance b", above=0.0)
+    impedance: float = parameter(25.0, "N s/m", "wave impedance b", low=0.01, high=1000.0)
     impedance_matrix: str = parameter(
         "",
         "-",

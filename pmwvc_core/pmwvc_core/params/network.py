@@ -28,12 +28,13 @@ class LinkParams(Validated):
         "s per unit of the file",
         "trace: factor to seconds (half a round trip in ms: 0.0005)",
         above=0.0,
+        high=3600.0,
     )
     loss: float = parameter(0.0, "-", "probability that a packet is lost", low=0.0, high=1.0)
     duplicate: float = parameter(
         0.0, "-", "probability that a packet arrives twice", low=0.0, high=1.0
     )
-    rate_limit_bps: float = parameter(0.0, "bit/s", "rate limit (0: none)", low=0.0)
+    rate_limit_bps: float = parameter(0.0, "bit/s", "rate limit (0: none)", low=0.0, high=1e12)
     queue_packets: int = parameter(
         100, "-", "packets that may wait for the rate limit; more are dropped", low=1, high=100000
     )

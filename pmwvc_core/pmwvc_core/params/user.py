@@ -52,7 +52,7 @@ class SafetyParams(Validated):
     max_force: float = parameter(
         8.0, "N", "peak force (Touch class 3.3, larger desktop devices 8)", above=0.0, high=20.0
     )
-    max_slew: float = parameter(2000.0, "N/s", "fastest change of force", above=0.0, high=20000.0)
+    max_slew: float = parameter(2000.0, "N/s", "fastest change of force", low=1.0, high=20000.0)
     soft_start_s: float = parameter(
         0.5, "s", "force rises from zero over this time", low=0.01, high=10.0
     )

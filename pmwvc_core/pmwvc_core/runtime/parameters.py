@@ -10,7 +10,9 @@ unit belongs here: the dataclasses are the only source.
 
 import difflib
 import re
+import sys
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import (
@@ -33,6 +35,7 @@ _TYPES = {
     bool: Parameter.Type.BOOL,
     str: Parameter.Type.STRING,
 }
+_LARGEST_INT = 2**63 - 1
 _NAME = re.compile("[A-Za-z][A-Za-z0-9_]*")
 _OWN_OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
 
@@ -108,6 +111,16 @@ def refuse_unknown(node: Node) -> None:
         raise ParameterError("; ".join(problems))
 
 
+@dataclass(frozen=True)
+class _Group:
+    """A dataclass whose values may change, and who has a say in it."""
+
+    kind: type
+    listener: Callable[[Any], None]
+    check: Callable[[Any], None]
+    check_change: Callable[[Any, Any], None]
+
+
 class ParameterBinding:
     """Parameters of one node that may change while it runs.
 
@@ -121,7 +134,7 @@ class ParameterBinding:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._groups: dict[str, tuple[type, Callable[[Any], None], Callable[[Any], None]]] = {}
+        self._groups: dict[str, _Group] = {}
         self._specs: dict[str, Spec] = {}
         self._owner: dict[str, str] = {}
         node.add_pre_set_parameters_callback(self._convert)
@@ -136,6 +149,7 @@ class ParameterBinding:
         *,
         defaults: P | None = None,
         check: Callable[[P], None] = lambda _: None,
+        check_change: Callable[[P, P], None] = lambda _, __: None,
     ) -> P:
         """Declare a parameter dataclass and return its values at the start.
 
@@ -152,6 +166,9 @@ class ParameterBinding:
         check
             Raises ``ParameterError`` for what the dataclass cannot know, at the start and at each
             change.
+        check_change
+            Gets the present object and the new one; raises ``ParameterError`` for a step that is
+            not allowed while running.
 
         Raises
         ------
@@ -160,7 +177,7 @@ class ParameterBinding:
         """
         value = _declared(self._node, prefix, kind, defaults, fixed=False)
         check(value)
-        self._groups[prefix] = (kind, listener, check)
+        self._groups[prefix] = _Group(kind, listener, check, check_change)
         for name, spec in leaves(prefix, kind):
             self._specs[name] = spec
             self._owner[name] = prefix
@@ -179,24 +196,26 @@ class ParameterBinding:
 
     def _validate(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
-            for prefix, value in self._rebuilt(parameters):
-                self._groups[prefix][2](value)
+            for prefix, present, value in self._rebuilt(parameters):
+                self._groups[prefix].check(value)
+                self._groups[prefix].check_change(present, value)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _hand_over(self, parameters: list[Parameter]) -> None:
-        for prefix, value in self._rebuilt(parameters):
-            self._groups[prefix][1](value)
+        for prefix, _, value in self._rebuilt(parameters):
+            self._groups[prefix].listener(value)
 
-    def _rebuilt(self, parameters: list[Parameter]) -> Iterator[tuple[str, Any]]:
-        """Yield every group a change touches, built from present and new values."""
+    def _rebuilt(self, parameters: list[Parameter]) -> Iterator[tuple[str, Any, Any]]:
+        """Yield every group a change touches: as it is, and with the new values."""
         new = {p.name: p.value for p in parameters if p.name in self._owner}
         for prefix in dict.fromkeys(self._owner[name] for name in new):
-            kind = self._groups[prefix][0]
+            kind = self._groups[prefix].kind
             names = [name for name, _ in leaves(prefix, kind)]
             present = {name: self._node.get_parameter(name).value for name in names}
-            yield prefix, built(prefix, kind, present | {n: new[n] for n in names if n in new})
+            changed = {n: new[n] for n in names if n in new}
+            yield prefix, built(prefix, kind, present), built(prefix, kind, present | changed)
 
 
 def _declared(node: Node, prefix: str, kind: type[P], defaults: P | None, *, fixed: bool) -> P:
@@ -223,6 +242,7 @@ def _describe(node: Node, name: str, spec: Spec, value: Any, *, fixed: bool) -> 
 
 
 def _descriptor(spec: Spec, *, fixed: bool) -> ParameterDescriptor:
+    """Return what tools are told; a range holds its ends, ``additional_constraints`` is exact."""
     unit = f" [{spec.unit}]" if spec.unit and spec.unit != "-" else ""
     absent = " (0: not given)" if spec.optional else ""
     descriptor = ParameterDescriptor(
@@ -231,11 +251,23 @@ def _descriptor(spec: Spec, *, fixed: bool) -> ParameterDescriptor:
         additional_constraints=spec.range_text().replace(" or null", " or 0"),
         read_only=fixed or spec.read_only,
     )
-    low, high = spec.low, spec.high
-    if low is not None and high is not None and not spec.optional:
-        if spec.kind is int:
-            descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
-        else:
-            bounds = FloatingPointRange(from_value=float(low), to_value=float(high))
-            descriptor.floating_point_range = [bounds]
+    low = spec.above if spec.low is None else spec.low
+    high = spec.below if spec.high is None else spec.high
+    if low is None and high is None:
+        return descriptor
+    if spec.optional:
+        low = min(low or 0.0, 0.0)  # zero stands for "not given"
+    if spec.kind is int:
+        integers = IntegerRange(
+            from_value=-_LARGEST_INT if low is None else int(low),
+            to_value=_LARGEST_INT if high is None else int(high),
+        )
+        descriptor.integer_range = [integers]
+    else:
+        largest = sys.float_info.max
+        numbers = FloatingPointRange(
+            from_value=-largest if low is None else float(low),
+            to_value=largest if high is None else float(high),
+        )
+        descriptor.floating_point_range = [numbers]
     return descriptor

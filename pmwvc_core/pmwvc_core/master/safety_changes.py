@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which changes of the safety limits are allowed while a hand is on the device, and what a device
+allows at all.
+
+A limit may only become stricter: anybody on the network can set a parameter. To widen one the
+master is started anew, without a force. How fast the force may change must still let the largest
+force go in ``LET_GO_S``.
+"""
+
+import dataclasses
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.master.safety import LET_GO_S
+from pmwvc_core.params import SafetyParams, specs
+
+LOWERED = ("max_force", "max_slew", "damper_velocity", "fault_velocity", "timeout_s", "release_s")
+RAISED = ("soft_start_s",)
+
+
+def check_change(now: SafetyParams, wanted: SafetyParams) -> None:
+    """Refuse a change that makes any limit wider.
+
+    Raises
+    ------
+    ParameterError
+        Naming each with the value it has now.
+    """
+    problems = []
+    for names, sign, only in ((LOWERED, 1.0, "lowered"), (RAISED, -1.0, "raised")):
+        for name in names:
+            value, new = getattr(now, name), getattr(wanted, name)
+            if sign * (new - value) > 0.0:
+                unit = specs(SafetyParams)[name].unit
+                problems.append(
+                    f"safety.{name} = {new:g}: can only be {only} while running "
+                    f"(now {value:g} {unit}); restart the master with another value"
+                )
+    slowest = wanted.max_force / LET_GO_S
+    if wanted.max_slew < min(slowest, now.max_slew):
+        problems.append(
+            f"safety.max_slew = {wanted.max_slew:g}: must be >= {slowest:g} N/s, so that "
+            f"safety.max_force = {wanted.max_force:g} N can be let go in {LET_GO_S:g} s"
+        )
+    if problems:
+        raise ParameterError("; ".join(problems))
+
+
+def within_device(
+    wanted: SafetyParams, *, max_force: float | None, continuous_force: float | None = None
+) -> SafetyParams:
+    """Return the limits with the force no larger than a device declares [N].
+
+    Raises
+    ------
+    ParameterError
+        If what the device declares is no force above zero.
+    """
+    declared = [force for force in (max_force, continuous_force) if force is not None]
+    wrong = [force for force in declared if not 0.0 < force < float("inf")]
+    if wrong:
+        raise ParameterError(f"the device declares a largest force of {wrong[0]:g} N: must be > 0")
+    return dataclasses.replace(wanted, max_force=min([wanted.max_force, *declared]))

@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Safety limits while a hand is on the device: stricter, never wider, never beyond the device."""
+
+import dataclasses
+
+import pytest
+from processes import ros
+from rclpy.parameter import Parameter
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.master.safety_changes import check_change, within_device
+from pmwvc_core.params import SafetyParams, specs
+from pmwvc_master.settings import declare_settings
+
+NOW = SafetyParams()
+STRICTER = {
+    "max_force": 4.0,
+    "max_slew": 500.0,
+    "soft_start_s": 1.0,
+    "damper_velocity": 0.5,
+    "fault_velocity": 1.2,
+    "timeout_s": 0.02,
+    "release_s": 0.5,
+}
+
+
+@pytest.mark.parametrize("name", STRICTER)
+def test_a_limit_becomes_stricter_and_never_wider(name):
+    stricter = dataclasses.replace(NOW, **{name: STRICTER[name]})
+    check_change(NOW, stricter)
+    unit = specs(SafetyParams)[name].unit
+    with pytest.raises(ParameterError, match=f"safety.{name} = .*while running .*now .* {unit}"):
+        check_change(stricter, NOW)
+
+
+def test_every_limit_has_a_direction():
+    assert set(STRICTER) == set(specs(SafetyParams))
+
+
+def test_the_force_can_always_be_let_go():
+    with pytest.raises(ParameterError, match=r"max_slew = 1: must be >= 16 N/s"):
+        check_change(NOW, dataclasses.replace(NOW, max_slew=1.0))
+    check_change(NOW, dataclasses.replace(NOW, max_slew=16.0))
+
+
+def test_a_running_master_refuses_to_widen_its_limits():
+    with ros(automatically_declare_parameters_from_overrides=True) as peer:
+        taken = []
+        declare_settings(peer.node, lambda _: None, taken.append)
+
+        def change(**values):
+            wanted = [Parameter(f"safety.{n}", value=v) for n, v in values.items()]
+            return peer.node.set_parameters_atomically(wanted).reason
+
+        assert change(max_force=20.0) == (
+            "safety.max_force = 20: can only be lowered while running (now 8 N); "
+            "restart the master with another value"
+        )
+        assert "can only be lowered" in change(max_force=4.0, max_slew=20000.0)
+        assert taken == []
+        assert change(max_force=4.0) == ""
+        assert "now 4 N" in change(max_force=8.0)
+        assert taken == [SafetyParams(max_force=4.0)]
+
+
+@pytest.mark.parametrize(
+    ("peak", "continuous", "expected"),
+    [(None, None, 8.0), (0.5, None, 0.5), (3.3, 0.88, 0.88), (30.0, None, 8.0)],
+)
+def test_the_force_limit_is_the_smaller_of_the_limits_and_the_devices_own(
+    peak, continuous, expected
+):
+    limits = within_device(NOW, max_force=peak, continuous_force=continuous)
+    assert limits == SafetyParams(max_force=expected)
+
+
+@pytest.mark.parametrize("declared", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_device_that_declares_no_force_is_refused(declared):
+    with pytest.raises(ParameterError, match="declares a largest force"):
+        within_device(NOW, max_force=declared)
