@@ -28,11 +28,12 @@ from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.messages import TraceBlock
 from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time
 from pmwvc_core.wave.packet import FLAG_DIRECT, WavePacket
-from pmwvc_master.devices import DeviceSample, HapticDevice
+from pmwvc_master.devices import STALE_S, DeviceSample, HapticDevice
 
 # After the frame start: the server's step at 2 ms and two ways through a relay fit in.
 ANSWER_S = 0.004
 PRIORITY = 20
+STALE_NS = round(STALE_S * 1e9)
 
 
 class Wires(Protocol):
@@ -104,6 +105,7 @@ class MasterLoop:
         self.foreign = 0  # packets of another kind of controller
         self.energy_device: Value = 0.0  # [J] work of the device force against the hand
         self.energy_hand: Value = 0.0  # [J] work of the hand on the device
+        self.samples = 0  # of the device, that were new
         self.report: RealTimeReport | None = None
         self._changes: deque[Callable[[], None]] = deque()
         self._clock = clock
@@ -115,6 +117,8 @@ class MasterLoop:
         self._coupled = False
         self._x: Value = 0.0  # [m] last valid position
         self._held: tuple[Value, Value] | None = None  # [N] of device and hand since then
+        self._watched = device.info.pacing in ("device", "event")
+        self._fresh_ns = 0  # when something new came last
 
     def run(self, stop: threading.Event) -> None:
         """Tick in this thread until ``stop`` is set; leave in order whatever happens."""
@@ -187,11 +191,15 @@ class MasterLoop:
 
     def _control(self, sample: DeviceSample, tick: Tick) -> Value:
         """From motion to the force that the device renders until the next tick."""
-        if sample.valid:
+        if sample.fresh or not self._watched:
+            self._fresh_ns = tick.due_ns
+            self.samples += 1
+        sensed = sample.valid and tick.due_ns - self._fresh_ns <= STALE_NS
+        if sensed:
             self._x, xd = sample.x, sample.xd
-        else:  # where it was last seen, at rest
+        else:  # where it was last seen; its velocity is unknown, and no force is rendered
             xd = 0.0 * self._x
-        f = self.client.step(self._x, xd, tick.woke_ns, sensed=sample.valid)
+        f = self.client.step(self._x, xd, tick.woke_ns, sensed=sensed)
         self.device.write(f)
         self._held = f, sample.f_h
         return f

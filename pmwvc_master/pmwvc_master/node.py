@@ -15,6 +15,7 @@ import time
 from collections.abc import Mapping, Sequence
 
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from pmwvc_core.params import MasterParams, SafetyParams
@@ -26,6 +27,7 @@ from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.receiver import Verdict
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.plugins import make_device
+from pmwvc_master.profile import warnings_of_device
 from pmwvc_master.settings import declare_settings
 from pmwvc_master.wires import RosWires
 
@@ -49,7 +51,7 @@ class Master:
         epoch = secrets.randbits(64) or 1
         self.device = make_device(settings.device.plugin, settings.device_setup(node))
         self.loop = MasterLoop(
-            settings.make_client(epoch),
+            settings.make_client(epoch, self.device.info),
             self.device,
             wires=RosWires(
                 node,
@@ -61,6 +63,7 @@ class Master:
             rate_drop=settings.master.rate_drop,
             dof=settings.dof,
         )
+        self._use_profile()
         self.device.open()
         if has_waves(settings.controller):
             for text in warnings_of(
@@ -84,6 +87,23 @@ class Master:
         node.create_service(Trigger, "~/rearm", self._rearm)
         publish_health(node, self._health)
 
+    def _use_profile(self) -> None:
+        """Show the force limit that holds, and say what does not fit the device."""
+        node, asked = self.node, self.settings.safety.max_force
+        allowed = self.loop.client.safety.params.max_force
+        if allowed < asked:
+            node.get_logger().warning(
+                f"safety.max_force = {asked:g} N: lowered to the {allowed:g} N of the device"
+            )
+            node.set_parameters([Parameter("safety.max_force", value=float(allowed))])
+        self._warn(self.settings.master)
+
+    def _warn(self, master: MasterParams) -> None:
+        settings = self.settings
+        waves = has_waves(settings.controller)
+        for text in warnings_of_device(self.device.info, master, settings.device, waves=waves):
+            self.node.get_logger().warning(text)
+
     def run(self, stop: threading.Event) -> None:
         """Run the force loop."""
         self.loop.run(stop)
@@ -98,6 +118,7 @@ class Master:
     def _change_master(self, params: MasterParams) -> None:
         controller = self.loop.client.controller
         self.loop.hand_over(lambda: controller.configure(params))
+        self._warn(params)
 
     def _change_safety(self, params: SafetyParams) -> None:
         safety = self.loop.client.safety
@@ -125,6 +146,7 @@ class Master:
         trip = inbox.round_trip_s
         values |= {
             "missed deadlines": loop.missed,
+            "device samples": loop.samples,
             "state": state,
             "reason": client.safety.reason,
             "safety events": client.safety.events,

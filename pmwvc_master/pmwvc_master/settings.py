@@ -8,7 +8,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from pmwvc_core.controllers import MasterController, make_master
+from pmwvc_core.controllers import make_master
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.client import Client
 from pmwvc_core.master.port import WaveMaster
@@ -33,7 +33,8 @@ from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.limits import largest_wave
 from pmwvc_core.wave.packet import Packer
 from pmwvc_core.wave.receiver import Receiver
-from pmwvc_master.devices import DeviceSetup
+from pmwvc_master.devices import DeviceInfo, DeviceSetup
+from pmwvc_master.profile import limits_of
 
 
 @dataclass(frozen=True)
@@ -54,19 +55,16 @@ class MasterSettings:
     task: TaskParams
     contact: ContactParams
 
-    def make_controller(self, master: MasterParams) -> MasterController:
-        """Return a controller at rest."""
-        return make_master(self.controller, master, self.baseline)
-
-    def make_safety(self, safety: SafetyParams) -> SafetyLimiter:
-        """Return the limits, force at zero."""
-        return SafetyLimiter(safety, tick_s=self.master.tick_s, packet_s=self.period_s)
-
-    def make_client(self, epoch: int) -> Client:
-        """Return this user's end of the channel."""
+    def make_client(self, epoch: int, info: DeviceInfo) -> Client:
+        """Return this user's end of the channel, for a device that declares this of itself."""
         return Client(
-            self.make_controller(self.master),
-            self.make_safety(self.safety),
+            make_master(self.controller, self.master, self.baseline),
+            SafetyLimiter(
+                limits_of(info, self.safety),
+                tick_s=self.master.tick_s,
+                packet_s=self.period_s,
+                workspace_m=info.workspace_m,
+            ),
             inbox=Receiver(
                 self.dof,
                 period_s=self.period_s,

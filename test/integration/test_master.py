@@ -282,7 +282,8 @@ def test_a_device_behind_topics_gets_force_only_while_its_pose_is_fresh():
             assert not signal(blocks, "f_applied").any()
             while not any(wrench.wrench.force.x < -0.05 for wrench in wrenches):
                 move()
-            peer.until(lambda: blocks[-1].state == MasterTrace.STARTING)
+            peer.until(lambda: blocks[-1].reason == "device silent: no force")
+            assert blocks[-1].state == MasterTrace.DAMPING
             peer.until(lambda: not signal(blocks[-3:], "f_applied").any())
             assert not blocks[-1].hand_force_known
             assert process.stop() == 0

@@ -28,9 +28,8 @@ FRAME_S = 0.008
 class Device:
     """A device that stands still and remembers what it was told."""
 
-    info = DeviceInfo(model="test", dof=1, hand_force_known=True)
-
-    def __init__(self):
+    def __init__(self, pacing):
+        self.info = DeviceInfo(model="test", dof=1, hand_force_known=True, pacing=pacing)
         self.sample = DeviceSample(x=0.1, xd=0.02, f_h=0.5)
         self.forces = []
         self.couplings = 0
@@ -80,9 +79,9 @@ class Wires:
 class Rig:
     """A loop between fakes, and a clock that shows what the test says."""
 
-    def __init__(self, *, rate_drop=TICKS):
+    def __init__(self, *, rate_drop=TICKS, pacing="host"):
         master = MasterParams(rate_drop=rate_drop)
-        self.device, self.wires, self.now_ns = Device(), Wires(), 0
+        self.device, self.wires, self.now_ns = Device(pacing), Wires(), 0
         self.server = Packer(99, period=FRAME_S)
         client = Client(
             make_master("pmwvc", master),
@@ -266,6 +265,57 @@ def test_a_device_that_fails_is_set_to_zero_and_the_server_told(monkeypatch):
         rig.loop.run(threading.Event())
     assert rig.device.stops == 1
     assert rig.wires.sent[-1].flags & FLAG_LEAVING
+
+
+def test_a_device_that_is_silent_gets_no_force_and_says_so_until_it_speaks_again():
+    rig = Rig(pacing="event")
+    answered = iter(range(10**6))
+
+    def tick_with_answers(*grids):
+        for grid in grids:
+            if next(answered) % TICKS == 2:
+                rig.answer(-0.05)
+            rig.tick(grid)
+
+    tick_with_answers(*range(8, 800))
+    safety = rig.loop.client.safety
+    assert rig.device.forces[-1] > 0.5 and (safety.state, safety.events) == (1, 0)
+    rig.device.sample.fresh = False
+    tick_with_answers(*range(800, 820))
+    assert rig.device.forces[-1] > 0.5  # 20 ms without anything new: not silent yet
+    tick_with_answers(*range(820, 840))
+    assert rig.device.forces[-1] == 0.0
+    assert (safety.state, safety.reason) == (SafetyState.DAMPING, "device silent: no force")
+    tick_with_answers(*range(840, 1900))
+    assert safety.state == SafetyState.FAULT and "more than 1 s" in safety.reason
+    assert set(rig.device.forces[850:]) == {0.0} and safety.events == 1
+    rig.device.sample.fresh = True
+    tick_with_answers(*range(1900, 1910))
+    assert safety.state == SafetyState.STARTING
+    assert 0.0 < rig.device.forces[-1] < 0.1
+    tick_with_answers(*range(1910, 2500))
+    assert safety.state == SafetyState.COUPLED and rig.device.forces[-1] > 0.5
+
+
+def test_a_device_that_never_spoke_is_a_fault_after_a_second():
+    rig = Rig(pacing="event")
+    rig.device.sample.valid = rig.device.sample.fresh = False
+    for grid in range(8, 1200):
+        rig.answer(-0.05)
+        rig.tick(grid)
+        if grid == 900:
+            assert rig.loop.client.safety.state == SafetyState.STARTING
+    assert set(rig.device.forces) == {0.0}
+    assert rig.loop.client.safety.state == SafetyState.FAULT
+
+
+def test_a_device_that_is_asked_need_not_say_that_a_sample_is_new():
+    rig = Rig(pacing="host")
+    rig.device.sample.fresh = False
+    for grid in range(8, 800):
+        rig.answer(-0.05)
+        rig.tick(grid)
+    assert rig.device.forces[-1] > 0.5
 
 
 def test_a_device_that_senses_nothing_is_given_no_force():

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Safety limits while a hand is on the device: stricter, never wider, never beyond the device."""
+"""Safety limits while a hand is on the device: stricter, never wider."""
 
 import dataclasses
 
@@ -9,7 +9,7 @@ from processes import ros
 from rclpy.parameter import Parameter
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.master.safety_changes import check_change, within_device
+from pmwvc_core.master.safety_changes import check_change
 from pmwvc_core.params import SafetyParams, specs
 from pmwvc_master.settings import declare_settings
 
@@ -62,20 +62,3 @@ def test_a_running_master_refuses_to_widen_its_limits():
         assert change(max_force=4.0) == ""
         assert "now 4 N" in change(max_force=8.0)
         assert taken == [SafetyParams(max_force=4.0)]
-
-
-@pytest.mark.parametrize(
-    ("peak", "continuous", "expected"),
-    [(None, None, 8.0), (0.5, None, 0.5), (3.3, 0.88, 0.88), (30.0, None, 8.0)],
-)
-def test_the_force_limit_is_the_smaller_of_the_limits_and_the_devices_own(
-    peak, continuous, expected
-):
-    limits = within_device(NOW, max_force=peak, continuous_force=continuous)
-    assert limits == SafetyParams(max_force=expected)
-
-
-@pytest.mark.parametrize("declared", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_device_that_declares_no_force_is_refused(declared):
-    with pytest.raises(ParameterError, match="declares a largest force"):
-        within_device(NOW, max_force=declared)

@@ -106,7 +106,8 @@ class Client:
             x,
             xd,
             inbox.silence_s(now_ns),
-            inbox.heard() & sensed,
+            inbox.heard(),
+            sensed,
         )
         controller.applied(f_applied)
         return f_applied

@@ -12,6 +12,9 @@ What reaches the device, for whatever a controller asks, including values that a
   the device is faster than ``damper_velocity``, only the part of the force that opposes the motion
   remains; what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` of
   silence the damping itself is let go over ``LET_GO_S``;
+* **workspace**: beyond the half extent that the device declares, damping likewise;
+* **device silent**: while the device senses nothing there is no force at all (nobody knows how it
+  moves); after ``LOST_S`` that is a fault, which ends with the next sample;
 * a value that is not a finite number counts as a force of zero;
 * **fault**: above ``fault_velocity`` the force goes to zero and stays there until ``rearm``.
 
@@ -54,6 +57,8 @@ __all__ = ["SafetyLimiter", "SafetyState"]
 
 FADE_S = 0.02
 LET_GO_S = 0.5
+LOST_S = 1.0
+REACH = 1.01  # of the workspace: a stop gives way a little
 USABLE = 1e100  # what is larger, or not a number, is no measurement and no force
 SURELY = 1.0 - 1e-12  # of a squared limit: inside whatever the rounding of lengths
 
@@ -69,6 +74,8 @@ class SafetyLimiter:
         Period of the force loop [s].
     packet_s
         Interval at which the server answers [s].
+    workspace_m
+        Half extent of the device's workspace on every axis [m]; unlimited where not declared.
 
     Attributes
     ----------
@@ -79,9 +86,19 @@ class SafetyLimiter:
         without meeting less than the controller renders.
     """
 
-    def __init__(self, params: SafetyParams, *, tick_s: float, packet_s: float) -> None:
+    def __init__(
+        self,
+        params: SafetyParams,
+        *,
+        tick_s: float,
+        packet_s: float,
+        workspace_m: float | None = None,
+    ) -> None:
         self._tick_s = tick_s
         self._packet_s = packet_s
+        self._reach = USABLE if workspace_m is None else REACH * workspace_m
+        self._missing_s: Value = 0.0  # time without a sample of the device
+        self._sensed: Flag = False  # ever
         self.configure(params)
         self.f: Value = 0.0
         self.ready: Flag = False
@@ -117,7 +134,15 @@ class SafetyLimiter:
         self._gain = 0.0 * self._gain
         self._calm = False
 
-    def step(self, f_asked: Value, x: Value, xd: Value, silence_s: Value, coupled: Flag) -> Value:
+    def step(
+        self,
+        f_asked: Value,
+        x: Value,
+        xd: Value,
+        silence_s: Value,
+        coupled: Flag,
+        sensed: Flag = True,
+    ) -> Value:
         """Return the force for the device [N].
 
         Parameters
@@ -130,15 +155,18 @@ class SafetyLimiter:
             Time since the last accepted packet [s], one per run.
         coupled
             Whether the server has ever answered.
+        sensed
+            Whether the device knows where it is and how it moves.
         """
         if self._calm:
             goes_on = (  # what is not finite never is
                 coupled
+                & sensed
                 & (silence_s <= self._silence_s)
                 & (squared(xd) <= self._slow)
                 & (squared(f_asked) <= self._weak)
                 & (squared(f_asked - self.f) <= self._gentle)
-                & _usable(x)
+                & _within(x, self._reach)
             )
             if goes_on is True or (goes_on is not False and truth(goes_on)):
                 self.f = f_asked
@@ -147,11 +175,16 @@ class SafetyLimiter:
         if good is not True:
             f_asked, xd = where(good, f_asked, 0.0), where(good, xd, 0.0)
         speed = squared(xd)
-        felt = coupled & True
+        self._sensed = self._sensed | sensed
+        self._missing_s = where(sensed, 0.0, self._missing_s + self._tick_s)
+        lost = coupled & (self._missing_s > LOST_S)
+        gone = coupled & (sensed ^ True) & (self._sensed | lost)
+        felt = coupled & sensed
         silent = felt & (silence_s > self._silence_s)
         fast = felt & (speed > self._too_fast)
         self._faulty = faulty = self._faulty | (felt & (speed > self._runaway))
-        damped = silent | fast
+        outside = felt & (_within(x, self._reach) ^ True)
+        damped = silent | fast | outside
         released = silent & (silence_s > self.params.release_s)
         through = felt & good & (faulty ^ True)
         self._advance_gain(through, damped, released)
@@ -159,8 +192,9 @@ class SafetyLimiter:
         if damped is not False:
             f_asked = where(damped, self._damping(f_asked, xd, speed), f_asked)
         applied, limited = self._limit(f_asked * self._gain)
-        self._count(felt & (damped | (through ^ True)), limited & through & (damped ^ True))
-        self._seen = Seen(felt, good, faulty, silent, released, fast)
+        trouble = gone | (felt & (damped | (through ^ True)))
+        self._count(trouble, limited & through & (damped ^ True))
+        self._seen = Seen(felt, good, faulty, silent, released, fast, outside, gone, lost)
         self._calm = truth(through & ((damped | limited) ^ True) & (self._gain >= 1.0))
         return applied
 
@@ -229,9 +263,14 @@ class SafetyLimiter:
 
 def _usable(value: Value) -> Flag:
     """Tell for every run whether all elements are numbers one can work with."""
+    return _within(value, USABLE)
+
+
+def _within(value: Value, reach: float) -> Flag:
+    """Tell for every run whether all elements are nearer to zero than that; NaN never is."""
     if type(value) is float or not isinstance(value, np.ndarray):
-        return -USABLE < value < USABLE
-    return np.asarray((np.abs(value) < USABLE).all(axis=-1, keepdims=True))
+        return -reach < value < reach
+    return np.asarray((np.abs(value) < reach).all(axis=-1, keepdims=True))
 
 
 def _up(share: Value, step: Value) -> Value:

@@ -1,14 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which changes of the safety limits are allowed while a hand is on the device, and what a device
-allows at all.
+"""Which changes of the safety limits are allowed while a hand is on the device.
 
 A limit may only become stricter: anybody on the network can set a parameter. To widen one the
 master is started anew, without a force. How fast the force may change must still let the largest
 force go in ``LET_GO_S``.
 """
-
-import dataclasses
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.safety import LET_GO_S
@@ -44,20 +41,3 @@ def check_change(now: SafetyParams, wanted: SafetyParams) -> None:
         )
     if problems:
         raise ParameterError("; ".join(problems))
-
-
-def within_device(
-    wanted: SafetyParams, *, max_force: float | None, continuous_force: float | None = None
-) -> SafetyParams:
-    """Return the limits with the force no larger than a device declares [N].
-
-    Raises
-    ------
-    ParameterError
-        If what the device declares is no force above zero.
-    """
-    declared = [force for force in (max_force, continuous_force) if force is not None]
-    wrong = [force for force in declared if not 0.0 < force < float("inf")]
-    if wrong:
-        raise ParameterError(f"the device declares a largest force of {wrong[0]:g} N: must be > 0")
-    return dataclasses.replace(wanted, max_force=min([wanted.max_force, *declared]))

@@ -37,6 +37,9 @@ class Cause(enum.IntEnum):
     TOO_FAST = 5
     NOT_FINITE = 6
     RUNAWAY = 7
+    OUTSIDE = 8
+    DEVICE_SILENT = 9
+    DEVICE_LOST = 10
 
 
 _STATES = {
@@ -48,6 +51,9 @@ _STATES = {
     Cause.TOO_FAST: SafetyState.DAMPING,
     Cause.NOT_FINITE: SafetyState.DAMPING,
     Cause.RUNAWAY: SafetyState.FAULT,
+    Cause.OUTSIDE: SafetyState.DAMPING,
+    Cause.DEVICE_SILENT: SafetyState.DAMPING,
+    Cause.DEVICE_LOST: SafetyState.FAULT,
 }
 _STATE_OF = np.array([_STATES[cause] for cause in Cause])
 _TEXTS: dict[int, str] = {
@@ -56,6 +62,9 @@ _TEXTS: dict[int, str] = {
     Cause.SOFT_START: "soft start",
     Cause.SILENT: "server silent: damping only",
     Cause.RELEASED: "server silent: let go",
+    Cause.OUTSIDE: "beyond the device's workspace: damping only",
+    Cause.DEVICE_SILENT: "device silent: no force",
+    Cause.DEVICE_LOST: "device silent for more than 1 s: no force",
     Cause.NOT_FINITE: "a value is not a finite number: no force",
 }
 
@@ -69,16 +78,22 @@ class Seen(NamedTuple):
     silent: Flag = False
     released: Flag = False
     fast: Flag = False
+    outside: Flag = False
+    gone: Flag = False
+    lost: Flag = False
 
 
 def cause_of(seen: Seen, gain: Value) -> int | Integers:
     """Return the weightiest cause, given the share of the force that is let through."""
     cause: Any = where(gain < 1.0, Cause.SOFT_START, Cause.NONE)
     cause = where(seen.fast, Cause.TOO_FAST, cause)
+    cause = where(seen.outside, Cause.OUTSIDE, cause)
     cause = where(seen.silent, Cause.SILENT, cause)
     cause = where(seen.released, Cause.RELEASED, cause)
     cause = where(seen.good, cause, Cause.NOT_FINITE)
     cause = where(seen.felt, cause, Cause.WAITING)
+    cause = where(seen.gone, Cause.DEVICE_SILENT, cause)
+    cause = where(seen.lost, Cause.DEVICE_LOST, cause)
     return whole(where(seen.faulty, Cause.RUNAWAY, cause))
 
 

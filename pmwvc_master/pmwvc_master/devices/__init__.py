@@ -3,6 +3,7 @@
 """Haptic devices behind one interface; each is an entry point of the group ``pmwvc.devices``."""
 
 from pmwvc_master.devices.interface import (
+    STALE_S,
     DeviceFactory,
     DeviceInfo,
     DeviceSample,
@@ -10,4 +11,4 @@ from pmwvc_master.devices.interface import (
     HapticDevice,
 )
 
-__all__ = ["DeviceFactory", "DeviceInfo", "DeviceSample", "DeviceSetup", "HapticDevice"]
+__all__ = ["STALE_S", "DeviceFactory", "DeviceInfo", "DeviceSample", "DeviceSetup", "HapticDevice"]

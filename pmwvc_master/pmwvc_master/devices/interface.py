@@ -15,20 +15,28 @@ from typing import Any, Literal, Protocol, TypeAlias
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 
+STALE_S = 0.02  # without anything new: the device is silent
+
 
 @dataclass(frozen=True, slots=True)
 class DeviceInfo:
     """What a device can do.
 
+    All of it is used: the forces bound the safety limits; beyond the workspace only damping is
+    rendered; the mass says whether the rendered damping is stable at the tick rate, and is
+    compared with ``device.mass``, on which predictions rest.
+
     ``pacing`` says who owns the clock: ``host`` (the loop reads and writes), ``exchange`` (one
     round trip is one tick), ``device`` (a vendor's thread fills a mailbox) or ``event`` (samples
-    come irregularly, as over a topic).
+    come irregularly, as over a topic). With the last two the loop watches ``DeviceSample.fresh``:
+    a device that has brought nothing new for ``STALE_S`` is silent.
     """
 
     model: str
     dof: int  # axes sensed and actuated
     serial: str = ""
-    max_force: float | None = None  # [N], None: not known
+    max_force: float | None = None  # [N] peak, None: not known
+    continuous_force: float | None = None  # [N] for as long as one likes
     apparent_mass: float | None = None  # [kg]
     apparent_damping: float | None = None  # [N s/m]
     workspace_m: float | None = None  # half extent [m]
@@ -41,8 +49,9 @@ class DeviceInfo:
 class DeviceSample:
     """What a device senses at one tick.
 
-    ``valid`` is False where position or velocity cannot be trusted (nothing came, or too long
-    ago): the loop then asks for no force. ``f_h`` is the hand's force on the device, zero where
+    ``valid`` is False where position or velocity cannot be trusted: the loop then asks for no
+    force. ``fresh`` is False where nothing new came since the last read; only devices with pacing
+    ``device`` or ``event`` need to say so. ``f_h`` is the hand's force on the device, zero where
     ``hand_force_known`` is False. ``work`` is for devices that know their true motion, as a
     simulated one does: the work of the controller's force against the hand and of the hand's
     force on the device since the start [J]. Where it is None the loop counts the motion measured.
@@ -53,6 +62,7 @@ class DeviceSample:
     f_h: Value = 0.0  # [N]
     valid: bool = True
     work: tuple[Value, Value] | None = None
+    fresh: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,8 @@ one, ``device/measured_cv`` (TwistStamped) in; ``device/servo_cf`` (WrenchStampe
 tick: the force on the hand, ``-f_m``. Without a twist the velocity is the slope between the last
 two poses, over the difference of their stamps.
 
-A sample holds between messages, so the driver should publish about as fast as the loop runs. One
-older than ``STALE_S``, or one that is not finite, is not valid: the loop then renders no force.
+A sample holds between messages, so the driver should publish about as fast as the loop runs. When
+no finite pose has come for ``STALE_S`` the loop renders no force.
 """
 
 from typing import Any
@@ -21,9 +21,8 @@ from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import Value, finite, flatten, signal
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.polling import Polled
-from pmwvc_master.devices.interface import DeviceInfo, DeviceSample, DeviceSetup
+from pmwvc_master.devices.interface import STALE_S, DeviceInfo, DeviceSample, DeviceSetup
 
-STALE_S = 0.02
 _AXES = ("x", "y", "z")
 
 
@@ -61,15 +60,15 @@ class RosTopicDevice:
         self._wrench = WrenchStamped()
 
     def read(self, due_ns: int) -> DeviceSample:
-        """Take what has come since the last tick; say whether it can be trusted."""
+        """Take what has come since the last tick; say whether it is new."""
         sample = self._sample
+        sample.fresh = False
         while (twist := self._twist.take()) is not None:
             velocity = self._vector(twist.twist.linear)
             if finite(velocity):
                 sample.xd, self._twist_ns = velocity, due_ns
         while (pose := self._pose.take()) is not None:
             self._move(self._vector(pose.pose.position), nanoseconds(pose.header.stamp), due_ns)
-        sample.valid = self._pose_ns is not None and due_ns - self._pose_ns <= STALE_S * 1e9
         return sample
 
     def _move(self, x: Value, stamp_ns: int, now_ns: int) -> None:
@@ -86,6 +85,7 @@ class RosTopicDevice:
             elif span_ns:
                 sample.xd = self._zero
         sample.x, self._pose_ns, self._stamp_ns = x, now_ns, stamp_ns
+        sample.valid = sample.fresh = True
 
     def _vector(self, message: Any) -> Value:
         return signal([getattr(message, axis) for axis in self._axes], len(self._axes))

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a device declares of itself holds, and what does not fit it is said."""
+
+import itertools
+import math
+
+import pytest
+from processes import ros
+
+from pmwvc_core.errors import DeviceError
+from pmwvc_core.master.safety_states import SafetyState
+from pmwvc_core.params import DeviceParams, MasterParams, SafetyParams
+from pmwvc_core.wave import Packer
+from pmwvc_master.devices import DeviceInfo
+from pmwvc_master.profile import limits_of, warnings_of_device
+from pmwvc_master.settings import declare_settings
+
+
+def info(**declared):
+    return DeviceInfo(model="stick", dof=1, **declared)
+
+
+@pytest.mark.parametrize(
+    ("declared", "expected"),
+    [
+        ({}, 8.0),
+        ({"max_force": 0.5}, 0.5),
+        ({"max_force": 3.3, "continuous_force": 0.88}, 0.88),
+        ({"max_force": 30.0}, 8.0),
+    ],
+)
+def test_the_force_limit_is_the_smaller_of_the_limits_and_the_devices_own(declared, expected):
+    assert limits_of(info(**declared), SafetyParams()) == SafetyParams(max_force=expected)
+
+
+@pytest.mark.parametrize("name", ["max_force", "continuous_force", "apparent_mass", "workspace_m"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_a_declaration_that_cannot_be_is_refused(name, value):
+    with pytest.raises(DeviceError, match=f"stick: declares {name} = .*must be > 0"):
+        limits_of(info(**{name: value}), SafetyParams())
+
+
+def test_a_pacing_that_nobody_knows_is_refused():
+    with pytest.raises(DeviceError, match="pacing = 'often': must be one of host"):
+        limits_of(info(pacing="often"), SafetyParams())
+
+
+class Rig:
+    """The client that the node makes for a device, pushed against a wave of 5 N."""
+
+    def __init__(self, declared):
+        with ros(automatically_declare_parameters_from_overrides=True) as peer:
+            settings = declare_settings(peer.node, lambda _: None, lambda _: None)
+        self.client = settings.make_client(1, declared)
+        self.packer = Packer(2, period=settings.period_s)
+        self.tick = 0
+
+    def force(self, x=0.0, xd=0.0, *, ticks=1):
+        forces = []
+        for _ in range(ticks):
+            now_ns = self.tick * 1_000_000
+            if self.tick % 8 == 0:
+                self.client.inbox.push(
+                    self.packer.pack(-5.0 / math.sqrt(50.0), 0.0, now_ns), now_ns
+                )
+                self.client.receive(now_ns)
+            forces.append(self.client.step(x, xd, now_ns))
+            self.tick += 1
+        return forces
+
+
+def test_a_device_that_declares_half_a_newton_is_never_driven_with_more():
+    forces = Rig(info(max_force=0.5)).force(ticks=1000)
+    assert max(forces) == 0.5
+    control = Rig(info()).force(ticks=1000)
+    assert max(control) == pytest.approx(5.0, rel=0.01)
+
+
+def test_beyond_the_workspace_a_force_only_brakes():
+    rig = Rig(info(workspace_m=0.1))
+    assert rig.force(x=0.1, ticks=1000)[-1] == pytest.approx(5.0, rel=0.01)
+    pushed = rig.force(x=0.103, ticks=50)
+    assert pushed[-1] == 0.0
+    assert max(abs(a - b) for a, b in itertools.pairwise(pushed)) < 2.1
+    assert rig.client.safety.state == SafetyState.DAMPING
+    assert rig.client.safety.reason == "beyond the device's workspace: damping only"
+    assert rig.force(x=0.103, xd=0.2, ticks=30)[-1] > 0.0  # against the motion
+    assert rig.force(x=0.103, xd=-0.2, ticks=30)[-1] <= 0.0
+    back = rig.force(x=0.09, ticks=600)
+    assert max(back[:20]) < 0.3 and back[-1] == pytest.approx(5.0, rel=0.01)
+
+
+def test_a_light_device_is_warned_of_before_it_hums():
+    light = info(apparent_mass=0.02)
+    (text,) = warnings_of_device(light, MasterParams(), DeviceParams(mass=0.02), waves=True)
+    assert text.startswith("b T_c/m = 1.25 on this device (25 N s/m, 1 ms, 0.02 kg)")
+    assert "overshoots" in text and "master.impedance < 20 N s/m" in text
+    heavy = MasterParams(impedance=50.0)
+    (text,) = warnings_of_device(light, heavy, DeviceParams(mass=0.02), waves=True)
+    assert "is unstable" in text
+    assert not list(warnings_of_device(light, heavy, DeviceParams(mass=0.02), waves=False))
+
+
+def test_a_device_unlike_the_one_predictions_rest_on_is_named():
+    other = info(apparent_mass=0.5, workspace_m=0.08)
+    mass, workspace = warnings_of_device(other, MasterParams(), DeviceParams(), waves=True)
+    assert mass.startswith("device.mass = 0.25 kg, the device declares 0.5 kg")
+    assert "set device.workspace_m = 0.08" in workspace
+    fitting = DeviceParams(mass=0.5, workspace_m=0.08)
+    assert not list(warnings_of_device(other, MasterParams(), fitting, waves=True))
