@@ -124,6 +124,37 @@ def test_the_limits_themselves_are_paid_for(impedance, shape, seed, params, spee
         assert np.all(account.balance + account.port.debt_j >= -tolerance(account))
 
 
+@given(
+    impedances,
+    shapes,
+    seeds,
+    limits,
+    st.lists(st.tuples(st.integers(1, 40), st.integers(1, 80)), min_size=1, max_size=6),
+)
+def test_stalls_of_any_length_are_paid_for_and_make_no_step(
+    impedance, shape, seed, params, stalls
+):
+    """Silence and answers in turn, from a tick to far beyond the time the force fades in."""
+    account, rng = Account(impedance), np.random.default_rng(seed)
+    safety = SafetyLimiter(params, tick_s=TICK_S, packet_s=0.008)
+    quiet = [t for there, gone in stalls for t in [0] * there + list(range(25, 25 + gone))]
+    xd, before = draw(shape, rng, 0.1), 0.0
+    for tick, silent_ticks in enumerate(quiet):
+        if tick % M == 0 and not silent_ticks:
+            account.port.receive(draw(shape, rng, 1.0))
+        xd = 0.97 * xd + 0.2 * draw(shape, rng, 0.1)
+        _, _, force = account.tick(
+            xd,
+            lambda asked, xd=xd, silence_s=silent_ticks * TICK_S: safety.step(
+                asked, xd, xd, silence_s=silence_s, coupled=True
+            ),
+        )
+        assert np.all(account.balance + account.port.debt_j >= -tolerance(account))
+        change = np.max(np.sqrt(squared(force - before)))
+        assert change <= params.max_slew * TICK_S * (1 + 1e-9) + 1e-12
+        before = force
+
+
 @given(shapes, seeds, limits)
 def test_an_impedance_that_changes_while_it_runs_is_paid_for_over_its_whole_range(
     shape, seed, params

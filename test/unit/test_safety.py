@@ -236,3 +236,11 @@ def test_each_run_of_a_batch_has_its_own_state_and_reason():
     ]
     np.testing.assert_array_equal(safety.events, [[0], [1], [1], [1]])
     np.testing.assert_array_equal(np.ravel(safety.ready), [True, False, False, False])
+
+
+@pytest.mark.parametrize(("silent_ticks", "left"), [(1, 0.95), (10, 0.5), (20, 0.0), (200, 0.0)])
+def test_after_a_silence_the_force_goes_on_from_what_had_not_faded(silent_ticks, left):
+    rig = coupled()
+    rig(2.0, ticks=20)
+    rig(2.0, xd=-0.01, silence_s=0.05, ticks=silent_ticks)
+    assert rig(2.0) == pytest.approx(2.0 * left, abs=0.011)

@@ -7,7 +7,8 @@ What reaches the device, for whatever a controller asks, including values that a
 * the force starts at zero, never changes by more than ``max_slew * tick_s`` in a tick and is never
   longer than ``max_force`` (a vector keeps its direction);
 * whenever there is something to feel again (first answer, end of a silence, another server, any
-  other recovery) it grows from zero over ``soft_start_s``;
+  other recovery) it grows from zero over ``soft_start_s``; after a silence so short that not all
+  of the force had faded, from what was left;
 * **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
   the device is faster than ``damper_velocity``, only the part of the force that opposes the motion
   remains; what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` of
@@ -227,10 +228,11 @@ class SafetyLimiter:
     def _advance_gain(self, through: Flag, damped: Flag, released: Flag) -> None:
         """Let the share of the force rise from zero at the soft start and fall on release.
 
-        It begins anew when a state of damping ends.
+        When a state of damping ends it goes on from what had not faded yet: a pause just over the
+        timeout costs no grip, and one longer than ``FADE_S`` begins at zero.
         """
         recovers = self._damped & (damped ^ True)
-        gain = where(recovers, 0.0, self._gain)
+        gain = where(recovers, self._gain * self._push, self._gain)
         gain = where(released, _down(gain, self._tick_s / LET_GO_S), _up(gain, self._rise))
         self._gain = gain = where(through, gain, 0.0)
         self.ready = self.ready | ((gain >= 1.0) & (damped ^ True))
