@@ -11,19 +11,16 @@ A sample holds between messages, so the driver should publish about as fast as t
 no finite pose has come for ``STALE_S`` the loop renders no force.
 """
 
-from typing import Any
-
-import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.qos import qos_profile_sensor_data
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.numeric import Value, finite, flatten, signal
-from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.polling import Polled
+from pmwvc_master.devices import cdr
 from pmwvc_master.devices.interface import STALE_S, DeviceInfo, DeviceSample, DeviceSetup
 
-_AXES = ("x", "y", "z")
+MOST_AXES = 3
 
 
 class RosTopicDevice:
@@ -34,16 +31,16 @@ class RosTopicDevice:
             raise DeviceError(
                 "device.plugin = 'ros_topic': needs a ROS node, so use the master node"
             )
-        if setup.dof > len(_AXES):
+        if setup.dof > MOST_AXES:
             raise DeviceError(
-                f"device.plugin = 'ros_topic': poses have {len(_AXES)} axes of motion; "
-                f"set dof = {setup.dof} to {len(_AXES)} or less"
+                f"device.plugin = 'ros_topic': poses have {MOST_AXES} axes of motion; "
+                f"set dof = {setup.dof} to {MOST_AXES} or less"
             )
         self.info = DeviceInfo(
             model="ROS topics", dof=setup.dof, pacing="event", velocity="estimated"
         )
         self._node = setup.node
-        self._axes = _AXES[: setup.dof]
+        self._dof = setup.dof
         self._zero = signal([0.0] * setup.dof, setup.dof)
         start = signal([setup.start_m, *[0.0] * (setup.dof - 1)], setup.dof)
         self._sample = DeviceSample(x=start, xd=self._zero, f_h=self._zero, valid=False)
@@ -54,21 +51,23 @@ class RosTopicDevice:
     def open(self) -> None:
         """Make publisher and subscriptions."""
         quality = qos_profile_sensor_data
-        self._pose = Polled(self._node, PoseStamped, "device/measured_cp", quality)
-        self._twist = Polled(self._node, TwistStamped, "device/measured_cv", quality)
-        self._force = self._node.create_publisher(WrenchStamped, "device/servo_cf", quality)
-        self._wrench = WrenchStamped()
+        node = self._node
+        self._pose = Polled(node, PoseStamped, "device/measured_cp", quality, raw=True)
+        self._twist = Polled(node, TwistStamped, "device/measured_cv", quality, raw=True)
+        self._force = node.create_publisher(WrenchStamped, "device/servo_cf", quality)
 
     def read(self, due_ns: int) -> DeviceSample:
         """Take what has come since the last tick; say whether it is new."""
         sample = self._sample
         sample.fresh = False
-        while (twist := self._twist.take()) is not None:
-            velocity = self._vector(twist.twist.linear)
-            if finite(velocity):
+        while (message := self._twist.take()) is not None:
+            twist = cdr.first_vector(message)
+            if twist is not None and finite(velocity := self._signal(twist[1])):
                 sample.xd, self._twist_ns = velocity, due_ns
-        while (pose := self._pose.take()) is not None:
-            self._move(self._vector(pose.pose.position), nanoseconds(pose.header.stamp), due_ns)
+        while (message := self._pose.take()) is not None:
+            pose = cdr.first_vector(message)
+            if pose is not None:
+                self._move(self._signal(pose[1]), pose[0], due_ns)
         return sample
 
     def _move(self, x: Value, stamp_ns: int, now_ns: int) -> None:
@@ -87,23 +86,23 @@ class RosTopicDevice:
         sample.x, self._pose_ns, self._stamp_ns = x, now_ns, stamp_ns
         sample.valid = sample.fresh = True
 
-    def _vector(self, message: Any) -> Value:
-        return signal([getattr(message, axis) for axis in self._axes], len(self._axes))
+    def _signal(self, vector: tuple[float, float, float]) -> Value:
+        return vector[0] if self._dof == 1 else signal(vector[: self._dof], self._dof)
 
     def write(self, f_m: Value) -> None:
         """Publish the force on the hand."""
-        force = self._wrench.wrench.force
-        for axis, value in zip(self._axes, flatten(f_m), strict=False):
-            setattr(force, axis, -float(value))
-        self._wrench.header.stamp = self._node.get_clock().now().to_msg()
-        self._force.publish(self._wrench)
+        if self._dof == 1:
+            self._force.publish(cdr.wrench((-float(f_m), 0.0, 0.0)))
+            return
+        x, y, z = [*(-flatten(f_m)), 0.0][:3]
+        self._force.publish(cdr.wrench((float(x), float(y), float(z))))
 
     def couple(self) -> None:
         """Do nothing: a person needs no start."""
 
     def stop(self) -> None:
         """Publish zero force."""
-        self.write(np.zeros(len(self._axes)))
+        self.write(self._zero)
 
     def close(self) -> None:
         """Nothing to give back: the node owns publisher and subscriptions."""
