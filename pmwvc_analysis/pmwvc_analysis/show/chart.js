@@ -133,7 +133,7 @@
     panel.x = x;
     const out = [`<g style="fill:${paint("soft")}">`];
     const rule = (d) => out.push(`<path class="grid" style="stroke:${paint("grid")}" d="${d}"/>`);
-    for (const [value, text] of ticks(y, Math.round(panel.height / 45))) {
+    for (const [value, text] of ticks(y, Math.round(panel.height / 36))) {
       rule(`M${LEFT} ${y.at(value).toFixed(1)}H${x.end}`);
       out.push(`<text x="${LEFT - 6}" y="${(y.at(value) + 4).toFixed(1)}" text-anchor="end">${text}</text>`);
     }

@@ -57,7 +57,7 @@ def panel_svg(
     y = Axis(*panel.y_span(), bottom, TOP, panel.y_log)
     soft, grid = paint("soft"), paint("grid")
     out = [f'<g style="fill:{soft}">']
-    for place, text in zip(*_ticks(y, round(panel.height / 45)), strict=True):
+    for place, text in zip(*_ticks(y, round(panel.height / 36)), strict=True):
         out.append(f'<path class="grid" style="stroke:{grid}" d="M{LEFT:g} {place:.1f}H{x.end}"/>')
         out.append(f'<text x="{LEFT - 6}" y="{place + 4:.1f}" text-anchor="end">{text}</text>')
     for place, text in zip(*_ticks(x, 10), strict=True):

@@ -16,6 +16,7 @@ from pmwvc_core.simulation.traces import ServerTraces, SessionTraces
 
 TOGETHER_S = 0.1  # first contacts closer than that have one time
 MOVED_M = 1e-3
+WORTH = 0.02  # of the energy given or held: what is worth a word
 WORDS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight")
 
 
@@ -114,17 +115,17 @@ def _energy(energies: Budget) -> Iterator[str]:
             name = next((g for g, members in GROUPS.items() if part in members), "controller")
             groups[name] = groups.get(name, 0.0) + float(sums[-1])
     largest = sorted(groups.items(), key=lambda each: -each[1])[:3]
-    taken = [
-        f"{quantity(value, 'J')} in {name}" for name, value in largest if value > 0.02 * abs(given)
+    least = WORTH * max(abs(given), *(abs(value) for value in groups.values()))
+    taken = [f"{quantity(value, 'J')} in {name}" for name, value in largest if value > least]
+    made = [
+        f"{quantity(-value, 'J')} in {name}" for name, value in groups.items() if value < -least
     ]
     if not np.isfinite(given) or not taken:
         return
-    verb = "gave" if given >= 0.0 else "took back"
-    hands = "hand" if len(energies.hands) == 1 else "hands"
-    yield (
-        f"The {hands} {verb} {quantity(abs(given), 'J')}; at the end, stored or dissipated: "
-        f"{listed(taken)}."
-    )
+    hands = f"The hand{'' if len(energies.hands) == 1 else 's'}"
+    said = f"{hands} {'gave' if given >= 0.0 else 'took back'} {quantity(abs(given), 'J')}"
+    made_words = f"; generated: {listed(made)}" if made else ""
+    yield f"{said}; at the end, stored or dissipated: {listed(taken)}{made_words}."
 
 
 def _offsets(summary: dict[str, Any]) -> Iterator[str]:
