@@ -296,6 +296,6 @@
   const tools = { "zoom-in": () => zoom(0.5), "zoom-out": () => zoom(2), earlier: () => pan(-0.25), later: () => pan(0.25), whole: () => show(...full) };
   for (const [id, act] of Object.entries(tools)) document.getElementById(id)?.addEventListener("click", act);
   document.body.classList.add("live");
+  drawAll();
   new ResizeObserver(later).observe(document.querySelector("main"));
-  later();
 })();
