@@ -40,7 +40,7 @@ def finish(
     RecordingError
         If the folder holds no recording that can be read, or cannot be written.
     """
-    from pmwvc_analysis.judge import budget_summary
+    from pmwvc_analysis.judge import budget_summary, cut, endings, events
     from pmwvc_analysis.judge.budget import budget
     from pmwvc_analysis.judge.verdicts import summary
     from pmwvc_analysis.recording.reader import read_scenario, read_session
@@ -50,7 +50,10 @@ def finish(
     folder = Path(folder)
     scenario = scenario or read_scenario(folder)
     traces = traces or read_session(folder)
-    energies = budget(traces, scenario)
+    traces.events = events.complete(traces, scenario)
+    ended = endings.endings(traces, traces.events, scenario)
+    judged = cut.until(traces, endings.judged_until_s(traces, ended))
+    energies = budget(judged, scenario)
     result = summary(traces, scenario, energies)
     try:
         write_summary(folder, result)

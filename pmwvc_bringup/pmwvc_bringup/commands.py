@@ -208,17 +208,13 @@ def _announce(console: Console, scenario: Scenario, folder: Path, *, live: bool)
 
 def _finished(console: Console, folder: Path, scenario: Scenario | None) -> str:
     """Judge and draw what is recorded, say the verdict, and return the text of the summary."""
-    from pmwvc_analysis.judge import prediction_words
-    from pmwvc_analysis.recording.reader import read_scenario
     from pmwvc_analysis.session_files import REPORT, SUMMARY, finish
 
     summary = finish(folder, scenario=scenario)
     for line in _verdict(summary):
         console.print(line, markup=False)
-    scenario = scenario or read_scenario(folder)
-    if scenario is not None:
-        for line in prediction_words.came_true(scenario, summary):
-            console.print(f"  {line}", markup=False)
+    for outcome in summary["outcomes"]:
+        console.print(f"  {outcome['text']}", markup=False)
     console.print(f"report: {folder / REPORT}", markup=False)
     return (folder / SUMMARY).read_text("utf-8")
 
@@ -227,13 +223,18 @@ def _verdict(summary: dict[str, Any]) -> list[str]:
     """Return the result in sentences, one line for the session and one per user."""
     from pmwvc_analysis.judge import environment
 
-    state = "stable" if summary["stable"] else f"not stable: {summary['instability']}"
+    state = {True: "stable", None: f"stability not judged: {summary['stability']['text']}"}.get(
+        summary["stable"], f"not stable: {summary['instability']}"
+    )
     found = [f"{summary['scenario'] or 'session'}: {state}"]
+    found += [f"  Interrupted: {text}" for text in summary["interrupted"]]
+    found += [f"  Another publisher: {text}" for text in summary["strangers"]]
     texts = summary["passivity"]["text"]
     for user in summary["users"]:
         parts = [texts[user["name"]]]
         if user["force_final_n"] is not None:
-            parts.append(f"force {_vector(user['force_final_n'])} N at the end")
+            when = f"when the {user['ended']}" if user["ended"] else "at the end"
+            parts.append(f"force {_vector(user['force_final_n'])} N {when}")
         if user["environment_limited"]:
             parts.append(environment.words(user["environment_limited"]))
         if user["ticks_missing"]:

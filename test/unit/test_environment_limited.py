@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from pmwvc_analysis.judge import environment
+from pmwvc_analysis.judge.outcomes import came_true
 from pmwvc_analysis.judge.prediction import prediction
-from pmwvc_analysis.judge.prediction_words import came_true, lines
+from pmwvc_analysis.judge.prediction_words import lines
 from pmwvc_analysis.judge.stability import verdict
 from pmwvc_analysis.judge.verdicts import summary
 from pmwvc_bringup import scenarios

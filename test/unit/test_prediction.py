@@ -5,6 +5,7 @@
 import handmade
 import pytest
 
+from pmwvc_analysis.judge.outcomes import came_true
 from pmwvc_analysis.judge.prediction import (
     aliasing_gain,
     lag_s,
@@ -14,7 +15,7 @@ from pmwvc_analysis.judge.prediction import (
     passive,
     prediction,
 )
-from pmwvc_analysis.judge.prediction_words import came_true, lines
+from pmwvc_analysis.judge.prediction_words import lines
 from pmwvc_analysis.judge.verdicts import summary
 from pmwvc_analysis.models.transparency import transparency
 from pmwvc_bringup import scenarios
@@ -69,8 +70,7 @@ def test_the_lag_of_the_press_is_predicted_and_came_true():
     assert lag_s(scenario.users[0], scenario, live=False) == pytest.approx(expected)
     words = "\n".join(came_true(scenario, summary(traces, scenario)))
     assert "Predicted stable: it was." in words
-    assert "expected +0.80 mm" in words
-    assert "it was +0.80 mm" in words
+    assert "predicted +0.80 mm, measured +0.80 mm (hit; tolerance 0.42 mm)" in words
 
 
 def test_contact_and_link_are_springs_in_series():
@@ -215,7 +215,7 @@ def test_what_is_not_linear_is_named_and_its_linear_relative_told():
         (True, False, "but it was not"),
         (False, False, "unstable: it was"),
         (False, True, "but it was stable"),
-        (None, True, "No promise was made; the session was stable"),
+        (None, True, "No stability was predicted; the session was stable"),
     ],
 )
 def test_what_came_of_a_prediction_is_said(predicted, was, words):

@@ -7,9 +7,13 @@ purpose (for a target that rests, below half a hertz), and what an environment o
 driven with. A hand that moves in steps, an object let go or contact made for the first time give
 short bursts of fast motion; a median over quarter-second windows passes over them.
 
+Where rows are missing, or the loop did not run, the motion is not known: it is filtered piece by
+piece, and where less than half of the windows of the end or the middle are known, nothing is told.
+
 Not known: what drives an environment of somebody else's. Its motion counts as the loop's.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -21,6 +25,7 @@ from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import SessionTraces
 
 WINDOW_S = 0.25
+PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
 DEFAULT_BAND_HZ = 8.0
 REST_BAND_HZ = 0.5
 HARMONICS = 3.5  # of a sinusoid that makes and breaks contact
@@ -40,29 +45,58 @@ class Motion:
 
 @dataclass(frozen=True)
 class Strength:
-    """Median RMS velocity of the last third [m/s]; the last sixth over that in the middle."""
+    """Median RMS velocity of the last third [m/s]; the last sixth over that in the middle.
+
+    ``known`` tells whether enough of both was recorded.
+    """
 
     late_m_s: float
     growth: float
+    known: bool = True
 
 
 def strength(motion: Motion, duration_s: float) -> Strength:
     """Return how strong motion beyond the band is, and whether it grows or dies out."""
     windows = max(1, round(WINDOW_S / motion.period_s))
-    count = len(motion.velocity) // windows
-    if count < 6 or not np.isfinite(motion.velocity).all():
-        return Strength(0.0, 0.0)
-    fast = beyond(motion.velocity, motion.period_s, motion.band_hz)
-    squares = np.sum(fast * fast, axis=-1)[: count * windows].reshape(count, windows)
-    levels = np.sqrt(squares.mean(axis=1))
-    middles = motion.time_s[: count * windows].reshape(count, windows).mean(axis=1)
+    pieces = _pieces(motion)
+    if len(motion.velocity) // windows < 6 or not np.isfinite(motion.velocity).all():
+        return Strength(0.0, 0.0, known=len(pieces) <= 1)
+    found = [_levels(motion, piece, windows) for piece in pieces]
+    middles, levels = (np.concatenate(each) for each in zip(*found, strict=True))
+
+    def rows(start: float, end: float) -> Array:
+        found: Array = levels[(middles >= start * duration_s) & (middles < end * duration_s)]
+        return found
 
     def median(start: float, end: float) -> float:
-        rows = levels[(middles >= start * duration_s) & (middles < end * duration_s)]
-        return float(np.median(rows)) if len(rows) else 0.0
+        own = rows(start, end)
+        return float(np.median(own)) if len(own) else 0.0
 
+    expected = 0.5 * duration_s / 6.0 / (windows * motion.period_s) - 1.0
+    known = min(len(rows(3 / 6, 4 / 6)), len(rows(4 / 6, 5 / 6)), len(rows(5 / 6, 1.01)))
     late, middle = median(5 / 6, 1.01), median(3 / 6, 4 / 6)
-    return Strength(min(late, median(4 / 6, 1.01)), late / middle if middle > 0.0 else math.inf)
+    return Strength(
+        min(late, median(4 / 6, 1.01)),
+        late / middle if middle > 0.0 else math.inf,
+        known=len(pieces) <= 1 or known >= expected,
+    )
+
+
+def _pieces(motion: Motion) -> list[slice]:
+    """Return the rows between pauses that are too long to filter across."""
+    pauses = np.diff(motion.time_s) > max(PAUSE_S, PAUSE_PERIODS * motion.period_s)
+    edges = [0, *(np.flatnonzero(pauses) + 1).tolist(), len(motion.time_s)]
+    return [slice(start, end) for start, end in itertools.pairwise(edges) if end > start]
+
+
+def _levels(motion: Motion, piece: slice, windows: int) -> tuple[Array, Array]:
+    """Return middle [s] and RMS velocity beyond the band [m/s] of every whole window."""
+    velocity = motion.velocity[piece]
+    count = len(velocity) // windows
+    fast = beyond(velocity, motion.period_s, motion.band_hz)
+    squares = np.sum(fast * fast, axis=-1)[: count * windows].reshape(count, windows)
+    times = motion.time_s[piece][: count * windows].reshape(count, windows)
+    return times.mean(axis=1), np.sqrt(squares.mean(axis=1))
 
 
 def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:

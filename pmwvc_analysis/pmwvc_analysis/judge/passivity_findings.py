@@ -17,14 +17,24 @@ had not taken in is named with its amount; the verdict is that of the ports, whe
 nothing else paid for it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from pmwvc_analysis.judge import energy
+from pmwvc_analysis.judge.balance_holes import hidden
 from pmwvc_analysis.judge.budget_result import SERVER, Budget
-from pmwvc_analysis.judge.passivity import Finding, judge, not_judged, together, tolerance
+from pmwvc_analysis.judge.holes import Hole, holes
+from pmwvc_analysis.judge.passivity import (
+    Finding,
+    Unjudged,
+    judge,
+    not_judged,
+    together,
+    tolerance,
+)
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
 
@@ -63,24 +73,30 @@ def passivity(
 ) -> Passivity:
     """Judge every port and every component of a session."""
     balances = {entry.name: entry for entry in energy.user_energies(traces, scenario)}
+    missing = [hole for hole in holes(traces) if hole.owner == SERVER]
     found: list[Finding] = []
     for user in traces.users:
         entry = balances.get(user.name)
         if entry is None:
             found.append(not_judged(user.name, "hand_port", NO_SERVER))
         else:
-            found += _of_user(entry)
+            found += _of_user(entry, missing)
     if traces.server is not None and len(traces.server.time_s):
-        found.append(_of_server(traces, scenario))
+        found.append(_of_server(traces, scenario, missing))
     if energies is not None:
         found += energies.findings
     return Passivity(tuple(found))
 
 
-def _of_user(entry: energy.UserEnergy) -> list[Finding]:
+def _of_user(entry: energy.UserEnergy, missing: Sequence[Hole]) -> list[Finding]:
     ports = {"up": entry.up, "down": entry.down}
-    found = [_port(entry, part, balance) for part, balance in ports.items() if balance is not None]
-    return [*found, _of_hand(entry)]
+    unknown = [*entry.stretches.unjudged, *(hole.unjudged for hole in missing)]
+    found = [
+        _port(entry, part, balance, unjudged=hidden(balance, unknown))
+        for part, balance in ports.items()
+        if balance is not None
+    ]
+    return [*found, _of_hand(entry, unknown)]
 
 
 def _port(entry: energy.UserEnergy, part: str, balance: energy.Balance, **more: Any) -> Finding:
@@ -92,15 +108,19 @@ def _port(entry: energy.UserEnergy, part: str, balance: energy.Balance, **more: 
         tolerance_j=balance.tolerance_j + more.pop("open_j", 0.0),
         moved_j=float(np.abs(balance.energy_in_j).max(initial=0.0)),
         decides=True,
-        unjudged=entry.stretches.unjudged,
         **more,
     )
 
 
-def _of_hand(entry: energy.UserEnergy) -> Finding:
+def _of_hand(entry: energy.UserEnergy, unknown: Sequence[Unjudged]) -> Finding:
     """Judge the port of the hand; not where the steps of an encoder leave the work open."""
     found = _port(
-        entry, "hand_port", entry.joint, declared_j=entry.storage_j, open_j=entry.resolution_j
+        entry,
+        "hand_port",
+        entry.joint,
+        declared_j=entry.storage_j,
+        open_j=entry.resolution_j,
+        unjudged=unknown,
     )
     if found.passive and entry.hand_passive is None:
         most_mj = 1e3 * float(entry.resolution_j.max())
@@ -109,7 +129,9 @@ def _of_hand(entry: energy.UserEnergy) -> Finding:
     return found
 
 
-def _of_server(traces: SessionTraces, scenario: Scenario | None) -> Finding:
+def _of_server(
+    traces: SessionTraces, scenario: Scenario | None, missing: Sequence[Hole]
+) -> Finding:
     server = traces.server
     assert server is not None
     taken = np.sum([energy.running(sums) for sums in server.energy_u_s], axis=0)
@@ -123,6 +145,7 @@ def _of_server(traces: SessionTraces, scenario: Scenario | None) -> Finding:
         moved_j=float(np.abs(taken).max(initial=0.0)),
         declared_j=_allowance_j(scenario),
         decides=True,
+        unjudged=[hole.unjudged for hole in missing],
     )
     excuse = _own_energy(scenario)
     if found.passive is False and excuse:

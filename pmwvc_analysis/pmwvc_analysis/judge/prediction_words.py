@@ -1,8 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A prediction in sentences before a session, and what became of it after."""
-
-from typing import Any
+"""A prediction in sentences, before a session; what became of it: :mod:`.outcomes`."""
 
 from pmwvc_analysis.judge import prediction_environment
 from pmwvc_analysis.judge.prediction import (
@@ -138,47 +136,3 @@ def _stability(model: Exact) -> str:
         reach = f"the contact may be as stiff as {first:.0f} N/m"
     word = "Stable" if model.stable else "NOT stable"
     return f"{word}: spectral radius {model.spectral_radius:.4f}; {reach}"
-
-
-def came_true(scenario: Scenario, summary: dict[str, Any]) -> list[str]:
-    """Return what became of the prediction, in sentences."""
-    predicted, found = summary["prediction"], []
-    if predicted["stable"] is True:
-        found.append(
-            "Predicted stable: it was."
-            if summary["stable"]
-            else "Predicted stable, but it was not: look at the events."
-        )
-    elif predicted["environment_limited"] is True:
-        found.append(
-            "Predicted that the server port limits the environment: it did."
-            if any(user["environment_limited"] for user in summary["users"])
-            else "Predicted that the server port limits the environment: it did not have to."
-        )
-    elif predicted["stable"] is None:
-        found.append(
-            f"No promise was made; the session was {'' if summary['stable'] else 'not '}stable."
-        )
-    elif summary["stable"]:
-        found.append(
-            "Predicted unstable, but it was stable: hands damp, contacts can part, and a short "
-            "session may end before it shows."
-        )
-    else:
-        found.append("Predicted unstable: it was.")
-    if predicted["mass_felt"] is None:
-        return found
-    live = summary["source"] == "live"
-    entries = {entry["name"]: entry for entry in summary["users"]}
-    for user in scenario.users:
-        entry = entries.get(user.name, {})
-        force, drift = entry.get("force_final_n"), entry.get("drift_m")
-        if not isinstance(force, float) or not isinstance(drift, float) or abs(force) < 0.2:
-            continue
-        lag, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
-        expected, was = force * lag / (2.0 * b) * 1e3, drift * 1e3
-        found.append(
-            f"{user.name}: the device was expected {expected:+.2f} mm from its avatar at the end, "
-            f"it was {was:+.2f} mm."
-        )
-    return found

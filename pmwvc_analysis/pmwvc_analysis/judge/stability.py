@@ -42,15 +42,21 @@ SILENT = "server silent"  # the reason that is the network's and not the motion'
 
 @dataclass(frozen=True)
 class Verdict:
-    """Stable or the kind of instability, what showed it, the strongest late oscillation [m/s]."""
+    """Stable or the kind of instability, what showed it, the strongest late oscillation [m/s].
+
+    ``judged`` is False where nothing was found in a recording that lacks too much to tell.
+    """
 
     instability: str | None
     why: str
     oscillation_m_s: float
+    judged: bool = True
 
     @property
-    def stable(self) -> bool:
-        """Tell whether no instability was found."""
+    def stable(self) -> bool | None:
+        """Tell whether no instability was found; None where that cannot be told."""
+        if self.instability is None and not self.judged:
+            return None
         return self.instability is None
 
 
@@ -77,6 +83,10 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
         if found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s) and found.growth > 0.5:
             why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
             return Verdict("sustained oscillation", why, strongest)
+    unknown = [motion.name for found, motion in strengths if not found.known]
+    if unknown:
+        why = f"too little of the motion of {', '.join(unknown)} was recorded"
+        return Verdict(None, why, strongest, judged=False)
     return Verdict(None, "motion beyond what is on purpose dies out", strongest)
 
 

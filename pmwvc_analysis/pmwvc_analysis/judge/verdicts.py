@@ -37,9 +37,21 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.judge import energy, environment, passivity_words, shape, stability
+from pmwvc_analysis.judge import (
+    check,
+    cut,
+    endings,
+    energy,
+    environment,
+    events,
+    holes,
+    passivity_words,
+    shape,
+    stability,
+)
 from pmwvc_analysis.judge.budget_result import Budget
 from pmwvc_analysis.judge.links import link_summaries
+from pmwvc_analysis.judge.outcomes import outcomes
 from pmwvc_analysis.judge.passivity import Finding
 from pmwvc_analysis.judge.passivity_findings import Passivity, passivity
 from pmwvc_analysis.judge.stretches import first_packets
@@ -65,18 +77,27 @@ def summary(
     """Return the summary of a single run."""
     from pmwvc_analysis.judge.prediction import prediction
 
+    whole, seen = traces, events.complete(traces, scenario)
+    ended = endings.endings(traces, seen, scenario)
+    traces = cut.until(traces, endings.judged_until_s(traces, ended))
     judged = stability.verdict(traces, scenario)
     found = passivity(traces, scenario, energies)
     balances = {entry.name: entry for entry in energy.user_energies(traces)}
     limited = environment.limited(traces, scenario)
-    return {
+    shorter = endings.shortened(whole, scenario)
+    missing = holes.holes(traces)
+    result: dict[str, Any] = {
         "scenario": scenario.name if scenario else None,
         "source": traces.source,
-        "duration_s": traces.duration_s,
+        "duration_s": whole.duration_s,
+        "judged_until_s": traces.duration_s,
+        "interrupted": [ending.text for ending in ended] + ([shorter] if shorter else []),
+        "strangers": [str(each["what"]) for each in seen if each["kind"] == "stranger"],
         "controller": scenario.controller if scenario else None,
         "parameters": scenario.flat() if scenario else {},
         "stable": judged.stable,
         "instability": judged.instability,
+        "stability": {"text": judged.why, "oscillation_m_s": shape.number(judged.oscillation_m_s)},
         "active": passivity_words.components(found) if energies else None,
         "passivity": _passivity(found),
         "object": _object(traces),
@@ -97,8 +118,21 @@ def summary(
         "recording": {
             "messages": {topic: count["messages"] for topic, count in traces.counts.items()},
             "missing": {topic: count["missing"] for topic, count in traces.counts.items()},
+            "holes": [hole._asdict() for hole in missing],
+            "not_recorded_s": [list(interval) for interval in holes.merged(missing)],
         },
+        "events": seen,
     }
+    for user in result["users"]:
+        own = [ending for ending in ended if ending.user == user["name"]]
+        user["ended"] = own[0].text if own else None
+    result["outcomes"] = (
+        [each._asdict() for each in outcomes(scenario, result)] if scenario else []
+    )
+    result["verdict"] = check.verdict_lines(result)
+    reasons = check.reasons(result)
+    result["check"] = {"passed": not reasons, "reasons": reasons}
+    return result
 
 
 def _object(traces: SessionTraces) -> dict[str, Any]:
@@ -214,9 +248,12 @@ def separation(
 
 
 def ticks_missing(user: UserTraces) -> int:
-    """Return how many ticks between the first and the last of a master's runs are not recorded."""
-    steps = np.diff(user.tick)
-    return int((steps[steps > 1] - 1).sum())
+    """Return how many ticks fell into holes of the recording; those that a loop skipped do not."""
+    steps, middles = np.diff(user.tick), 0.5 * (user.time_s[1:] + user.time_s[:-1])
+    inside = np.zeros(len(steps), dtype=bool)
+    for hole in holes.of_user(user):
+        inside |= (middles > hole.start_s - user.tick_s) & (middles < hole.end_s)
+    return int((steps[inside & (steps > 1)] - 1).sum())
 
 
 def tick_rate_hz(user: UserTraces) -> float | None:

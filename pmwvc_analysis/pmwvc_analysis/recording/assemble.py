@@ -86,6 +86,7 @@ def user_traces(name: str, messages: Messages, *, zero_ns: int) -> UserTraces:
         block_number=np.array([block.seq for block in blocks], dtype=np.int64),
         missed=_total(blocks, "missed"),
         safety_events=_total(blocks, "safety_events"),
+        epoch=epochs,
         **signals,
     )
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.recording import assemble, clock, schemas
-from pmwvc_analysis.recording.content import Content, Seen, read_content
+from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.losses import topic_counts
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime.messages import nanoseconds
@@ -65,7 +65,7 @@ def read_session(folder: str | Path) -> SessionTraces:
     )
     _add_network(traces, content, zero_ns)
     traces.counts = topic_counts(content.counter, traces.fates)
-    traces.events = _events(Path(folder), content, zero_ns) + _findings(traces, masters)
+    traces.events = _events(Path(folder), content, zero_ns)
     return traces
 
 
@@ -160,32 +160,4 @@ def _events(folder: Path, content: Content, zero_ns: int) -> list[dict[str, Any]
         if "time_ns" in event:
             event["time_s"] = (int(event.pop("time_ns")) - zero_ns) * 1e-9
         event.setdefault("time_s", None)
-    return found
-
-
-def _findings(traces: SessionTraces, masters: dict[str, list[Seen]]) -> list[dict[str, Any]]:
-    """Return restarts, gaps and early ends as events."""
-    found: list[dict[str, Any]] = []
-    for user in traces.users:
-        who = f"{user.name} master"
-        epochs = len({message.epoch for _, message in masters[user.name]})
-        if epochs > 1:
-            found.append({"time_s": None, "who": who, "what": f"started {epochs} times"})
-        steps = np.diff(user.time_s)
-        for row in np.flatnonzero(steps > 20 * user.tick_s)[:20]:
-            what = f"no ticks for {steps[row] - user.tick_s:.3f} s"
-            found.append({"time_s": float(user.time_s[row]), "who": who, "what": what})
-        if traces.duration_s - user.time_s[-1] > 0.5:
-            found.append(
-                {
-                    "time_s": float(user.time_s[-1]),
-                    "who": who,
-                    "what": "last tick, before the end of the session",
-                }
-            )
-    if traces.server is not None and traces.duration_s - traces.server.time_s[-1] > 0.5:
-        end = float(traces.server.time_s[-1])
-        found.append(
-            {"time_s": end, "who": "server", "what": "last step, before the end of the session"}
-        )
     return found

@@ -6,11 +6,12 @@ Everything it says is in the summary or the traces already; here it is put into 
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
-from pmwvc_analysis.judge import budget_summary, passivity_words, prediction_words, stability
+from pmwvc_analysis.judge import budget_summary, cut, prediction_words
 from pmwvc_analysis.judge.budget_result import Budget
-from pmwvc_analysis.judge.passivity_findings import Passivity, passivity
+from pmwvc_analysis.judge.passivity_findings import passivity
 from pmwvc_analysis.show import chart_svg, event_list, figure_blocks
 from pmwvc_analysis.show.chart import Chart
 from pmwvc_analysis.show.loop_blocks import blocks, rendered
@@ -33,8 +34,8 @@ def render(
     energies: Budget | None = None,
 ) -> str:
     """Return the report as HTML; parts that the session does not have are left out."""
-    judged = stability.verdict(traces, scenario)
-    found = passivity(traces, scenario, energies)
+    found = passivity(cut.until(traces, summary["judged_until_s"]), scenario, energies)
+    traces = replace(traces, events=summary["events"])
     events = event_list.numbered(traces)
     chart_data, complete = figure_blocks.data(charts, traces, events)
     return filled(
@@ -44,7 +45,7 @@ def render(
         summary=summary,
         story=story(traces, scenario, summary, energies),
         loops=_loops(traces, scenario, energies),
-        verdicts=verdict_lines(summary, judged, found),
+        verdicts=[(line["ok"], line["text"]) for line in summary["verdict"]],
         budget_owners=[*energies.hands, "server"] if energies else [],
         budget_rows=budget_summary.rows(energies) if energies else [],
         budget_lines=budget_summary.lines(energies, found) if energies else [],
@@ -54,7 +55,7 @@ def render(
         predicted=prediction_words.lines(scenario, live=traces.source == "live")
         if scenario
         else [],
-        outcome=prediction_words.came_true(scenario, summary) if scenario else [],
+        outcome=[(entry["hit"], entry["text"]) for entry in summary["outcomes"]],
         figures=figure_blocks.figure_blocks(charts, traces),
         hatches=chart_svg.hatches(),
         chart_data=chart_data,
@@ -62,33 +63,6 @@ def render(
         parameters=scenario.flat() if scenario else {},
         software=traces.metadata.get("software", {}),
     )
-
-
-def verdict_lines(
-    summary: dict[str, Any], judged: stability.Verdict, passive: Passivity
-) -> list[tuple[bool | None, str]]:
-    """Return the verdict in plain words, each line with good, bad or (None) not known."""
-    if judged.stable:
-        found: list[tuple[bool | None, str]] = [(True, f"Stable: {judged.why}.")]
-    else:
-        found = [(False, f"Not stable, {judged.instability}: {judged.why}.")]
-    for owner in dict.fromkeys(each.owner for each in passive.findings if each.decides):
-        found.append(
-            (passive.passive(owner), f"{owner}: {passivity_words.verdict(passive, owner)}.")
-        )
-    if not passive.findings:
-        found.append((None, "Passivity not judged: no user was recorded."))
-    missing = sum(summary["recording"]["missing"].values())
-    if missing:
-        found.append(
-            (
-                False,
-                f"The recording misses {missing} numbered messages; see the last table.",
-            )
-        )
-    elif summary["recording"]["messages"]:
-        found.append((True, "Nothing is missing in the recording."))
-    return found
 
 
 def _loops(

@@ -51,6 +51,8 @@ class UserTraces:
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., block) [J]
     # (block,) number of each block, consecutive where none is missing; empty where not known
     block_number: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    # (block,) of each block: which start of the master published it; empty where not known
+    epoch: NDArray[np.uint64] = field(default_factory=lambda: np.zeros(0, dtype=np.uint64))
 
 
 @dataclass

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The verdict of a session in lines, and what ``--check`` makes its exit code from.
+
+Everything is read from the summary: terminal, report and exit code cannot differ.
+"""
+
+from typing import Any
+
+TAKEN = ("damping", "release", "limit")  # kinds of events in which safety limits took over
+
+Line = dict[str, Any]  # ``ok``: true, false, or null for what is not known; ``text``
+
+
+def verdict_lines(summary: dict[str, Any]) -> list[Line]:
+    """Return the verdict, the most important first."""
+    found = [_stability(summary)]
+    found += [_line(False, f"Interrupted: {text}.") for text in summary["interrupted"]]
+    passivity = summary["passivity"]
+    owners: dict[str, list[bool | None]] = {port["owner"]: [] for port in passivity["ports"]}
+    for port in passivity["ports"]:
+        owners[port["owner"]].append(port["passive"])
+    for owner, verdicts in owners.items():
+        ok = False if False in verdicts else None if None in verdicts else True
+        found.append(_line(ok, f"{owner}: {passivity['text'][owner]}."))
+    if not owners:
+        found.append(_line(None, "Passivity not judged: no user was recorded."))
+    found += [_line(False, f"Another publisher: {text}.") for text in summary["strangers"]]
+    found += _interventions(summary)
+    found += _recording(summary)
+    return found
+
+
+def reasons(summary: dict[str, Any]) -> list[str]:
+    """Return why a session does not pass ``--check``; empty when it does."""
+    found = []
+    if summary["stable"] is False:
+        found.append(f"not stable: {summary['instability']}")
+    elif summary["stable"] is None:
+        found.append(summary["stability"]["text"])
+    for owner, text in summary["passivity"]["text"].items():
+        ports = [p for p in summary["passivity"]["ports"] if p["owner"] == owner]
+        if any(port["passive"] is False or port["not_judged"] for port in ports):
+            found.append(f"{owner}: {text}")
+    found += summary["interrupted"]
+    found += [f"another publisher: {text}" for text in summary["strangers"]]
+    if summary["recording"]["holes"]:
+        found.append(_holes(summary))
+    elif missing := sum(summary["recording"]["missing"].values()):
+        found.append(f"{missing} messages were not recorded")
+    return found
+
+
+def _line(ok: bool | None, text: str) -> Line:
+    return {"ok": ok, "text": text}
+
+
+def _stability(summary: dict[str, Any]) -> Line:
+    why, until = summary["stability"]["text"], ""
+    if summary["judged_until_s"] < summary["duration_s"]:
+        until = f" until {summary['judged_until_s']:.2f} s"
+    if summary["stable"] is None:
+        return _line(None, f"Stability not judged: {why}.")
+    if summary["stable"]:
+        return _line(True, f"Stable{until}: {why}.")
+    return _line(False, f"Not stable{until}, {summary['instability']}: {why}.")
+
+
+def _interventions(summary: dict[str, Any]) -> list[Line]:
+    """Return that safety limits took over, with when and why: never a tick."""
+    found = []
+    for user in summary["users"]:
+        own = [
+            event
+            for event in summary["events"]
+            if event["who"] == f"{user['name']} master" and event["kind"] in TAKEN
+        ]
+        if own:
+            first = own[0]
+            more = f", and {len(own) - 1} more events" if len(own) > 1 else ""
+            text = f"{user['name']}: {first['what']} at {first['time_s']:.2f} s{more}."
+            found.append(_line(None, text))
+    return found
+
+
+def _recording(summary: dict[str, Any]) -> list[Line]:
+    recording = summary["recording"]
+    if recording["holes"]:
+        return [_line(False, f"{_holes(summary).capitalize()}; nothing is judged there.")]
+    missing = sum(recording["missing"].values())
+    if missing:
+        text = f"{missing} numbered messages were not recorded; see the last table."
+        return [_line(False, text)]
+    if recording["messages"]:
+        return [_line(True, "Nothing is missing in the recording.")]
+    return []
+
+
+def _holes(summary: dict[str, Any]) -> str:
+    found = summary["recording"]["not_recorded_s"]
+    total = sum(end - start for start, end in found)
+    shown = ", ".join(f"{start:.2f} to {end:.2f} s" for start, end in found[:3])
+    more = f" and {len(found) - 3} more intervals" if len(found) > 3 else ""
+    return f"not recorded for {total:.2f} s: {shown}{more}"
