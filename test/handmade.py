@@ -137,6 +137,8 @@ def _user(name: str, wave: dict[str, np.ndarray]) -> UserTraces:
         block_time_s=(np.arange(blocks) + 1) * FRAME_S,
         state=np.ones(blocks, dtype=np.int64),
         reason=[""] * blocks,
+        block_number=np.arange(blocks) + 1,
+        epoch=np.full(blocks, int(name.removeprefix("user")), dtype=np.uint64),
         energy={
             "u_m": _energy(wave["u_m"], FRAME_S),
             "u_tx": _energy(wave["u_tx"], FRAME_S),
@@ -231,3 +233,36 @@ def oscillating(
     size *= (time_s >= during_s[0]) & (time_s < during_s[1])
     user.xd_m = user.xd_m + (size * np.sin(2 * np.pi * hertz * time_s))[:, np.newaxis]
     return traces
+
+
+def without_blocks(user: UserTraces, blocks: slice) -> UserTraces:
+    """Take blocks out of a master's trace, as a recorder that missed them."""
+    ticks = np.zeros(len(user.time_s), dtype=bool)
+    ends = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)
+    for end in ends[blocks]:
+        before = ends[ends < end]
+        ticks[before[-1] if len(before) else 0 : end] = True
+    gone = np.zeros(len(user.block_time_s), dtype=bool)
+    gone[blocks] = True
+    for name, values in vars(user).items():
+        if isinstance(values, np.ndarray) and len(values) in (len(ticks), len(gone)):
+            kept = ~ticks if len(values) == len(ticks) else ~gone
+            setattr(user, name, values[kept])
+    user.reason = [text for text, lost in zip(user.reason, gone, strict=True) if not lost]
+    for sums in (user.energy, user.accounts):
+        sums.update({name: values[~gone] for name, values in sums.items()})
+    return user
+
+
+def without_steps(server: ServerTraces, steps: slice) -> ServerTraces:
+    """Take steps out of the server's trace, as a recorder that missed them."""
+    kept = np.ones(len(server.time_s), dtype=bool)
+    kept[steps] = False
+    for name, values in vars(server).items():
+        if isinstance(values, np.ndarray):
+            setattr(server, name, values[kept])
+        elif isinstance(values, list) and name != "users":
+            setattr(server, name, [each[kept] for each in values])
+        elif isinstance(values, dict):
+            setattr(server, name, {key: each[kept] for key, each in values.items()})
+    return server

@@ -3,8 +3,10 @@
 """The command line ``pmwvc``: options and help. What the commands do is in
 :mod:`pmwvc_bringup.commands`.
 
-Exit code 0: done; 1: a session could not start, or the machine has a problem; 2: a mistake of the
-user, said in one message on stderr; 130: interrupted. (``doctor`` of a recording: see there.)
+Exit code 0: done; 1: a session could not start, the machine has a problem, or ``--check`` found
+that a session was not stable, not passive, interrupted, disturbed or not recorded whole; 2: a
+mistake of the user, said in one message on stderr; 130: interrupted. (``doctor`` of a recording:
+see there.)
 """
 
 import argparse
@@ -27,7 +29,7 @@ from pmwvc_bringup import (
     transparency_command,
     tune_command,
 )
-from pmwvc_bringup.options import add_json, add_scenario, add_settings
+from pmwvc_bringup.options import add_check, add_json, add_scenario, add_settings
 from pmwvc_core.errors import PmwvcError
 
 MAIN_EXAMPLES = """\
@@ -155,6 +157,7 @@ def build_parser() -> argparse.ArgumentParser:
 
     report = command("report", "write the report of a recorded session anew", REPORT_EXAMPLES)
     report.add_argument("folder", metavar="FOLDER", help="a session folder")
+    add_check(report)
     add_json(report, "print summary.json on stdout and nothing else")
 
     replay_command.add(several)
@@ -190,6 +193,7 @@ def _add_session_options(parser: argparse.ArgumentParser) -> None:
         metavar="FOLDER",
         help="session folder, new or empty (default: sessions/<UTC time>-<scenario>)",
     )
+    add_check(parser)
     add_json(parser, "print summary.json on stdout and nothing else")
 
 

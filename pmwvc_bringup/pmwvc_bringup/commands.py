@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 import textwrap
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -39,8 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
         except StartError as error:
             print(f"pmwvc: {error}", file=sys.stderr)
             return 1
-        write(_finished(console, folder, scenario))
-    return 0
+        return _finished(console, folder, scenario, write=write, check=arguments.check)
 
 
 def simulate(arguments: argparse.Namespace) -> int:
@@ -64,8 +64,7 @@ def simulate(arguments: argparse.Namespace) -> int:
             text = "a damper stood in for {contained_steps} steps: {last_fault}".format(**fault)
             console.print(f"  Warning: {text}", markup=False)
         record_traces(folder, traces, scenario, metadata={"environment": fault} if fault else {})
-        write(_finished(console, folder, scenario))
-    return 0
+        return _finished(console, folder, scenario, write=write, check=arguments.check)
 
 
 def report(arguments: argparse.Namespace) -> int:
@@ -76,10 +75,11 @@ def report(arguments: argparse.Namespace) -> int:
     if is_comparison(folder):
         from pmwvc_bringup.compare_command import again
 
+        if arguments.check:
+            raise PmwvcError(f"--check judges one session: name a folder in {folder / 'runs'}")
         return again(folder, json_wanted=arguments.json)
     with document(wanted=arguments.json) as write:
-        write(_finished(_console(), folder, None))
-    return 0
+        return _finished(_console(), folder, None, write=write, check=arguments.check)
 
 
 def node(arguments: argparse.Namespace) -> int:
@@ -206,8 +206,17 @@ def _announce(console: Console, scenario: Scenario, folder: Path, *, live: bool)
     console.print(f"session folder: {folder}", markup=False)
 
 
-def _finished(console: Console, folder: Path, scenario: Scenario | None) -> str:
-    """Judge and draw what is recorded, say the verdict, and return the text of the summary."""
+def _finished(
+    console: Console,
+    folder: Path,
+    scenario: Scenario | None,
+    *,
+    write: Callable[[str], None],
+    check: bool,
+) -> int:
+    """Judge and draw what is recorded, print the verdict, write the summary; return the exit code:
+    with ``check``, 1 where the session does not pass.
+    """
     from pmwvc_analysis.session_files import REPORT, SUMMARY, finish
 
     summary = finish(folder, scenario=scenario)
@@ -216,12 +225,19 @@ def _finished(console: Console, folder: Path, scenario: Scenario | None) -> str:
     for outcome in summary["outcomes"]:
         console.print(f"  {outcome['text']}", markup=False)
     console.print(f"report: {folder / REPORT}", markup=False)
-    return (folder / SUMMARY).read_text("utf-8")
+    write((folder / SUMMARY).read_text("utf-8"))
+    if not check:
+        return 0
+    passed = summary["check"]["passed"]
+    console.print(f"check: {'passed' if passed else 'FAILED'}", markup=False)
+    for reason in summary["check"]["reasons"]:
+        console.print(f"  {reason}", markup=False)
+    return 0 if passed else 1
 
 
 def _verdict(summary: dict[str, Any]) -> list[str]:
     """Return the result in sentences, one line for the session and one per user."""
-    from pmwvc_analysis.judge import environment
+    from pmwvc_analysis.judge import check, environment
 
     state = {True: "stable", None: f"stability not judged: {summary['stability']['text']}"}.get(
         summary["stable"], f"not stable: {summary['instability']}"
@@ -239,9 +255,10 @@ def _verdict(summary: dict[str, Any]) -> list[str]:
             parts.append(environment.words(user["environment_limited"]))
         if user["ticks_missing"]:
             parts.append(f"{user['ticks_missing']} ticks missing")
-        if user["safety_events"]:
-            parts.append(f"{user['safety_events']} safety events")
         found.append(f"  {user['name']}: {'; '.join(parts)}")
+    found += [f"  {line['text']}" for line in check.interventions(summary)]
+    if summary["recording"]["holes"]:
+        found.append(f"  {check.hole_text(summary)}; nothing is judged there")
     if "server" in texts:
         found.append(f"  server: {texts['server']}")
     return found + [f"  {sentence}" for sentence in (summary["active"] or [])[:1]]

@@ -37,3 +37,12 @@ def add_json(
 ) -> None:
     """Add ``--json`` with what it prints."""
     parser.add_argument("--json", action="store_true", help=text)
+
+
+def add_check(parser: argparse.ArgumentParser) -> None:
+    """Add ``--check``, which makes the verdict the exit code."""
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="exit with 1 unless the session was stable, passive, complete and recorded whole",
+    )

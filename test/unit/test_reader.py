@@ -14,6 +14,8 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as ForeignWriter
 from rosbags.typesys import Stores, get_typestore
 
+from pmwvc_analysis.judge.events import complete
+from pmwvc_analysis.judge.holes import holes
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
@@ -162,21 +164,22 @@ def test_energies_go_on_when_a_master_starts_again(folder, tmp_path):
         for place in (folder, rewritten(raw(folder), tmp_path / "b", restarted))
     )
     same(before.users[0].energy["u_m"], after.users[0].energy["u_m"], "u_m")
-    (event,) = after.events
-    assert event["what"] == "started 2 times"
+    again = [event for event in complete(after, None) if event["kind"] == "restart"]
+    assert [(event["who"], event["time_s"]) for event in again] == [("user1 master", 0.8)]
+    assert not [event for event in complete(before, None) if event["kind"] == "restart"]
 
 
-def test_a_pause_and_an_early_end_are_events(folder, tmp_path):
-    def paused(topic, message):
-        gone = topic == "/user1/trace" and (30 < message.seq <= 40 or message.seq > 50)
+def test_blocks_that_are_missing_are_holes_and_no_fault_of_the_master(folder, tmp_path):
+    def holed(topic, message):
+        gone = topic == "/user1/trace" and 30 < message.seq <= 40
         return None if gone else message
 
-    found = read_session(rewritten(raw(folder), tmp_path / "b", paused))
-    pause, end = found.events
-    assert pause["what"] == "no ticks for 0.080 s"
-    assert pause["time_s"] == pytest.approx(0.239)
-    assert end["who"] == "user1 master"
-    assert end["time_s"] == pytest.approx(0.399)
+    found = read_session(rewritten(raw(folder), tmp_path / "b", holed))
+    (hole,) = holes(found)
+    assert (hole.owner, hole.missing) == ("user1", 10)
+    assert (hole.start_s, hole.end_s) == pytest.approx((0.24, 0.32))
+    (event,) = [each for each in complete(found, None) if each["kind"] in ("recording", "stall")]
+    assert event["who"] == "recorder"
     assert found.counts["/user1/trace"]["missing"] == 10
 
 

@@ -81,7 +81,9 @@ def test_events_are_listed_in_order():
         {"time_s": None, "who": "recorder", "what": "session.mcap ends early"},
     ]
     text = page(traces, handmade.scenario()).text
-    assert text.index("ends early") < text.index("killed by SIGKILL")
+    listed = text[text.index("Events") :]
+    assert listed.index("ends early") < listed.index("killed by SIGKILL")
+    assert "Interrupted: server killed by SIGKILL at 2.50 s." in text
 
 
 def test_what_comes_from_files_cannot_become_markup():

@@ -13,12 +13,13 @@ from pmwvc_analysis.judge.verdicts import summary
 
 KEYS = set(
     "scenario source duration_s controller parameters stable instability active passivity object "
-    "users links prediction recording".split()
+    "users links prediction recording events verdict check outcomes interrupted strangers "
+    "stability judged_until_s".split()
 )
 USER_KEYS = set(
     "name passive energy_up_min_j energy_down_min_j energy_balance_j force_final_n force_peak_n "
     "avatar_force_final_n coherency_rms_m drift_m ticks ticks_missing tick_rate_hz lateness_us "
-    "compute_us safety_events environment_limited".split()
+    "compute_us safety_events environment_limited ended".split()
 )
 LINK_KEYS = set("name sent received lost duplicated reordered dropped delay_s rate_hz".split())
 PREDICTION_KEYS = set(
@@ -36,7 +37,7 @@ def test_the_keys_are_those_that_are_promised():
     assert set(result) == KEYS
     assert set(result["object"]) == {"position_final_m", "velocity_rms_m_s", "path_error_rms_m"}
     assert set(result["prediction"]) == PREDICTION_KEYS
-    assert set(result["recording"]) == {"messages", "missing"}
+    assert set(result["recording"]) == {"messages", "missing", "holes", "not_recorded_s"}
     for user in result["users"]:
         assert set(user) == USER_KEYS
         assert set(user["lateness_us"]) == set(user["compute_us"]) == PERCENTILES
@@ -116,6 +117,10 @@ def test_links_without_fates_are_judged_by_their_own_counts():
 def test_ticks_that_are_not_recorded_are_counted():
     traces = session()
     traces.users[0].tick[2000:] += 16
+    assert judged(traces)["users"][0]["ticks_missing"] == 0  # the loop skipped them
+    traces.users[0].time_s[2000:] += 0.016
+    traces.users[0].block_time_s[250:] += 0.016
+    traces.users[0].block_number[250:] += 2
     assert judged(traces)["users"][0]["ticks_missing"] == 16
 
 

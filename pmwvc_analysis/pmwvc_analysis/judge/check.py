@@ -26,7 +26,8 @@ def verdict_lines(summary: dict[str, Any]) -> list[Line]:
     if not owners:
         found.append(_line(None, "Passivity not judged: no user was recorded."))
     found += [_line(False, f"Another publisher: {text}.") for text in summary["strangers"]]
-    found += _interventions(summary)
+    found += interventions(summary)
+    found += [_line(False, each["text"]) for each in summary["outcomes"] if each["hit"] is False]
     found += _recording(summary)
     return found
 
@@ -45,7 +46,7 @@ def reasons(summary: dict[str, Any]) -> list[str]:
     found += summary["interrupted"]
     found += [f"another publisher: {text}" for text in summary["strangers"]]
     if summary["recording"]["holes"]:
-        found.append(_holes(summary))
+        found.append(hole_text(summary))
     elif missing := sum(summary["recording"]["missing"].values()):
         found.append(f"{missing} messages were not recorded")
     return found
@@ -66,7 +67,7 @@ def _stability(summary: dict[str, Any]) -> Line:
     return _line(False, f"Not stable{until}, {summary['instability']}: {why}.")
 
 
-def _interventions(summary: dict[str, Any]) -> list[Line]:
+def interventions(summary: dict[str, Any]) -> list[Line]:
     """Return that safety limits took over, with when and why: never a tick."""
     found = []
     for user in summary["users"]:
@@ -77,8 +78,11 @@ def _interventions(summary: dict[str, Any]) -> list[Line]:
         ]
         if own:
             first = own[0]
-            more = f", and {len(own) - 1} more events" if len(own) > 1 else ""
-            text = f"{user['name']}: {first['what']} at {first['time_s']:.2f} s{more}."
+            text = f"{user['name']}: {first['what']} at {first['time_s']:.2f} s"
+            if len(own) > 1:
+                text += f"; {len(own) - 1} more events, last: {own[-1]['what']}"
+                text += f" at {own[-1]['time_s']:.2f} s"
+            text += "."
             found.append(_line(None, text))
     return found
 
@@ -86,7 +90,7 @@ def _interventions(summary: dict[str, Any]) -> list[Line]:
 def _recording(summary: dict[str, Any]) -> list[Line]:
     recording = summary["recording"]
     if recording["holes"]:
-        return [_line(False, f"{_holes(summary).capitalize()}; nothing is judged there.")]
+        return [_line(False, f"{hole_text(summary).capitalize()}; nothing is judged there.")]
     missing = sum(recording["missing"].values())
     if missing:
         text = f"{missing} numbered messages were not recorded; see the last table."
@@ -96,7 +100,8 @@ def _recording(summary: dict[str, Any]) -> list[Line]:
     return []
 
 
-def _holes(summary: dict[str, Any]) -> str:
+def hole_text(summary: dict[str, Any]) -> str:
+    """Return how long, and from when to when, something was not recorded."""
     found = summary["recording"]["not_recorded_s"]
     total = sum(end - start for start, end in found)
     shown = ", ".join(f"{start:.2f} to {end:.2f} s" for start, end in found[:3])

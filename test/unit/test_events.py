@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The list of events: safety, membership and contact of simulated and recorded sessions."""
+
+import handmade
+import numpy as np
+import pytest
+
+from pmwvc_analysis.judge.events import complete
+from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_bringup import scenarios
+from pmwvc_core.simulation.session import simulate_one
+
+
+def listed(traces, kind, scenario=None):
+    events = complete(traces, scenario or handmade.scenario())
+    return [event for event in events if event["kind"] == kind]
+
+
+def test_every_event_has_time_who_kind_and_text_in_order():
+    events = complete(handmade.session(), handmade.scenario())
+    assert events
+    for event in events:
+        assert set(event) == {"time_s", "who", "kind", "what"}
+    times = [event["time_s"] for event in events]
+    assert times == sorted(times)
+
+
+def test_joining_is_an_event_and_the_end_of_the_session_none():
+    traces = handmade.session()
+    assert [event["who"] for event in listed(traces, "join")] == ["user1", "user2"]
+    traces.server.state[0][-3:] = 0
+    assert listed(traces, "leave") == []
+
+
+def test_leaving_ends_a_contact_with_its_cause():
+    traces = handmade.session()
+    gone = traces.server.time_s > 2.0
+    traces.server.state[0][gone] = 0
+    traces.server.contact[0][gone] = False
+    (leave,) = listed(traces, "leave")
+    (release,) = listed(traces, "release")
+    assert leave["time_s"] == pytest.approx(release["time_s"], abs=0.02)
+    assert "the user left" in release["what"]
+
+
+def test_a_contact_that_the_motion_parts_says_so_and_bouncing_is_one():
+    traces = handmade.session()
+    time_s, contact = traces.server.time_s, traces.server.contact[0]
+    contact[(time_s > 1.0) & (time_s < 1.03)] = False  # too short
+    contact[(time_s > 2.0) & (time_s < 2.5)] = False
+    (release,) = listed(traces, "release")
+    assert release["time_s"] == pytest.approx(2.0, abs=0.02)
+    assert "the motion parted them" in release["what"]
+    assert len([e for e in listed(traces, "contact") if e["who"] == "user1"]) == 2
+
+
+def test_the_safety_limits_letting_go_is_an_event_with_its_cause():
+    traces = handmade.session()
+    user = traces.users[0]
+    for rows, state, reason in (
+        (slice(250, 260), 2, "server silent: damping only"),
+        (slice(260, 300), 2, "server silent: let go"),
+        (slice(300, 310), 0, "soft start"),
+    ):
+        user.state[rows] = state
+        user.reason[rows] = [reason] * (rows.stop - rows.start)
+    (release,) = listed(traces, "release")
+    damping, restored = listed(traces, "damping")
+    assert damping["what"] == "safety limits: server silent: damping only"
+    assert release["what"] == "safety limits: server silent: let go"
+    assert restored["what"] == "force restored in full"
+    assert damping["time_s"] < release["time_s"] < restored["time_s"]
+
+
+def test_a_fault_takes_the_force():
+    traces = handmade.session()
+    traces.users[0].state[300:] = 3
+    traces.users[0].reason[300:] = ["faster than 5 m/s: no force until re-armed"] * 200
+    (release,) = listed(traces, "release")
+    assert "safety fault: faster than 5 m/s" in release["what"]
+
+
+def test_a_limited_force_is_one_event_with_both_forces():
+    traces = handmade.session()
+    user = traces.users[0]
+    user.f_applied[2000:2100] = 0.5 * user.f_m[2000:2100]
+    (limit,) = listed(traces, "limit")
+    assert limit["time_s"] == pytest.approx(2.0)
+    assert limit["what"] == "force limited for 0.100 s: up to 1.00 N asked, 0.50 N set"
+
+
+def test_a_silent_link_is_an_event_of_the_link():
+    traces = handmade.session()
+    fates = traces.fates["user1/up"]
+    fates.fate[100:150], fates.time_out_ns[100:150] = 1, 0
+    (silence,) = listed(traces, "link")
+    assert silence["who"] == "link user1/up"
+    assert silence["what"].startswith("nothing delivered for 0.408 s")
+
+
+def test_events_are_not_repeated():
+    traces, scenario = handmade.session(), handmade.scenario()
+    traces.events = complete(traces, scenario)
+    assert complete(traces, scenario) == traces.events
+
+
+def test_a_hand_that_the_limits_let_go_of_is_no_row_of_ticks():
+    """Packets are lost in a row: the limits step in, and the offset is not the predicted one."""
+    scenario = scenarios.load("carry_16ms", settings_texts=["link.loss=0.02"], duration_s=10.0)
+    result = summary(simulate_one(scenario), scenario)
+    taken = [event for event in result["events"] if event["kind"] == "damping"]
+    assert [event["who"] for event in taken] == ["user2 master"] * 2
+    assert taken[0]["time_s"] == pytest.approx(7.2, abs=0.05)
+    assert not all(line["ok"] for line in result["verdict"])
+    assert any("server silent" in line["text"] for line in result["verdict"])
+    calm = scenarios.load("carry_16ms", duration_s=10.0)
+    result = summary(simulate_one(calm), calm)
+    assert all(line["ok"] for line in result["verdict"])
+    assert not [e for e in result["events"] if e["kind"] in ("damping", "limit", "release")]
+
+
+def test_a_missed_prediction_is_marked_with_numbers_and_tolerance():
+    traces, scenario = handmade.session(), handmade.scenario()
+    assert [each["hit"] for each in summary(traces, scenario)["outcomes"]] == [True] * 3
+    traces.server.x_s[0] = traces.server.x_s[0] - 5e-3 * np.minimum(
+        1.0, traces.server.time_s[:, np.newaxis]
+    )
+    _, missed, hit = summary(traces, scenario)["outcomes"]
+    assert (missed["hit"], hit["hit"]) == (False, True)
+    assert missed["measured"] == pytest.approx(missed["predicted"] + 5e-3, abs=1e-4)
+    assert f"missed; tolerance {missed['tolerance'] * 1e3:.2f} mm" in missed["text"]
