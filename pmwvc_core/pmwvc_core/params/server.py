@@ -12,6 +12,7 @@ from pmwvc_core.params.matrix import matrix_conflicts
 
 COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped", "unknown")
 INTEGRATORS = ("forward_euler", "backward_euler", "trapezoid")
+DECODINGS = ("secant", "late")
 COMPENSATIONS = ("none", "printed", "corrected", "ledger")
 KNOWN = ("cube", "wall")  # environments whose equations every coupling has
 
@@ -43,6 +44,14 @@ class ServerParams(Validated):
     object_mass: float = parameter(2.0, "kg", "mass of the shared object", above=0.0)
     object_damping: float = parameter(0.0, "N s/m", "damping of the object to ground", low=0.0)
     object_size_m: float = parameter(0.06, "m", "edge length of the cube", above=0.0)
+    decoding: str = parameter(
+        "secant",
+        "-",
+        "unknown: with what force a wave is decoded where the environment tells no slope; secant: "
+        "along a slope learned from its forces; late: the force of the step before (App. C)",
+        choices=DECODINGS,
+        read_only=True,
+    )
     compensation: str = parameter(
         "ledger",
         "-",

@@ -4,11 +4,11 @@
 
 ::
 
-    xd(n) = sqrt(2/b) u(n) - F(n-1)/b                 late: with the force of the step before
-    xd(n) = [sqrt(2/b) u(n) - F0/b]/(1 + G/b)         where it tells its slope F0 + G xd
+    xd(n) = [sqrt(2/b) u(n) - F0/b]/(1 + G/b)         with the line F' = F0 + G xd
     F(n)  = environment(x(n), xd(n)),   v(n) = u(n) - sqrt(2/b) F(n)
 
-Either way (|u|^2 - |v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the power of
+The line is the environment's own where it tells its slope; else the one that the port learned
+(``secant``), or the force of the step before, F' = F(n-1) (``late``). In each case (|u|^2 - |v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the power of
 decoding with another force than F. What is done about it has a name (``compensations``), and so
 there are these accounts, of all users together: ``environment`` sum F . xd h; ``late_decoding``
 sum d h; ``withheld`` what the compensation took from the returning waves (negative: added);
@@ -26,12 +26,14 @@ from pmwvc_core.numeric import Array, Flag, Value, dot, squared, where
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.blackbox.containment import Asked, Call, Reply, directly
 from pmwvc_core.server.blackbox.faults import BadAnswer, Faults
-from pmwvc_core.server.blackbox.interface import Environment
+from pmwvc_core.server.blackbox.interface import Environment, Sloped
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.compensations.interface import Wave
 from pmwvc_core.server.couplings.sampled import weights
 from pmwvc_core.server.environments import Wall
 from pmwvc_core.server.seats import Seat, ServerController
+from pmwvc_core.server.secant import Secant, decoded
+from pmwvc_core.wave.impedance import MatrixImpedance, smallest
 from pmwvc_core.wave.reflection import reflection
 
 
@@ -63,6 +65,8 @@ class UnknownServer(ServerController):
         self._compensation = COMPENSATIONS[params.compensation](params, len(seats))
         self._period = params.period_s
         self._old, self._new = weights(params.integrator, params.period_s)
+        self._learns = params.decoding == "secant" and not isinstance(environment, Sloped)
+        self._secant: Secant | None = None  # made once the shape of signals is known
         self._shape: tuple[int, ...] = (1,)  # of one user's signal
         self._plain = True  # one axis, one run: floats
         self._stored: Value | None = None
@@ -85,7 +89,13 @@ class UnknownServer(ServerController):
             except FOREIGN as error:  # whatever a foreign environment raises
                 self._faults.note(error)
         super().join(i, position)
-        self._asked.tell("join", i, self._rows([self.seats[i].x_s])[0])
+        place = self._rows([self.seats[i].x_s])[0]
+        if self._learns and self._secant is None:
+            least = [_least(seat.b) / self._period for seat in self.seats]
+            self._secant = Secant(self._rows(least)[..., :1], self._shape)
+        if self._secant is not None:
+            self._secant.join(i, place)
+        self._asked.tell("join", i, place)
 
     def leave(self, i: int) -> None:
         """Take user ``i`` out; the environment is told before its next step."""
@@ -118,8 +128,7 @@ class UnknownServer(ServerController):
 
     def _reply(self, place: Array) -> Reply | None:
         """Return the environment's answer; None where there is none to be used."""
-        late = [seat.ratio * seat.u_s - seat.f_s / seat.b for seat in self.seats]
-        velocity = self._rows(late)
+        velocity = self._guess(place)
         try:
             reply: Reply = self._call(
                 lambda: self._asked.exchange(
@@ -137,9 +146,30 @@ class UnknownServer(ServerController):
             who = [user for user, good in enumerate(reply.good) if not good.all()]
             text = f"returned no usable force (not finite, or beyond 1e6 N) for users {who}"
             self._faults.note(BadAnswer(text))
+        if self._secant is not None:
+            self._secant.learn(place + self._new * reply.velocity, reply.force, reply.good)
         self._stored = reply.stored
         self._show(reply.shown)
         return reply
+
+    def _guess(self, place: Array) -> Array:
+        """Return the velocities decoded with the learned line, or with the last force."""
+        if self._secant is None:
+            late = [seat.ratio * seat.u_s - seat.f_s / seat.b for seat in self.seats]
+            return self._rows(late)
+        drive = self._rows([seat.b * (seat.ratio * seat.u_s) for seat in self.seats])
+        b = np.stack([self._matrix(seat) for seat in self.seats])
+        velocity, expected = decoded(self._secant.line(place, self._new), drive, b)
+        self._secant.expect(expected)
+        return velocity
+
+    def _matrix(self, seat: Seat) -> Array:
+        """Return a port's impedance as matrices ``(..., dof, dof)``."""
+        dof = self._shape[-1]
+        if isinstance(seat.b, MatrixImpedance):
+            return np.broadcast_to(seat.b.matrix, (*self._shape, dof))
+        b = np.broadcast_to(np.asarray(seat.b, float), (*self._shape[:-1], 1))
+        return np.asarray(b[..., np.newaxis] * np.eye(dof))
 
     def _taken(self, user: int, seat: Seat, reply: Reply | None) -> Wave:
         """Give a seat its velocity and force; return its waves, zero where it is contained."""
@@ -163,10 +193,14 @@ class UnknownServer(ServerController):
     def _held(self) -> Value | None:
         """Return what can still come out: the environment's energy and that of late decoding [J].
 
-        Decoding with F(n-1) takes |F|^2 h/(2b) while a force builds up and gives it out again.
+        Decoding with F(n-1) takes |F|^2 h/(2b) while a force builds up and gives it out again;
+        with a slope it gives out up to G/b times what the environment does.
         """
         held = self._stored
         if held is not None:
+            if self._secant is not None:
+                most = self._secant.ratio.max(axis=0) * self._new / self._period
+                held = held * (1.0 + self._value(most))
             for seat in self.seats:
                 held = held + 0.5 * self._period * dot(seat.f_s, seat.f_s / seat.b)
         return held
@@ -208,3 +242,8 @@ class UnknownServer(ServerController):
     def potential(self) -> Value:
         """Energy in the environment, zero where it does not say [J]."""
         return 0.0 if self._stored is None else self._stored
+
+
+def _least(impedance: Any) -> Value:
+    """Return a port's smallest impedance; a batch has a number per run [N s/m]."""
+    return smallest(impedance) if isinstance(impedance, MatrixImpedance) else impedance

@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The slope of an unknown environment, learned from its own answers, one user at a time.
+
+The port decodes with a line through the last force F- at the last place x-::
+
+    F' = F- + K^ (x - x-),   x = place + w xd,   hence   F' = F0 + G xd,   G = w K^
+
+K^ is a symmetric positive semidefinite matrix, a slowly decaying maximum of the secant of force
+over place. With dx = x - x-, dF = F - F- and s = (dF - K^ dx) . dx::
+
+    s > 0:  K^ += s p p^T/(p . dx)^2,   p = dF - K^ dx, or dx where p is nearly across
+    s < 0:  K^ -= c (K^ dx)(K^ dx)^T/(dx . K^ dx),   c = min(0.01, -s/(dx . K^ dx))
+
+so that K^ has the measured secant along dx, or loses one hundredth of its own there per step. Both
+keep it semidefinite. A step much shorter than recent ones says nothing (a damper's force turns
+round while its place stands still), and one step raises a slope to at most four times.
+
+An environment in which a user moved without force is taken as one-sided: its force does not change
+its sign, and where it ended there is a face, until a force expected there does not come.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pmwvc_core.numeric import Array
+from pmwvc_core.wave.impedance import times
+
+DECAY = 0.99  # of a slope per step that measures less
+SHORT = 0.1  # squared length of a step that is too short, relative to recent ones
+NEARLY_ACROSS = 0.5  # cosine
+LEAP = 4.0  # most by which one step raises a slope
+LARGEST = 100.0  # G relative to b
+
+
+class Line(NamedTuple):
+    """The force that a user expects: F0 + G xd, not across its own direction."""
+
+    force: Array  # (users, ..., dof) [N] F0
+    slope: Array  # (users, ..., dof, dof) [N s/m] G
+    along: Array  # (users, ..., dof) direction that the force keeps; zero: any
+
+
+class Secant:
+    """What was learned of the environment at each user's avatar.
+
+    Parameters
+    ----------
+    scale
+        b/T, smallest wave impedance over the period, ``(users, ..., 1)`` [N/m].
+    shape
+        Of one user's signal.
+    """
+
+    def __init__(self, scale: Array, shape: tuple[int, ...]) -> None:
+        users = (len(scale), *shape)
+        self._scale = scale
+        self._place = np.zeros(users)
+        self._force = np.zeros(users)
+        self._slope = np.zeros((*users, shape[-1]))
+        self._longest = np.zeros((*users[:-1], 1))  # squared length of recent steps, decaying
+        self._one_sided = np.zeros((*users[:-1], 1), dtype=bool)
+        # Last place, force and its direction with contact; direction zero: no face is known.
+        self._face = np.zeros(users), np.zeros(users), np.zeros(users)
+        self._expected = np.zeros((*users[:-1], 1), dtype=bool)
+
+    def join(self, user: int, position: Array) -> None:
+        """Begin to learn anew."""
+        for state in (self._force, self._slope, self._longest, *self._face):
+            state[user] = 0.0
+        self._one_sided[user] = False
+        self._place[user] = position
+
+    def line(self, place: Array, weight: float) -> Line:
+        """Return what to expect where the avatars would be without their new velocity [m]."""
+        touching = _touching(self._force)
+        last, force, along = self._face
+        last = np.where(touching, self._place, last)
+        rise = times(self._slope, place - last)
+        ahead = _dot(along, force + times(self._slope, place - last))
+        slope = np.where(touching[..., np.newaxis], self._slope, self._across_face(along))
+        found = np.where(touching, self._force + rise, ahead * along)
+        kept = np.where(self._one_sided, _direction(np.where(touching, self._force, along)), 0.0)
+        return Line(found, weight * slope, kept)
+
+    def _across_face(self, along: Array) -> Array:
+        """Return the slope along the normal of a face alone."""
+        stiffness = _dot(along, times(self._slope, along))
+        return np.asarray(stiffness[..., np.newaxis] * along[..., :, None] * along[..., None, :])
+
+    def expect(self, expected: Array) -> None:
+        """Note whose avatar was decoded with a force, ``(users, ..., 1)`` of bool."""
+        self._expected = expected
+
+    def learn(self, place: Array, force: Array, good: Array) -> None:
+        """Take in the forces [N] at the avatars' places [m], where they can be used."""
+        place, force = np.where(good, place, self._place), np.where(good, force, self._force)
+        step, rise = place - self._place, force - self._force
+        before, now = _touching(self._force), _touching(force)
+        square = _dot(step, step)
+        self._one_sided |= ~(before | now) & (square > 0.0)
+        self._longest = np.maximum(DECAY * self._longest, np.where(before | now, square, 0.0))
+        telling = (before | now) & (square > SHORT * self._longest) & (square > 0.0)
+        self._raise(step, rise, telling)
+        self._decay(step, rise, telling & before & now)
+        gone = self._expected & ~now & ~before
+        kept = (self._place, self._force, _direction(self._force))
+        new = (place, force, _direction(force))
+        face = []
+        for old, last, present in zip(self._face, kept, new, strict=True):
+            found = np.where(now, present, np.where(before, last, old))
+            face.append(np.where(gone, 0.0, found))
+        self._face = (face[0], face[1], face[2])
+        self._place, self._force = place, force
+
+    @property
+    def ratio(self) -> Array:
+        """Return K^ relative to b/T, at least its largest eigenvalue ``(users, ..., 1)``."""
+        length = np.linalg.norm(self._slope, axis=(-2, -1))
+        return np.asarray(length[..., np.newaxis] / self._scale)
+
+    def _raise(self, step: Array, rise: Array, telling: Array) -> None:
+        missing = rise - times(self._slope, step)
+        short = _dot(missing, step)
+        square = _dot(step, step)
+        across = short**2 < NEARLY_ACROSS**2 * _dot(missing, missing) * square
+        course = np.where(across, step, missing)
+        onto = _dot(course, step)
+        own = _dot(step, times(self._slope, step))
+        most = (LEAP - 1.0) * own + LEAP * self._scale * square
+        most = np.minimum(most, np.maximum(LARGEST * self._scale * square - own, 0.0))
+        gain = np.where(telling & (short > 0.0), np.minimum(short, most), 0.0)
+        gain = gain / np.where(onto != 0.0, onto, 1.0) ** 2
+        self._slope = self._slope + (gain * course)[..., :, None] * course[..., None, :]
+
+    def _decay(self, step: Array, rise: Array, telling: Array) -> None:
+        pull = times(self._slope, step)
+        own, excess = _dot(pull, step), _dot(pull - rise, step)
+        falls = telling & (excess > 0.0) & (own > 0.0)
+        safe = np.where(falls, own, 1.0)
+        share = np.where(falls, np.minimum(1.0 - DECAY, excess / safe), 0.0) / safe
+        self._slope = self._slope - (share * pull)[..., :, None] * pull[..., None, :]
+
+
+def decoded(line: Line, drive: Array, impedance: Array) -> tuple[Array, Array]:
+    """Return xd [m/s] and who was decoded with a force, for B sqrt(2/B) u of every user [N].
+
+    ``impedance`` is B as matrices ``(users, ..., dof, dof)``.
+    """
+    free = _solve(impedance, drive)
+    met = _solve(impedance + line.slope, drive - line.force)
+    force = line.force + times(line.slope, met)
+    pushes = (_dot(line.along, force) >= 0.0) & _touching(force)
+    return np.where(pushes, met, free), pushes
+
+
+def _solve(matrix: Array, right: Array) -> Array:
+    if right.shape[-1] == 1:
+        return np.asarray(right / matrix[..., 0])
+    return np.asarray(np.linalg.solve(matrix, right[..., np.newaxis])[..., 0])
+
+
+def _touching(force: Array) -> Array:
+    return np.any(force != 0.0, axis=-1, keepdims=True)
+
+
+def _direction(force: Array) -> Array:
+    length = np.linalg.norm(force, axis=-1, keepdims=True)
+    return np.asarray(force / np.where(length > 0.0, length, 1.0))
+
+
+def _dot(left: Array, right: Array) -> Array:
+    return np.asarray(np.sum(left * right, axis=-1, keepdims=True))
