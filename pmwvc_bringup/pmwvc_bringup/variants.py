@@ -24,6 +24,7 @@ from pmwvc_core.wave.velocity_filter_response import noise_gain
 PLAIN: Mapping[str, str] = {
     "controller": "pmwvc",
     "server.compensation": "none",
+    "server.decoding": "late",
     "master.velocity_filter.kind": "none",
     "master.bank.kind": "none",
     "master.position.feedback": "none",
@@ -33,6 +34,11 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     "printed": {"server.coupling": "unknown", "server.compensation": "printed"},
     "corrected": {"server.coupling": "unknown", "server.compensation": "corrected"},
     "ledger": {"server.coupling": "unknown", "server.compensation": "ledger"},
+    "secant": {
+        "server.coupling": "unknown",
+        "server.compensation": "ledger",
+        "server.decoding": "secant",
+    },
     "velocity_filter": {"master.velocity_filter.kind": "exact"},
     "velocity_filter_printed": {
         "master.velocity_filter.kind": "equivalent",

@@ -70,6 +70,7 @@ def scenarios(draw, delays_s=(0.0, 0.001, 0.0035, 0.008, 0.021)):
         values |= {"master.position.feedback": "printed", "master.position.gain": 15.0}
     if values["controller"] == "pmwvc" and draw(st.integers(0, 3)) == 0:
         values |= {"server.coupling": "unknown", "server.compensation": "none"}
+        values["server.decoding"] = "late"
         values["server.environment"] = draw(st.sampled_from(["cube", "wall", "wall_with_slope"]))
     if draw(st.booleans()):
         values["server.impedance"] = draw(st.floats(5.0, 60.0))

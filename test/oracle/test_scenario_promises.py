@@ -101,7 +101,9 @@ def test_the_wall_is_met_and_holds_the_hand():
 def test_a_slow_wall_of_which_nothing_is_known_is_met_and_only_the_printed_compensation_shakes():
     """K T + 2 B < b: passive untreated, so the ledger has nothing to take."""
     for compensation in ("ledger", "none", "corrected"):
-        traces, result = ran("wall_slow", f"server.compensation={compensation}")
+        traces, result = ran(
+            "wall_slow", "server.decoding=late", f"server.compensation={compensation}"
+        )
         server = traces.server
         assert result["stable"]
         assert forces(result)[0] == pytest.approx(0.95, abs=0.05)
@@ -110,9 +112,22 @@ def test_a_slow_wall_of_which_nothing_is_known_is_met_and_only_the_printed_compe
         assert server.accounts["late_decoding"][-1] < -2e-4
         if compensation == "ledger":
             assert abs(server.accounts["withheld"][-1]) < 1e-9
-    traces, _ = ran("wall_slow", "server.compensation=printed")
+    traces, _ = ran("wall_slow", "server.decoding=late", "server.compensation=printed")
     left = traces.server.energy_u_s[0] - traces.server.energy_v_s[0]
     assert left[-1] < -1e-3
+
+
+def test_a_stiff_slow_wall_is_rendered_through_its_learned_slope():
+    """K T = 40 N s/m, 2 B = 20, b = 25: decoded late its force collapses."""
+    stiff = ("server.contact_stiffness=2000", "server.contact_damping=10")
+    traces, result = ran("wall_slow", *stiff)
+    assert result["stable"]
+    assert forces(result)[0] == pytest.approx(0.97, abs=0.02)
+    depth = traces.users[0].x_m[-1, 0] + 0.03
+    assert depth < 1.7e-3
+    assert result["users"][0]["environment_limited"] is None
+    _, late = ran("wall_slow", *stiff, "server.decoding=late")
+    assert late["instability"] == "environment lost"
 
 
 def test_a_driven_wall_moves_the_hand_until_its_allowance_is_used_up():

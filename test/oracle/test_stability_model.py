@@ -164,7 +164,11 @@ STACKED = [
     (
         "server.contact_damping",
         (0.0, 9.0),
-        {"server__coupling": "unknown", "server__compensation": "none"},
+        {
+            "server__coupling": "unknown",
+            "server__compensation": "none",
+            "server__decoding": "late",
+        },
     ),
 ]
 

@@ -11,11 +11,12 @@ from passive_networks import Network, OpenNetwork, Pusher, random_network
 from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.environment import HuntCrossleyParams
+from pmwvc_core.params.server import DECODINGS
 from pmwvc_core.server.blackbox.plugins import LIBRARY
 from pmwvc_core.server.unknown import UnknownServer
 
 PASSIVE_LIBRARY = sorted(set(LIBRARY) - {"active_wall"})
-PAYING = ("corrected", "ledger")
+PAYING = (("corrected", "late"), ("ledger", "late"), ("ledger", "secant"))
 NOT_PAYING = ("none", "printed")
 TOLERANCE_J = 1e-9
 
@@ -92,16 +93,18 @@ draws = {
 
 
 @settings(max_examples=25)
-@given(compensation=st.sampled_from(PAYING), kind=st.sampled_from([Network, OpenNetwork]), **draws)
+@given(paying=st.sampled_from(PAYING), kind=st.sampled_from([Network, OpenNetwork]), **draws)
 def test_a_random_passive_network_gives_out_no_more_than_it_got(
-    compensation, kind, impedance, period_s, size, memory, users, dof, seed
+    paying, kind, impedance, period_s, size, memory, users, dof, seed
 ):
+    compensation, decoding = paying
     rng = np.random.default_rng(seed)
     server = port(
         random_network(rng, users, kind=kind),
         [impedance] * users,
         dof=dof,
         compensation=compensation,
+        decoding=decoding,
         period_s=period_s,
     )
     seat_all(server, rng, dof)
@@ -119,7 +122,7 @@ library = {
 
 @settings(max_examples=40)
 @example(  # comes in inside a soft body
-    compensation="corrected",
+    paying=("corrected", "late"),
     environment="hunt_crossley",
     exponent=1.0,
     contact="bilateral",
@@ -134,14 +137,14 @@ library = {
     seed=0,
 )
 @given(
-    compensation=st.sampled_from(PAYING),
+    paying=st.sampled_from(PAYING),
     environment=st.sampled_from(PASSIVE_LIBRARY),
     exponent=st.floats(1.0, 3.0),
     **library,
     **draws,
 )
 def test_every_passive_environment_of_the_library_gives_out_no_more_than_it_got(
-    compensation,
+    paying,
     environment,
     exponent,
     contact,
@@ -159,7 +162,8 @@ def test_every_passive_environment_of_the_library_gives_out_no_more_than_it_got(
     params = ServerParams(
         coupling="unknown",
         environment=environment,
-        compensation=compensation,
+        compensation=paying[0],
+        decoding=paying[1],
         period_s=period_s,
         hunt_crossley=HuntCrossleyParams(exponent=exponent),
     )
@@ -177,7 +181,7 @@ def test_untreated_and_as_printed_some_of_them_give_out_more(compensation):
     worst = {}
     for name in ("network", "wall", "cube"):
         rng = np.random.default_rng(5)
-        values = {"compensation": compensation, "period_s": 0.02}
+        values = {"compensation": compensation, "period_s": 0.02, "decoding": "late"}
         if name == "network":
             server = port(random_network(rng, 2), [25.0] * 2, **values)
         else:
@@ -196,7 +200,11 @@ def test_as_printed_a_port_that_is_passive_untreated_injects_joules():
     left = {}
     for compensation in ("none", "printed", "corrected", "ledger"):
         params = ServerParams(
-            coupling="unknown", environment="wall", compensation=compensation, period_s=0.02
+            coupling="unknown",
+            environment="wall",
+            compensation=compensation,
+            decoding="late",
+            period_s=0.02,
         )
         contact = ContactParams(
             contact="bilateral", contact_stiffness=500.0, contact_damping=0.0, impedance=25.0
@@ -216,13 +224,18 @@ def test_as_printed_a_port_that_is_passive_untreated_injects_joules():
     b=st.floats(5.0, 100.0),
     share=st.sampled_from([0.0, 0.3, 0.6, 1.0]),
     fill=st.floats(0.01, 1.0),
+    decoding=st.sampled_from(DECODINGS),
     memory=draws["memory"],
     seed=draws["seed"],
 )
-def test_the_ledger_leaves_a_wall_alone_that_is_passive_untreated(b, share, fill, memory, seed):
-    """K h + 2 B <= b. A spring or a damper gives back all; both together, all but little."""
+def test_the_ledger_leaves_a_wall_alone_that_is_passive_untreated(
+    b, share, fill, decoding, memory, seed
+):
+    """K h + 2 B <= b. Decoded late a spring or a damper gives back all; both together, or while a
+    slope is learned, all but little.
+    """
     rng = np.random.default_rng(seed)
-    params = ServerParams(coupling="unknown", environment="wall")
+    params = ServerParams(coupling="unknown", environment="wall", decoding=decoding)
     contact = ContactParams(
         contact="bilateral",
         contact_stiffness=share * fill * b / params.period_s,
@@ -231,7 +244,7 @@ def test_the_ledger_leaves_a_wall_alone_that_is_passive_untreated(b, share, fill
     server = library_port(params, [contact], [b], dof=1)
     server.join(0, 0.0)
     account(server, waves(rng, 1, 1, size=0.3, memory=memory, steps=200))
-    allowed = 1e-12 if share in (0.0, 1.0) else 0.05
+    allowed = 1e-12 if share in (0.0, 1.0) and decoding == "late" else 0.05
     assert server.accounts["withheld"] <= allowed * server.energy_u_s[0]
 
 

@@ -19,8 +19,9 @@ from pmwvc_core.simulation.session import simulate_one
 
 @functools.cache
 def pressed(stiffness, damping, *settings):
-    """A hand presses the slow wall for 8 s."""
+    """A hand presses the slow wall for 8 s; decoded late, as App. C does."""
     texts = [
+        "server.decoding=late",
         f"server.contact_stiffness={stiffness}",
         f"server.contact_damping={damping}",
         *settings,

@@ -9,13 +9,17 @@ from pmwvc_analysis.models.linear import NonlinearError, nonlinear, relative
 from pmwvc_analysis.models.multirate import build
 from pmwvc_bringup import scenarios as files
 
-BLACK_BOX = {"server__coupling": "unknown", "server__environment": "wall"}
+SECANT = {"server__coupling": "unknown", "server__environment": "wall"}
+BLACK_BOX = SECANT | {"server__decoding": "late"}
 REFUSED = [
     ({"server__compensation": "printed"} | BLACK_BOX, "server.compensation=none"),
     ({"server__compensation": "corrected"} | BLACK_BOX, "server.compensation=none"),
     ({"server__compensation": "ledger"} | BLACK_BOX, "server.compensation=none"),
     (BLACK_BOX | {"server__environment": "hunt_crossley"}, "server.environment=wall"),
     (BLACK_BOX | {"server__environment": "active_wall"}, "server.environment=wall"),
+    (SECANT, "server.environment=wall_with_slope"),
+    (SECANT | {"server__environment": "cube"}, "server.decoding=late"),
+    (SECANT | {"server__environment": "hunt_crossley"}, "server.environment=wall_with_slope"),
     ({"master__position__gain": 10.0}, "master.position.feedback=printed"),
     (
         {"master__position__gain": 10.0, "master__position__feedback": "integral"},

@@ -98,6 +98,7 @@ BLACK_BOX = {
     "server__coupling": "unknown",
     "server__environment": "wall",
     "server__contact_damping": 10.0,
+    "server__decoding": "late",
 }
 
 
@@ -133,11 +134,22 @@ def test_a_ledger_promises_stability_though_it_is_not_linear():
     assert prediction(allowed, live=False)["stable"] is None
 
 
-@pytest.mark.parametrize(("environment", "late"), [("wall", True), ("wall_with_slope", False)])
-def test_late_decoding_counts_as_a_shorter_lag(environment, late):
+@pytest.mark.parametrize(
+    ("environment", "decoding", "stiffness", "late"),
+    [
+        ("wall", "late", 5000.0, True),
+        ("wall", "secant", 5000.0, False),
+        ("wall", "secant", 1000.0, True),  # K T < b/2: the slope is not used
+        ("wall_with_slope", "secant", 5000.0, False),
+    ],
+)
+def test_late_decoding_counts_as_a_shorter_lag(environment, decoding, stiffness, late):
+    black_box = BLACK_BOX | {"server__environment": environment, "server__decoding": decoding}
     known, unknown = (
-        handmade.scenario(server__compensation="none", **values)
-        for values in ({}, BLACK_BOX | {"server__environment": environment})
+        handmade.scenario(
+            server__compensation="none", server__contact_stiffness=stiffness, **values
+        )
+        for values in ({}, black_box)
     )
     shorter = lag_s(known.users[0], known, live=False)
     shorter -= lag_s(unknown.users[0], unknown, live=False)

@@ -159,9 +159,9 @@ def test_the_table_names_every_row_and_ends_with_the_command():
 @pytest.mark.parametrize(
     ("name", "said", "instead"),
     [
-        ("wall_slow", "server.compensation = ledger", "server.compensation=none"),
+        ("wall_slow", "server.decoding = secant", "server.environment=wall_with_slope"),
         ("wall_filtered", "encoder_step_m = 6e-05 m", "device.encoder_step_m=0"),
-        ("active_wall", "server.environment = active_wall", "server.environment=wall"),
+        ("active_wall", "server.environment = active_wall", "server.environment=wall_with_slope"),
     ],
 )
 def test_what_is_not_linear_gets_the_proposal_of_its_relative_and_says_so(name, said, instead):

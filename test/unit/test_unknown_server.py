@@ -19,7 +19,7 @@ def make(coupling, *, users=1, dof=1, contact="bilateral", k=500.0, damping=3.0,
         contact=contact, contact_stiffness=k, contact_damping=damping, gap_m=0.002
     )
     sides = [-1 if i % 2 == 0 else 1 for i in range(users)]
-    params = ServerParams(coupling=coupling, **values)
+    params = ServerParams(coupling=coupling, **{"decoding": "late", **values})
     impedances = [B_W if b is None else b] * users
     return make_server("pmwvc", params, [contacts] * users, impedances, dof=dof, sides=sides)
 
@@ -132,10 +132,14 @@ def test_a_soft_body_pushes_by_its_law():
     assert server.f_s[0] == 0.0
 
 
-@pytest.mark.parametrize("compensation", COMPENSATIONS)
+@pytest.mark.parametrize(
+    ("compensation", "decoding"),
+    [*((compensation, "late") for compensation in COMPENSATIONS), ("ledger", "secant")],
+)
 @pytest.mark.parametrize("environment", ["wall", "cube", "hunt_crossley", "active_wall"])
-def test_a_batch_is_the_same_as_its_runs_one_by_one(compensation, environment):
-    runs, values = 3, {"compensation": compensation, "environment": environment}
+def test_a_batch_is_the_same_as_its_runs_one_by_one(compensation, decoding, environment):
+    runs = 3
+    values = {"compensation": compensation, "decoding": decoding, "environment": environment}
     impedances, stiffness = np.array([10.0, 25.0, 60.0]), np.array([300.0, 900.0, 2500.0])
 
     def server(k, b):

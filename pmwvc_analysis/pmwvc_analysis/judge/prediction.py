@@ -25,6 +25,7 @@ import math
 from typing import NamedTuple
 
 from pmwvc_analysis.judge import prediction_environment
+from pmwvc_analysis.judge.prediction_environment import decodes_late
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.server import UNKNOWN
 from pmwvc_core.errors import PmwvcError
@@ -38,8 +39,8 @@ from pmwvc_core.wave.velocity_filter_response import slow_lags
 # The server steps that much into the master's frame; the master takes the answer as much later.
 LIVE_PHASE_S = 0.002
 ALIASING_BOUND = 1.1
-UNTREATED = ("none", "wall")  # compensation and environment that are one_step_delay
-SLOPED = ("wall_with_slope", "hunt_crossley")  # unknown environments that tell their slope
+# Compensation, environment and decoding that are one_step_delay.
+UNTREATED = ("none", "wall", "late")
 
 
 class Exact(NamedTuple):
@@ -158,9 +159,10 @@ def feels_as_its_lag(user: User, scenario: Scenario) -> bool:
 def one_step_bound(user: User, scenario: Scenario) -> bool | None:
     """Tell whether K T_VE + 2B <= b holds, None where it does not apply."""
     server = scenario.server
-    if server.coupling == "unknown" and (server.compensation, server.environment) != UNTREATED:
+    treated = (server.compensation, server.environment, server.decoding) != UNTREATED
+    if server.coupling == "unknown" and treated:
         return None
-    if not decodes_late(scenario) or server.integrator != "backward_euler":
+    if not decodes_late(user, scenario) or server.integrator != "backward_euler":
         return None
     return least_impedance(user, scenario) <= smallest(user.server_impedance)
 
@@ -170,13 +172,6 @@ def least_impedance(user: User, scenario: Scenario) -> float:
     contact = user.contact
     stiff = float(contact.contact_stiffness) * scenario.server.period_s
     return stiff + 2.0 * float(contact.contact_damping)
-
-
-def decodes_late(scenario: Scenario) -> bool:
-    """Tell whether the server decodes with the force of the step before."""
-    server = scenario.server
-    unknown = server.coupling == "unknown" and server.environment not in SLOPED
-    return server.coupling == "one_step_delay" or unknown
 
 
 def felt_stiffness(contact: float, impedance: float, tau: float) -> float:
@@ -201,7 +196,7 @@ def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) 
     phase = LIVE_PHASE_S if live else 0.0
     lag += network_s(user.link_up, scenario.server.period_s, phase)
     lag += network_s(user.link_down, master.frame_s, phase)
-    if decodes_late(scenario):  # the avatar runs F T/b ahead: see module
+    if decodes_late(user, scenario):  # the avatar runs F T/b ahead: see module
         lag -= 2.0 * scenario.server.period_s
     return float(lag)
 

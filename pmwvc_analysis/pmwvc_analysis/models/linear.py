@@ -17,6 +17,12 @@ from pmwvc_core.wave.content import has_waves
 # Controllers that are not linear, and what they are without what makes them so.
 RELATIVES = {"tdpa": "direct", "pspm": "virtual_coupling"}
 
+# Environments whose slope a port learns, and what comes nearest: parameter and value.
+LEARNED = {
+    "wall": ("server.environment", "wall_with_slope"),
+    "cube": ("server.decoding", "late"),
+}
+
 
 class Element(NamedTuple):
     """Something that no linear model stands for."""
@@ -89,10 +95,13 @@ def _of_controller(scenario: Scenario) -> Iterator[Element]:
         yield Element(f"controller = {controller}", "controller", RELATIVES[controller])
     if not has_waves(controller) or server.coupling != "unknown":
         return
-    for name, linear in (("compensation", ("none",)), ("environment", tuple(UNKNOWN))):
+    walls = tuple(UNKNOWN) if server.decoding == "late" else ("wall_with_slope", *UNKNOWN)
+    for name, linear in (("compensation", ("none",)), ("environment", walls)):
         value = getattr(server, name)
         if value not in linear:
             yield Element(f"server.{name} = {value}", f"server.{name}", linear[0])
+    if server.decoding == "secant" and server.environment in LEARNED:
+        yield Element("server.decoding = secant (a learned slope)", *LEARNED[server.environment])
 
 
 def _of_user(user: User) -> Iterator[Element]:

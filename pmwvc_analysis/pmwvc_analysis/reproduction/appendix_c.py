@@ -15,7 +15,7 @@ from pmwvc_analysis.reproduction.figure import Figure, Values
 from pmwvc_analysis.reproduction.scenarios import wall
 from pmwvc_analysis.reproduction.single_user import widths
 
-UNKNOWN = {"server.coupling": "unknown"}
+UNKNOWN = {"server.coupling": "unknown", "server.decoding": "late"}
 POLYNOMIALS = {"printed": printed_polynomial, "loop": loop_polynomial}
 
 
@@ -110,6 +110,7 @@ FIGURES = (
                 server__contact_stiffness=500.0,
                 server__contact_damping=0.0,
                 server__coupling="unknown",
+                server__decoding="late",
                 server__integrator="trapezoid",
             ),
             "operator": {"kind": "hand"},

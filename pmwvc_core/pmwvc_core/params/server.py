@@ -56,7 +56,8 @@ class ServerParams(Validated):
         "ledger",
         "-",
         "unknown: what is done about the energy of the late decoding; printed: App. C Eq. 15; "
-        "corrected: the same, paid as it arises; ledger: return no more than was received",
+        "corrected: its sign corrected, credit kept, waves only shortened; ledger: return no more "
+        "than was received",
         choices=COMPENSATIONS,
     )
     allowance_w: float = parameter(

@@ -10,11 +10,14 @@ K^ is a symmetric positive semidefinite matrix, a slowly decaying maximum of the
 over place. With dx = x - x-, dF = F - F- and s = (dF - K^ dx) . dx::
 
     s > 0:  K^ += s p p^T/(p . dx)^2,   p = dF - K^ dx, or dx where p is nearly across
-    s < 0:  K^ -= c (K^ dx)(K^ dx)^T/(dx . K^ dx),   c = min(0.01, -s/(dx . K^ dx))
+    s < 0:  K^ -= c (K^ dx)(K^ dx)^T/(dx . K^ dx),   c = min(0.1, -s/(dx . K^ dx))
 
-so that K^ has the measured secant along dx, or loses one hundredth of its own there per step. Both
+so that K^ has the measured secant along dx, or loses a tenth of its own there per step. Both
 keep it semidefinite. A step much shorter than recent ones says nothing (a damper's force turns
 round while its place stands still), and one step raises a slope to at most four times.
+
+Up to |K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= b/2), and
+a slope that varies costs energy of its own.
 
 An environment in which a user moved without force is taken as one-sided: its force does not change
 its sign, and where it ended there is a face, until a force expected there does not come.
@@ -27,9 +30,11 @@ import numpy as np
 from pmwvc_core.numeric import Array
 from pmwvc_core.wave.impedance import times
 
-DECAY = 0.99  # of a slope per step that measures less
-SHORT = 0.1  # squared length of a step that is too short, relative to recent ones
+DECAY = 0.9  # of a slope per step that measures less
+SHORT = 0.3  # length of a step that is too short, relative to recent ones
+LEAST_M = 1e-12
 NEARLY_ACROSS = 0.5  # cosine
+SOFT = 0.5  # K T/b up to which the force of the step before will do
 LEAP = 4.0  # most by which one step raises a slope
 LARGEST = 100.0  # G relative to b
 
@@ -59,7 +64,7 @@ class Secant:
         self._place = np.zeros(users)
         self._force = np.zeros(users)
         self._slope = np.zeros((*users, shape[-1]))
-        self._longest = np.zeros((*users[:-1], 1))  # squared length of recent steps, decaying
+        self._longest = np.zeros((*users[:-1], 1))  # [m] recent step, decaying
         self._one_sided = np.zeros((*users[:-1], 1), dtype=bool)
         # Last place, force and its direction with contact; direction zero: no face is known.
         self._face = np.zeros(users), np.zeros(users), np.zeros(users)
@@ -82,7 +87,12 @@ class Secant:
         slope = np.where(touching[..., np.newaxis], self._slope, self._across_face(along))
         found = np.where(touching, self._force + rise, ahead * along)
         kept = np.where(self._one_sided, _direction(np.where(touching, self._force, along)), 0.0)
-        return Line(found, weight * slope, kept)
+        stiff = self.ratio > 0.0
+        return Line(
+            np.where(stiff, found, self._force),
+            np.where(stiff[..., np.newaxis], weight * slope, 0.0),
+            np.where(stiff, kept, 0.0),
+        )
 
     def _across_face(self, along: Array) -> Array:
         """Return the slope along the normal of a face alone."""
@@ -97,13 +107,14 @@ class Secant:
         """Take in the forces [N] at the avatars' places [m], where they can be used."""
         place, force = np.where(good, place, self._place), np.where(good, force, self._force)
         step, rise = place - self._place, force - self._force
+        length = np.linalg.norm(step, axis=-1, keepdims=True)
         before, now = _touching(self._force), _touching(force)
-        square = _dot(step, step)
-        self._one_sided |= ~(before | now) & (square > 0.0)
-        self._longest = np.maximum(DECAY * self._longest, np.where(before | now, square, 0.0))
-        telling = (before | now) & (square > SHORT * self._longest) & (square > 0.0)
-        self._raise(step, rise, telling)
-        self._decay(step, rise, telling & before & now)
+        self._one_sided |= ~(before | now) & (length > 0.0)
+        self._longest = np.maximum(DECAY * self._longest, np.where(before | now, length, 0.0))
+        telling = (before | now) & (length > np.maximum(SHORT * self._longest, LEAST_M))
+        safe = np.where(telling, length, 1.0)
+        self._raise(step / safe, rise / safe, telling)
+        self._decay(step / safe, rise / safe, telling & before & now)
         gone = self._expected & ~now & ~before
         kept = (self._place, self._force, _direction(self._force))
         new = (place, force, _direction(force))
@@ -116,31 +127,30 @@ class Secant:
 
     @property
     def ratio(self) -> Array:
-        """Return K^ relative to b/T, at least its largest eigenvalue ``(users, ..., 1)``."""
-        length = np.linalg.norm(self._slope, axis=(-2, -1))
-        return np.asarray(length[..., np.newaxis] / self._scale)
+        """Return |K^| T/b of the slopes in use, zero where decoding late will do."""
+        length = np.linalg.norm(self._slope, axis=(-2, -1))[..., np.newaxis] / self._scale
+        return np.where(length > SOFT, length, 0.0)
 
-    def _raise(self, step: Array, rise: Array, telling: Array) -> None:
-        missing = rise - times(self._slope, step)
-        short = _dot(missing, step)
-        square = _dot(step, step)
-        across = short**2 < NEARLY_ACROSS**2 * _dot(missing, missing) * square
-        course = np.where(across, step, missing)
-        onto = _dot(course, step)
-        own = _dot(step, times(self._slope, step))
-        most = (LEAP - 1.0) * own + LEAP * self._scale * square
-        most = np.minimum(most, np.maximum(LARGEST * self._scale * square - own, 0.0))
-        gain = np.where(telling & (short > 0.0), np.minimum(short, most), 0.0)
-        gain = gain / np.where(onto != 0.0, onto, 1.0) ** 2
-        self._slope = self._slope + (gain * course)[..., :, None] * course[..., None, :]
+    def _raise(self, course: Array, secant: Array, telling: Array) -> None:
+        own = _dot(course, times(self._slope, course))
+        missing = secant - times(self._slope, course)
+        short = _dot(missing, course)
+        across = short < NEARLY_ACROSS * np.linalg.norm(missing, axis=-1, keepdims=True)
+        along = np.where(across, course, missing)
+        onto = _dot(along, course)
+        most = np.minimum((LEAP - 1.0) * own + LEAP * self._scale, LARGEST * self._scale - own)
+        raised = telling & (short > 0.0) & (most > 0.0)
+        along = np.where(raised, along / np.where(raised, onto, 1.0), 0.0)
+        gain = np.minimum(short, most) * along
+        self._slope = self._slope + gain[..., :, None] * along[..., None, :]
 
-    def _decay(self, step: Array, rise: Array, telling: Array) -> None:
-        pull = times(self._slope, step)
-        own, excess = _dot(pull, step), _dot(pull - rise, step)
+    def _decay(self, course: Array, secant: Array, telling: Array) -> None:
+        pull = times(self._slope, course)
+        own, excess = _dot(pull, course), _dot(pull - secant, course)
         falls = telling & (excess > 0.0) & (own > 0.0)
         safe = np.where(falls, own, 1.0)
-        share = np.where(falls, np.minimum(1.0 - DECAY, excess / safe), 0.0) / safe
-        self._slope = self._slope - (share * pull)[..., :, None] * pull[..., None, :]
+        gain = np.where(falls, np.minimum(1.0 - DECAY, excess / safe), 0.0) * pull
+        self._slope = self._slope - gain[..., :, None] * (pull / safe)[..., None, :]
 
 
 def decoded(line: Line, drive: Array, impedance: Array) -> tuple[Array, Array]:

@@ -1,50 +1,46 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The compensation with its sign corrected, each step for itself, and what cannot be paid carried.
+"""The energetic compensation with its sign corrected: it keeps credit and only shortens waves.
 
 ::
 
-    d(n) = [F(n) F(n-1) - F(n)^2]/b                     of this step [W]
-    s    = |v|^2 + 2 d(n) + c(n-1)
-    v    = sgn(v) sqrt(max(0, s)),   c(n) = min(0, s)   c: debt [W]
+    debt(n) = debt(n-1) + sum over users [F(n)^2 - F(n) F'(n)]/b - pay(n-1)          [W]
+    pay(n)  = min(max(debt, 0), sum |v|^2/2),   each v in proportion to its length
 
-so that sum (|u|^2 - |v|^2)/2 = sum F xd + c(N)/2: without debt the port takes what the environment
-takes. While there is debt nothing is returned, so the balance only grows. Hence it never falls
-below zero where sum F xd never does. For several users that holds of all together only, so the
-debt is one: what a user cannot pay, all pay, each in proportion to its |v|^2 + 2 d.
+so that sum (|u|^2 - |v|^2)/2 = sum F xd - debt. Where the debt is not above zero the port has taken
+no less than the environment; where it is, nothing is returned and the balance only grows. Hence it
+never falls below zero where sum F xd never does. For several users that holds of all together
+only, so the debt is one.
 
-It does not hold back an environment that is active itself.
+Credit (a debt below zero) is what a falling force gives back; it pays for the next rise and never
+makes a wave longer. An environment that is active itself is not held back.
 """
 
 from collections.abc import Mapping, Sequence
 
-from pmwvc_core.numeric import Value, maximum, minimum, squared, where
+from pmwvc_core.numeric import Value, maximum, minimum, root, squared, where
 from pmwvc_core.server.compensations.interface import Wave
-from pmwvc_core.server.compensations.printed import stretched
 
 
 class Corrected:
     """Take from the waves what late decoding added to them."""
 
     def __init__(self, *, period: float) -> None:
-        self._half_period = 0.5 * period
-        self._debt: Value = 0.0  # c [W]
+        self._period = period
+        self._debt: Value = 0.0  # [W]
 
     @property
     def accounts(self) -> Mapping[str, Value]:
-        """``debt``: what later waves still have to pay (<= 0)."""
-        return {"debt": self._half_period * self._debt}
+        """``debt``: what later waves still have to pay; below zero: credit."""
+        return {"debt": self._period * self._debt}
 
     def step(self, waves: Sequence[Wave], stored: Value | None) -> list[Value]:
         """Return the waves made shorter."""
-        own = [squared(wave.v) + 2.0 * wave.late for wave in waves]
-        have, debt = 0.0 * self._debt, self._debt
-        for left in own:
-            have = have + maximum(left, 0.0)
-            debt = debt + minimum(left, 0.0)
-        self._debt = minimum(have + debt, 0.0)
-        share = maximum(have + debt, 0.0) / where(have > 0.0, have, 1.0)
-        return [
-            stretched(wave.v, maximum(left, 0.0) * share)
-            for wave, left in zip(waves, own, strict=True)
-        ]
+        debt, have = self._debt, 0.0 * self._debt
+        for wave in waves:
+            debt = debt - wave.late
+            have = have + 0.5 * squared(wave.v)
+        pay = minimum(maximum(debt, 0.0), have)
+        self._debt = debt - pay
+        share = root(where(have > 0.0, (have - pay) / where(have > 0.0, have, 1.0), 1.0))
+        return [wave.v * share for wave in waves]

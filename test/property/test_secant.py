@@ -1,0 +1,197 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Decoding along a learned slope: when it is passive, and what is learned."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from pmwvc_core.controllers import make_server
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.server.secant import LARGEST, Line, Secant, decoded
+from pmwvc_core.wave.impedance import times
+
+PERIOD_S = 0.02
+
+
+def responds(k, damping, b, slope, *, steps=4096):
+    """Return the impulse response v of a port to a wall, decoded with a given G (one axis)."""
+    x = xd = force = 0.0
+    found = np.zeros(steps)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for n in range(steps):
+            u = 1.0 if n == 0 else 0.0
+            line = Line(np.full((1, 1), force), np.full((1, 1, 1), slope), np.zeros((1, 1)))
+            drive = np.full((1, 1), np.sqrt(2.0 * b) * u)
+            xd = float(decoded(line, drive, np.full((1, 1, 1), b))[0][0, 0])
+            x += PERIOD_S * xd
+            force = k * x + damping * xd
+            found[n] = u - np.sqrt(2.0 / b) * force
+    return found
+
+
+def gives_out_more(response):
+    """Tell whether some wave comes back with more energy than it brought."""
+    if not np.isfinite(response).all() or np.abs(response[-1]) > 1e-6:
+        return True  # it has not died out: the port rings by itself
+    return bool(np.abs(np.fft.rfft(response)).max() > 1.0 + 1e-9)
+
+
+ports = {
+    "b": st.floats(2.0, 80.0),
+    "stiff": st.floats(0.0, 6.0),
+    "viscous": st.floats(0.01, 2.0),
+    "slope": st.floats(0.0, 6.0),
+}
+
+
+def margin(b, stiff, viscous, slope):
+    """Return b + G - (K T + 2 B), over b."""
+    return 1.0 + slope - stiff - 2.0 * viscous
+
+
+@settings(max_examples=200)
+@given(**ports)
+def test_it_is_passive_if_and_only_if_k_t_and_two_b_are_within_b_and_g(b, stiff, viscous, slope):
+    """Second route: the reflection of the loop as it runs, at every frequency."""
+    edge = margin(b, stiff, viscous, slope)
+    assume(abs(edge) > 0.02 and stiff > 0.02)
+    active = gives_out_more(responds(stiff * b / PERIOD_S, viscous * b, b, slope * b))
+    assert active is (edge < 0.0)
+
+
+def test_without_g_in_the_rule_it_would_be_wrong():
+    """The control: walls that the rule without G calls active are passive, and some are many."""
+    rng = np.random.default_rng(3)
+    wrong = 0
+    for _ in range(60):
+        b, stiff, viscous, slope = 25.0, *rng.uniform((0.1, 0.05, 0.0), (4.0, 1.0, 4.0))
+        active = gives_out_more(responds(stiff * b / PERIOD_S, viscous * b, b, slope * b))
+        wrong += active is not (stiff + 2.0 * viscous > 1.0)
+    assert wrong > 10
+
+
+def learned(secant, spring, places):
+    """Show a bilateral spring (matrix) to what learns; return the slope relative to b/T."""
+    everyone = np.ones((1, 1), dtype=bool)
+    for place in places:
+        secant.learn(place[np.newaxis], times(spring, place)[np.newaxis], everyone)
+    return secant._slope[0]
+
+
+@pytest.mark.parametrize("dof", [1, 2, 3])
+def test_a_linear_spring_is_learned(dof):
+    rng = np.random.default_rng(dof)
+    root = rng.normal(size=(dof, dof))
+    spring = 500.0 * root @ root.T
+    secant = Secant(np.full((1, 1), 1250.0), (dof,))
+    secant.join(0, np.zeros(dof))
+    found = learned(secant, spring, np.cumsum(rng.normal(0.0, 1e-3, (400, dof)), axis=0))
+    np.testing.assert_allclose(found, spring, rtol=0.05, atol=0.05 * np.abs(spring).max())
+
+
+@settings(max_examples=60)
+@given(
+    dof=st.integers(1, 4),
+    seed=st.integers(0, 2**32 - 1),
+    size=st.sampled_from([1e-6, 1e-3, 1.0]),
+    force=st.sampled_from([1e-3, 1.0, 1e5]),
+)
+def test_the_slope_stays_semidefinite_and_bounded_whatever_comes_back(dof, seed, size, force):
+    rng = np.random.default_rng(seed)
+    secant = Secant(np.full((1, 1), 1000.0), (dof,))
+    secant.join(0, np.zeros(dof))
+    for _ in range(100):
+        places = size * rng.normal(size=(1, dof))
+        forces = force * rng.normal(size=(1, dof)) * rng.integers(0, 2)
+        secant.learn(places, forces, rng.random((1, 1)) < 0.9)
+        values = np.linalg.eigvalsh(secant._slope[0])
+        assert values.min() >= -1e-9 * max(values.max(), 1.0)
+        assert np.isfinite(values).all()
+        if dof == 1:
+            assert values.max() <= LARGEST * 1000.0 * (1.0 + 1e-9)
+
+
+def test_an_unguarded_rank_one_update_would_not_be_semidefinite():
+    """The control of the last test: the plain symmetric update on the same kind of data."""
+    rng = np.random.default_rng(0)
+    slope, least = np.zeros((2, 2)), 0.0
+    for _ in range(100):
+        step, rise = rng.normal(size=2), rng.normal(size=2)
+        missing = rise - slope @ step
+        slope = slope + np.outer(missing, missing) / (missing @ step)
+        least = min(least, np.linalg.eigvalsh(slope).min())
+    assert least < -1.0
+
+
+def wall(decoding, *, k, damping=0.0, b=25.0, contact="grip", dof=1, **values):
+    params = ServerParams(
+        coupling="unknown", environment="wall", decoding=decoding, period_s=PERIOD_S, **values
+    )
+    contacts = ContactParams(contact=contact, contact_stiffness=k, contact_damping=damping)
+    return make_server("pmwvc", params, [contacts], [b], dof=dof, sides=[-1])
+
+
+def depth_error(decoding, k, *, dof=1):
+    """Return how far the device of a slow press would be from F/K, by what was decoded [m]."""
+    server = wall(decoding, k=k, dof=dof)
+    start = np.zeros(dof)
+    start[0] = -0.03
+    server.join(0, float(start[0]) if dof == 1 else start)
+    device = -0.03
+    for n in range(600):
+        force = min(1.0, n / 300.0)
+        # A matched hand: the incoming wave that renders this force at rest.
+        u = np.zeros(dof)
+        u[0] = 2.0 * force / np.sqrt(2.0 * 25.0) / 2.0
+        v = server.step([float(u[0]) if dof == 1 else u])[0]
+        device += PERIOD_S * float(np.ravel(u + v)[0]) / np.sqrt(2.0 * 25.0)
+    return device + 0.03 - float(np.ravel(server.f_s[0])[0]) / k
+
+
+@pytest.mark.parametrize("dof", [1, 3])
+def test_a_stiff_wall_is_pressed_by_its_law(dof):
+    """K T = 2.4 b to 9.6 b: decoded late the loop of avatar and wall diverges."""
+    for k in (3000.0, 6000.0, 12000.0):
+        assert abs(depth_error("secant", k, dof=dof)) < 0.6e-3
+        assert abs(depth_error("late", k, dof=dof)) > 5e-3
+
+
+def test_leaving_and_meeting_a_known_face_is_decoded_with_its_force():
+    """Once a spring is known, going in and out of it makes hardly any energy of late decoding."""
+    made = {}
+    for decoding in ("secant", "late"):
+        server = wall(decoding, k=2000.0)
+        server.join(0, -0.03)
+        for n in range(600):
+            if n == 300:
+                before = float(server.accounts["late_decoding"])
+            server.step([0.1 + 0.3 * np.sin(2.0 * np.pi * n / 100.0)])
+        made[decoding] = abs(float(server.accounts["late_decoding"]) - before)
+    assert made["secant"] < 0.1 * made["late"]
+
+
+def test_a_face_that_is_gone_is_forgotten_after_one_step():
+    class Vanishing:
+        here = True
+
+        def step(self, position, velocity, dt):
+            depth = np.maximum(position, 0.0)
+            return (3000.0 if self.here else 0.0) * depth
+
+    environment = Vanishing()
+    server = wall("secant", k=1.0)
+    server._asked.environment = environment
+    server.join(0, -0.001)
+    server.seats[0].x_s = -0.001
+    for wave in (*[0.2] * 40, *[-0.3] * 20):
+        server.step([wave])
+    environment.here = False
+    free = [server.seats[0].x_s]
+    for _ in range(30):
+        server.step([0.2])
+        free.append(server.seats[0].x_s)
+    moved = np.diff(free)
+    expected = PERIOD_S * 0.2 * np.sqrt(2.0 / 25.0)
+    assert np.count_nonzero(np.abs(moved - expected) > 1e-9) <= 1
