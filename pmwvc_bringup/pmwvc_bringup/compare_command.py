@@ -30,8 +30,9 @@ examples:
 
 --controllers takes pmwvc (the scenario's own settings), direct, virtual_coupling, tdpa, pspm, and
 waves (plain), or features on plain waves, joined by +: printed, corrected, ledger (compensation of
-an unknown environment decoded late), secant (ledger behind a learned slope), velocity_filter, velocity_filter_printed, filter_bank, complementary_bank,
-position, position_printed, position_integral. What a scenario cannot have is left out, and said.
+an unknown environment decoded late), secant (ledger behind a learned slope), velocity_filter,
+velocity_filter_printed, filter_bank, complementary_bank, position, position_printed,
+position_integral. What a scenario cannot have is left out, and said.
 
 Every combination of the values runs with the same hands and the same fate of every packet (one
 seed), in virtual time or, with --live, as nodes one session after the other. virtual_coupling,

@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
+Flags: TypeAlias = NDArray[np.bool_]
 Value: TypeAlias = float | Array
-Flag: TypeAlias = bool | NDArray[np.bool_]
+Flag: TypeAlias = bool | Flags
 
 absolute = cast("Callable[[Value], Value]", abs)  # magnitude, elementwise
 

@@ -7,9 +7,10 @@ A wall takes and returns no more than it got if and only if (backward Euler; the
     K T_VE + 2B <= b + G
 
 with G = 0 where it is decoded with the force of the step before, as every wall with K T_VE <= b/2
-is, and G = K T_VE where the port uses the slope that it has learned. Where that does not hold the energy of decoding has to come from somewhere: a
-compensation takes it from the returning waves, and the rendered wall yields. Until a slope is
-learned (the first steps of the first contact) the rule is that without G.
+is, and G = K T_VE where the port uses the slope that it has learned. Where that does not hold the
+energy of decoding has to come from somewhere: a compensation takes it from the returning waves,
+and the rendered wall yields. Until a slope is learned (the first steps of the first contact) the
+rule is that without G.
 """
 
 from typing import NamedTuple

@@ -16,8 +16,8 @@ so that K^ has the measured secant along dx, or loses a tenth of its own there p
 keep it semidefinite. A step much shorter than recent ones says nothing (a damper's force turns
 round while its place stands still), and one step raises a slope to at most four times.
 
-Up to |K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= b/2), and
-a slope that varies costs energy of its own.
+Up to |K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= b/2),
+and a slope that varies costs energy of its own.
 
 An environment in which a user moved without force is taken as one-sided: its force does not change
 its sign, and where it ended there is a face, until a force expected there does not come.
@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.wave.impedance import times
 
 DECAY = 0.9  # of a slope per step that measures less
@@ -99,11 +99,11 @@ class Secant:
         stiffness = _dot(along, times(self._slope, along))
         return np.asarray(stiffness[..., np.newaxis] * along[..., :, None] * along[..., None, :])
 
-    def expect(self, expected: Array) -> None:
+    def expect(self, expected: Flags) -> None:
         """Note whose avatar was decoded with a force, ``(users, ..., 1)`` of bool."""
         self._expected = expected
 
-    def learn(self, place: Array, force: Array, good: Array) -> None:
+    def learn(self, place: Array, force: Array, good: Flags) -> None:
         """Take in the forces [N] at the avatars' places [m], where they can be used."""
         place, force = np.where(good, place, self._place), np.where(good, force, self._force)
         step, rise = place - self._place, force - self._force
@@ -131,7 +131,7 @@ class Secant:
         length = np.linalg.norm(self._slope, axis=(-2, -1))[..., np.newaxis] / self._scale
         return np.where(length > SOFT, length, 0.0)
 
-    def _raise(self, course: Array, secant: Array, telling: Array) -> None:
+    def _raise(self, course: Array, secant: Array, telling: Flags) -> None:
         own = _dot(course, times(self._slope, course))
         missing = secant - times(self._slope, course)
         short = _dot(missing, course)
@@ -144,7 +144,7 @@ class Secant:
         gain = np.minimum(short, most) * along
         self._slope = self._slope + gain[..., :, None] * along[..., None, :]
 
-    def _decay(self, course: Array, secant: Array, telling: Array) -> None:
+    def _decay(self, course: Array, secant: Array, telling: Flags) -> None:
         pull = times(self._slope, course)
         own, excess = _dot(pull, course), _dot(pull - secant, course)
         falls = telling & (excess > 0.0) & (own > 0.0)
@@ -153,7 +153,7 @@ class Secant:
         self._slope = self._slope - gain[..., :, None] * (pull / safe)[..., None, :]
 
 
-def decoded(line: Line, drive: Array, impedance: Array) -> tuple[Array, Array]:
+def decoded(line: Line, drive: Array, impedance: Array) -> tuple[Array, Flags]:
     """Return xd [m/s] and who was decoded with a force, for B sqrt(2/B) u of every user [N].
 
     ``impedance`` is B as matrices ``(users, ..., dof, dof)``.
@@ -171,8 +171,8 @@ def _solve(matrix: Array, right: Array) -> Array:
     return np.asarray(np.linalg.solve(matrix, right[..., np.newaxis])[..., 0])
 
 
-def _touching(force: Array) -> Array:
-    return np.any(force != 0.0, axis=-1, keepdims=True)
+def _touching(force: Array) -> Flags:
+    return np.asarray(np.any(force != 0.0, axis=-1, keepdims=True))
 
 
 def _direction(force: Array) -> Array:

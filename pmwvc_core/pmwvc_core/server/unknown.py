@@ -8,12 +8,13 @@
     F(n)  = environment(x(n), xd(n)),   v(n) = u(n) - sqrt(2/b) F(n)
 
 The line is the environment's own where it tells its slope; else the one that the port learned
-(``secant``), or the force of the step before, F' = F(n-1) (``late``). In each case (|u|^2 - |v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the power of
-decoding with another force than F. What is done about it has a name (``compensations``), and so
-there are these accounts, of all users together: ``environment`` sum F . xd h; ``late_decoding``
-sum d h; ``withheld`` what the compensation took from the returning waves (negative: added);
-``contained`` sum |u|^2 h/2 while the environment did not answer and the port was a matched damper
-(v = 0). Their sum is what went in at the ports.
+(``secant``), or the force of the step before, F' = F(n-1) (``late``). In each case (|u|^2 -
+|v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the power of decoding with another
+force than F. What is done about it has a name (``compensations``), and so there are these
+accounts, of all users together: ``environment`` sum F . xd h; ``late_decoding`` sum d h;
+``withheld`` what the compensation took from the returning waves (negative: added); ``contained``
+sum |u|^2 h/2 while the environment did not answer and the port was a matched damper (v = 0). Their
+sum is what went in at the ports.
 """
 
 from collections.abc import Mapping, Sequence

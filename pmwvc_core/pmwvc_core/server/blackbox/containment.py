@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.server.blackbox.faults import BadAnswer
 from pmwvc_core.server.blackbox.interface import Environment, Shown, Sloped, Storing
 
@@ -33,7 +33,7 @@ class Reply(NamedTuple):
 
     velocity: Array  # (users, ..., dof) [m/s] of the avatars, as decoded
     force: Array  # (users, ..., dof) [N]; zero where it is not good
-    good: Array  # (users, ..., 1) of bool: where the force can be used
+    good: Flags  # (users, ..., 1): where the force can be used
     stored: Any  # energy in the environment [J] or None
     shown: tuple[Array, Array] | None  # position and velocity of an object (..., dof)
 

@@ -7,10 +7,10 @@
     debt(n) = debt(n-1) + sum over users [F(n)^2 - F(n) F'(n)]/b - pay(n-1)          [W]
     pay(n)  = min(max(debt, 0), sum |v|^2/2),   each v in proportion to its length
 
-so that sum (|u|^2 - |v|^2)/2 = sum F xd - debt. Where the debt is not above zero the port has taken
-no less than the environment; where it is, nothing is returned and the balance only grows. Hence it
-never falls below zero where sum F xd never does. For several users that holds of all together
-only, so the debt is one.
+so that sum (|u|^2 - |v|^2)/2 = sum F xd - debt. Where the debt is not above zero the port has
+taken no less than the environment; where it is, nothing is returned and the balance only grows.
+Hence it never falls below zero where sum F xd never does. For several users that holds of all
+together only, so the debt is one.
 
 Credit (a debt below zero) is what a falling force gives back; it pays for the next rise and never
 makes a wave longer. An environment that is active itself is not held back.
