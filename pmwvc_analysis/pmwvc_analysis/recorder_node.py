@@ -33,6 +33,7 @@ from pmwvc_core.runtime.process import ERROR, OK, publish_health, run_node
 POLL_S = 0.005  # well below what the subscriptions' queues hold
 LINGER_S = 0.2  # after being asked to stop: what was just sent still arrives
 RECEPTION_PRIORITY = 5  # below the loops whose packets these are
+GLOBAL = ("/diagnostics", "/parameter_events")  # whatever the namespace
 DEPTH = 512  # about four seconds of a topic at the packet rate
 
 
@@ -145,7 +146,9 @@ def declare_settings(node: Node) -> tuple[Path, list[Topic], int]:
 def _subscribed(node: Node, topic: Topic) -> Polled:
     policy = ReliabilityPolicy.RELIABLE if topic.reliable else ReliabilityPolicy.BEST_EFFORT
     qos = QoSProfile(depth=DEPTH, reliability=policy, durability=DurabilityPolicy.VOLATILE)
-    return Polled(node, _message_class(topic.type_name), topic.name, qos, raw=True)
+    # A session may be in a namespace, which is the recorder's, too; in the file it has none.
+    name = topic.name if topic.name in GLOBAL else topic.name.lstrip("/")
+    return Polled(node, _message_class(topic.type_name), name, qos, raw=True)
 
 
 def _message_class(type_name: str) -> Any:

@@ -1,16 +1,26 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The nodes of a scenario for ``ros2 launch``; ``pmwvc run`` also orders, watches and reports.
+"""The nodes of a scenario for ``ros2 launch``; ``pmwvc run`` also watches and reports.
 
 ::
 
     ros2 launch pmwvc_bringup session.launch.py scenario:=carry_16ms users:=2 duration:=20
 
-The nodes begin as soon as they are up, without waiting for each other.
+The nodes wait until all have met, then begin together (:mod:`pmwvc_bringup.starter`); ``duration``
+counts from there. ``namespace:=lab`` puts all topics and nodes below ``/lab``.
 """
 
+import sys
+
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown, TimerAction
+from launch.actions import (
+    DeclareLaunchArgument,
+    ExecuteProcess,
+    OpaqueFunction,
+    RegisterEventHandler,
+    Shutdown,
+)
+from launch.event_handlers import OnProcessExit
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
@@ -23,6 +33,7 @@ ARGUMENTS = {
     "duration": ("", "length in s (empty: as the scenario says; 0: until interrupted)"),
     "record": ("true", "whether to record into the session folder"),
     "out": ("", "session folder (empty: sessions/<UTC time>-<scenario>)"),
+    "namespace": ("", "namespace of the whole session"),
 }
 
 
@@ -32,28 +43,46 @@ def session_nodes(context):
     duration_s = float(values["duration"]) if values["duration"] else None
     scenario = scenarios.load(values["scenario"], users=users, duration_s=duration_s or None)
     record = values["record"].lower() in ("true", "1", "yes")
+    namespace = values["namespace"].strip("/")
     folder = new_folder(scenario.name, values["out"] or None)
-    (folder / "scenario.yaml").write_text(scenarios.to_yaml(scenario), "utf-8")
+    file = folder / "scenario.yaml"
+    file.write_text(scenarios.to_yaml(scenario), "utf-8")
     (folder / "nodes").mkdir()
     actions = []
-    for node in plan.nodes(scenario, folder=folder, paused=False):
+    for node in plan.nodes(scenario, folder=folder, paused=True):
         if node.kind == "recorder" and not record:
             continue
-        file = folder / "nodes" / f"{node.file_name}.yaml"
-        file.write_text(node.parameter_file(), "utf-8")
+        parameters = folder / "nodes" / f"{node.file_name}.yaml"
+        parameters.write_text(node.parameter_file(), "utf-8")
         actions.append(
             Node(
                 package=plan.MODULES[node.kind].partition(".")[0],
                 executable=node.kind,
-                namespace=node.namespace,
-                parameters=[str(file)],
+                namespace="/".join(filter(None, (namespace, node.namespace))),
+                parameters=[str(parameters)],
                 output="screen",
             )
         )
-    if duration_s != 0.0:
-        over = Shutdown(reason=f"the {scenario.duration_s:g} s of the session are over")
-        actions.append(TimerAction(period=scenario.duration_s, actions=[over]))
-    return actions
+    endless = duration_s == 0.0
+    starter = ExecuteProcess(
+        name="starter",
+        cmd=[
+            *(sys.executable, "-m", "pmwvc_bringup.starter", str(file)),
+            *("--duration", "0" if endless else str(scenario.duration_s)),
+            *("--namespace", namespace),
+            *([] if record else ["--unrecorded"]),
+        ],
+        output="screen",
+    )
+
+    def over(event, _):
+        if event.returncode:
+            return [Shutdown(reason="the nodes did not begin")]
+        reason = f"the {scenario.duration_s:g} s of the session are over"
+        return [] if endless else [Shutdown(reason=reason)]
+
+    handler = RegisterEventHandler(OnProcessExit(target_action=starter, on_exit=over))
+    return [handler, *actions, starter]
 
 
 def generate_launch_description():

@@ -93,10 +93,10 @@ def node(arguments: argparse.Namespace) -> int:
 
         print(node_help.text(arguments.kind))
         return 0
-    from pmwvc_bringup.surroundings import own_environment
+    from pmwvc_bringup.surroundings import LOCALHOST, RANGE, own_environment
 
     words = [sys.executable, "-m", NODES[arguments.kind], *arguments.arguments]
-    os.execve(sys.executable, words, own_environment(os.environ))
+    os.execve(sys.executable, words, own_environment({RANGE: LOCALHOST, **os.environ}))
 
 
 def scenarios(arguments: argparse.Namespace) -> int:

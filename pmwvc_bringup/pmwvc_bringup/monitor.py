@@ -45,10 +45,10 @@ class Monitor:
     def __init__(self, node: Node, users: Sequence[str]) -> None:
         self._node = node
         self._users = list(users)
-        self._masters = {u: Polled(node, MasterTrace, f"/{u}/trace", NEWEST) for u in users}
-        self._server = Polled(node, ServerTrace, "/server/trace", NEWEST)
+        self._masters = {u: Polled(node, MasterTrace, f"{u}/trace", NEWEST) for u in users}
+        self._server = Polled(node, ServerTrace, "server/trace", NEWEST)
         links = QoSProfile(depth=4 * len(users), reliability=ReliabilityPolicy.BEST_EFFORT)
-        self._links = Polled(node, LinkState, "/netem/links", links)
+        self._links = Polled(node, LinkState, "netem/links", links)
         self._seen: dict[str, tuple[float, Any]] = {}
         self._epochs: dict[str, int] = {}
         self._rates: dict[str, tuple[int, int, float]] = {}
@@ -164,11 +164,16 @@ class Monitor:
 
 
 @contextmanager
-def watching(users: Sequence[str]) -> Iterator[Monitor]:
-    """Yield a monitor in a ROS context of its own; the environment must be that of the nodes."""
+def watching(users: Sequence[str], *, namespace: str = "/") -> Iterator[Monitor]:
+    """Yield a monitor in a ROS context of its own; the environment must be that of the nodes.
+
+    ``namespace`` is the one that the whole session is in.
+    """
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
-        node = Node("runner", start_parameter_services=False, enable_rosout=False)
+        node = Node(
+            "runner", namespace=namespace, start_parameter_services=False, enable_rosout=False
+        )
         try:
             yield Monitor(node, users)
         finally:

@@ -136,12 +136,14 @@ def _recorder(scenario: Scenario, folder: Path) -> dict[str, Any]:
     return {"folder": str(folder.resolve()), "users": [user.name for user in scenario.users]}
 
 
-def topic_ends(scenario: Scenario) -> dict[str, tuple[int, int]]:
-    """Return how many publishers and subscribers every recorded topic has once all have met."""
-    ends = {"/server/trace": (1, 1), "/netem/links": (1, 1), "/netem/fates": (1, 1)}
+def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[int, int]]:
+    """Return how many publishers and subscribers every topic has once all have met."""
+    watching = 1 if recorded else 0
+    names = ["/server/trace", "/netem/links", "/netem/fates"]
+    names += [f"/{user.name}/trace" for user in scenario.users]
+    ends = dict.fromkeys(names, (1, watching))
     for user in scenario.users:
-        ends[f"/{user.name}/trace"] = (1, 1)
         for direction in ("up", "down"):  # netem or the far end, and the recorder
-            ends[f"/{user.name}/wave_{direction}"] = (1, 2)
-            ends[f"/server/{user.name}/wave_{direction}"] = (1, 2)
+            ends[f"/{user.name}/wave_{direction}"] = (1, 1 + watching)
+            ends[f"/server/{user.name}/wave_{direction}"] = (1, 1 + watching)
     return ends

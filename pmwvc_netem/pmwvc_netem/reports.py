@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the relay tells the world: fates of packets in blocks, and the state of its links.
 
-Called by the relay's own thread; published on ``/netem/fates`` and ``/netem/links``.
+Called by the relay's own thread; published on ``netem/fates`` and ``netem/links``.
 """
 
 import dataclasses
@@ -37,8 +37,8 @@ class Reports:
     def __init__(self, node: Node, lanes: Sequence[Lane], *, seed: int) -> None:
         self.worst_error_ns = 0  # latest release since somebody set this to zero
         self._types = messages.live_types()
-        self._fates = node.create_publisher(self._types.PacketFate, "/netem/fates", TRACE_QOS)
-        self._states = node.create_publisher(self._types.LinkState, "/netem/links", TRACE_QOS)
+        self._fates = node.create_publisher(self._types.PacketFate, "netem/fates", TRACE_QOS)
+        self._states = node.create_publisher(self._types.LinkState, "netem/links", TRACE_QOS)
         self._lanes = list(lanes)
         self._seed = seed
         self._seq = 0

@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The relay's parameters: which topics, through which links.
 
-``users`` gives each user two links, ``user1/up`` and ``user1/down``; ``link_names`` adds links for
-any other topic. ``link.up`` and ``link.down`` hold for all users, ``user1.link.up`` for one. Every
-setting of a link may change while running; the last word counts: a change of ``link.up.delay_s``
-goes to all users, and a ``preset`` replaces all settings of all users.
+``users`` gives each user two links, ``user1/up`` and ``user1/down``, whose topics are relative to
+the node's namespace; ``link_names`` adds links for any other topic. ``link.up`` and ``link.down``
+hold for all users, ``user1.link.up`` for one. Every setting of a link may change while running;
+the last word counts: a change of ``link.up.delay_s`` goes to all users, and a ``preset`` replaces
+all settings of all users.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -103,7 +104,7 @@ class Settings:
             )
             each = []
             for index, user in enumerate(self.users):
-                name, near, far = f"{user}/{direction}", f"/{user}", f"/server/{user}"
+                name, near, far = f"{user}/{direction}", user, f"server/{user}"
                 ends = (near, far) if direction == "up" else (far, near)
                 source, target = (f"{end}/wave_{direction}" for end in ends)
                 params = self._declare_link(

@@ -55,7 +55,7 @@ class Server:
             period_s=settings.server.period_s,
         )
         self._scene = Scene(self.names, size_m=settings.server.object_size_m, dof=settings.dof)
-        self._markers = node.create_publisher(MarkerArray, "/markers", 1)
+        self._markers = node.create_publisher(MarkerArray, "markers", 1)
         self._looked_s = time.monotonic()
         self._missed = 0
         inboxes = zip(self.names, self.loop.service.inboxes, strict=True)

@@ -75,3 +75,10 @@ def test_a_node_is_started_in_its_namespace_with_its_file(nodes):
     assert words[3:] == [
         "--ros-args", "-r", "__ns:=/user2", "--params-file", "/x/user2.yaml",
     ]  # fmt: skip
+
+
+def test_without_a_recorder_nobody_waits_for_one(scenario):
+    ends = plan.topic_ends(scenario, recorded=False)
+    assert set(ends) == set(plan.topic_ends(scenario))
+    assert {counts for topic, counts in ends.items() if "wave" in topic} == {(1, 1)}
+    assert {counts for topic, counts in ends.items() if "wave" not in topic} == {(1, 0)}

