@@ -39,7 +39,8 @@ long tail is a symmetric spread.
 """
 MESSAGES_HEAD = """# Topics and messages
 
-One namespace per user; names inside a node are relative. The second part of this page is written by `make docs` from
+One namespace per user; names inside a node are relative, so that a whole session can be put below a namespace of its
+own (`/lab/user1/wave_up`, `/lab/markers`); only `/diagnostics` and `/parameter_events` are global. The second part of this page is written by `make docs` from
 `pmwvc_msgs/msg`.
 
 | topic | type | from | to | quality of service |
@@ -54,10 +55,14 @@ One namespace per user; names inside a node are relative. The second part of thi
 | `/netem/fates` | PacketFate | netem | recorder | same |
 | `/user1/measured_cv`, `/user1/measured_cf` | TwistStamped, WrenchStamped | master | viewers | best effort, packet rate |
 | `/markers` | MarkerArray (frame `world`, 30 Hz) | server | RViz, Foxglove | reliable |
+| `/parameter_events` | rcl_interfaces/ParameterEvent | every node | recorder: changes are events of the session | reliable |
 | `/diagnostics` | DiagnosticArray (1 Hz) | all | people | reliable |
 
 With the device plug-in `ros_topic` a master also reads `/user1/device/measured_cp` (PoseStamped) and, where there is
 one, `/user1/device/measured_cv` (TwistStamped), and writes `/user1/device/servo_cf` (WrenchStamped) every tick.
+
+There is no TF: `tf2_msgs` is in none of the wheels that `make setup` installs. Positions of object, avatars and target
+are in `/markers` (frame `world`) and in the traces.
 
 Without the emulator the two sides are joined by remapping: start the server with
 `-r /server/user1/wave_up:=/user1/wave_up -r /server/user1/wave_down:=/user1/wave_down`.

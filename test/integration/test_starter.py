@@ -48,6 +48,10 @@ def test_launched_nodes_begin_together_in_any_namespace_and_run_for_their_time(t
         assert (starter.returncode, starter.stderr) == (0, "")
         assert "the session begins" in starter.stdout
         peer.until(lambda: scenes)
+        master = f"{NAMESPACE}/user1/master"
+        assert peer.set_parameters(master, {"safety.max_force": 2.5}) == [""]
+        (refusal,) = peer.set_parameters(master, {"safety.max_force": 3.0})
+        assert "can only be lowered while running (now 2.5 N)" in refusal
         for kind in ("user1 master", "user2 master", "server", "netem", "recorder"):
             assert nodes[kind].stop() == 0
             assert "Traceback" not in nodes[kind].output
@@ -57,6 +61,12 @@ def test_launched_nodes_begin_together_in_any_namespace_and_run_for_their_time(t
         ran_s = user.time_s[-1] - user.time_s[0]
         assert ran_s >= LENGTH_S - 0.1  # from the first ticks, not from the launch
         assert np.abs(user.f_applied).max() < 2.0  # nobody was pushed against alone
+    (change,) = [event for event in traces.events if event.get("kind") == "parameter"]
+    assert (change["who"], change["what"]) == (
+        "user1 master",
+        "safety.max_force set to 2.5 N (was 3.3 N)",
+    )
+    assert change["time_s"] >= LENGTH_S - 0.1
     assert set(traces.fates) == {"user1/up", "user1/down", "user2/up", "user2/down"}
 
 

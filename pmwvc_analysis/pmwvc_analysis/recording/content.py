@@ -12,6 +12,7 @@ from typing import Any
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.mcap_records import MAGIC
+from pmwvc_analysis.recording.parameter_cdr import ParameterChange, parameter_change
 from pmwvc_analysis.recording.recover import RawMessage, Salvage
 from pmwvc_analysis.recording.recover import messages as salvaged
 from pmwvc_analysis.recording.sequence import GapCounter
@@ -29,6 +30,7 @@ class Content:
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     counter: GapCounter = field(default_factory=GapCounter)
     events: list[dict[str, Any]] = field(default_factory=list)
+    parameters: list[ParameterChange] = field(default_factory=list)  # of any node
 
     def of_type(self, type_name: str) -> dict[str, list[Seen]]:
         """Return the topics of one type that have messages."""
@@ -120,6 +122,8 @@ class _Decoder:
 def _take(content: Content, raw: RawMessage, decode: Any) -> None:
     content.counter.add(raw.topic, raw.type_name, raw.data)
     if raw.type_name not in schemas.OUR_TYPES:
+        if raw.type_name == schemas.PARAMETER_EVENT and (change := parameter_change(raw.data)):
+            content.parameters.append(change)
         return
     try:
         message = decode(raw.data, raw.type_name)

@@ -16,6 +16,7 @@ import numpy as np
 from pmwvc_analysis.recording import assemble, clock, schemas
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.losses import topic_counts
+from pmwvc_analysis.recording.parameter_events import parameter_changes
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.simulation.scenario import Scenario
@@ -147,7 +148,7 @@ def _duration(
 
 def _events(folder: Path, content: Content, zero_ns: int) -> list[dict[str, Any]]:
     """Return what reading found and what the runner noted (``events.json``)."""
-    found = list(content.events)
+    found = content.events + parameter_changes(content.parameters, folder, zero_ns)
     path = folder / "events.json"
     if path.is_file():
         try:

@@ -72,6 +72,7 @@ def session_topics(
     if links:
         found.append(trace("/netem/links", schemas.LINK_STATE))
         found.append(trace("/netem/fates", schemas.PACKET_FATE))
+    found.append(Topic("/parameter_events", schemas.PARAMETER_EVENT, True, 1000, essential=False))
     if people:
         found.append(
             Topic("/markers", "visualization_msgs/msg/MarkerArray", True, 10, essential=False)
