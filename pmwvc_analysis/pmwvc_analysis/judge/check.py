@@ -27,6 +27,7 @@ def verdict_lines(summary: dict[str, Any]) -> list[Line]:
         found.append(_line(None, "Passivity not judged: no user was recorded."))
     found += [_line(False, f"Another publisher: {text}.") for text in summary["strangers"]]
     found += interventions(summary)
+    found += _clocks(summary)
     found += [_line(False, each["text"]) for each in summary["outcomes"] if each["hit"] is False]
     found += _recording(summary)
     return found
@@ -83,6 +84,22 @@ def interventions(summary: dict[str, Any]) -> list[Line]:
                 text += f"; {len(own) - 1} more events, last: {own[-1]['what']}"
                 text += f" at {own[-1]['time_s']:.2f} s"
             text += "."
+            found.append(_line(None, text))
+    return found
+
+
+def _clocks(summary: dict[str, Any]) -> list[Line]:
+    """Return how the clocks of several hosts were aligned; nothing where there is one clock."""
+    found = []
+    for name, clock in summary["alignment"].items():
+        if clock["how"] == "echo":
+            text = (
+                f"{name}: clock aligned with the server's by the echoes of packets, within "
+                f"{clock['uncertainty_s'] * 1e3:.2f} ms (drift {clock['drift_ppm']:+.1f} ppm)."
+            )
+            found.append(_line(True, text))
+        elif clock["how"] == "wall clock" and summary["source"] == "live":
+            text = f"{name}: no packet tells how its clock stands; aligned by wall time."
             found.append(_line(None, text))
     return found
 

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.judge import energy
+from pmwvc_analysis.judge import clock_findings, energy
 from pmwvc_analysis.judge.balance_holes import hidden
 from pmwvc_analysis.judge.budget_result import SERVER, Budget
 from pmwvc_analysis.judge.holes import Hole, holes
@@ -35,6 +35,7 @@ from pmwvc_analysis.judge.passivity import (
     together,
     tolerance,
 )
+from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
 
@@ -80,7 +81,12 @@ def passivity(
         if entry is None:
             found.append(not_judged(user.name, "hand_port", NO_SERVER))
         else:
-            found += _of_user(entry, missing)
+            clock = traces.metadata.get("alignment", {}).get(user.name, {})
+            uncertain_s = float(clock.get("uncertainty_s", 0.0))
+            found += [
+                clock_findings.within(each, entry, uncertain_s)
+                for each in _of_user(entry, missing)
+            ]
     if traces.server is not None and len(traces.server.time_s):
         found.append(_of_server(traces, scenario, missing))
     if energies is not None:
@@ -106,7 +112,7 @@ def _port(entry: energy.UserEnergy, part: str, balance: energy.Balance, **more: 
         balance.time_s,
         balance.balance_j,
         tolerance_j=balance.tolerance_j + more.pop("open_j", 0.0),
-        moved_j=float(np.abs(balance.energy_in_j).max(initial=0.0)),
+        moved_j=_moved_j(balance.energy_in_j, balance.energy_out_j),
         decides=True,
         **more,
     )
@@ -142,7 +148,7 @@ def _of_server(
         server.time_s,
         taken - given,
         tolerance_j=tolerance(taken),
-        moved_j=float(np.abs(taken).max(initial=0.0)),
+        moved_j=_moved_j(taken, given),
         declared_j=_allowance_j(scenario),
         decides=True,
         unjudged=[hole.unjudged for hole in missing],
@@ -151,6 +157,11 @@ def _of_server(
     if found.passive is False and excuse:
         return replace(found, passive=None, why=f"it gave out {found.given_j:.3g} J; {excuse}")
     return found
+
+
+def _moved_j(came: Array, went: Array) -> float:
+    """Return the energy that a balance is small or large beside [J]."""
+    return float(max(np.abs(came).max(initial=0.0), np.abs(went).max(initial=0.0)))
 
 
 def _allowance_j(scenario: Scenario | None) -> float:

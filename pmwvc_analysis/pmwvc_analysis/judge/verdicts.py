@@ -121,6 +121,7 @@ def summary(
             "holes": [hole._asdict() for hole in missing],
             "not_recorded_s": [list(interval) for interval in holes.merged(missing)],
         },
+        "alignment": traces.metadata.get("alignment", {}),
         "events": seen,
     }
     for user in result["users"]:
@@ -220,7 +221,8 @@ def _last_balance(balance: energy.UserEnergy | None) -> float | None:
     if balance is None:
         return None
     parts = [part for part in (balance.up, balance.down) if part is not None] or [balance.joint]
-    return shape.number(sum(float(part.balance_j[-1]) for part in parts))
+    ends = [float(part.balance_j[-1]) for part in parts if len(part.balance_j)]
+    return shape.number(sum(ends)) if len(ends) == len(parts) else None
 
 
 def separation(

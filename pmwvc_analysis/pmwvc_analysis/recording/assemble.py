@@ -25,11 +25,16 @@ _PER_TICK = {"x_m": "x", "xd_m": "xd", "f_m": "f_m", "f_applied": "f_applied"} |
 }
 
 
+def monotonic_times(messages: Messages) -> Integers:
+    """Return the monotonic time of each trace message on its own host [ns]."""
+    return np.array([message.start_ns for message in messages], dtype=np.int64)
+
+
 def start_times(messages: Messages) -> Integers:
     """Return the evenly stepped ROS time of each trace message [ns], epoch by epoch (clock.py)."""
     result = np.zeros(len(messages), dtype=np.int64)
     epochs = np.array([message.epoch for message in messages], dtype=np.uint64)
-    monotonic = np.array([message.start_ns for message in messages], dtype=np.int64)
+    monotonic = monotonic_times(messages)
     stamps = np.array([nanoseconds(message.stamp) for message in messages], dtype=np.int64)
     for epoch in np.unique(epochs):
         own = epochs == epoch
@@ -45,9 +50,8 @@ def continued(values: Array, epochs: NDArray[np.uint64]) -> Array:
     return result
 
 
-def user_traces(name: str, messages: Messages, *, zero_ns: int) -> UserTraces:
-    """Return the force loop of one user from its MasterTrace blocks."""
-    starts = start_times(messages)
+def user_traces(name: str, messages: Messages, starts: Integers, *, zero_ns: int) -> UserTraces:
+    """Return the force loop of one user from its MasterTrace blocks and their times [ns]."""
     order = np.argsort(starts, kind="stable")
     blocks = [messages[i] for i in order]
     starts = starts[order]
@@ -113,13 +117,15 @@ def _total(blocks: Messages, field: str) -> int:
     return sum(last.values())
 
 
-def server_traces(messages: Messages, *, zero_ns: int) -> tuple[ServerTraces, Array]:
-    """Return the environment from its ServerTrace messages, and how late each step was [s].
+def server_traces(
+    messages: Messages, starts: Integers, *, zero_ns: int
+) -> tuple[ServerTraces, Array]:
+    """Return the environment from its ServerTrace messages and their times [ns], and how late each
+    step was [s].
 
     Users are those of the last message, in its order; where an earlier one lacks a user, its
     values are NaN.
     """
-    starts = start_times(messages)
     order = np.argsort(starts, kind="stable")
     steps = [messages[i] for i in order]
     names = [str(name) for name in steps[-1].users]

@@ -17,10 +17,11 @@ from pmwvc_analysis.recording import assemble, clock, schemas
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.losses import topic_counts
 from pmwvc_analysis.recording.parameter_events import parameter_changes
+from pmwvc_analysis.recording.time_lines import time_lines
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.simulation.traces import FateTraces, ServerTraces, SessionTraces, UserTraces
 
 
 def read_session(folder: str | Path) -> SessionTraces:
@@ -36,33 +37,38 @@ def read_session(folder: str | Path) -> SessionTraces:
         topic.strip("/").rpartition("/")[0]: seen
         for topic, seen in content.of_type(schemas.MASTER_TRACE).items()
     }
-    servers = [
-        message for seen in content.of_type(schemas.SERVER_TRACE).values() for _, message in seen
-    ]
-    starts = {
-        name: assemble.start_times([message for _, message in seen])
-        for name, seen in masters.items()
-    }
-    first = [int(times.min()) for times in starts.values()]
+    servers = [each for seen in content.of_type(schemas.SERVER_TRACE).values() for each in seen]
+    fates = _fates(content)
+    times = time_lines(content.by_topic, masters, servers, fates)
+    starts = times.masters
+    first = [int(each.min()) for each in starts.values()]
     if servers:
-        first.append(int(assemble.start_times(servers).min()))
+        first.append(int(times.server.min()))
     logs = [log_ns for seen in content.by_topic.values() for log_ns, _ in seen]
     if not logs:
         raise RecordingError(_nothing(Path(folder), content))
     zero_ns = clock.first(first or logs)
     users = [
-        assemble.user_traces(name, [message for _, message in seen], zero_ns=zero_ns)
+        assemble.user_traces(name, [message for _, message in seen], starts[name], zero_ns=zero_ns)
         for name, seen in sorted(masters.items())
     ]
     server, lateness = (
-        assemble.server_traces(servers, zero_ns=zero_ns) if servers else (None, np.zeros(0))
+        assemble.server_traces([step for _, step in servers], times.server, zero_ns=zero_ns)
+        if servers
+        else (None, np.zeros(0))
     )
     traces = SessionTraces(
         source=content.metadata.get("session", {}).get("source", "live"),
         duration_s=_duration(users, server, logs, zero_ns),
         users=users,
         server=server,
-        metadata={**content.metadata, "zero_ns": zero_ns, "server_lateness_s": lateness},
+        metadata={
+            **content.metadata,
+            "zero_ns": zero_ns,
+            "server_lateness_s": lateness,
+            "alignment": times.alignment,
+        },
+        fates=fates,
     )
     _add_network(traces, content, zero_ns)
     traces.counts = topic_counts(content.counter, traces.fates)
@@ -105,13 +111,8 @@ def _add_network(traces: SessionTraces, content: Content, zero_ns: int) -> None:
             [log_ns for log_ns, _ in seen],
             zero_ns=zero_ns,
         )
-    fates: dict[str, list[Any]] = defaultdict(list)
-    for seen in content.of_type(schemas.PACKET_FATE).values():
-        for _, message in seen:
-            fates[str(message.link)].append(message)
     zeros: dict[str, int] = {}
-    for link, messages in sorted(fates.items()):
-        traces.fates[link] = assemble.fate_traces(link, messages)
+    for link, messages in _of_links(content, schemas.PACKET_FATE).items():
         last_in = np.array(
             [int(np.max(m.time_in_ns)) for m in messages if len(m.time_in_ns)], dtype=np.int64
         )
@@ -123,14 +124,26 @@ def _add_network(traces: SessionTraces, content: Content, zero_ns: int) -> None:
             # clocks'
             zeros[link] = zero_ns - int(np.min(stamps - last_in))
     traces.metadata["fate_zero_ns"] = zeros
-    states: dict[str, list[Any]] = defaultdict(list)
-    for seen in content.of_type(schemas.LINK_STATE).values():
-        for _, message in seen:
-            states[str(message.link)].append(message)
     traces.link_states = {
         link: assemble.link_states(messages, zero_ns=zero_ns)
-        for link, messages in sorted(states.items())
+        for link, messages in _of_links(content, schemas.LINK_STATE).items()
     }
+
+
+def _fates(content: Content) -> dict[str, FateTraces]:
+    return {
+        link: assemble.fate_traces(link, messages)
+        for link, messages in _of_links(content, schemas.PACKET_FATE).items()
+    }
+
+
+def _of_links(content: Content, type_name: str) -> dict[str, list[Any]]:
+    """Return the messages of one type by the name of their link."""
+    found: dict[str, list[Any]] = defaultdict(list)
+    for seen in content.of_type(type_name).values():
+        for _, message in seen:
+            found[str(message.link)].append(message)
+    return dict(sorted(found.items()))
 
 
 def _duration(
