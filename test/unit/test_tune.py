@@ -101,7 +101,8 @@ def test_noise_is_that_of_a_rounded_position_differenced():
 
 
 def test_a_delayed_port_gets_an_impedance_that_keeps_it_passive():
-    scenario = scenarios.load("thesis_controlled_24ms")
+    at_a_wall = ["server.environment=wall"]
+    scenario = scenarios.load("thesis_controlled_24ms", settings_texts=at_a_wall)
     contact, server = scenario.users[0].contact, scenario.server
     needed = contact.contact_stiffness * server.period_s + 2.0 * contact.contact_damping
     best = propose(scenario).best

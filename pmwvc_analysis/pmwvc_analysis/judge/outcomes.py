@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Predictions beside what was measured: each a hit or a miss, with numbers and tolerance."""
 
+import math
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.judge.prediction import lag_s
+from pmwvc_analysis.judge.prediction_lag import SAME, lag_s, transformer
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.wave.impedance import first_axis
 
@@ -39,6 +40,14 @@ def outcomes(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
         if not isinstance(force, float) or not isinstance(drift, float):
             continue
         if abs(force) < LEAST_FORCE_N:
+            continue
+        if abs(transformer(user) - 1.0) > SAME:
+            scale = math.sqrt(transformer(user))
+            text = (
+                f"{user.name}: no offset of device and avatar is predicted: the ends have "
+                f"different impedance, the device moves {scale:.3g} times as far."
+            )
+            found.append(Outcome("offset", None, text, user.name))
             continue
         expected = force * lag_s(user, scenario, live=live) / (2.0 * first_axis(user.impedance))
         found.append(_offset(user.name, expected, drift))

@@ -2,19 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """A prediction in sentences, before a session; what became of it: :mod:`.outcomes`."""
 
+import math
+
 from pmwvc_analysis.judge import prediction_environment
 from pmwvc_analysis.judge.prediction import (
     ALIASING_BOUND,
+    Answer,
     Exact,
     aliasing_gain,
-    exact,
-    feels_as_its_lag,
-    felt_stiffness,
-    lag_s,
+    answer,
     one_step_bound,
-    passive,
 )
-from pmwvc_analysis.models.linear import nonlinear, relative
+from pmwvc_analysis.judge.prediction_lag import (
+    SAME,
+    feels_as_its_lag,
+    lag_s,
+    rendered_stiffness,
+    transformer,
+)
+from pmwvc_analysis.models.linear import left_out, nonlinear
 from pmwvc_core.rivals import tuning
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.wave import aliasing
@@ -32,7 +38,9 @@ WITHOUT_WAVES = {
 
 def lines(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the prediction in sentences, for a terminal and for the report."""
-    found = _stability_lines(scenario, live=live)
+    known = answer(scenario, live=live)
+    found = _stability_lines(scenario, known)
+    found += [f"Left out: {effect}." for effect in left_out(scenario)]
     if not has_waves(scenario.controller):
         return [*found, WITHOUT_WAVES[scenario.controller], *_rule_lines(scenario)]
     for user in scenario.users:
@@ -53,20 +61,41 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
                 "stiffness is not known."
             )
             continue
-        felt = felt_stiffness(float(user.contact.contact_stiffness), b, tau)
+        felt = rendered_stiffness(user, tau)
         found.append(
             f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; it feels like a spring "
             f"of {2 * b / tau:.0f} N/m and {b * free / 2:.2f} kg in between ({felt:.0f} N/m with "
             "the contact)."
         )
+        scale = math.sqrt(transformer(user))
+        if abs(scale - 1.0) > SAME:
+            found.append(
+                f"{user.name}: the ends have different impedance: the device moves {scale:.3g} "
+                f"times as far as its avatar, with 1/{scale:.3g} of its force."
+            )
     found += _aliasing_lines(scenario)
     for user in scenario.users:
         if one_step_bound(user, scenario) is False:
             found.append(f"{user.name}: K T + 2B > b: decoding a step late may give out energy.")
     found += prediction_environment.lines(scenario)
-    if passive(scenario) and prediction_environment.limited(scenario) is False:
-        found.append("Every part is passive: that holds at any constant delay.")
-    return found
+    return found + _delay_lines(known)
+
+
+def _delay_lines(known: Answer) -> list[str]:
+    """Return what is proved for any constant delay, with its condition or why it is not."""
+    proof = known.at_any_delay
+    if proof is None:
+        return []
+    if known.proved:
+        where = "while all contacts touch" if proof.touching else "in contact and free"
+        at = f"; the gain around the loop is at most {proof.gain:.6f}" if proof.gain else ""
+        return [f"Stable at any constant delay, hands off, {where}{at}."]
+    reasons = [*proof.reasons]
+    if proof.proved:
+        reasons = ["the server port will limit its environment, or that is not known"]
+        if known.limited is False:
+            reasons = ["the nearest linear scenario is not stable"]
+    return [f"Not proved stable at any constant delay: {'; '.join(reasons)}."]
 
 
 def _rule_lines(scenario: Scenario) -> list[str]:
@@ -107,21 +136,21 @@ def _aliasing_lines(scenario: Scenario) -> list[str]:
     return [f"Warning: {', '.join(users)}: {text}." for text, users in found.items()]
 
 
-def _stability_lines(scenario: Scenario, *, live: bool) -> list[str]:
+def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
     """Return what the exact model says: of the scenario, or of its linear relative."""
-    model = exact(scenario, live=live)
-    if model is not None:
-        return [f"{_stability(model)} (hands off)."]
-    elements = nonlinear(scenario)
-    if not elements:
-        return ["No exact model of these settings: their periods hardly ever meet."]
-    said = ", ".join(dict.fromkeys(element.said for element in elements))
+    if known.exact is not None:
+        return [f"{_stability(known.exact)} (hands off)."]
+    if known.near is None:
+        return [
+            "No exact model of these settings: frames and server period fit together only after "
+            "too many ticks."
+        ]
+    said = ", ".join(dict.fromkeys(element.said for element in nonlinear(scenario)))
     found = [f"There is no exact model of what is not linear: {said}."]
-    near = relative(scenario)
-    likeness = exact(near.scenario, live=live) if near else None
-    if near and likeness:
+    if known.likeness is not None:
         found.append(
-            f"The linear relative with {', '.join(near.settings)}: {_stability(likeness)}."
+            f"The linear relative with {', '.join(known.near.settings)}: "
+            f"{_stability(known.likeness)}."
         )
     return found
 

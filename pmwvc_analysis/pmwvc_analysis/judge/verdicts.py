@@ -64,10 +64,13 @@ PREDICTION_KEYS = (
     "spectral_radius",
     "stable",
     "k_max",
+    "any_delay",
+    "loop_gain",
     "aliasing_gain",
     "k_felt",
     "mass_felt",
     "environment_limited",
+    "left_out",
 )
 
 

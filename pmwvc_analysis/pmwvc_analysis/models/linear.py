@@ -11,6 +11,7 @@ import numpy as np
 from pmwvc_analysis.models.server import UNKNOWN
 from pmwvc_analysis.models.variation import varied
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.params import LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.wave.content import has_waves
 
@@ -141,16 +142,35 @@ def notes_of(scenario: Scenario) -> list[str]:
         found.append("Local models that act on one side are taken as in place.")
     if any(user.operator.kind == "hand" or "motion" in user.operator.kind for user in users):
         found.append("Hands are given forces: their own stiffness and mass are left out.")
-    if any(_random(user) for user in users):
-        found.append("Jitter, loss and duplication are left out: every packet takes delay_s.")
+    effects = left_out(scenario)
+    if effects:
+        found.append(f"Left out, as every packet takes delay_s: {'; '.join(effects)}.")
     if scenario.dof > 1:
         found.append("One axis is analysed: all axes have the same model.")
     found.append("Limits on force, speed and workspace are taken as not reached.")
     return found
 
 
-def _random(user: User) -> bool:
-    return any(
-        link.jitter != "none" or link.loss > 0.0 or link.duplicate > 0.0
-        for link in (user.link_up, user.link_down)
-    )
+def left_out(scenario: Scenario) -> list[str]:
+    """Return the effects of links that no linear model has, each with its amount and its users."""
+    found: dict[str, list[str]] = {}
+    for user in scenario.users:
+        for way, link in (("up", user.link_up), ("down", user.link_down)):
+            for effect in _effects(link):
+                found.setdefault(effect, []).append(f"{user.name} {way}")
+    return [f"{effect} ({', '.join(where)})" for effect, where in found.items()]
+
+
+def _effects(link: LinkParams) -> list[str]:
+    found = []
+    if link.jitter == "trace":
+        found.append(f"the delays of {link.trace_file}")
+    elif link.jitter != "none" and link.jitter_s > 0.0:
+        found.append(f"jitter ({link.jitter}, {link.jitter_s * 1e3:g} ms)")
+    if link.loss > 0.0:
+        found.append(f"loss of {link.loss:.3g} of the packets")
+    if link.duplicate > 0.0:
+        found.append(f"duplication of {link.duplicate:.3g} of the packets")
+    if link.rate_limit_bps > 0.0:
+        found.append(f"rate limit of {link.rate_limit_bps:g} bit/s")
+    return found

@@ -32,6 +32,16 @@ def hyperframe_ticks(scenario: Scenario) -> int:
     return math.lcm(scenario.period_ticks, *(user.master.rate_drop for user in scenario.users))
 
 
+def answer_phase(user: User, *, live: bool) -> int:
+    """Return the tick of a frame at which the master takes an answer."""
+    return min(round(LIVE_ANSWER_S / user.master.tick_s), user.master.rate_drop - 1) if live else 0
+
+
+def serve_phase(scenario: Scenario, *, live: bool) -> int:
+    """Return the tick of its period at which the server steps."""
+    return round(LIVE_STEP_S / scenario.tick_s) % scenario.period_ticks if live else 0
+
+
 class Line:
     """One user with the links both ways.
 
@@ -51,7 +61,7 @@ class Line:
         self, user: User, scenario: Scenario, *, serve: Times, ticks: int, live: bool
     ) -> None:
         tick_s, m = scenario.tick_s, user.master.rate_drop
-        phase = min(round(LIVE_ANSWER_S / tick_s), m - 1) if live else 0
+        phase = answer_phase(user, live=live)
         self.name = user.name
         self.port: Port = PORTS[scenario.controller](user, tick_s=tick_s, phase=phase)
         self.frame, self.answer, self.serve = Times(m, 0), Times(m, phase), serve
@@ -112,8 +122,7 @@ class Loop:
                 f"{scenario.name}: frames and server period fit together only after {self.ticks} "
                 f"ticks, more than {LONGEST}; choose rate_drop and period_s with common factors"
             )
-        phase = round(LIVE_STEP_S / scenario.tick_s) % period if live else 0
-        self.serve = Times(period, phase)
+        self.serve = Times(period, serve_phase(scenario, live=live))
         self.lines = [
             Line(user, scenario, serve=self.serve, ticks=self.ticks, live=live)
             for user in scenario.users

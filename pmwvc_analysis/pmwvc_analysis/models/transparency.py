@@ -39,6 +39,8 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.wave.content import has_waves
+from pmwvc_core.wave.impedance import transformation
 
 STABLE = 1.0 + 1e-9
 HIGHEST = 0.25  # of the tick rate; x/f falls to nothing at half of it
@@ -113,18 +115,21 @@ def transparency(
         )
     perfect = build(ideal_of(scenario))
     ideal_stable = spectral_radius(perfect) <= STABLE
-    notes = [*model.notes, _how(scenario, user, forces)]
+    felt = _felt(model, scenario, user, forces, live=live)
+    balanced = felt.admittance_dc is not None
+    notes = [*model.notes, _how(scenario, user, forces, balanced=balanced)]
+    notes += _scale_notes(scenario, user)
     if ideal_stable:
-        ideal = _felt(perfect, ideal_of(scenario), user, forces)
-        ideal_values = response(perfect, frequency_hz, user=user, forces=forces)
+        alike = pressing(ideal_of(scenario), user)
+        ideal = _felt(perfect, ideal_of(scenario), user, alike)
+        ideal_values = response(perfect, frequency_hz, user=user, forces=alike)
     else:
         notes.append(
             "The ideal coupling is not stable at this tick: it has no frequency response."
         )
         ideal = Felt(None, None, None, None, None)
         ideal_values = np.full(len(frequency_hz), np.nan + 0j)
-    felt = _felt(model, scenario, user, forces, live=live)
-    if felt.admittance_dc is None:
+    if not balanced:
         notes.append("A steady force moves the device on and on: no stiffness is felt at rest.")
     return Transparency(
         user=scenario.users[user].name,
@@ -138,15 +143,23 @@ def transparency(
 
 
 def pressing(scenario: Scenario, user: int) -> list[float]:
-    """Return the forces that keep the object in balance while one user presses with 1 N."""
+    """Return the forces that keep the object in balance while one user presses with 1 N.
+
+    Ends of different impedance are a transformer: a force f of the device is n f at the object,
+    n^2 = b_server/b_master.
+    """
     forces = [0.0] * len(scenario.users)
     forces[user] = 1.0
     if scenario.server.environment != "cube":
         return forces
+    scale = [1.0] * len(forces)
+    if has_waves(scenario.controller):
+        pairs = [(other.impedance, other.server_impedance) for other in scenario.users]
+        scale = [math.sqrt(transformation(*pair)) for pair in pairs]
     side = scenario.users[user].side
     opposite = [place for place, other in enumerate(scenario.users) if other.side != side]
     for place in opposite:
-        forces[place] = -1.0 / len(opposite)
+        forces[place] = -scale[user] / (scale[place] * len(opposite))
     return forces
 
 
@@ -215,7 +228,21 @@ def _remedy(scenario: Scenario) -> str:
     return "the coupling 'implicit' and more filtering allow more"
 
 
-def _how(scenario: Scenario, user: int, forces: list[float]) -> str:
+def _scale_notes(scenario: Scenario, user: int) -> list[str]:
+    """Return a note where the ends of a user's link are a transformer."""
+    if not has_waves(scenario.controller):
+        return []
+    own = scenario.users[user]
+    scale = math.sqrt(transformation(own.impedance, own.server_impedance))
+    if math.isclose(scale, 1.0):
+        return []
+    return [
+        f"The ends have different impedance: the device moves {scale:.3g} times as far as its "
+        f"avatar, with 1/{scale:.3g} of its force; the ideal coupling does not."
+    ]
+
+
+def _how(scenario: Scenario, user: int, forces: list[float], *, balanced: bool) -> str:
     name = scenario.users[user].name
     if scenario.server.environment != "cube":
         return f"{name} presses against the wall."
@@ -224,4 +251,7 @@ def _how(scenario: Scenario, user: int, forces: list[float]) -> str:
     ]
     if not others:
         return f"{name} pushes the object alone."
-    return f"{name} presses against {' and '.join(others)}: the object stays in balance."
+    against = f"{name} presses against {' and '.join(others)}"
+    if not balanced:
+        return f"{against}; their forces do not balance at the object."
+    return f"{against}: the object stays in balance."

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from pmwvc_analysis.judge.budget_result import SERVER, Budget
-from pmwvc_analysis.judge.prediction import feels_as_its_lag, felt_stiffness, lag_s
+from pmwvc_analysis.judge.prediction_lag import feels_as_its_lag, lag_s, rendered_stiffness
 from pmwvc_analysis.show.text import article
 from pmwvc_core.params import FilterParams, LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
@@ -124,7 +124,7 @@ def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
     said = f"Round trip {tau * 1e3:.1f} ms"
     if tau <= 0.0 or not feels_as_its_lag(user, scenario):
         return f"{said}."
-    stiffness = felt_stiffness(float(user.contact.contact_stiffness), b, tau)
+    stiffness = rendered_stiffness(user, tau)
     free = lag_s(user, scenario, live=live, touching=False)
     spring = f"{2.0 * b / tau:.0f}"
     return (

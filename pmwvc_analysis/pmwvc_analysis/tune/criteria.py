@@ -29,7 +29,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from pmwvc_analysis.judge import prediction
+from pmwvc_analysis.judge import prediction, prediction_lag
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import relative
 from pmwvc_analysis.models.transparency import transparency, untouched
@@ -132,7 +132,7 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         k_max=limit.first,
         passive=prediction.passive(chosen),
         aliasing_gain=prediction.aliasing_gain(user),
-        lag_s=prediction.lag_s(user, chosen, live=live),
+        lag_s=prediction_lag.lag_s(user, chosen, live=live),
         k_felt=own.k_felt if own else None,
         k_ideal=_ideal(felt.ideal.k_felt, user.contact.contact_stiffness) if felt else None,
         mass_felt=own.mass_felt if own else None,

@@ -48,7 +48,7 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
         lines.append(" " * (width + 4) + "  ".join(f"{head:>8}" for head in heads))
     for label, row in rows.items():
         cells = "  ".join(f"{cell:>8}" for cell in _cells(row))
-        word = "" if row.passive else ("  not passive" if row.stable else "  NOT stable")
+        word = "" if row.passive else ("  not proved passive" if row.stable else "  NOT stable")
         lines.append(f"  {label:{width}}  {cells}{word}")
     best = found.best
     if best.k_ideal is not None and best.mass_ideal is not None:
@@ -94,5 +94,5 @@ def costs(best: Rating, other: Rating) -> str:
         if ours and theirs and abs(theirs / ours - 1.0) >= 0.005:
             found.append(f"{word} {(theirs / ours - 1.0) * 100.0:+.0f} %")
     if best.passive and not other.passive:
-        found.append("no longer passive part by part")
+        found.append("no longer proved passive")
     return ", ".join(found) or "the same in everything listed"

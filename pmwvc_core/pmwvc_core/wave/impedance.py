@@ -156,6 +156,26 @@ def first_axis(impedance: Impedance) -> float:
     return float(impedance)
 
 
+def transformation(master: Impedance, server: Impedance) -> float:
+    """Return n^2 = e^T B_m^(-1/2) B_s B_m^(-1/2) e of two ends of a link, e the first axis: with
+    numbers b_s/b_m. A contact at the server is n^2 times as compliant at the device.
+    """
+    if not isinstance(master, MatrixImpedance):
+        first = server.matrix[0, 0] if isinstance(server, MatrixImpedance) else server
+        return float(first) / float(master)
+    row = master.root().inverse().matrix[0]
+    if isinstance(server, MatrixImpedance):
+        return float(row @ server.matrix @ row)
+    return float(server) * float(row @ row)
+
+
+def eigenvalues(impedance: Impedance) -> list[float]:
+    """Return the eigenvalues [N s/m]; of a number itself."""
+    if isinstance(impedance, MatrixImpedance):
+        return [float(value) for value in impedance.values]
+    return [float(impedance)]
+
+
 def smallest(impedance: Impedance) -> float:
     """Return the smallest eigenvalue [N s/m]."""
     least = impedance.values[0] if isinstance(impedance, MatrixImpedance) else impedance

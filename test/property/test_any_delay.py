@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stability at any constant delay is said only where the exact model finds it at every delay."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from linear_loops import scenario
+
+from pmwvc_analysis.judge.prediction import aliasing_gain, one_step_bound
+from pmwvc_analysis.models.any_delay import any_delay
+from pmwvc_analysis.models.stability import ROUNDING, radii
+from pmwvc_analysis.models.transparency import untouched
+from pmwvc_analysis.models.variation import varied
+
+STRUCTURES = 42
+RUNS = 24  # numbers for each: 1,008 scenarios
+FRAMES = ((0, 0), (0, 1), (1, 1), (2, 3), (6, 5), (14, 14))  # of delay up and down
+FILTERS = (
+    {"kind": "integrate_and_dump"},
+    {"kind": "first_order"},
+    {"kind": "first_order", "stop_hz": 60.0},
+    {"kind": "butterworth", "pass_hz": 20.0, "stop_hz": 60.0},
+    {"kind": "none"},
+)
+COUPLINGS = (
+    {"server.coupling": "implicit"},
+    {"server.coupling": "one_step_delay"},
+    {"server.coupling": "one_frame_late"},
+    {"server.coupling": "unwrapped", "server.integrator": "trapezoid"},
+    {
+        "server.coupling": "unknown",
+        "server.decoding": "late",
+        "server.compensation": "none",
+        "server.environment": "wall",
+    },
+)
+RANGES = {
+    "master.impedance": (8.0, 80.0),
+    "server.impedance": (8.0, 80.0),
+    "device.mass": (0.05, 0.6),
+    "device.damping": (1e-3, 10.0),
+    "server.contact_stiffness": (20.0, 8000.0),
+    "server.contact_damping": (0.01, 40.0),
+}
+
+
+def structure(number):
+    """A scenario without its numbers."""
+    draw = np.random.default_rng([9, number])
+    m = int(draw.choice([1, 2, 4, 8, 20]))
+    coupling = COUPLINGS[draw.integers(len(COUPLINGS))]
+    values = {
+        "master.rate_drop": m,
+        "server.period_s": m * 1e-3,
+        "master.hold": str(draw.choice(["zoh", "foh"])),
+        "users": int(draw.choice([1, 2])),
+        "server.environment": str(draw.choice(["wall", "cube"])),
+        **{f"master.filter.{k}": v for k, v in FILTERS[draw.integers(len(FILTERS))].items()},
+        **coupling,
+    }
+    if "first_order" not in values["master.filter.kind"] or "master.filter.stop_hz" in values:
+        values["master.filter.pole_rad_s"] = None
+    return scenario(**{name.replace(".", "__"): value for name, value in values.items()}), draw
+
+
+def numbered(of, numbers):
+    for name, value in numbers.items():
+        of = varied(of, name, value)
+    return of
+
+
+def drawn(number):
+    """Return one scenario a run, and the same as one batch."""
+    of, draw = structure(number)
+    columns = {
+        name: np.exp(draw.uniform(*np.log(span), size=(RUNS, 1))) for name, span in RANGES.items()
+    }
+    columns["device.damping"] *= draw.random((RUNS, 1)) < 0.7
+    columns["server.contact_damping"] *= draw.random((RUNS, 1)) < 0.7
+    single = [
+        numbered(of, {name: float(column[run, 0]) for name, column in columns.items()})
+        for run in range(RUNS)
+    ]
+    return single, numbered(of, columns)
+
+
+def worst_radius(batch, period_s, *, live):
+    """Return the largest spectral radius of every run over several delays."""
+    found = []
+    for up, down in FRAMES:
+        delayed = varied(
+            varied(batch, "link.up.delay_s", up * period_s), "link.down.delay_s", down * period_s
+        )
+        found.append(np.broadcast_to(radii(delayed, live=live), RUNS))
+    return np.max(found, axis=0)
+
+
+def part_by_part(of):
+    """The rule that is not enough: small aliasing, b T/m < 2, K T + 2B <= b or implicit."""
+    return all(
+        aliasing_gain(user) <= 1.1
+        and float(user.impedance) * user.master.tick_s / user.device.mass < 2.0
+        and (of.server.coupling == "implicit" or one_step_bound(user, of) is True)
+        for user in of.users
+    )
+
+
+@pytest.fixture(scope="module")
+def judged():
+    """Per scenario: proof, proof without contact, exact radii, and the rule part by part."""
+    rows = []
+    for number in range(STRUCTURES):
+        single, batch = drawn(number)
+        period, live = single[0].server.period_s, number % 3 == 0
+        touching = worst_radius(batch, period, live=live)
+        free = worst_radius(untouched(batch), period, live=live)
+        for run, one in enumerate(single):
+            rows.append((any_delay(one, live=live), touching[run], free[run], part_by_part(one)))
+    return rows
+
+
+def test_nothing_proved_is_unstable_at_any_delay(judged):
+    assert len(judged) >= 1000
+    proved = [row for row in judged if row[0].proved]
+    assert len(proved) > 150
+    assert max(touching for _, touching, _, _ in proved) <= 1.0 + ROUNDING
+    free = [free for proof, _, free, _ in proved if not proof.touching]
+    assert len(free) > 40
+    assert max(free) <= 1.0 + ROUNDING
+
+
+def test_parts_that_are_passive_one_by_one_are_not_enough(judged):
+    """The control: a held device gives out energy below b T/m = 2, and so does little aliasing."""
+    wrong = [max(row[1], row[2]) > 1.0 + 1e-6 for row in judged if row[3]]
+    assert sum(wrong) > 20
+
+
+def test_what_is_not_proved_says_why(judged):
+    for proof, *_ in judged:
+        assert proof.proved or (proof.reasons and any(c.isdigit() for c in proof.reasons[0]))
+
+
+def test_most_of_what_is_stable_at_all_delays_tried_is_proved(judged):
+    stable = [row for row in judged if row[1] < 1.0 - 1e-6]
+    assert sum(row[0].proved for row in stable) > 0.4 * len(stable)
+
+
+def test_the_proof_holds_for_the_scenario_alone_and_not_for_its_name():
+    of, _ = structure(0)
+    assert any_delay(dataclasses.replace(of, controller="direct")) is None
