@@ -16,6 +16,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
+from pmwvc_core.runtime.peers import PATIENCE_S, nothing_on, publishers_of
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_netem.lane import Lane
@@ -45,6 +46,12 @@ class Netem:
         inlets = [inlet for _, inlet in made]
         self._reports = Reports(node, self._lanes, seed=self._settings.seed)
         self._relay = Relay(node, self._lanes, inlets, self._reports)
+        self._sources = {
+            lane.name: inlet.subscription.topic_name
+            for lane, inlet in zip(self._lanes, inlets, strict=True)
+        }
+        self._publishers = publishers_of(node)
+        self._running_s: float | None = None  # since when
         publish_health(node, self._health)
 
     def run(self, stop: threading.Event) -> None:
@@ -75,9 +82,24 @@ class Netem:
             )
         if self._relay is not None:
             values["real time"] = str(self._relay.real_time or "not asked for yet")
+        wrong = self._never_met()
         if late_ns > LATE_NS:
-            return WARN, f"messages went out up to {late_ns / 1e6:.1f} ms late", values
+            wrong.append(f"messages went out up to {late_ns / 1e6:.1f} ms late")
+        if wrong:
+            return WARN, "; ".join(wrong), values
         return OK, f"relaying {len(self._lanes)} links", values
+
+    def _never_met(self) -> list[str]:
+        """Return the links into which nothing has come though the relay has run for a while."""
+        if self._running_s is None:
+            if self._relay is not None and self._relay.real_time is not None:
+                self._running_s = time.monotonic()
+            return []
+        if time.monotonic() - self._running_s < PATIENCE_S:
+            return []
+        silent = (lane for lane in self._lanes if not lane.link.counters.in_count)
+        topics = [self._sources[lane.name] for lane in silent]
+        return [nothing_on(topic, sorted(self._publishers(topic))) for topic in topics]
 
 
 def _lane(node: Node, route: Route) -> tuple[Lane, Polled]:

@@ -77,6 +77,11 @@ def _never_met(topic: str, names: Sequence[str], inbox: Receiver) -> str:
     refused = [f"{inbox.counts[v]} {v.value}" for v in REFUSED if inbox.counts[v]]
     if refused:
         return f"every packet on {topic} was refused: {', '.join(refused)}"
+    return nothing_on(topic, names)
+
+
+def nothing_on(topic: str, names: Sequence[str]) -> str:
+    """Return why no packet comes on a topic with these publishers."""
     if names:
         return f"no packets on {topic}, though {', '.join(names)} publishes it"
     domain = os.environ.get("ROS_DOMAIN_ID") or "0"
