@@ -58,6 +58,9 @@ own (`/lab/user1/wave_up`, `/lab/markers`); only `/diagnostics` and `/parameter_
 | `/parameter_events` | rcl_interfaces/ParameterEvent | every node | recorder: changes are events of the session | reliable |
 | `/diagnostics` | DiagnosticArray (1 Hz) | all | people | reliable |
 
+Masters and server offer a deadline of three periods on waves and traces; who subscribes without one is matched all the
+same. The emulator offers none: it passes on what comes.
+
 With the device plug-in `ros_topic` a master also reads `/user1/device/measured_cp` (PoseStamped) and, where there is
 one, `/user1/device/measured_cv` (TwistStamped), and writes `/user1/device/servo_cf` (WrenchStamped) every tick.
 

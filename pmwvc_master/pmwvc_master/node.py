@@ -57,6 +57,7 @@ class Master:
                 node,
                 dof=settings.dof,
                 epoch=epoch,
+                frame_s=settings.master.frame_s,
                 hand_force_known=self.device.info.hand_force_known,
             ),
             tick_s=settings.master.tick_s,

@@ -16,7 +16,7 @@ from rclpy.qos import qos_profile_sensor_data
 
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled
+from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled, offered
 from pmwvc_core.wave.packet import WavePacket
 from pmwvc_master.devices import DeviceSample
 from pmwvc_master.loop import Block, MasterLoop
@@ -31,18 +31,23 @@ class RosWires:
         The node that owns publishers and subscription.
     dof, epoch
         Axes of the packets, and the epoch of this master.
+    frame_s
+        Packet interval [s].
     hand_force_known
         Whether the device knows the hand's force.
     """
 
-    def __init__(self, node: Node, *, dof: int, epoch: int, hand_force_known: bool) -> None:
+    def __init__(
+        self, node: Node, *, dof: int, epoch: int, frame_s: float, hand_force_known: bool
+    ) -> None:
         self._dof = dof
         self._epoch = epoch
         self._hand_force_known = hand_force_known
         self._types = messages.live_types()
         self._down = Polled(node, self._types.Wave, "wave_down")
-        self._up = node.create_publisher(self._types.Wave, "wave_up", WAVE_QOS)
-        self._trace = node.create_publisher(self._types.MasterTrace, "trace", TRACE_QOS)
+        wave_qos, trace_qos = offered(WAVE_QOS, frame_s), offered(TRACE_QOS, frame_s)
+        self._up = node.create_publisher(self._types.Wave, "wave_up", wave_qos)
+        self._trace = node.create_publisher(self._types.MasterTrace, "trace", trace_qos)
         sensor = qos_profile_sensor_data
         self._twist = node.create_publisher(TwistStamped, "measured_cv", sensor)
         self._wrench = node.create_publisher(WrenchStamped, "measured_cf", sensor)

@@ -51,7 +51,13 @@ class Server:
         self.loop = ServerLoop(
             settings.make_service(epoch),
             settings.make_target(),
-            wires=RosWires(node, self.names, dof=settings.dof, epoch=epoch),
+            wires=RosWires(
+                node,
+                self.names,
+                dof=settings.dof,
+                epoch=epoch,
+                period_s=settings.server.period_s,
+            ),
             period_s=settings.server.period_s,
         )
         self._scene = Scene(self.names, size_m=settings.server.object_size_m, dof=settings.dof)

@@ -13,7 +13,7 @@ from rclpy.node import Node
 
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import Tick
-from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled
+from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled, offered
 from pmwvc_core.wave.packet import WavePacket
 from pmwvc_server.loop import ServerLoop
 
@@ -29,18 +29,23 @@ class RosWires:
         Names of the users.
     dof, epoch
         Axes of the packets, and the epoch of this server.
+    period_s
+        Time step of the server [s].
     """
 
-    def __init__(self, node: Node, users: Sequence[str], *, dof: int, epoch: int) -> None:
+    def __init__(
+        self, node: Node, users: Sequence[str], *, dof: int, epoch: int, period_s: float
+    ) -> None:
         self._users = list(users)
         self._dof = dof
         self._epoch = epoch
         self._types = types = messages.live_types()
         self._up = [Polled(node, types.Wave, f"~/{user}/wave_up") for user in users]
+        wave_qos, trace_qos = offered(WAVE_QOS, period_s), offered(TRACE_QOS, period_s)
         self._down = [
-            node.create_publisher(types.Wave, f"~/{user}/wave_down", WAVE_QOS) for user in users
+            node.create_publisher(types.Wave, f"~/{user}/wave_down", wave_qos) for user in users
         ]
-        self._trace = node.create_publisher(types.ServerTrace, "~/trace", TRACE_QOS)
+        self._trace = node.create_publisher(types.ServerTrace, "~/trace", trace_qos)
 
     def take(self, user: int) -> WavePacket | None:
         """Return a user's next packet that has arrived, or None."""

@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The energy budget of a session in which the wave impedance changed while it ran."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pmwvc_analysis.judge.budget import budget
+from pmwvc_bringup import scenarios
+from pmwvc_core.simulation.session import SessionBatch
+
+CHANGE_NS, TICK_S = 3_000_000_000, 0.001
+
+
+class Changed(SessionBatch):
+    """A session in which user1's impedance changes at a frame start."""
+
+    impedance = 25.0
+
+    def _send(self, who, time_ns, tick):
+        port = self.seats[who].client.controller
+        if who == 0 and time_ns[0] >= CHANGE_NS and port.params.impedance != self.impedance:
+            port.configure(dataclasses.replace(port.params, impedance=self.impedance))
+        super()._send(who, time_ns, tick)
+
+
+@pytest.mark.parametrize("impedance", [0.01, 100.0, 1000.0])
+def test_to_the_safety_limits_goes_what_limited_ticks_took_and_nothing_else(impedance):
+    scenario = scenarios.load("carry_16ms", duration_s=5.0)
+    session = Changed([scenario])
+    session.impedance = impedance
+    session.run(lambda _: None)
+    traces = session.traces(0)
+    user = traces.users[0]
+    power = (user.f_applied * user.xd_m)[:, 0] - (user.u_m**2 - user.v_m**2)[:, 0] / 2
+    booked = budget(traces, scenario).parts["user1"]["safety"]
+    assert booked[-1] == pytest.approx(np.sum(power) * TICK_S, abs=1e-6)
+    assert 0.0 < np.abs(booked).max() < 0.1  # [J] of a grip that holds 2 mJ: no 1e281
+    quiet = np.abs(user.f_applied - user.f_m)[:, 0] <= 1e-9
+    before = slice(0, int(CHANGE_NS / 1e6))
+    assert np.abs(power[before][quiet[before]]).max() < 1e-12
