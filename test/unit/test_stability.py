@@ -9,6 +9,9 @@ from handmade import oscillating, session
 
 from pmwvc_analysis.judge.oscillation import motions, strength
 from pmwvc_analysis.judge.stability import OSCILLATION_M_S, verdict
+from pmwvc_analysis.models.stability import radii
+from pmwvc_bringup import scenarios
+from pmwvc_core.simulation.session import simulate_one
 
 
 def judged(traces, **overrides):
@@ -81,6 +84,16 @@ def test_being_braked_again_and_again_is_named_as_safety(times, reason, instabil
     for place in range(times):
         user.state[300 + 10 * place] = 2
         user.reason[300 + 10 * place] = reason
+    assert judged(traces) == instability
+
+
+@pytest.mark.parametrize(("blocks", "instability"), [(12, None), (13, "limited by safety")])
+def test_being_braked_for_long_is_named_as_safety(blocks, instability):
+    """Of 250 blocks in the second half: a twentieth, and a block more."""
+    traces = session()
+    user = traces.users[0]
+    user.state[300 : 300 + blocks] = 2
+    user.reason[300 : 300 + blocks] = ["faster than 1 m/s: damping only"] * blocks
     assert judged(traces) == instability
 
 
@@ -177,3 +190,64 @@ def test_strength_is_an_rms_over_all_axes_and_growth_a_ratio():
 def test_a_session_too_short_to_tell_is_not_called_unstable():
     traces = oscillating(session(duration_s=0.8), rms_m_s=20e-3, hertz=10.0)
     assert judged(traces) is None
+
+
+def touching(traces, *changes_s):
+    """Let contact be made or lost at times [s]."""
+    for contact in traces.server.contact:
+        contact[:] = False
+        for change_s in changes_s:
+            contact[traces.server.time_s >= change_s] ^= True
+    return traces
+
+
+def test_a_vibration_right_after_contact_is_neither_stable_nor_unstable():
+    traces = oscillating(session(), rms_m_s=20e-3, hertz=30.0, during_s=(3.4, 4.0))
+    found = verdict(touching(traces, 3.4), handmade.scenario())
+    assert (found.stable, found.instability) == (None, None)
+    assert found.why.startswith("contact was made or lost 0.60 s before the end; user1's device")
+    assert verdict(touching(session(), 3.4), handmade.scenario()).stable is True
+
+
+def test_a_vibration_after_contact_is_judged_by_whether_it_dies_out():
+    dying = oscillating(session(), rms_m_s=0.5, hertz=30.0, rate_per_s=-2.0, during_s=(2.4, 4.0))
+    assert judged(touching(dying, 2.4)) is None
+    lasting = oscillating(session(), rms_m_s=20e-3, hertz=30.0, during_s=(2.4, 4.0))
+    assert judged(touching(lasting, 2.4)) == "sustained oscillation"
+
+
+def test_contact_that_comes_and_goes_excuses_no_oscillation():
+    traces = oscillating(session(), rms_m_s=20e-3, hertz=10.0)
+    assert judged(touching(traces, *np.arange(2.0, 3.99, 0.1))) == "sustained oscillation"
+
+
+def pressed(force_n, frequency_hz, stiffness, period_s):
+    """A hand that pushes and pulls at a bilateral wall."""
+    rate_drop = round(period_s * 1000)
+    return scenarios.load(
+        "wall_filtered",
+        settings_texts=[
+            f"operator.force={force_n}", f"operator.frequency_hz={frequency_hz}",
+            f"server.contact_stiffness={stiffness}", f"server.period_s={period_s}",
+            f"master.rate_drop={rate_drop}", "master.velocity_filter.kind=none",
+            "device.velocity=exact", "device.encoder_step_m=0", "safety.max_force=20",
+            "safety.max_slew=20000", "server.coupling=one_frame_late",
+        ],
+        duration_s=5.0,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_driven_loop_is_stable_where_its_eigenvalues_say_so_however_hard_it_is_driven(seed):
+    """The images of the drive at the packet rate grow with it; the control is an unstable loop."""
+    rng = np.random.default_rng(seed)
+    period_s = float(rng.choice([0.008, 0.01, 0.02]))
+    scenario = pressed(
+        float(rng.uniform(0.5, 4.0)), float(rng.uniform(1.0, 7.0)),
+        float(rng.uniform(50.0, 3000.0)), period_s,
+    )  # fmt: skip
+    radius = float(radii(scenario)[0]) ** (1.0 / period_s)  # per second
+    if 0.2 < radius < 3.0:
+        return  # neither dies out nor grows within the session
+    found = verdict(simulate_one(scenario), scenario)
+    assert found.stable is (radius < 1.0), found.why

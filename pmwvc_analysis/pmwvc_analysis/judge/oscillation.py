@@ -5,7 +5,13 @@
 What is made on purpose: everything below ``band_hz`` of the operator, in which hands move on
 purpose (for a target that rests, below half a hertz), and what an environment of the library is
 driven with. A hand that moves in steps, an object let go or contact made for the first time give
-short bursts of fast motion; a median over quarter-second windows passes over them.
+short bursts of fast motion; a median over quarter-second windows passes over them. Motion is
+judged from the middle of the session, or from the last time that contact was made or lost if that
+is later; less than a second after it, it cannot be told whether the vibration dies out.
+
+Packets and server steps make images of purposeful motion: of motion at f sampled at f_s and held,
+one at f_s - f with f/(f_s - f) of its size. That much beyond the band is no oscillation of the
+loop.
 
 Where rows are missing, or the loop did not run, the motion is not known: it is filtered piece by
 piece, and where less than half of the windows of the end or the middle are known, nothing is told.
@@ -26,6 +32,8 @@ from pmwvc_core.simulation.traces import SessionTraces
 
 WINDOW_S = 0.25
 PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
+SETTLE_S = 1.0  # after contact is made or lost, until an oscillation can be told from a transient
+CHATTER = 4  # changes of contact in half a session: more are the loop's own
 DEFAULT_BAND_HZ = 8.0
 REST_BAND_HZ = 0.5
 HARMONICS = 3.5  # of a sinusoid that makes and breaks contact
@@ -33,7 +41,11 @@ HARMONICS = 3.5  # of a sinusoid that makes and breaks contact
 
 @dataclass(frozen=True)
 class Motion:
-    """A velocity to be judged, ``(row, dof)`` [m/s], and what in it is on purpose or noise."""
+    """A velocity to be judged, ``(row, dof)`` [m/s], and what in it is on purpose or noise.
+
+    ``images`` is the largest ratio of sampling images to purposeful motion, ``since_s`` when the
+    last disturbance was that is no fault of the loop [s].
+    """
 
     name: str
     time_s: Array
@@ -41,18 +53,24 @@ class Motion:
     velocity: Array
     band_hz: float
     noise_m_s: float = 0.0
+    images: float = 0.0
+    since_s: float = 0.0
 
 
 @dataclass(frozen=True)
 class Strength:
-    """Median RMS velocity of the last third [m/s]; the last sixth over that in the middle.
+    """Median RMS velocity beyond the band late in the judged span [m/s], and its last third over
+    its first.
 
-    ``known`` tells whether enough of both was recorded.
+    ``known`` tells whether enough of both was recorded, ``settled`` whether the span is long
+    enough, ``purposeful_m_s`` is the median RMS velocity within the band.
     """
 
     late_m_s: float
     growth: float
     known: bool = True
+    settled: bool = True
+    purposeful_m_s: float = 0.0
 
 
 def strength(motion: Motion, duration_s: float) -> Strength:
@@ -62,23 +80,31 @@ def strength(motion: Motion, duration_s: float) -> Strength:
     if len(motion.velocity) // windows < 6 or not np.isfinite(motion.velocity).all():
         return Strength(0.0, 0.0, known=len(pieces) <= 1)
     found = [_levels(motion, piece, windows) for piece in pieces]
-    middles, levels = (np.concatenate(each) for each in zip(*found, strict=True))
+    middles, levels, slow = (np.concatenate(each) for each in zip(*found, strict=True))
+    start_s = min(max(0.5 * duration_s, motion.since_s), duration_s)
+    third_s = (duration_s - start_s) / 3.0
 
-    def rows(start: float, end: float) -> Array:
-        found: Array = levels[(middles >= start * duration_s) & (middles < end * duration_s)]
+    def rows(of: Array, first: int, last: int) -> Array:
+        """Return the windows of some thirds of the judged span."""
+        inside = middles >= start_s + first * third_s
+        found: Array = (
+            of[inside & (middles < start_s + last * third_s)] if last < 3 else of[inside]
+        )
         return found
 
-    def median(start: float, end: float) -> float:
-        own = rows(start, end)
+    def median(of: Array, first: int, last: int) -> float:
+        own = rows(of, first, last)
         return float(np.median(own)) if len(own) else 0.0
 
-    expected = 0.5 * duration_s / 6.0 / (windows * motion.period_s) - 1.0
-    known = min(len(rows(3 / 6, 4 / 6)), len(rows(4 / 6, 5 / 6)), len(rows(5 / 6, 1.01)))
-    late, middle = median(5 / 6, 1.01), median(3 / 6, 4 / 6)
+    expected = 0.5 * third_s / (windows * motion.period_s) - 1.0
+    known = min(len(rows(levels, third, third + 1)) for third in range(3))
+    late, early = median(levels, 2, 3), median(levels, 0, 1)
     return Strength(
-        min(late, median(4 / 6, 1.01)),
-        late / middle if middle > 0.0 else math.inf,
+        min(late, median(levels, 1, 3)),
+        late / early if early > 0.0 else math.inf,
         known=len(pieces) <= 1 or known >= expected,
+        settled=motion.since_s <= 0.5 * duration_s or 3.0 * third_s >= SETTLE_S,
+        purposeful_m_s=median(slow, 1, 3),
     )
 
 
@@ -89,14 +115,19 @@ def _pieces(motion: Motion) -> list[slice]:
     return [slice(start, end) for start, end in itertools.pairwise(edges) if end > start]
 
 
-def _levels(motion: Motion, piece: slice, windows: int) -> tuple[Array, Array]:
-    """Return middle [s] and RMS velocity beyond the band [m/s] of every whole window."""
+def _levels(motion: Motion, piece: slice, windows: int) -> tuple[Array, Array, Array]:
+    """Return middle [s], RMS velocity beyond the band and within it [m/s] of every window."""
     velocity = motion.velocity[piece]
     count = len(velocity) // windows
     fast = beyond(velocity, motion.period_s, motion.band_hz)
-    squares = np.sum(fast * fast, axis=-1)[: count * windows].reshape(count, windows)
     times = motion.time_s[piece][: count * windows].reshape(count, windows)
-    return times.mean(axis=1), np.sqrt(squares.mean(axis=1))
+
+    def rms(part: Array) -> Array:
+        squares = np.sum(part * part, axis=-1)[: count * windows].reshape(count, windows)
+        levels: Array = np.sqrt(squares.mean(axis=1))
+        return levels
+
+    return times.mean(axis=1), rms(fast), rms(velocity - fast)
 
 
 def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:
@@ -134,21 +165,28 @@ def environment_band_hz(server: ServerParams) -> float:
     return HARMONICS * server.active_wall.frequency_hz if driven else 0.0
 
 
-def _bands(scenario: Scenario | None, names: list[str]) -> dict[str, float]:
-    """Return each user's band; all move with the fastest hand and with the environment."""
+def _bands(scenario: Scenario | None) -> tuple[float, float]:
+    """Return the band of the session [Hz], that of the fastest hand and of the environment, and
+    the largest ratio of sampling images to purposeful motion.
+    """
     if scenario is None:
-        return dict.fromkeys(names, DEFAULT_BAND_HZ)
+        return DEFAULT_BAND_HZ, 0.0
     moves = scenario.task.kind == "carry"
     rise = scenario.task.move_rise_s
     band = max(operator_band_hz(user.operator, rise, moves=moves) for user in scenario.users)
-    return dict.fromkeys(names, max(band, environment_band_hz(scenario.server)))
+    band = max(band, environment_band_hz(scenario.server))
+    drives = (user.operator.frequency_hz for user in scenario.users)
+    driven = all(user.operator.kind == "sinusoid" for user in scenario.users)
+    highest = max(drives) if driven else band
+    slowest = max(scenario.server.period_s, *(user.master.frame_s for user in scenario.users))
+    return band, highest / max(1.0 / slowest - highest, highest)
 
 
 def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
     """Return what is judged of a session: the motion of every device and of the object."""
-    names = [user.name for user in traces.users]
     server = traces.server
-    bands = _bands(scenario, names + (server.users if server else []) + ["object"])
+    band, images = _bands(scenario)
+    since_s = _disturbed_s(traces)
     known = {user.name: user for user in scenario.users} if scenario else {}
     found = [
         Motion(
@@ -156,16 +194,32 @@ def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
             user.time_s,
             user.tick_s,
             user.xd_m,
-            bands[user.name],
+            band,
             _noise(known.get(user.name)),
+            images,
+            since_s,
         )
         for user in traces.users
     ]
     if server is not None:
-        found.append(
-            Motion("the object", server.time_s, server.period_s, server.xd_o, bands["object"])
-        )
+        moved = server.time_s, server.period_s, server.xd_o, band
+        found.append(Motion("the object", *moved, images=images, since_s=since_s))
     return found
+
+
+def _disturbed_s(traces: SessionTraces) -> float:
+    """Return when contact was made or lost last, by whichever user [s]; 0 where it never was, or
+    where it comes and goes: that is the loop's own motion.
+    """
+    server = traces.server
+    if server is None:
+        return 0.0
+    latest = 0.0
+    for contact in server.contact:
+        times = server.time_s[1:][np.diff(contact.astype(int)) != 0]
+        if 0 < len(times) and np.sum(times > 0.5 * traces.duration_s) <= CHATTER:
+            latest = max(latest, float(times[-1]))
+    return latest
 
 
 def _noise(user: User | None) -> float:

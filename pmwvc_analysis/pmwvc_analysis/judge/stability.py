@@ -9,17 +9,18 @@ In this order:
     outside of it, or the oscillation (below) grows: at least twice as strong at the end as in the
     middle, and beyond 50 mm/s.
 ``limited by safety``
-    a safety layer reached its fault state, fell back to damping for speed three times or more in
-    the second half of the session, or shortened the force of a coupled device again and
-    again: in more than a twentieth of the second half of the session, in three or more separate
-    events.
+    a safety layer reached its fault state; fell back to damping for speed three times or more in
+    the second half of the session or for more than a twentieth of it; or shortened the force of a
+    coupled device again and again: in more than a twentieth of the second half, in three or more
+    separate events.
 ``environment lost``
     the energy limit of an unknown environment's port displaced the device so far that most of its
     depth is neither the environment's nor the link's (environment.py).
 ``sustained oscillation``
     motion faster than anybody's on purpose, the environment's own included, that does not die out:
-    its RMS velocity is beyond 1 mm/s in most of the last third of the session, and it does not
-    halve from the middle of the session to its end.
+    in most of the last two thirds of the judged span its RMS velocity is beyond 1 mm/s and beyond
+    the sampling images of the purposeful motion, and it does not halve from the first third to the
+    last. Where contact was made or lost less than a second before the end, that is not judged.
 
 What is on purpose, and how the rest is measured: oscillation.py.
 """
@@ -37,7 +38,7 @@ OSCILLATION_M_S = 1e-3
 GROWN_M_S = 50e-3
 DEFAULT_WORKSPACE_M = 0.2
 COUPLED, DAMPING, FAULT = 1, 2, 3
-SILENT = "server silent"  # the reason that is the network's and not the motion's
+SPEED = ("faster than", "soft start")  # reasons that are the motion's and not the network's
 
 
 @dataclass(frozen=True)
@@ -80,9 +81,18 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     if lost:
         return Verdict("environment lost", lost, strongest)
     for found, motion in strengths:
-        if found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s) and found.growth > 0.5:
-            why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
-            return Verdict("sustained oscillation", why, strongest)
+        images = motion.images * found.purposeful_m_s
+        lasting = found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s, images)
+        if not lasting or found.growth <= 0.5:
+            continue
+        if not found.settled:
+            why = (
+                f"contact was made or lost {traces.duration_s - motion.since_s:.2f} s before the "
+                f"end; {motion.name} still moved with {found.late_m_s * 1e3:.1f} mm/s"
+            )
+            return Verdict(None, why, strongest, judged=False)
+        why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
+        return Verdict("sustained oscillation", why, strongest)
     unknown = [motion.name for found, motion in strengths if not found.known]
     if unknown:
         why = f"too little of the motion of {', '.join(unknown)} was recorded"
@@ -120,9 +130,12 @@ def _limited(traces: SessionTraces) -> str:
         if len(faults):
             reason = user.reason[faults[0]] or "no reason given"
             return f"{user.name}: safety fault at {user.block_time_s[faults[0]]:.2f} s ({reason})"
-        braked = _braked(user, traces.duration_s)
-        if braked >= 3:
-            return f"{user.name}: the device was braked for its speed {braked} times"
+        braked, share = _braked(user, traces.duration_s)
+        if braked >= 3 or share > 0.05:
+            return (
+                f"{user.name}: the device was braked for its speed, and the force returning from "
+                f"zero after it, during {share:.0%} of the second half"
+            )
         share, events = _shortened(user, traces.duration_s)
         if share > 0.05 and events >= 3:
             return (
@@ -132,11 +145,25 @@ def _limited(traces: SessionTraces) -> str:
     return ""
 
 
-def _braked(user: UserTraces, duration_s: float) -> int:
-    """Return how often, in the second half, the limits fell back to damping by themselves."""
-    silent = np.array([reason.startswith(SILENT) for reason in user.reason], dtype=bool)
-    damped = (user.state == DAMPING) & ~silent & (user.block_time_s > duration_s / 2)
-    return int((np.diff(damped.astype(int), prepend=0) > 0).sum())
+def _braked(user: UserTraces, duration_s: float) -> tuple[int, float]:
+    """Return how often, in the second half, a coupled device was braked for its speed, and in
+    which share of it it was, or its force was returning from zero after it.
+
+    Braking can be shorter than a block; what is seen then is the return alone.
+    """
+    late = user.block_time_s > duration_s / 2
+    coupled = np.flatnonzero(user.state == COUPLED)
+    if not late.any() or not len(coupled):
+        return 0, 0.0
+    blocks = np.arange(len(late))
+    out = (user.state != COUPLED) & (blocks > coupled[0])
+    edges = np.flatnonzero(np.diff(out.astype(int), prepend=0, append=0))
+    times, count = 0, 0
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        if all(reason.startswith(SPEED) for reason in user.reason[start:end]):
+            times += int(late[start])
+            count += int(late[start:end].sum())
+    return times, count / int(late.sum())
 
 
 def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:
