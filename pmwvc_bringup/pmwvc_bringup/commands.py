@@ -242,14 +242,19 @@ def _verdict(summary: dict[str, Any]) -> list[str]:
     state = {True: "stable", None: f"stability not judged: {summary['stability']['text']}"}.get(
         summary["stable"], f"not stable: {summary['instability']}"
     )
-    found = [f"{summary['scenario'] or 'session'}: {state}"]
+    until = summary["judged_until_s"]
+    cut = until < summary["duration_s"]
+    found = [
+        f"{summary['scenario'] or 'session'}: {state}{f' until {until:.2f} s' if cut else ''}"
+    ]
     found += [f"  Interrupted: {text}" for text in summary["interrupted"]]
     found += [f"  Another publisher: {text}" for text in summary["strangers"]]
     texts = summary["passivity"]["text"]
     for user in summary["users"]:
         parts = [texts[user["name"]]]
         if user["force_final_n"] is not None:
-            when = f"when the {user['ended']}" if user["ended"] else "at the end"
+            when = f"at {until:.2f} s" if cut else "at the end"
+            when = f"when {user['ended']}" if user["ended"] else when
             parts.append(f"force {_vector(user['force_final_n'])} N {when}")
         if user["environment_limited"]:
             parts.append(environment.words(user["environment_limited"]))

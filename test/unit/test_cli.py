@@ -118,6 +118,23 @@ def test_a_simulation_is_told_in_words(pmwvc):
     assert "report: sessions/" in result.stdout
 
 
+@pytest.mark.parametrize(
+    ("settings", "code", "words"),
+    [
+        ((), 0, "check: passed"),
+        (("server.coupling=one_step_delay", "server.contact_stiffness=5000"), 1, "not stable:"),
+    ],
+)
+def test_the_check_makes_the_verdict_the_exit_code(pmwvc, settings, code, words):
+    options = [word for setting in settings for word in ("--set", setting)]
+    first = pmwvc("simulate", "wall", "--duration", "4", "--out", "short", "--check", *options)
+    again = pmwvc("report", "short", "--check")
+    assert first.returncode == again.returncode == code, first.stdout
+    assert words in first.stdout
+    assert words in again.stdout
+    assert pmwvc("report", "short").returncode == 0  # without the option a verdict is no failure
+
+
 def test_options_reach_the_session(pmwvc, tmp_path):
     result = pmwvc(
         "simulate", "carry_16ms", "--duration", "0.5", "--users", "3", "--out", "short",

@@ -10,16 +10,17 @@ trace: it breaks off while others go on. A trace that breaks off while the packe
 on is a hole of the recording, not the end of the node.
 """
 
+import math
 from typing import NamedTuple
 
 from pmwvc_analysis.judge.event import Event
+from pmwvc_analysis.recording.topics import relayed as topic_relayed
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces, UserTraces
 
 EARLY_S = 0.5  # before the end of the session
 ABSENT = 0
 LOOP = ("server", "netem")  # nodes that everybody needs
-REPORT_S = 2.5  # an emulator publishes its state once a second
 
 
 class Ending(NamedTuple):
@@ -46,7 +47,8 @@ def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | Non
         user = who.removesuffix(" master") if who.endswith(" master") else ""
         ended = each["kind"] == "ended" and (user or who in LOOP)
         if ended and time_s is not None and time_s < end_s - EARLY_S:
-            found.setdefault(who, Ending(who, user, float(time_s), str(each["what"])))
+            last_s = min(float(time_s), _last_s(traces, who))
+            found.setdefault(who, Ending(who, user, last_s, str(each["what"])))
     for master in traces.users:
         who = f"{master.name} master"
         if who not in found and (ending := _of_master(traces, master, end_s)):
@@ -54,6 +56,21 @@ def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | Non
     if "server" not in found and (ending := _of_server(traces)):
         found["server"] = ending
     return sorted(found.values(), key=lambda ending: ending.time_s)
+
+
+def _last_s(traces: SessionTraces, who: str) -> float:
+    """Return when the last that a node of everybody's published is from [s]: a runner sees its end
+    a little later.
+    """
+    server = traces.server
+    if who == "server" and server is not None and len(server.time_s):
+        return float(server.time_s[-1]) + server.period_s
+    relayed = [
+        float(packets.time_s[-1])
+        for topic, packets in traces.packets.items()
+        if who == "netem" and topic_relayed(topic) and len(packets.time_s)
+    ]
+    return max(relayed, default=math.inf)
 
 
 def session_end_s(traces: SessionTraces, scenario: Scenario | None) -> float:
