@@ -170,7 +170,7 @@ def _die_with(parent: int) -> None:
 class Peer:
     """A ROS node in the test's own process."""
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, *, domain: int | None = None, **options: Any) -> None:
         import rclpy
         from rclpy.context import Context
         from rclpy.executors import SingleThreadedExecutor
@@ -178,7 +178,10 @@ class Peer:
         from rclpy.signals import SignalHandlerOptions
 
         self.context = Context()
-        rclpy.init(args=[], context=self.context, signal_handler_options=SignalHandlerOptions.NO)
+        no_handlers = SignalHandlerOptions.NO
+        rclpy.init(
+            args=[], context=self.context, domain_id=domain, signal_handler_options=no_handlers
+        )
         self.node = Node("peer", context=self.context, **options)
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
@@ -253,7 +256,9 @@ def _qos(reliable: bool) -> Any:
 
 @contextlib.contextmanager
 def ros(**options: Any) -> Iterator[Peer]:
-    """Join the test's own ROS domain as a node; ``options`` are those of ``rclpy.node.Node``."""
+    """Join the test's own ROS domain (or ``domain``) as a node; ``options`` are those of
+    ``rclpy.node.Node``.
+    """
     isolate()
     peer = Peer(**options)
     try:

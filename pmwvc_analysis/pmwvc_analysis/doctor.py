@@ -12,11 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pmwvc_analysis.judge.consistency import inconsistencies
-from pmwvc_analysis.recording.content import read_content
+from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.mcap_check import check_file
-from pmwvc_analysis.recording.reader import read_scenario, read_session
+from pmwvc_analysis.recording.reader import read_scenario, session_of
 from pmwvc_analysis.recording.topics import relayed
 from pmwvc_core.errors import PmwvcError, RecordingError
+from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.traces import SessionTraces
 
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
 
@@ -41,8 +43,10 @@ def check_recording(folder: str | Path) -> list[Finding]:
         return [Finding("file", PROBLEM, f"{folder} does not exist")]
     findings = list(_structure(folder))
     try:
-        findings += _losses(folder)
-        findings += _physics(folder)
+        content = read_content(folder)
+        traces = session_of(content, folder)
+        findings += _losses(content, traces)
+        findings += _physics(traces, read_scenario(folder))
     except PmwvcError as error:
         findings.append(Finding("content", PROBLEM, str(error)))
     return findings
@@ -78,10 +82,8 @@ def _structure(folder: Path) -> Iterator[Finding]:
         yield Finding("file", WARNING, "no metadata.yaml: rosbag2 cannot open the folder")
 
 
-def _losses(folder: Path) -> list[Finding]:
+def _losses(content: Content, traces: SessionTraces) -> list[Finding]:
     """Name what is missing per topic and publisher; what an emulated link lost is not missing."""
-    counter = read_content(folder).counter
-    traces = read_session(folder)
     found = []
     for topic, count in traces.counts.items():
         if not count["missing"]:
@@ -91,21 +93,26 @@ def _losses(folder: Path) -> list[Finding]:
             text = f"{topic}: {count['missing']} packets that {origin[0]} delivered"
             found.append(Finding("missing", WARNING, text))
         else:
-            found += [Finding("missing", WARNING, line) for line in counter.lines([topic])]
+            found += [Finding("missing", WARNING, line) for line in content.counter.lines([topic])]
     found += [
         Finding("missing", WARNING, f"{topic}: nothing recorded")
         for topic, count in traces.counts.items()
         if not count["messages"]
     ]
     found += [
-        Finding("missing", WARNING, f"recorder: {event['what']}")
+        Finding("missing", WARNING, f"{event['who']}: {event['what']}")
         for event in traces.events
-        if event["who"] == "recorder"
+        if event.get("kind") == "link"
+    ]
+    found += [
+        Finding("missing", WARNING, str(event["what"]))
+        for event in traces.events
+        if event["who"] == "recorder" or event.get("kind") == "stranger"
     ]
     return found or [Finding("missing", OK, "no number of any publisher is missing")]
 
 
-def _physics(folder: Path) -> list[Finding]:
-    problems = inconsistencies(read_session(folder), read_scenario(folder))
+def _physics(traces: SessionTraces, scenario: Scenario | None) -> list[Finding]:
+    problems = inconsistencies(traces, scenario)
     found = [Finding("physics", PROBLEM, problem) for problem in problems]
     return found or [Finding("physics", OK, "ports, powers and running sums agree")]

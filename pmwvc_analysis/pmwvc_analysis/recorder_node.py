@@ -4,6 +4,10 @@
 
 It never decodes a message; it only reads the publishers' numbers, to know what is missing. It says
 ``ready`` on standard output once a publisher is matched on every topic it waits for.
+
+What arrives waits in the subscriptions' queues until this thread takes it, and then in memory
+until the writing thread has the disk. Both threads run above ordinary programs and below the
+loops: a busy machine delays the recording and does not thin it out.
 """
 
 import bisect
@@ -25,16 +29,17 @@ from pmwvc_analysis.recording.topics import Topic, session_topics
 from pmwvc_analysis.recording.writer import RESERVE_BYTES, SessionWriter
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
-from pmwvc_core.runtime.pacing import request_reception
+from pmwvc_core.runtime.pacing import request_priority, request_reception
 from pmwvc_core.runtime.parameters import declare_names, declare_value
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_core.runtime.process import ERROR, OK, publish_health, run_node
 
-POLL_S = 0.005  # well below what the subscriptions' queues hold
+POLL_S = 0.01  # far below what the subscriptions' queues hold
 LINGER_S = 0.2  # after being asked to stop: what was just sent still arrives
-RECEPTION_PRIORITY = 5  # below the loops whose packets these are
 GLOBAL = ("/diagnostics", "/parameter_events")  # whatever the namespace
-DEPTH = 512  # about four seconds of a topic at the packet rate
+# Below the loops whose packets these are; the middleware above what empties its queues.
+RECEPTION_PRIORITY, PRIORITY = 5, 4
+DEPTH = 4096  # more than twenty seconds of a topic at the packet rate
 
 
 class Recorder:
@@ -54,7 +59,7 @@ class Recorder:
             writer.add_metadata(name, values)
         for topic in topics:
             writer.add_topic(topic)
-        self._background = BackgroundWriter(writer)
+        self._background = BackgroundWriter(writer, prepare=lambda: request_priority(PRIORITY))
         self._inlets = [(topic, _subscribed(node, topic)) for topic in topics]
         self._waiting: list[Received] = []  # taken, but after the last look had begun
         publish_health(node, self._health)
@@ -62,6 +67,7 @@ class Recorder:
     def run(self, stop: threading.Event) -> None:
         """Receive until asked to stop, and a little longer."""
         request_reception(RECEPTION_PRIORITY)
+        request_priority(PRIORITY)
         told = False
         while not stop.wait(POLL_S):
             self._take_all()
@@ -70,18 +76,21 @@ class Recorder:
                 print("ready", flush=True)
             if not told and self._background.problem:
                 told = True
-                print(f"recorder: {self._background.problem}", file=sys.stderr, flush=True)
+                print(f"recorder: {self._problem()}", file=sys.stderr, flush=True)
         until = time.monotonic() + LINGER_S
         while self._take_all() or time.monotonic() < until:
             time.sleep(POLL_S)
 
     def close(self) -> None:
         """Complete the recording and say what is missing."""
-        for message in self._waiting:
-            self._background.put(message)
-        self._waiting.clear()
+        self._background.put(self._waiting)
+        self._waiting = []
         for line in self._background.close():
             print(f"recorder: {line}", file=sys.stderr)
+
+    def _problem(self) -> str:
+        folder = self._background.writer.folder
+        return f"{self._background.problem}; report it with: pmwvc report {folder} --out OTHER"
 
     def _take_all(self) -> int:
         """Take whatever has arrived; return how many messages.
@@ -92,8 +101,8 @@ class Recorder:
         before_ns = time.time_ns()
         count = len(self._waiting)
         for topic, inlet in self._inlets:
-            handle = inlet.subscription.handle
-            while (got := handle.take_message(inlet.kind, True)) is not None:
+            take = inlet.subscription.handle.take_message
+            while (got := take(inlet.kind, True)) is not None:
                 data, info = got
                 log_ns = int(info["received_timestamp"]) or time.time_ns()
                 publish_ns = int(info["source_timestamp"]) or log_ns
@@ -101,9 +110,9 @@ class Recorder:
         taken = len(self._waiting) - count
         self._waiting.sort(key=lambda message: message.log_ns)
         ready = bisect.bisect_right(self._waiting, before_ns, key=lambda message: message.log_ns)
-        for message in self._waiting[:ready]:
-            self._background.put(message)
-        del self._waiting[:ready]
+        if ready:
+            self._background.put(self._waiting[:ready])
+            del self._waiting[:ready]
         return taken
 
     def _all_matched(self) -> bool:
@@ -116,7 +125,12 @@ class Recorder:
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
         """Return what people should know, once a second."""
         writer = self._background.writer
-        values = {"messages": sum(writer.counter.messages.values()), "refused": writer.refused}
+        values: dict[str, object] = {
+            "messages": sum(writer.counter.messages.values()),
+            "refused": writer.refused,
+            "not queued": self._background.overrun.total(),
+            "most waiting [MiB]": f"{self._background.most_waiting_bytes / 2**20:.1f}",
+        }
         if self._background.problem:
             return ERROR, self._background.problem, values
         return OK, "recording" if self._ready else "waiting for publishers", values

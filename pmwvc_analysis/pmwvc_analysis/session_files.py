@@ -3,6 +3,7 @@
 """The last step of every session, live, simulated or replayed: read, judge, draw, write."""
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,11 @@ PLOTS = "plots"
 
 
 def finish(
-    folder: str | Path, traces: SessionTraces | None = None, scenario: Scenario | None = None
+    folder: str | Path,
+    traces: SessionTraces | None = None,
+    scenario: Scenario | None = None,
+    *,
+    out: str | Path | None = None,
 ) -> dict[str, Any]:
     """Write ``summary.json``, ``budget.json``, ``plots/`` and ``report.html`` of a session.
 
@@ -29,6 +34,8 @@ def finish(
         Read from the folder when not given.
     scenario
         Read from the folder's ``scenario.yaml`` when not given; may be missing altogether.
+    out
+        Where to write instead of into the session folder, such as when its disk is full.
 
     Returns
     -------
@@ -55,20 +62,33 @@ def finish(
     judged = cut.until(traces, endings.judged_until_s(traces, ended))
     energies = budget(judged, scenario)
     result = summary(traces, scenario, energies)
+    target = folder if out is None else Path(out)
     try:
-        write_summary(folder, result)
+        target.mkdir(parents=True, exist_ok=True)
+        write_summary(target, result)
         if energies is not None:
-            write_summary(folder, budget_summary.summary(energies), name=BUDGET)
+            write_summary(target, budget_summary.summary(energies), name=BUDGET)
         drawn = charts(traces, scenario)
-        write_all(drawn, traces, folder / PLOTS)
+        write_all(drawn, traces, target / PLOTS)
         report = render(traces, scenario, result, drawn, energies)
-        (folder / REPORT).write_text(report, encoding="utf-8")
+        (target / REPORT).write_text(report, encoding="utf-8")
     except OSError as error:
-        raise RecordingError(f"cannot write into {folder}: {error.strerror or error}") from error
+        raise RecordingError(
+            f"cannot write into {target}: {error.strerror or error}; what was recorded is kept: "
+            f"'pmwvc report {folder} --out FOLDER' writes the report elsewhere"
+        ) from error
     return result
 
 
 def write_summary(folder: Path, result: dict[str, Any], *, name: str = SUMMARY) -> None:
-    """Write a file of results; a number that is not finite would be a mistake and raises."""
-    text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
+    """Write a file of results; a number that is not finite (overflowed signals) is null."""
+    text = json.dumps(_finite(result), indent=2, ensure_ascii=False, allow_nan=False)
     (folder / name).write_text(text + "\n", encoding="utf-8")
+
+
+def _finite(result: Any) -> Any:
+    if isinstance(result, dict):
+        return {name: _finite(value) for name, value in result.items()}
+    if isinstance(result, list | tuple):
+        return [_finite(value) for value in result]
+    return None if isinstance(result, float) and not math.isfinite(result) else result

@@ -51,6 +51,7 @@ REPORT_EXAMPLES = """\
 examples:
   pmwvc report sessions/20260101T120000Z-carry_16ms
   pmwvc report sessions/20260101T120000Z-carry_16ms --json
+  pmwvc report sessions/20260101T120000Z-carry_16ms --out /tmp/elsewhere
 """
 NODE_EXAMPLES = """\
 examples:
@@ -69,6 +70,7 @@ DOCTOR_EXAMPLES = """\
 examples:
   pmwvc doctor                                 this machine
   pmwvc doctor sessions/20260101T120000Z-carry_16ms    a recorded session
+  pmwvc doctor sessions/20260101T120000Z-carry_16ms --mend mended    a file that was cut
 
 exit code: 1 when the machine has a problem; a recording gives 0 when it is complete, 2 when it is
 but for losses it declares, 3 when it is damaged
@@ -158,6 +160,9 @@ def build_parser() -> argparse.ArgumentParser:
     report = command("report", "write the report of a recorded session anew", REPORT_EXAMPLES)
     report.add_argument("folder", metavar="FOLDER", help="a session folder")
     add_check(report)
+    report.add_argument(
+        "--out", metavar="FOLDER", help="where to write it (default: the session folder)"
+    )
     add_json(report, "print summary.json on stdout and nothing else")
 
     replay_command.add(several)
@@ -178,6 +183,11 @@ def build_parser() -> argparse.ArgumentParser:
 
     doctor = command("doctor", "examine this machine or a recorded session", DOCTOR_EXAMPLES)
     doctor.add_argument("folder", nargs="?", metavar="FOLDER", help="a session folder")
+    doctor.add_argument(
+        "--mend",
+        metavar="NEW",
+        help="write what is whole of a damaged recording into a new session folder",
+    )
     add_json(doctor, "print the findings as JSON on stdout")
 
     completion.add(several)

@@ -77,9 +77,12 @@ def report(arguments: argparse.Namespace) -> int:
 
         if arguments.check:
             raise PmwvcError(f"--check judges one session: name a folder in {folder / 'runs'}")
+        if arguments.out:
+            raise PmwvcError(f"{folder} is a comparison: its report is written into it, not --out")
         return again(folder, json_wanted=arguments.json)
+    out = Path(arguments.out).expanduser() if arguments.out else None
     with document(wanted=arguments.json) as write:
-        return _finished(_console(), folder, None, write=write, check=arguments.check)
+        return _finished(_console(), folder, None, write=write, check=arguments.check, out=out)
 
 
 def node(arguments: argparse.Namespace) -> int:
@@ -140,8 +143,12 @@ def doctor(arguments: argparse.Namespace) -> int:
     A recording gives 0 when it is complete, 2 when it is but for losses it declares, 3 when it is
     damaged.
     """
+    if arguments.mend and not arguments.folder:
+        raise PmwvcError("--mend: name the damaged session folder as well")
     with document(wanted=arguments.json) as write:
-        if arguments.folder:
+        if arguments.mend:
+            findings, code = _mended(Path(arguments.folder), Path(arguments.mend).expanduser())
+        elif arguments.folder:
             findings, code = _recording_findings(Path(arguments.folder))
         else:
             from pmwvc_bringup.machine import examine
@@ -152,6 +159,15 @@ def doctor(arguments: argparse.Namespace) -> int:
             print(finding.line())
         write({"exit_code": code, "findings": [asdict(finding) for finding in findings]})
     return code
+
+
+def _mended(folder: Path, target: Path) -> tuple[list[Any], int]:
+    from pmwvc_analysis.doctor import check_recording, exit_code
+    from pmwvc_analysis.recording.recover import mend
+
+    print(mend(folder, target))
+    findings = check_recording(target)
+    return findings, exit_code(findings)
 
 
 def _recording_findings(folder: Path) -> tuple[list[Any], int]:
@@ -213,19 +229,21 @@ def _finished(
     *,
     write: Callable[[str], None],
     check: bool,
+    out: Path | None = None,
 ) -> int:
     """Judge and draw what is recorded, print the verdict, write the summary; return the exit code:
     with ``check``, 1 where the session does not pass.
     """
     from pmwvc_analysis.session_files import REPORT, SUMMARY, finish
 
-    summary = finish(folder, scenario=scenario)
+    summary = finish(folder, scenario=scenario, out=out)
     for line in _verdict(summary):
         console.print(line, markup=False)
     for outcome in summary["outcomes"]:
         console.print(f"  {outcome['text']}", markup=False)
-    console.print(f"report: {folder / REPORT}", markup=False)
-    write((folder / SUMMARY).read_text("utf-8"))
+    target = out or folder
+    console.print(f"report: {target / REPORT}", markup=False)
+    write((target / SUMMARY).read_text("utf-8"))
     if not check:
         return 0
     passed = summary["check"]["passed"]

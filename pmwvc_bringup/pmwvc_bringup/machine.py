@@ -21,6 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pmwvc_analysis.recording.size import live_bytes_per_minute
+from pmwvc_bringup import scenarios
 from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, request_real_time
 
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
@@ -166,16 +168,26 @@ def _limits() -> Finding:
 
 def _disk() -> Finding:
     free = shutil.disk_usage(Path.cwd()).free / MIB
-    text = f"{free / 1024:.1f} GiB free here"
+    text = f"{free / 1024:.1f} GiB free here; {recording_size()}"
     if not os.access(Path.cwd(), os.W_OK):
         return Finding(
             "disk", PROBLEM, "this folder is not writable", "use --out, or go elsewhere"
         )
     if free < 200:
-        return Finding("disk", PROBLEM, text, "make room: a session takes 1 to 5 MiB a minute")
+        return Finding("disk", PROBLEM, text, "make room, or use --out")
     if free < 2048:
-        return Finding("disk", WARNING, text, "make room: a session takes 1 to 5 MiB a minute")
+        return Finding("disk", WARNING, text, "make room for long sessions, or use --out")
     return Finding("disk", OK, text)
+
+
+def recording_size() -> str:
+    """Return what live sessions take on disk, reckoned from a scenario of the library."""
+    sizes = {
+        users: live_bytes_per_minute(scenarios.load("carry_16ms", users=users)) / MIB
+        for users in (2, 8)
+    }
+    said = [f"{size:.0f} MiB a minute with {users} users" for users, size in sizes.items()]
+    return f"a live session takes about {', '.join(said)}"
 
 
 def _environment() -> Finding:

@@ -3,10 +3,13 @@
 """The runner's own ROS node: sees whether the session's nodes have met, starts them, and takes a
 glance at them a few times per second.
 
-It subscribes with a queue of one message, which it empties itself, so that watching costs next to
-nothing.
+It subscribes with a short queue, which it empties itself, so that watching costs next to nothing.
+Any program on the domain can publish on these topics: a message whose fields do not fit together
+is passed over, and so is another publisher while the one that is followed goes on. A topic with
+more publishers than planned is named.
 """
 
+import json
 import math
 import time
 from collections import deque
@@ -22,12 +25,14 @@ from std_srvs.srv import Trigger
 
 from pmwvc_bringup.status import UserStatus
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.runtime.messages import nanoseconds
+from pmwvc_core.runtime.matched import unmatched
+from pmwvc_core.runtime.messages import misfit, nanoseconds
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_msgs.msg import LinkState, MasterTrace, ServerTrace
 
-NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 STALE_S = 1.0
+ANSWER_S = 5.0  # patience with a service of a node
 RATE_STATES = 25  # six seconds of link states
 
 
@@ -73,7 +78,25 @@ class Monitor:
                 found.append(f"{topic}: {listening} of {subscribers} subscribers")
         return found
 
-    def start(self, nodes: Sequence[str], *, patience_s: float = 5.0) -> None:
+    def strangers(self, ends: Mapping[str, tuple[int, int]]) -> dict[str, str]:
+        """Return the topics with more publishers than planned, and in words who they are."""
+        found = {}
+        for topic, (publishers, _) in ends.items():
+            if self._node.count_publishers(topic) > publishers:
+                infos = self._node.get_publishers_info_by_topic(topic)
+                names = sorted(f"{i.node_namespace.rstrip('/')}/{i.node_name}" for i in infos)
+                found[topic] = f"{len(names)} publishers on {topic}: {', '.join(names)}"
+        return found
+
+    def unmatched(self, nodes: Sequence[str], ends: Mapping[str, tuple[int, int]]) -> list[str]:
+        """Return what the nodes themselves have not matched yet, in words."""
+        return [
+            f"{name}: {text}"
+            for name, answer in self._call(nodes, "matched").items()
+            for text in unmatched(json.loads(answer), ends)
+        ]
+
+    def start(self, nodes: Sequence[str]) -> None:
         """Call ``start`` of nodes that wait for it, all at once.
 
         Raises
@@ -81,8 +104,12 @@ class Monitor:
         PmwvcError
             Naming the nodes that did not answer.
         """
-        clients = {name: self._node.create_client(Trigger, f"{name}/start") for name in nodes}
-        until = time.monotonic() + patience_s
+        self._call(nodes, "start")
+
+    def _call(self, nodes: Sequence[str], service: str) -> dict[str, str]:
+        """Call a service of several nodes at once; return their messages."""
+        clients = {name: self._node.create_client(Trigger, f"{name}/{service}") for name in nodes}
+        until = time.monotonic() + ANSWER_S
         calls = {}
         for name, client in clients.items():
             if client.wait_for_service(max(until - time.monotonic(), 0.0)):
@@ -93,7 +120,8 @@ class Monitor:
         for client in clients.values():
             self._node.destroy_client(client)
         if late:
-            raise PmwvcError(f"no answer from {', '.join(late)} when told to start")
+            raise PmwvcError(f"{', '.join(late)}: no answer to a call of {service}")
+        return {name: str(call.result().message) for name, call in calls.items()}
 
     def all_ticking(self) -> bool:
         """Tell whether every master has begun: its first ticks have come."""
@@ -107,7 +135,8 @@ class Monitor:
             self._take(user, polled)
         self._take("server", self._server)
         while (state := self._links.take()) is not None:
-            self._seen[state.link] = (time.monotonic(), state)
+            if not misfit("LinkState", state):
+                self._seen[state.link] = (time.monotonic(), state)
         server = self._fresh("server")
         return [self._user(name, server) for name in self._users]
 
@@ -151,9 +180,12 @@ class Monitor:
         return (end - begin) / (end_ns - begin_ns) * 1e9 if end_ns > begin_ns else None
 
     def _take(self, name: str, polled: Polled) -> None:
-        message = polled.take()
-        if message is not None:
-            self._seen[name] = (time.monotonic(), message)
+        """Take what has come; keep the newest message of the publisher that is followed."""
+        while (message := polled.take()) is not None:
+            followed = self._fresh(name)
+            other = followed is not None and followed.epoch != message.epoch
+            if not other and not misfit(polled.kind.__name__, message):
+                self._seen[name] = (time.monotonic(), message)
 
     def _fresh(self, name: str) -> Any:
         at_s, message = self._seen.get(name, (0.0, None))

@@ -3,24 +3,22 @@
 """A live session from its first process to its recording.
 
 Recorder, network emulator, server and masters are started in this order; when all have met, they
-are told to begin. A node that dies is noted and the others go on. At the end
-masters, server, emulator and recorder stop in this order, so that everything is recorded.
+are told to begin. A node that dies is noted and the others go on. On every way out, an error of
+the runner itself included, masters, server, emulator and recorder stop in this order: devices
+first, and what is sent last is still recorded.
 """
 
 import json
 import os
-import signal
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from rich.console import Console
 from rich.live import Live
 
 from pmwvc_bringup import plan
+from pmwvc_bringup.interrupts import Interrupts
 from pmwvc_bringup.processes import Children, Ending
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.status import Status
@@ -32,38 +30,13 @@ MEETING_S = 30.0  # patience until all nodes have met; 1.5 s is usual
 GLANCE_S = 0.25
 BEGINNING_S = 3.0
 LINE_S = 2.0  # between two lines where there is no terminal
+STRANGERS_S = 1.0  # between two looks for publishers that do not belong to the session
 READY = "ready"
 STOPPED = "recorder: recording stopped"  # begin of what the recorder says when its disk is full
 
 
 class StartError(PmwvcError):
     """A node of the session never came up; the message holds its last words."""
-
-
-class Interrupts:
-    """Counts requests to end: Ctrl-C, a termination, a closed terminal."""
-
-    SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
-    def __init__(self) -> None:
-        self.count = 0
-
-    @contextmanager
-    def caught(self) -> Iterator["Interrupts"]:
-        """Count signals inside the block instead of dying of them."""
-        before = {
-            number: signal.signal(number, self._take)
-            for number in self.SIGNALS
-            if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN  # nohup
-        }
-        try:
-            yield self
-        finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
-
-    def _take(self, _: int, __: FrameType | None) -> None:
-        self.count += 1
 
 
 class LiveSession:
@@ -87,6 +60,7 @@ class LiveSession:
         self.events: list[dict[str, Any]] = []
         self.interrupts = Interrupts()
         self.nodes = plan.nodes(scenario, folder=folder, paused=True)
+        self.ends = plan.topic_ends(scenario)
 
     def run(self) -> bool:
         """Run the session; tell whether it took place.
@@ -117,18 +91,23 @@ class LiveSession:
                 from pmwvc_bringup.monitor import watching
 
                 with watching([user.name for user in self.scenario.users]) as monitor:
-                    if not self._met(monitor):
-                        return False
-                    self._attend(monitor)
-                self._stop_nodes()
+                    met = self._met(monitor)
+                    if met:
+                        self._attend(monitor)
             finally:
-                self.children.kill()
+                try:
+                    self._stop_nodes()
+                finally:
+                    self.children.kill()
+                    self._write_events()
+        return met
+
+    def _write_events(self) -> None:
         try:
             text = json.dumps(self.events, indent=2) + "\n"
             (self.folder / "events.json").write_text(text, "utf-8")
         except OSError as error:
             self.console.print(f"events.json is not written: {error.strerror or error}")
-        return True
 
     def _start_nodes(self, logs: Path, environment: dict[str, str]) -> None:
         for node in self.nodes:
@@ -138,8 +117,9 @@ class LiveSession:
             self.children.start(node.name, node.command(file), env=environment, log=log)
 
     def _met(self, monitor: Any) -> bool:
-        """Wait until every topic has its ends and the recorder is ready, then start the loops."""
-        ends = plan.topic_ends(self.scenario)
+        """Wait until every topic has its ends and each end has matched the others, then start."""
+        ends = self.ends
+        names = [node.ros_name for node in self.nodes]
         recorder = self.children.children["recorder"]
         until = time.monotonic() + MEETING_S
         while True:
@@ -150,7 +130,7 @@ class LiveSession:
             missing = monitor.missing(ends)
             if not missing and not recorder.says(READY):
                 missing = ["recorder: not ready"]
-            if not missing:
+            if not missing and not (missing := monitor.unmatched(names, ends)):
                 break
             if time.monotonic() > until:
                 raise StartError(
@@ -178,7 +158,7 @@ class LiveSession:
         begin = time.monotonic()
         length = self.scenario.duration_s
         ended: list[str] = []
-        glance_at, line_at = begin, begin + LINE_S / 2
+        glance_at, line_at, strangers_at = begin, begin + LINE_S / 2, begin
         with Live(console=self.console, auto_refresh=False, transient=True) as live:
             while (now := time.monotonic()) < begin + length and not self.interrupts.count:
                 for ending in self.children.endings():
@@ -186,6 +166,9 @@ class LiveSession:
                     ended.append(str(ending))
                 if not self.children.running():
                     return
+                if now >= strangers_at:
+                    strangers_at += STRANGERS_S
+                    ended += self._strangers(monitor)
                 if now >= glance_at:
                     glance_at += GLANCE_S
                     if stopped := self._recording_stopped():
@@ -216,9 +199,22 @@ class LiveSession:
         what = said.removeprefix("recorder: ")
         if not said or any(event["what"] == what for event in self.events):
             return None
-        self.events.append({"time_ns": time.time_ns(), "who": "recorder", "what": what})
+        event = {"time_ns": time.time_ns(), "who": "recorder", "kind": "recording", "what": what}
+        self.events.append(event)
         self.console.print(said, markup=False)
         return "recording stopped"
+
+    def _strangers(self, monitor: Any) -> list[str]:
+        """Note every publisher that does not belong to the session, once; return them in words."""
+        found = []
+        for topic, what in monitor.strangers(self.ends).items():
+            if any(event["what"] == what for event in self.events):
+                continue
+            event = {"time_ns": time.time_ns(), "who": topic, "kind": "stranger", "what": what}
+            self.events.append(event)
+            self.console.print(f"Warning: {what}", markup=False)
+            found.append(what)
+        return found
 
     def _note(self, ending: Ending) -> None:
         """Keep how a node ended, for the report."""
@@ -226,6 +222,7 @@ class LiveSession:
             {
                 "time_ns": time.time_ns(),
                 "who": ending.name,
+                "kind": "ended",
                 "what": str(ending).removeprefix(f"{ending.name} "),
                 "code": ending.code,
                 "signal": ending.signal,

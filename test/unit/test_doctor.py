@@ -8,11 +8,13 @@ import shutil
 import handmade
 import numpy as np
 import pytest
+from command_line import call
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
 from pmwvc_analysis.doctor import PROBLEM, WARNING, check_recording, exit_code
 from pmwvc_analysis.judge.consistency import inconsistencies
 from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.recording.schemas import typestore
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.errors import RecordingError
@@ -60,6 +62,27 @@ def test_packets_missing_behind_a_link_are_told_from_lost_ones(tmp_path):
     traces.fates["user1/up"].time_out_ns[10] = 0
     findings = recorded(tmp_path / "a", traces)
     assert "1 packets that user1/up delivered" in texts(findings, WARNING)
+
+
+def test_packets_that_never_reached_their_link_are_told_though_no_number_is_missing(tmp_path):
+    """What a start leaves behind whose ends have not met: sent, recorded, and no fate at all."""
+    traces = handmade.session(duration_s=0.8)
+    fates = traces.fates["user1/up"]
+    for name, values in vars(fates).items():
+        if isinstance(values, np.ndarray):
+            setattr(fates, name, values[17:])
+    fates.number -= 17
+    behind = traces.packets["/server/user1/wave_up"]
+    for name, values in vars(behind).items():
+        if isinstance(values, np.ndarray):
+            setattr(behind, name, values[17:])
+    findings = recorded(tmp_path / "a", traces)
+    words = "user1/up: 17 packets of /user1/wave_up never reached it, from number 1 on"
+    assert words in texts(findings, WARNING)
+    assert exit_code(findings) == 2
+    counts = read_session(tmp_path / "a").counts
+    assert counts["/user1/wave_up"] == {"messages": 100, "missing": 0, "not_relayed": 17}
+    assert "not_relayed" not in counts["/user2/wave_up"]
 
 
 @pytest.mark.parametrize(
@@ -151,3 +174,22 @@ def test_a_database_of_rosbag2_is_read_but_its_file_not_checked(folder, tmp_path
 def test_what_is_no_recording_is_a_problem(tmp_path, there):
     place = tmp_path if there else tmp_path / "nowhere"
     assert exit_code(check_recording(place)) == 3
+
+
+def test_a_cut_file_is_mended_by_one_command(folder, tmp_path):
+    damaged, mended = tmp_path / "damaged", tmp_path / "mended"
+    shutil.copytree(folder, damaged)
+    data = (damaged / "session.mcap").read_bytes()
+    (damaged / "session.mcap").write_bytes(data[: int(0.8 * len(data))])
+    (damaged / "metadata.yaml").unlink()
+    assert exit_code(check_recording(damaged)) == 3
+    result = call("doctor", damaged, "--mend", mended, cwd=tmp_path)
+    assert result.returncode == 2, result.stdout + result.stderr
+    assert "messages of" in result.stdout and "cut in the middle of a record" in result.stdout
+    assert (mended / "scenario.yaml").read_bytes() == (folder / "scenario.yaml").read_bytes()
+    with Reader(mended) as reader:
+        assert 0 < sum(1 for _ in reader.messages()) == reader.message_count
+    assert (damaged / "session.mcap").stat().st_size == int(0.8 * len(data))
+    again = call("doctor", damaged, "--mend", mended, cwd=tmp_path)
+    assert again.returncode == 2
+    assert "is not empty" in again.stderr

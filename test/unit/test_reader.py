@@ -159,6 +159,8 @@ def test_energies_go_on_when_a_master_starts_again(folder, tmp_path):
             message.energy_u_m -= restarted.before
         elif topic == "/user1/trace":
             restarted.before = message.energy_u_m
+        elif topic.endswith("/user1/wave_up") and message.seq > half:
+            message.epoch += 1
         return message
 
     before, after = (
@@ -203,6 +205,16 @@ def test_what_a_link_lost_is_not_missing_but_what_it_delivered_is(folder, tmp_pa
 
     counts = read_session(rewritten(raw(folder), tmp_path / "b", lossy)).counts
     assert counts["/server/user1/wave_up"]["missing"] == 1
+
+
+def test_fates_that_were_not_recorded_are_not_taken_for_packets_that_never_came(folder, tmp_path):
+    def without(topic, message):
+        gone = topic == "/netem/fates" and message.link == "user1/up" and message.first == 1
+        return None if gone else message
+
+    found = read_session(rewritten(raw(folder), tmp_path / "b", without))
+    assert found.counts["/netem/fates"]["missing"] > 0
+    assert "not_relayed" not in found.counts["/user1/wave_up"]
 
 
 def test_a_message_that_is_none_is_passed_over_and_reported(folder, tmp_path):

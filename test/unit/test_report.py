@@ -4,11 +4,13 @@
 
 import json
 import re
+import subprocess
 from html.parser import HTMLParser
 
 import handmade
 import numpy as np
 import pytest
+from command_line import ROOT, call
 
 from pmwvc_analysis.judge.verdicts import summary
 from pmwvc_analysis.recording.from_traces import record_traces
@@ -152,3 +154,17 @@ def test_cells_read_well(value, text):
 
 def test_cells_are_scaled():
     assert cell(np.float64(0.002).item(), 1e3) == "2"
+
+
+def test_a_report_that_finds_no_room_says_how_to_write_it_elsewhere(tmp_path):
+    """A limit of the size of files stands for the full disk."""
+    place, other = tmp_path / "session", tmp_path / "other"
+    record_traces(place, handmade.session(duration_s=0.8), handmade.scenario(duration_s=0.8))
+    command = f"ulimit -f 0; exec {ROOT / 'pmwvc'} report {place}"
+    full = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert full.returncode == 2
+    assert f"'pmwvc report {place} --out FOLDER' writes the report elsewhere" in full.stderr
+    result = call("report", place, "--out", other, "--json", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert json.loads(result.stdout) == json.loads((other / "summary.json").read_text("utf-8"))
+    assert (other / "report.html").stat().st_size > 10_000

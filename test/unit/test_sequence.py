@@ -8,7 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.sequence import GapCounter, Numbered, StreamCount, peek
+from pmwvc_analysis.recording.sequence import (
+    MOST_RANGES,
+    MOST_STREAMS,
+    GapCounter,
+    Numbered,
+    StreamCount,
+    peek,
+)
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.wave.packet import WavePacket
 
@@ -63,9 +70,27 @@ def test_gaps_are_what_is_not_there(numbers):
 def test_publishers_are_counted_apart():
     counter = GapCounter()
     for epoch, seq in ((1, 1), (1, 3), (2, 1), (2, 2)):
-        counter.add("/user1/wave_up", schemas.WAVE, wave(seq, epoch))
+        counter.add("/user1/wave_up", peek(schemas.WAVE, wave(seq, epoch)))
     assert counter.messages == {"/user1/wave_up": 4}
     assert counter.missing("/user1/wave_up") == 1
     (line,) = counter.lines()
     assert "1 of 3 missing" in line
     assert f"{1:016x}" in line
+
+
+def test_many_gaps_take_no_memory_and_are_all_counted():
+    stream = StreamCount()
+    for number in range(2, 40_001, 2):
+        stream.add(number, 1)
+    assert len(stream.ranges) <= MOST_RANGES
+    assert (stream.seen, stream.missing) == (20_000, 20_000)
+    stream.add(2, 1)
+    assert (stream.seen, stream.missing, stream.repeated) == (20_000, 20_000, 1)
+
+
+def test_a_stranger_with_a_new_epoch_in_every_message_takes_no_memory():
+    counter = GapCounter()
+    for epoch in range(10_000):
+        counter.add("/user1/wave_up", peek(schemas.WAVE, wave(1, epoch)))
+    assert counter.messages["/user1/wave_up"] == 10_000
+    assert len(counter.streams["/user1/wave_up"]) <= MOST_STREAMS

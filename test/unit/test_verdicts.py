@@ -38,7 +38,8 @@ def test_the_keys_are_those_that_are_promised():
     assert set(result) == KEYS
     assert set(result["object"]) == {"position_final_m", "velocity_rms_m_s", "path_error_rms_m"}
     assert set(result["prediction"]) == PREDICTION_KEYS
-    assert set(result["recording"]) == {"messages", "missing", "holes", "not_recorded_s"}
+    recording = {"messages", "missing", "not_relayed", "holes", "not_recorded_s"}
+    assert set(result["recording"]) == recording
     for user in result["users"]:
         assert set(user) == USER_KEYS
         assert set(user["lateness_us"]) == set(user["compute_us"]) == PERCENTILES

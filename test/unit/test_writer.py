@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Session folders being written: chunks, metadata, full disks, killed processes, queues."""
 
+import gc
 import os
 import resource
 import signal
 import subprocess
 import sys
 import threading
+import tracemalloc
 from contextlib import contextmanager
 
 import pytest
@@ -15,7 +17,7 @@ import yaml
 from mcap.reader import make_reader
 
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.live import BackgroundWriter, Received
+from pmwvc_analysis.recording.live import QUEUE_BYTES, BackgroundWriter, Received
 from pmwvc_analysis.recording.mcap_check import check_file
 from pmwvc_analysis.recording.recover import Salvage, messages, recover
 from pmwvc_analysis.recording.topics import trace, wave
@@ -77,7 +79,7 @@ def test_a_chunk_is_at_most_a_second(tmp_path):
     assert check_file(writer.path).chunks == 3
 
 
-def test_a_chunk_is_at_most_256_kib(tmp_path):
+def test_a_chunk_is_at_most_four_mebibytes(tmp_path):
     with SessionWriter(tmp_path / "a") as writer:
         writer.add_topic(TOPIC)
         write_some(writer, 3 * CHUNK_BYTES // len(packet(1)), step_ns=1000)
@@ -219,11 +221,11 @@ def test_the_queue_never_waits_and_counts_what_it_loses(tmp_path):
         write(*args, **kwargs)
 
     writer.write = slow
-    background = BackgroundWriter(writer, capacity=3)
-    background.put(Received(TOPIC.name, packet(1), SECOND, SECOND))
+    background = BackgroundWriter(writer, capacity_bytes=3 * len(packet(1)))
+    background.put([Received(TOPIC.name, packet(1), SECOND, SECOND)])
     entered.wait()
     for seq in range(2, 8):
-        background.put(Received(TOPIC.name, packet(seq), SECOND + seq, SECOND + seq))
+        background.put([Received(TOPIC.name, packet(seq), SECOND + seq, SECOND + seq)])
     assert background.overrun == {TOPIC.name: 3}
     go_on.set()
     assert background.close() == [f"{TOPIC.name}: 3 did not fit the queue"]
@@ -236,8 +238,41 @@ def test_missing_numbers_are_in_the_final_report(tmp_path):
     writer = SessionWriter(tmp_path / "a")
     writer.add_topic(TOPIC)
     background = BackgroundWriter(writer)
-    for seq in (1, 2, 5, 6):
-        background.put(Received(TOPIC.name, packet(seq), SECOND + seq, SECOND + seq))
+    background.put([Received(TOPIC.name, packet(s), SECOND + s, SECOND + s) for s in (1, 2, 5, 6)])
     (line,) = background.close()
     assert line.startswith("/user1/wave_up: 2 of 6 missing")
     assert background.close() == [line]
+
+
+def test_the_queue_holds_ten_seconds_of_eight_users():
+    """41 topics at 125 Hz; the traces of masters, 900 bytes, are the largest of them."""
+    assert QUEUE_BYTES > 10 * 41 * 125 * 900
+
+
+def test_memory_does_not_grow_with_the_messages(tmp_path):
+    """Ten minutes more may cost the index of 600 chunks, not their messages and not their gaps."""
+
+    def minutes(writer, first, count):
+        for row in range(first * 600, (first + count) * 600):
+            for topic in topics:
+                if row % 7:  # a gap every 0.7 s
+                    writer.write(topic.name, packet(row + 1), log_ns=SECOND + row * SECOND // 10)
+        writer.flush()
+        gc.collect()
+        return tracemalloc.get_traced_memory()[0]
+
+    topics = [wave(f"/user{number}/wave_up") for number in range(3)]
+    with SessionWriter(tmp_path / "a") as writer:
+        for topic in topics:
+            writer.add_topic(topic)
+        tracemalloc.start()
+        try:
+            minutes(writer, 0, 8)
+            before = minutes(writer, 8, 2)
+            after = minutes(writer, 10, 10)
+        finally:
+            tracemalloc.stop()
+    per_index = 130 + 10 * len(topics)
+    assert after - before < 1.5 * 600 * per_index
+    assert check_file(writer.path).whole
+    assert writer.counter.missing(topics[0].name) == len(range(0, 12_000, 7))

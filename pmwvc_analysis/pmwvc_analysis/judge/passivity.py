@@ -108,7 +108,7 @@ def judge(
         part=part,
         passive=passive,
         least_j=least,
-        least_s=float(time_s[worst]) if least < 0.0 else None,
+        least_s=float(time_s[worst]) if least < 0.0 or len(violated) else None,
         since_s=float(time_s[violated[0]]) if len(violated) else None,
         tolerance_j=float(tolerance_j[worst]) if seen else TOLERANCE_J,
         declared_j=declared_j,

@@ -123,6 +123,11 @@ def summary(
             "missing": {topic: count["missing"] for topic, count in traces.counts.items()},
             "holes": [hole._asdict() for hole in missing],
             "not_recorded_s": [list(interval) for interval in holes.merged(missing)],
+            "not_relayed": {
+                topic: count["not_relayed"]
+                for topic, count in traces.counts.items()
+                if "not_relayed" in count
+            },
         },
         "alignment": traces.metadata.get("alignment", {}),
         "events": seen,

@@ -2,23 +2,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """The decoded messages of a recorded folder, of a damaged one as far as it is whole.
 
-Message definitions come from the files themselves.
+Message definitions come from the files themselves. What other programs published on the session's
+topics is left out (own.py).
 """
 
-from collections import defaultdict
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.mcap_records import MAGIC
+from pmwvc_analysis.recording.own import keep_own
 from pmwvc_analysis.recording.parameter_cdr import ParameterChange, parameter_change
 from pmwvc_analysis.recording.recover import RawMessage, Salvage
 from pmwvc_analysis.recording.recover import messages as salvaged
-from pmwvc_analysis.recording.sequence import GapCounter
+from pmwvc_analysis.recording.sequence import GapCounter, numbered
 from pmwvc_core.errors import RecordingError
 
 Seen = tuple[int, Any]  # log time [ns] and decoded message
+Decode = Callable[[bytes, str], Any]
 
 
 @dataclass
@@ -31,6 +35,7 @@ class Content:
     counter: GapCounter = field(default_factory=GapCounter)
     events: list[dict[str, Any]] = field(default_factory=list)
     parameters: list[ParameterChange] = field(default_factory=list)  # of any node
+    undecoded: Counter[tuple[str, str]] = field(default_factory=Counter)  # (topic, reason)
 
     def of_type(self, type_name: str) -> dict[str, list[Seen]]:
         """Return the topics of one type that have messages."""
@@ -48,7 +53,7 @@ def read_content(folder: Path) -> Content:
     content = Content()
     try:
         _read_whole(folder, content)
-        return content
+        return _own(content)
     except Exception as error:  # rosbags raises many kinds for a damaged file
         reason = str(error) or type(error).__name__
     files = sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]
@@ -70,6 +75,27 @@ def read_content(folder: Path) -> Content:
         if salvage.end:
             what = f"{path.name} ends early ({salvage.end}); everything before is read"
             content.events.append({"time_s": None, "who": "recorder", "what": what})
+    return _own(content)
+
+
+def content_of(messages: Iterable[RawMessage], decode: Decode) -> Content:
+    """Return the content of serialized messages; ``decode(data, type_name)`` makes them whole."""
+    content = Content()
+    for message in messages:
+        _take(content, message, decode)
+    return _own(content)
+
+
+def _own(content: Content) -> Content:
+    """Keep and count the session's own messages; what else there was becomes events."""
+    content.events += [left.event() for left in keep_own(content.by_topic, content.types)]
+    for topic, kind in content.types.items():
+        for _, message in content.by_topic[topic]:
+            content.counter.add(topic, numbered(kind, message))
+    for (topic, reason), count in content.undecoded.items():
+        messages = "a message" if count == 1 else f"{count} messages"
+        what = f"{topic}: {messages} cannot be decoded ({reason})"
+        content.events.append({"time_s": None, "who": "recorder", "what": what})
     return content
 
 
@@ -119,17 +145,17 @@ class _Decoder:
         return self.stores[type_name].deserialize_cdr(data, type_name)
 
 
-def _take(content: Content, raw: RawMessage, decode: Any) -> None:
-    content.counter.add(raw.topic, raw.type_name, raw.data)
+def _take(content: Content, raw: RawMessage, decode: Decode) -> None:
     if raw.type_name not in schemas.OUR_TYPES:
+        content.counter.add(raw.topic, None)
         if raw.type_name == schemas.PARAMETER_EVENT and (change := parameter_change(raw.data)):
             content.parameters.append(change)
         return
+    content.counter.topic(raw.topic)
     try:
         message = decode(raw.data, raw.type_name)
     except Exception as error:  # a message that is no message: counted, reported, passed over
-        what = f"{raw.topic}: a message cannot be decoded ({error or type(error).__name__})"
-        content.events.append({"time_ns": raw.log_ns, "who": "recorder", "what": what})
+        content.undecoded[raw.topic, str(error) or type(error).__name__] += 1
         return
     content.types[raw.topic] = raw.type_name
     content.by_topic[raw.topic].append((raw.log_ns, message))

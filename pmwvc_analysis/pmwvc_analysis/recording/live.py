@@ -6,15 +6,15 @@ Whoever receives never waits for the disk. What the queue cannot hold is counted
 shows in the publishers' numbers as well; the final record ``losses`` names both.
 """
 
-import queue
 import threading
 import time
-from collections import Counter
+from collections import Counter, deque
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from pmwvc_analysis.recording.writer import SessionWriter
 
-QUEUE_MESSAGES = 50_000  # tens of seconds of a session of two users
+QUEUE_BYTES = 256 << 20  # more than a minute of a session of eight users, 3.5 MiB a second
 FLUSH_S = 1.0
 
 
@@ -34,23 +34,42 @@ class BackgroundWriter:
     ----------
     writer
         Where to; only that thread touches it until :meth:`close` returns.
-    capacity
-        Messages that may wait.
+    capacity_bytes
+        Data of messages that may wait.
+    prepare
+        Called first in that thread, such as for a scheduling class of its own.
     """
 
-    def __init__(self, writer: SessionWriter, *, capacity: int = QUEUE_MESSAGES) -> None:
+    def __init__(
+        self,
+        writer: SessionWriter,
+        *,
+        capacity_bytes: int = QUEUE_BYTES,
+        prepare: Callable[[], object] = lambda: None,
+    ) -> None:
         self.writer = writer
         self.overrun: Counter[str] = Counter()
-        self._queue: queue.Queue[Received | None] = queue.Queue(capacity)
+        self.most_waiting_bytes = 0
+        self._capacity = capacity_bytes
+        self._waiting: deque[Sequence[Received]] = deque()
+        self._bytes = 0  # of what waits
+        self._ending = False
+        self._news = threading.Condition()
+        self._prepare = prepare
         self._thread = threading.Thread(target=self._run, name="writer")
         self._thread.start()
 
-    def put(self, message: Received) -> None:
-        """Take a message; never waits."""
-        try:
-            self._queue.put_nowait(message)
-        except queue.Full:
-            self.overrun[message.topic] += 1
+    def put(self, messages: Sequence[Received]) -> None:
+        """Take messages; never waits for the disk."""
+        size = sum(len(message.data) for message in messages)
+        with self._news:
+            if self._bytes + size > self._capacity:
+                self.overrun.update(message.topic for message in messages)
+                return
+            self._waiting.append(messages)
+            self._bytes += size
+            self.most_waiting_bytes = max(self.most_waiting_bytes, self._bytes)
+            self._news.notify()
 
     @property
     def problem(self) -> str | None:
@@ -60,7 +79,9 @@ class BackgroundWriter:
     def close(self) -> list[str]:
         """Write what waits, complete the recording, and return the losses in words."""
         if self._thread.is_alive():
-            self._queue.put(None)
+            with self._news:
+                self._ending = True
+                self._news.notify()
             self._thread.join()
             self.writer.add_metadata("losses", self._losses())
             self.writer.close()
@@ -85,21 +106,21 @@ class BackgroundWriter:
         }
 
     def _run(self) -> None:
+        self._prepare()
         flush_at = time.monotonic()
         while True:
             if time.monotonic() >= flush_at:
                 flush_at += FLUSH_S
                 self.writer.flush()
                 self.writer.refresh_metadata()
-            try:
-                message = self._queue.get(timeout=max(flush_at - time.monotonic(), 0.0))
-            except queue.Empty:
-                continue
-            if message is None:
-                return
-            self.writer.write(
-                message.topic,
-                message.data,
-                log_ns=message.log_ns,
-                publish_ns=message.publish_ns,
-            )
+            with self._news:
+                if not self._waiting and not self._ending:
+                    self._news.wait(max(flush_at - time.monotonic(), 0.0))
+                if not self._waiting:
+                    if self._ending:
+                        return
+                    continue
+                messages = self._waiting.popleft()
+                self._bytes -= sum(len(message.data) for message in messages)
+            for topic, data, log_ns, publish_ns in messages:
+                self.writer.write(topic, data, log_ns=log_ns, publish_ns=publish_ns)

@@ -4,7 +4,8 @@
 
 On a topic that a node publishes itself, a number that is not in the file was not recorded. Behind
 an emulated link a number may be absent because the link lost the packet: there, what the link says
-it delivered is compared with what is in the file.
+it delivered is compared with what is in the file. And a packet that was sent, and of which the
+link knows nothing, never reached it: its two ends had not met.
 """
 
 from collections.abc import Mapping
@@ -12,45 +13,67 @@ from collections.abc import Mapping
 import numpy as np
 
 from pmwvc_analysis.recording.sequence import GapCounter
-from pmwvc_analysis.recording.topics import relayed
-from pmwvc_core.simulation.traces import FateTraces
+from pmwvc_analysis.recording.topics import relayed, source_of
+from pmwvc_core.simulation.traces import FateTraces, PacketTraces
 
 # The numbers of PacketFate.msg.
 DELIVERED, LOST, DUPLICATE = 0, 1, 2
 DROPPED = (3, 4)  # by the rate limit, by a full queue
 
 
-def delivered_numbers(fates: FateTraces) -> dict[str, set[int]]:
-    """Return per sender (epoch, as in sequence.py) the packet numbers that came out of a link."""
+def delivered_numbers(fates: FateTraces) -> dict[int, set[int]]:
+    """Return per sender (epoch) the packet numbers that came out of a link."""
     out = np.isin(fates.fate, (DELIVERED, DUPLICATE)) & (fates.time_out_ns > 0)
-    numbers: dict[str, set[int]] = {}
+    numbers: dict[int, set[int]] = {}
     for epoch in np.unique(fates.epoch):
         own = out & (fates.epoch == epoch)
-        numbers[f"{int(epoch):016x}"] = {int(seq) for seq in fates.seq[own]}
+        numbers[int(epoch)] = {int(seq) for seq in fates.seq[own]}
     return numbers
 
 
 def topic_counts(
-    counter: GapCounter, fates: Mapping[str, FateTraces]
+    counter: GapCounter,
+    fates: Mapping[str, FateTraces],
+    packets: Mapping[str, PacketTraces],
 ) -> dict[str, dict[str, int]]:
-    """Return ``{"messages": int, "missing": int}`` per topic."""
-    counts = {}
+    """Return ``{"messages": int, "missing": int}`` per topic, and ``not_relayed`` where packets of
+    it never reached their link.
+    """
+    counts: dict[str, dict[str, int]] = {}
     for topic, messages in counter.messages.items():
         origin = relayed(topic)
         if origin is not None and origin[0] in fates:
-            missing = _not_recorded(counter, topic, fates[origin[0]])
+            missing = _not_recorded(packets.get(topic), fates[origin[0]])
         else:
             missing = counter.missing(topic)
         counts[topic] = {"messages": messages, "missing": missing}
+    for link, known in fates.items():
+        source = source_of(link)
+        if source in packets and (count := not_relayed(packets[source], known)[0]):
+            counts[source]["not_relayed"] = count
     return counts
 
 
-def _not_recorded(counter: GapCounter, topic: str, fates: FateTraces) -> int:
+def not_relayed(packets: PacketTraces, fates: FateTraces) -> tuple[int, int]:
+    """Return how many packets of a topic never reached the link behind it, and the first of them.
+
+    Judged are those up to the last one that the link knows of each sender. Records of fates that
+    are missing themselves may have been of such packets: these are not counted.
+    """
+    absent: list[int] = []
+    for epoch in np.unique(fates.epoch):
+        known = fates.seq[fates.epoch == epoch]
+        sent = packets.seq[packets.epoch == epoch]
+        sent = sent[sent <= known.max()]
+        absent += np.setdiff1d(sent, known).tolist()
+    unknown = int(fates.number[-1]) - len(fates.number) if len(fates.number) else 0
+    return max(len(absent) - unknown, 0), min(absent, default=0)
+
+
+def _not_recorded(packets: PacketTraces | None, fates: FateTraces) -> int:
     """Return how many packets a link delivered that the file does not hold."""
     missing = 0
     for epoch, numbers in delivered_numbers(fates).items():
-        stream = counter.streams.get(topic, {}).get(epoch)
-        ranges = stream.ranges if stream is not None else []
-        recorded = {number for first, after in ranges for number in range(first, after)}
+        recorded = set() if packets is None else set(packets.seq[packets.epoch == epoch].tolist())
         missing += len(numbers - recorded)
     return missing

@@ -15,9 +15,10 @@ import numpy as np
 
 from pmwvc_analysis.recording import assemble, clock, schemas
 from pmwvc_analysis.recording.content import Content, read_content
-from pmwvc_analysis.recording.losses import topic_counts
+from pmwvc_analysis.recording.losses import not_relayed, topic_counts
 from pmwvc_analysis.recording.parameter_events import parameter_changes
 from pmwvc_analysis.recording.time_lines import time_lines
+from pmwvc_analysis.recording.topics import source_of
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.simulation.scenario import Scenario
@@ -32,7 +33,17 @@ def read_session(folder: str | Path) -> SessionTraces:
     RecordingError
         If there is no recording, or nothing of it can be read.
     """
-    content = read_content(Path(folder))
+    return session_of(read_content(Path(folder)), Path(folder))
+
+
+def session_of(content: Content, folder: Path) -> SessionTraces:
+    """Return decoded messages as traces; ``folder`` may hold what the runner noted.
+
+    Raises
+    ------
+    RecordingError
+        If no message is of a session.
+    """
     masters = {
         topic.strip("/").rpartition("/")[0]: seen
         for topic, seen in content.of_type(schemas.MASTER_TRACE).items()
@@ -46,7 +57,7 @@ def read_session(folder: str | Path) -> SessionTraces:
         first.append(int(times.server.min()))
     logs = [log_ns for seen in content.by_topic.values() for log_ns, _ in seen]
     if not logs:
-        raise RecordingError(_nothing(Path(folder), content))
+        raise RecordingError(_nothing(folder, content))
     zero_ns = clock.first(first or logs)
     users = [
         assemble.user_traces(name, [message for _, message in seen], starts[name], zero_ns=zero_ns)
@@ -71,8 +82,8 @@ def read_session(folder: str | Path) -> SessionTraces:
         fates=fates,
     )
     _add_network(traces, content, zero_ns)
-    traces.counts = topic_counts(content.counter, traces.fates)
-    traces.events = _events(Path(folder), content, zero_ns)
+    traces.counts = topic_counts(content.counter, traces.fates, traces.packets)
+    traces.events = _events(folder, content, zero_ns) + _start_losses(traces)
     return traces
 
 
@@ -162,6 +173,9 @@ def _duration(
 def _events(folder: Path, content: Content, zero_ns: int) -> list[dict[str, Any]]:
     """Return what reading found and what the runner noted (``events.json``)."""
     found = content.events + parameter_changes(content.parameters, folder, zero_ns)
+    if (mended := content.metadata.get("recovered")) is not None:
+        what = f"mended from {mended.get('from')}: {mended.get('cut')}"
+        found.append({"time_s": None, "who": "recorder", "kind": "recording", "what": what})
     path = folder / "events.json"
     if path.is_file():
         try:
@@ -174,4 +188,19 @@ def _events(folder: Path, content: Content, zero_ns: int) -> list[dict[str, Any]
         if "time_ns" in event:
             event["time_s"] = (int(event.pop("time_ns")) - zero_ns) * 1e-9
         event.setdefault("time_s", None)
+    return found
+
+
+def _start_losses(traces: SessionTraces) -> list[dict[str, Any]]:
+    """Return as events which packets never reached their link."""
+    found: list[dict[str, Any]] = []
+    for link, fates in traces.fates.items():
+        packets = traces.packets.get(source_of(link))
+        if packets is None or not len(fates.seq):
+            continue
+        count, first = not_relayed(packets, fates)
+        if count:
+            time_s = float(packets.time_s[np.argmax(packets.seq == first)])
+            what = f"{count} packets of {packets.topic} never reached it, from number {first} on"
+            found.append({"time_s": time_s, "who": link, "kind": "link", "what": what})
     return found

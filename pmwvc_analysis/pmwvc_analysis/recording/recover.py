@@ -6,6 +6,7 @@ A killed recorder leaves a file without index and footer, often cut in the middl
 Everything up to the last whole chunk is there, each chunk guarded by its checksum.
 """
 
+import shutil
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -13,6 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from pmwvc_core.errors import RecordingError
+
+COMPANIONS = ("scenario.yaml", "events.json", "nodes")
 
 
 @dataclass(frozen=True)
@@ -118,3 +121,32 @@ def recover(damaged: str | Path, target_folder: str | Path) -> Salvage:
             f"{writer.problem or again.end or 'the new file is incomplete'}"
         )
     return salvage
+
+
+def mend(folder: str | Path, target: str | Path) -> str:
+    """Recover a session folder (or one file) into a new one; return in words what was kept.
+
+    Scenario, events and logs are copied.
+
+    Raises
+    ------
+    RecordingError
+        If it holds not exactly one MCAP file, or the file cannot be recovered.
+    """
+    source, new = Path(folder), Path(target)
+    files = sorted(source.glob("*.mcap")) if source.is_dir() else [source]
+    if len(files) != 1:
+        raise RecordingError(f"{source} holds {len(files)} .mcap files: name the one to mend")
+    if new.exists() and (not new.is_dir() or any(new.iterdir())):
+        raise RecordingError(f"{new} is not empty: a mended session needs a folder of its own")
+    salvage = recover(files[0], new)
+    try:
+        for name in COMPANIONS if source.is_dir() else ():
+            if (source / name).is_dir():
+                shutil.copytree(source / name, new / name)
+            elif (source / name).is_file():
+                shutil.copy2(source / name, new / name)
+    except OSError as error:
+        raise RecordingError(f"cannot write into {new}: {error.strerror or error}") from error
+    why = salvage.end or "the file was whole"
+    return f"{salvage.messages} messages of {files[0]} are in {new} ({why})"

@@ -11,9 +11,12 @@ before it counts too.
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 from pmwvc_analysis.recording import schemas
 
+MOST_RANGES = 256  # of one publisher; older ones are settled: hours of losses take no memory
+MOST_STREAMS = 64  # publishers of one topic whose numbers are followed
 _AFTER_HEADER = 4  # CDR encapsulation
 _EPOCH_SEQ = struct.Struct("<QI")
 _EPOCH_STEP = struct.Struct("<QQ")
@@ -69,12 +72,28 @@ def peek(type_name: str, data: bytes) -> Numbered | None:
     return None
 
 
+def numbered(type_name: str, message: Any) -> Numbered:
+    """Return the numbers of a decoded message of one of our types."""
+    if type_name == schemas.PACKET_FATE:
+        return Numbered(str(message.link), int(message.first), len(message.epoch))
+    if type_name == schemas.LINK_STATE:
+        return Numbered(str(message.link), int(message.seq))
+    number = message.step if type_name == schemas.SERVER_TRACE else message.seq
+    return Numbered(f"{int(message.epoch):016x}", int(number))
+
+
 @dataclass
 class StreamCount:
-    """The numbers seen of one publisher on one topic, as merged ranges ``[first, after)``."""
+    """The numbers seen of one publisher on one topic, as merged ranges ``[first, after)``.
+
+    Of many ranges the oldest are settled into two counts; a number below ``settled`` that comes
+    then counts as repeated.
+    """
 
     ranges: list[list[int]] = field(default_factory=list)
     repeated: int = 0
+    settled: int = 1  # numbers below are settled
+    settled_seen: int = 0
 
     def add(self, first: int, count: int) -> None:
         """Add consecutive numbers; in order is the fast case."""
@@ -84,8 +103,18 @@ class StreamCount:
             return
         if not self.ranges or first > self.ranges[-1][1]:
             self.ranges.append([first, after])
+            if len(self.ranges) > MOST_RANGES:
+                self._settle(MOST_RANGES // 2)
+            return
+        if self.settled_seen and first < self.settled:
+            self.repeated += count
             return
         self._insert(first, after)
+
+    def _settle(self, count: int) -> None:
+        self.settled_seen += sum(after - first for first, after in self.ranges[:count])
+        self.settled = self.ranges[count - 1][1]
+        del self.ranges[:count]
 
     def _insert(self, first: int, after: int) -> None:
         """Merge numbers that come late or again."""
@@ -103,12 +132,14 @@ class StreamCount:
     @property
     def seen(self) -> int:
         """How many different numbers came."""
-        return sum(after - first for first, after in self.ranges)
+        return self.settled_seen + sum(after - first for first, after in self.ranges)
 
     @property
     def gaps(self) -> list[tuple[int, int]]:
-        """The missing numbers as ``(first, count)``, those before the first seen included."""
-        expected, found = 1, []
+        """The missing numbers not yet settled as ``(first, count)``, from the first seen back to
+        1 included.
+        """
+        expected, found = self.settled, []
         for first, after in self.ranges:
             if first > expected:
                 found.append((expected, first - expected))
@@ -118,7 +149,7 @@ class StreamCount:
     @property
     def missing(self) -> int:
         """How many numbers from 1 to the last seen never came."""
-        return sum(count for _, count in self.gaps)
+        return self.settled - 1 - self.settled_seen + sum(count for _, count in self.gaps)
 
 
 class GapCounter:
@@ -128,13 +159,13 @@ class GapCounter:
         self.messages: dict[str, int] = {}
         self.streams: dict[str, dict[str, StreamCount]] = {}
 
-    def add(self, topic: str, type_name: str, data: bytes) -> None:
-        """Count one message by its bytes."""
+    def add(self, topic: str, place: Numbered | None) -> None:
+        """Count one message; ``place`` is None where it carries no number."""
         self.messages[topic] = self.messages.get(topic, 0) + 1
-        place = peek(type_name, data)
         if place is not None:
             streams = self.streams.setdefault(topic, {})
-            streams.setdefault(place.stream, StreamCount()).add(place.first, place.count)
+            if place.stream in streams or len(streams) < MOST_STREAMS:
+                streams.setdefault(place.stream, StreamCount()).add(place.first, place.count)
 
     def topic(self, name: str) -> None:
         """Name a topic that is expected, so that it is counted even when nothing comes."""

@@ -101,3 +101,9 @@ def relayed(topic: str) -> tuple[str, str] | None:
     if len(parts) == 2 and parts[1] == "wave_down":
         return f"{parts[0]}/down", f"/server/{parts[0]}/wave_down"
     return None
+
+
+def source_of(link: str) -> str:
+    """Return the topic that feeds a link."""
+    user, direction = _split(link)
+    return f"/{user}/wave_up" if direction == "up" else f"/server/{user}/wave_down"

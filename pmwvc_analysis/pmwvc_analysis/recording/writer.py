@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A session folder being written: ``session.mcap`` and ``metadata.yaml``.
 
-Chunks are compressed with zstd, hold at most 256 KiB or one second, and carry a checksum; so does
+Chunks are compressed with zstd, hold at most 4 MiB or one second, and carry a checksum; so does
 the whole data section. What a killed process leaves is readable up to its last whole chunk
 (``recover``). When the disk is full or not writable, writing stops for good: the file is cut back
 to its last whole chunk, the reason is kept in ``problem`` and everything offered afterwards is
@@ -18,13 +18,14 @@ from types import TracebackType
 from typing import Any, BinaryIO
 
 from pmwvc_analysis.recording import rosbag_metadata, schemas
-from pmwvc_analysis.recording.sequence import GapCounter
+from pmwvc_analysis.recording.mcap_writer import McapWriter
+from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_analysis.recording.topics import Topic
 from pmwvc_core.errors import RecordingError
 
 FILE_NAME = "session.mcap"
 LIBRARY = "pmwvc"
-CHUNK_BYTES = 256 * 1024
+CHUNK_BYTES = 4 * 1024 * 1024
 CHUNK_NS = 1_000_000_000
 RESERVE_BYTES = 64 * 1024 * 1024
 _OVERHEAD = 31  # bytes of a message record besides its data
@@ -47,8 +48,6 @@ class SessionWriter:
     """
 
     def __init__(self, folder: str | Path, *, reserve_bytes: int = RESERVE_BYTES) -> None:
-        from mcap.writer import Writer
-
         self.folder = Path(folder)
         self.path = self.folder / FILE_NAME
         self.problem: str | None = None
@@ -78,7 +77,7 @@ class SessionWriter:
             ) from error
         # chunks end where flush() says so: then the position behind the last whole one is always
         # known
-        self._writer: Any = Writer(self._file, chunk_size=1 << 62, enable_data_crcs=True)
+        self._writer = McapWriter(self._file)
         self._good = 0
         self._guarded(self._begin)
 
@@ -121,7 +120,7 @@ class SessionWriter:
             topic.name,
             "cdr",
             self._schemas[topic.type_name],
-            metadata={
+            {
                 "offered_qos_profiles": rosbag_metadata.dump([topic.qos()]).strip(),
                 "topic_type_hash": self._hashes[topic.type_name],
             },
@@ -153,7 +152,7 @@ class SessionWriter:
             self._chunk_start_ns = log_ns
         self._chunk_bytes += len(data) + _OVERHEAD
         channel, known = self._channels[topic]
-        self.counter.add(topic, known.type_name, data)
+        self.counter.add(topic, peek(known.type_name, data))
         if self.counter.messages[topic] == 1 and sum(self.counter.messages.values()) == 1:
             self.start_ns = self.end_ns = log_ns
         self.start_ns, self.end_ns = min(self.start_ns, log_ns), max(self.end_ns, log_ns)

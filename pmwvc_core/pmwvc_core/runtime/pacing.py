@@ -185,6 +185,13 @@ def request_reception(priority: int) -> RealTimeReport:
     return _asked(("SCHED_FIFO of the middleware", lambda: _set_foreign_fifo(priority)))
 
 
+def request_priority(priority: int) -> RealTimeReport:
+    """Ask for SCHED_FIFO for the calling thread only: it sleeps most of the time, and is not to be
+    put aside by ordinary programs when it wakes.
+    """
+    return _asked((f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)))
+
+
 def _asked(*requests: tuple[str, Callable[[], None]]) -> RealTimeReport:
     granted = []
     refused = {}

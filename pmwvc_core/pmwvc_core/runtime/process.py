@@ -29,6 +29,7 @@ from std_srvs.srv import Trigger
 
 from pmwvc_core.errors import ParameterError, PmwvcError
 from pmwvc_core.params import Spec
+from pmwvc_core.runtime.matched import serve_matched
 from pmwvc_core.runtime.messages import diagnostic, live_types
 from pmwvc_core.runtime.parameters import declare_value, refuse_unknown
 
@@ -101,6 +102,7 @@ class StartGate:
         if not declare_value(node, "start.paused", spec, False):
             self._open.set()
         node.create_service(Trigger, "~/start", self._start)
+        serve_matched(node)
 
     def wait(self, stop: threading.Event) -> bool:
         """Wait until started or stopped; tell whether started."""

@@ -119,7 +119,8 @@ class SessionTraces:
 
     ``source`` is ``live``, ``simulated`` or ``replayed``. ``events`` are findings with a time: a
     node that died, a gap, a file that ends in the middle: ``{"time_s": float | None, "what": str,
-    "who": str}``. ``counts`` holds per topic ``{"messages": int, "missing": int}``.
+    "who": str}``. ``counts`` holds per topic ``{"messages": int, "missing": int}``,
+    and ``not_relayed`` where packets never reached the emulated link.
     """
 
     source: str

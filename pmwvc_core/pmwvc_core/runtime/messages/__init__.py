@@ -10,6 +10,7 @@ does.
 
 from pmwvc_core.runtime.messages.health import diagnostic
 from pmwvc_core.runtime.messages.links import link_state, packet_fates
+from pmwvc_core.runtime.messages.misfits import misfit
 from pmwvc_core.runtime.messages.traces import TraceBlock, master_trace, server_trace
 from pmwvc_core.runtime.messages.types import (
     NS_PER_S,
@@ -29,6 +30,7 @@ __all__ = [
     "link_state",
     "live_types",
     "master_trace",
+    "misfit",
     "nanoseconds",
     "packet_fates",
     "read_wave",

@@ -1,0 +1,199 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which messages of a recording are the session's own; the others are counted and left out.
+
+A ROS domain is open: any program on it can publish on the topics of a session. A message is left
+out when
+
+* its fields do not fit together (:mod:`pmwvc_core.runtime.messages.misfits`);
+* it comes from another publisher. Every start of a node draws an epoch, and a node that is started
+  again follows its predecessor in time. Of epochs that overlap in time the one with the most
+  messages stays; a trace's epoch is also the epoch of the packets that its node sends, so where
+  packets were recorded, a trace without packets is another publisher's;
+* its number does not continue those of its publisher: it comes again, or its clock contradicts it.
+
+What is left out changes no verdict. It is an event of kind ``stranger``.
+"""
+
+import bisect
+from collections import defaultdict
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_analysis.recording import schemas
+from pmwvc_core.runtime.messages import misfit
+
+LARGEST_JUMP = 1_000_000  # numbers missing at once: more than two hours of packets
+LATEST_NS = 1 << 62  # log times beyond overflow
+CLOCK_NS = 1_000_000_000  # a single message whose clock differs by this much from its neighbours'
+
+Seen = tuple[int, Any]  # log time [ns] and decoded message
+Topics = dict[str, list[Seen]]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Messages of one topic that are not the session's, for one reason."""
+
+    topic: str
+    count: int
+    why: str
+    first_ns: int
+
+    def event(self) -> dict[str, Any]:
+        """Return it as an event of the session."""
+        messages = "1 message" if self.count == 1 else f"{self.count} messages"
+        what = f"{messages} on {self.topic} {self.why}, left out"
+        return {"time_ns": self.first_ns, "who": self.topic, "kind": "stranger", "what": what}
+
+
+def keep_own(by_topic: Topics, types: dict[str, str]) -> list[LeftOut]:
+    """Remove from ``by_topic`` what is not the session's own; return what was removed."""
+    found: list[LeftOut] = []
+    for topic, kind in types.items():
+        found += _without_misfits(by_topic, topic, kind)
+    for topic, epochs in _own_epochs(by_topic, types).items():
+        own = [int(message.epoch) in epochs for _, message in by_topic[topic]]
+        found += _keep(by_topic, topic, own, "from another publisher")
+    for topic, kind in types.items():
+        own = _continuing(by_topic[topic], kind)
+        found += _keep(by_topic, topic, own, "that do not continue the others")
+    return found
+
+
+def _keep(by_topic: Topics, topic: str, own: Sequence[bool], why: str) -> list[LeftOut]:
+    """Keep the messages of a topic for which ``own`` is true."""
+    seen = by_topic[topic]
+    times = [log_ns for (log_ns, _), is_own in zip(seen, own, strict=True) if not is_own]
+    if not times:
+        return []
+    by_topic[topic] = [each for each, is_own in zip(seen, own, strict=True) if is_own]
+    return [LeftOut(topic, len(times), why, times[0])]
+
+
+def _without_misfits(by_topic: Topics, topic: str, kind: str) -> list[LeftOut]:
+    name = kind.rpartition("/")[2]
+    problems = [
+        misfit(name, message) if log_ns < LATEST_NS else f"recorded at {log_ns} ns"
+        for log_ns, message in by_topic[topic]
+    ]
+    example = next((problem for problem in problems if problem), "")
+    why = f"whose fields do not fit together ({example})"
+    return _keep(by_topic, topic, [problem is None for problem in problems], why)
+
+
+def _own_epochs(by_topic: Topics, types: dict[str, str]) -> dict[str, set[int]]:
+    """Return the session's own epochs on every topic that carries one."""
+    waves = {t: _spans(by_topic[t]) for t, kind in types.items() if kind == schemas.WAVE}
+    own: dict[str, set[int]] = {}
+    of_sender: dict[str, set[int]] = {}
+    for topic, kind in types.items():
+        if kind not in (schemas.MASTER_TRACE, schemas.SERVER_TRACE):
+            continue
+        node = _parts(topic)[-2]
+        sent = {epoch for name, spans in waves.items() if _sender(name) == node for epoch in spans}
+        own[topic] = of_sender[node] = _in_turn(_spans(by_topic[topic]), sent)
+    for topic, spans in waves.items():
+        own[topic] = _in_turn(spans, of_sender.get(_sender(topic), set()))
+    return own
+
+
+def _parts(topic: str) -> list[str]:
+    """Return the words of a topic, at least two."""
+    return ["", *topic.strip("/").split("/")]
+
+
+def _sender(topic: str) -> str:
+    """Return the node whose packets a topic carries: a user's name, or ``server``."""
+    *_, owner, kind = _parts(topic)
+    return "server" if kind == "wave_down" else owner
+
+
+def _spans(seen: Sequence[Seen]) -> dict[int, tuple[int, int, int]]:
+    """Return per epoch the first and the last log time [ns] and the number of messages."""
+    spans: dict[int, tuple[int, int, int]] = {}
+    for log_ns, message in seen:
+        first, last, count = spans.get(int(message.epoch), (log_ns, log_ns, 0))
+        spans[int(message.epoch)] = (min(first, log_ns), max(last, log_ns), count + 1)
+    return spans
+
+
+def _in_turn(spans: dict[int, tuple[int, int, int]], known: Collection[int]) -> set[int]:
+    """Return the epochs that follow one another, those with most messages first."""
+    candidates = {e: s for e, s in spans.items() if e in known} or spans
+    accepted: dict[int, tuple[int, int, int]] = {}
+    for epoch, (first, last, count) in sorted(candidates.items(), key=lambda item: -item[1][2]):
+        if all(last <= begin or first >= end for begin, end, _ in accepted.values()):
+            accepted[epoch] = (first, last, count)
+    return set(accepted)
+
+
+def _continuing(seen: Sequence[Seen], kind: str) -> list[bool]:
+    """Tell which messages continue one another, stream by stream."""
+    streams: dict[Any, list[int]] = defaultdict(list)
+    for place, (_, message) in enumerate(seen):
+        linked = kind in (schemas.LINK_STATE, schemas.PACKET_FATE)
+        streams[message.link if linked else int(message.epoch)].append(place)
+    kept = np.zeros(len(seen), dtype=bool)
+    for places in streams.values():
+        own = [seen[place] for place in places]
+        numbers = np.array([_number(message, kind) for _, message in own], dtype=np.int64)
+        rows = np.argsort(numbers, kind="stable")
+        if kind != schemas.WAVE:  # a link may deliver a packet twice
+            rows = rows[np.diff(numbers[rows], prepend=-1) > 0]
+        rows = _without_jumps(rows, numbers)
+        if kind in (schemas.MASTER_TRACE, schemas.SERVER_TRACE):
+            starts = np.array([message.start_ns for _, message in own], dtype=np.int64)
+            logs = np.array([log_ns for log_ns, _ in own], dtype=np.int64)
+            rows = rows[_increasing(starts[rows])]
+            rows = rows[_clocks_agree((logs - starts)[rows])]
+        kept[np.array(places)[rows]] = True
+    return kept.tolist()
+
+
+def _number(message: Any, kind: str) -> int:
+    """Return what numbers a message of its publisher."""
+    if kind == schemas.MASTER_TRACE:
+        return int(message.first_tick)
+    if kind == schemas.SERVER_TRACE:
+        return int(message.step)
+    return int(message.first if kind == schemas.PACKET_FATE else message.seq)
+
+
+def _without_jumps(rows: Integers, numbers: Integers) -> Integers:
+    """Return the largest group of numbers without a jump that no loss explains."""
+    cuts = np.flatnonzero(np.diff(numbers[rows]) > LARGEST_JUMP) + 1
+    return max(np.split(rows, cuts), key=len)
+
+
+def _increasing(values: Integers) -> Integers:
+    """Return the places of a longest strictly increasing subsequence."""
+    if len(values) < 2 or (np.diff(values) > 0).all():
+        return np.arange(len(values))
+    ends: list[int] = []  # ends[n]: least last value of a subsequence of n + 1 values
+    places: list[int] = []
+    before = np.full(len(values), -1)
+    for place, value in enumerate(values.tolist()):
+        length = bisect.bisect_left(ends, value)
+        before[place] = places[length - 1] if length else -1
+        ends[length : length + 1] = [value]
+        places[length : length + 1] = [place]
+    chain = []
+    place = places[-1]
+    while place >= 0:
+        chain.append(place)
+        place = int(before[place])
+    return np.array(chain[::-1])
+
+
+def _clocks_agree(offsets: Integers) -> NDArray[np.bool_]:
+    """Tell which messages have a neighbour whose clock [ns] differs as little as theirs."""
+    if len(offsets) < 2:
+        return np.ones(len(offsets), dtype=bool)
+    near = np.abs(np.diff(offsets.astype(float))) < CLOCK_NS
+    return np.concatenate((near, [False])) | np.concatenate(([False], near))

@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the fields of a trace, packet or link message fit together.
+
+ROS checks types, not lengths: any program on the domain can publish a ``ServerTrace`` whose arrays
+do not match. Whoever reads messages of others asks here first.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+MOST_DOF = 6
+MOST_STATES = 4  # of MasterTrace and ServerTrace, 0 to 3
+_LARGEST = 1 << 62  # numbers and times [ns] that overflow when they are added up
+_MASTER_AXES = ("x", "xd", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
+_SERVER_AXES = ("x_s", "xd_s", "f_s", "u_s", "v_s")
+_FATE_COLUMNS = ("seq", "bytes", "time_in_ns", "time_due_ns", "time_out_ns", "fate", "cause")
+
+
+def misfit(kind: str, message: Any) -> str | None:
+    """Return what does not fit in a message, or None.
+
+    Parameters
+    ----------
+    kind
+        Name of its type: ``Wave``, ``MasterTrace``, ``ServerTrace``, ``LinkState``, ``PacketFate``
+        (another type always fits).
+    message
+        Decoded by rclpy or by rosbags.
+    """
+    check = _CHECKS.get(kind)
+    return check(message) if check else None
+
+
+def _lengths(message: Any, wanted: Mapping[str, int]) -> str | None:
+    for name, length in wanted.items():
+        if (found := len(getattr(message, name))) != length:
+            return f"{name} has {found} values instead of {length}"
+    return None
+
+
+def _frame(message: Any) -> str | None:
+    """Check what both traces have: axes, period, clock, accounts."""
+    if not 1 <= message.dof <= MOST_DOF:
+        return f"dof = {message.dof}"
+    if not (math.isfinite(message.period) and 0.0 < message.period <= 1.0):
+        return f"period = {message.period:g} s"
+    if abs(message.start_ns) >= _LARGEST:
+        return f"start_ns = {message.start_ns}"
+    if len(set(message.account_names)) != len(message.account_names):
+        return "an account has the name of another"
+    return _lengths(message, {"accounts": len(message.account_names)})
+
+
+def _master_trace(message: Any) -> str | None:
+    ticks = len(message.lateness)
+    if not ticks or message.first_tick >= _LARGEST:
+        return f"{ticks} ticks from {message.first_tick} on"
+    if message.state >= MOST_STATES:
+        return f"state = {message.state}"
+    wanted = dict.fromkeys(_MASTER_AXES, ticks * message.dof) | {"compute": ticks}
+    if len(message.f_h):  # a hand that is not known may be left out
+        wanted["f_h"] = ticks * message.dof
+    return _frame(message) or _lengths(message, wanted)
+
+
+def _server_trace(message: Any) -> str | None:
+    users = len(message.users)
+    if message.step >= _LARGEST:
+        return f"step = {message.step}"
+    if not users or len(set(message.users)) != users:
+        return f"{users} users"
+    if max(message.state, default=0) >= MOST_STATES:
+        return f"state = {max(message.state)}"
+    wanted = dict.fromkeys(("x_o", "xd_o", "target"), message.dof)
+    wanted |= dict.fromkeys(_SERVER_AXES, users * message.dof)
+    wanted |= dict.fromkeys(("state", "contact", "energy_u_s", "energy_v_s"), users)
+    return _frame(message) or _lengths(message, wanted)
+
+
+def _wave(message: Any) -> str | None:
+    axes = len(message.wave)
+    if not 1 <= axes <= MOST_DOF:
+        return f"wave has {axes} values"
+    return _lengths(message, {"integral": axes})
+
+
+def _link_state(message: Any) -> str | None:
+    return None if "/" in message.link else f"link = {message.link!r}"
+
+
+def _packet_fate(message: Any) -> str | None:
+    if "/" not in message.link:
+        return f"link = {message.link!r}"
+    if not 1 <= message.first < _LARGEST:
+        return f"first = {message.first}"
+    return _lengths(message, dict.fromkeys(_FATE_COLUMNS, len(message.epoch)))
+
+
+_CHECKS: Mapping[str, Callable[[Any], str | None]] = {
+    "MasterTrace": _master_trace,
+    "ServerTrace": _server_trace,
+    "Wave": _wave,
+    "LinkState": _link_state,
+    "PacketFate": _packet_fate,
+}

@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Other programs on the domain of a live session: named and left out, never fatal."""
+
+import re
+import subprocess
+
+import pytest
+from processes import ros
+from sessions import ROOT, Running
+
+from pmwvc_analysis.recording.mcap_check import check_file
+from pmwvc_msgs.msg import LinkState, MasterTrace, PacketFate, ServerTrace, Wave
+
+pytestmark = pytest.mark.integration
+TRACES = {
+    "/server/trace": (ServerTrace, [{}, {"users": ["user1", "x"], "dof": 3, "x_s": [1.0]}]),
+    "/user1/trace": (MasterTrace, [{}, {"dof": 5, "f_applied": [1.0], "state": 9}]),
+    "/netem/links": (LinkState, [{}, {"link": "user1/up", "delay_mean": float("nan")}]),
+    "/user1/wave_up": (Wave, [{}, {"wave": [1.0, 2.0], "integral": [9.0], "epoch": 5, "seq": 1}]),
+    "/netem/fates": (PacketFate, [{}, {"link": "user1/up", "first": 2**63, "seq": [1, 2]}]),
+}
+
+
+def test_a_session_full_of_strangers_ends_in_order_with_a_report(tmp_path):
+    with Running(tmp_path / "session", "carry_16ms", "--duration", 5) as session:
+        domain = re.search(r"ROS_DOMAIN_ID=(\d+)", session.await_line("ROS_DOMAIN_ID"))[1]
+        session.await_ticks()
+        with ros(domain=int(domain)) as peer:
+            ends = [
+                (peer.publisher(kind, topic, reliable=True), [kind(**fields) for fields in odd])
+                for topic, (kind, odd) in TRACES.items()
+            ]
+            peer.until(lambda: all(end.get_subscription_count() for end, _ in ends))
+            for _ in range(50):
+                for end, odd in ends:
+                    for message in odd:
+                        end.publish(message)
+            for _ in TRACES:  # while the strangers are still there
+                session.await_line("Warning: 2 publishers on /")
+        assert session.end() == 0, session.said()
+        assert session.nodes() == {}
+        assert "Traceback" not in session.said()
+    noted = [event for event in session.events() if event.get("kind") == "stranger"]
+    assert {event["who"] for event in noted} == set(TRACES)
+    assert check_file(session.folder / "session.mcap").whole
+    assert session.summary()["stable"] is True
+    words = [ROOT / "pmwvc", "doctor", session.folder]
+    said = subprocess.run(words, capture_output=True, text=True, check=False).stdout
+    assert re.search(r"100 messages on /server/trace whose fields do not fit", said), said

@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Messages of other programs in a recording: left out, counted and named, never fatal."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from random import Random
+
+import handmade
+import numpy as np
+import pytest
+import strays
+from handmade import START_NS
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from pmwvc_analysis.doctor import check_recording
+from pmwvc_analysis.judge.budget import budget
+from pmwvc_analysis.judge.consistency import inconsistencies
+from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.recording.content import content_of
+from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.recording.reader import read_session, session_of
+from pmwvc_analysis.recording.recover import Salvage, messages
+from pmwvc_analysis.session_files import finish
+from pmwvc_core.errors import PmwvcError
+
+LENGTH_S = 0.24
+SCENARIO = handmade.scenario(duration_s=LENGTH_S)
+SLOW = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+
+class Own(list):
+    """The messages of a session; a failing test does not print them all."""
+
+    def __repr__(self):
+        return f"{len(self)} messages"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("own") / "session"
+    record_traces(place, handmade.session(duration_s=LENGTH_S), SCENARIO, start_ns=START_NS)
+    return place
+
+
+@pytest.fixture(scope="module")
+def own(folder):
+    return Own(messages(folder / "session.mcap", Salvage()))
+
+
+@pytest.fixture(scope="module")
+def undisturbed(folder):
+    return read_session(folder)
+
+
+def judged(found):
+    """Do what report and doctor do with a recording, without file and pictures."""
+    ordered = sorted(found, key=lambda each: each.log_ns)
+    traces = session_of(content_of(ordered, strays.STORE.deserialize_cdr), Path("none"))
+    result = summary(traces, SCENARIO, budget(traces, SCENARIO))
+    json.dumps(result, allow_nan=False)
+    inconsistencies(traces, SCENARIO)
+    return traces, result
+
+
+def same_motion(found, expected):
+    """Assert that the signals and energies that are judged are those of the session."""
+    assert [user.name for user in found.users] == [user.name for user in expected.users]
+    for user, other in zip(found.users, expected.users, strict=True):
+        for name in ("time_s", "tick", "x_m", "xd_m", "f_applied", "u_m", "v_m"):
+            np.testing.assert_array_equal(getattr(user, name), getattr(other, name))
+        for name, energy in other.energy.items():
+            np.testing.assert_array_equal(user.energy[name], energy)
+    np.testing.assert_array_equal(found.server.time_s, expected.server.time_s)
+    np.testing.assert_array_equal(found.server.f_s, expected.server.f_s)
+    np.testing.assert_array_equal(found.server.energy_u_s, expected.server.energy_u_s)
+
+
+def strangers(traces):
+    return [event for event in traces.events if event.get("kind") == "stranger"]
+
+
+@pytest.mark.parametrize("topic", ["/server/trace", "/user1/trace"])
+def test_messages_of_other_lengths_are_counted_and_left_out(own, undisturbed, topic):
+    some = [each for each in own if each.topic == topic][5:22]
+    odd = [strays.other_lengths(each, None, 5) for each in some]
+    traces, result = judged(own + odd)
+    same_motion(traces, undisturbed)
+    (event,) = strangers(traces)
+    assert re.match(rf"17 messages on {topic} whose fields do not fit", event["what"])
+    assert result["stable"] is True
+
+
+@pytest.mark.parametrize("topic", ["/server/trace", "/user1/trace", "/user1/wave_up"])
+@pytest.mark.parametrize("part", [slice(0, 1), slice(10, 27), slice(0, None)])
+def test_a_second_publisher_is_counted_and_left_out(own, undisturbed, topic, part):
+    some = [each for each in own if each.topic == topic][part]
+    second = [replace(strays.of_stranger(each), log_ns=each.log_ns + 1000) for each in some]
+    traces, _ = judged(own + second)
+    same_motion(traces, undisturbed)
+    (event,) = strangers(traces)
+    assert event["what"].startswith(f"{len(some)} message")
+    assert f"on {topic} from another publisher, left out" in event["what"]
+    packets = undisturbed.packets["/user1/wave_up"]
+    np.testing.assert_array_equal(traces.packets["/user1/wave_up"].wave, packets.wave)
+    assert traces.counts == undisturbed.counts
+
+
+def test_a_publisher_with_packets_of_its_own_is_left_out_where_it_overlaps(own, undisturbed):
+    second = [
+        replace(strays.of_stranger(each), log_ns=each.log_ns + 1000)
+        for each in own
+        if each.topic in ("/user1/trace", "/user1/wave_up") and each.log_ns % 3 == 0
+    ]
+    traces, _ = judged(own + second)
+    same_motion(traces, undisturbed)
+
+
+def test_a_message_with_the_sessions_epoch_and_another_number_is_left_out(own, undisturbed):
+    step = next(each for each in own if each.topic == "/server/trace")
+    odd = [
+        strays.with_value(step, "step", 10**9),
+        strays.with_value(step, "start_ns", 2**61),
+        strays.with_value(strays.with_value(step, "step", 10**4), "start_ns", 2**61),
+    ]
+    traces, _ = judged(own + odd)
+    same_motion(traces, undisturbed)
+    assert sum(int(event["what"].split()[0]) for event in strangers(traces)) == 3
+    assert traces.counts["/server/trace"]["missing"] == 0
+
+
+def test_a_node_that_starts_again_is_no_stranger(own):
+    """The control: an epoch that follows another in time is the same node, started again."""
+    half = sorted({each.log_ns for each in own})[len({each.log_ns for each in own}) // 2]
+
+    def restarted(each):
+        if each.topic in ("/user1/trace", "/user1/wave_up") and each.log_ns > half:
+            return strays.with_value(each, "epoch", 77)
+        return each
+
+    traces, _ = judged([restarted(each) for each in own])
+    assert strangers(traces) == []
+    assert any(event["what"] == "started 2 times" for event in traces.events)
+
+
+@given(st.integers(0, 2**32))
+@SLOW
+def test_whatever_comes_between_is_never_fatal(own, seed):
+    draw = Random(seed)
+    odd = [strays.mutated(draw, own) for _ in range(draw.randrange(1, 12))]
+    traces, result = judged(own + odd)
+    assert len(traces.users) == len(result["users"]) == 2
+
+
+@given(st.integers(0, 2**32))
+@SLOW
+def test_a_recording_in_which_anything_was_changed_is_never_fatal(own, seed):
+    draw = Random(seed)
+    changed = list(own)
+    for _ in range(draw.randrange(1, 30)):
+        changed[draw.randrange(len(own))] = strays.mutated(draw, own)
+    if seed % 2:
+        times = [each.log_ns for each in changed]
+        draw.shuffle(times)
+        changed = [replace(e, log_ns=log_ns) for e, log_ns in zip(changed, times, strict=True)]
+    try:
+        judged(changed)
+    except PmwvcError as error:
+        assert str(error)
+
+
+def test_the_report_of_a_disturbed_recording_is_written(own, folder, tmp_path):
+    odd = [strays.other_lengths(each, None, 3) for each in own[:200:3]]
+    odd += [replace(each, data=each.data[:50]) for each in own[:200:7]]
+    place = strays.written(tmp_path / "stray", own + odd)
+    (place / "scenario.yaml").write_bytes((folder / "scenario.yaml").read_bytes())
+    assert finish(place)["stable"] is True
+    assert any("do not fit together" in finding.text for finding in check_recording(place))
+    assert "do not fit together" in (place / "report.html").read_text("utf-8")
