@@ -34,8 +34,8 @@ from pmwvc_core.errors import PmwvcError
 
 MAIN_EXAMPLES = """\
 examples:
-  pmwvc doctor                 is this machine fit for it?
-  pmwvc scenarios              what is there to run
+  pmwvc doctor                 check whether this machine can run a session
+  pmwvc scenarios              list the scenarios
   pmwvc run carry_16ms         a live session: ROS 2 nodes, 1 kHz force loops, a report
   pmwvc simulate carry_16ms    the same in virtual time, without ROS
 """
@@ -45,7 +45,7 @@ examples:
   pmwvc {0} carry_16ms --duration 5 --set link.delay_s=0.05 --set user2.link.up.loss=0.1
   pmwvc {0} my_scenario.yaml --users 3 --out /tmp/three --json
 
---set takes any name that 'pmwvc scenarios NAME' prints; 'user2.' in front means that user only.
+--set takes any name that 'pmwvc scenarios NAME' prints; the prefix 'user2.' sets that user only.
 """
 REPORT_EXAMPLES = """\
 examples:
@@ -111,7 +111,7 @@ class Parser(argparse.ArgumentParser):
         hint = f"; did you mean {near[0]}?" if near else ""
         if owners:
             hint = f"; {word} is an option of {', '.join(owners)} only"
-        self.exit(2, f"{self.prog}: {message}{hint} ('{self.prog} --help' tells more)\n")
+        self.exit(2, f"{self.prog}: {message}{hint} (see '{self.prog} --help')\n")
 
 
 def _options_of(parser: argparse.ArgumentParser) -> set[str]:
@@ -157,7 +157,7 @@ def build_parser() -> argparse.ArgumentParser:
     ):
         _add_session_options(command(name, text, SESSION_EXAMPLES.format(name)))
 
-    report = command("report", "write the report of a recorded session anew", REPORT_EXAMPLES)
+    report = command("report", "rewrite the report of a recorded session", REPORT_EXAMPLES)
     report.add_argument("folder", metavar="FOLDER", help="a session folder")
     add_check(report)
     report.add_argument(
@@ -181,7 +181,7 @@ def build_parser() -> argparse.ArgumentParser:
     scenarios.add_argument("name", nargs="?", metavar="NAME", help="name, or a YAML file")
     add_json(scenarios)
 
-    doctor = command("doctor", "examine this machine or a recorded session", DOCTOR_EXAMPLES)
+    doctor = command("doctor", "check this machine or a recorded session", DOCTOR_EXAMPLES)
     doctor.add_argument("folder", nargs="?", metavar="FOLDER", help="a session folder")
     doctor.add_argument(
         "--mend",

@@ -18,6 +18,7 @@ from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.output import document
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.presets import PRESETS
+from pmwvc_core.plural import count
 from pmwvc_core.simulation.scenario import Scenario
 
 NODES = plan.MODULES
@@ -61,7 +62,8 @@ def simulate(arguments: argparse.Namespace) -> int:
             )
         fault = traces.metadata.get("environment")
         if fault is not None:
-            text = "a damper stood in for {contained_steps} steps: {last_fault}".format(**fault)
+            steps = count(fault["contained_steps"], "step")
+            text = f"a damper replaced the environment in {steps}: {fault['last_fault']}"
             console.print(f"  Warning: {text}", markup=False)
         record_traces(folder, traces, scenario, metadata={"environment": fault} if fault else {})
         return _finished(console, folder, scenario, write=write, check=arguments.check)
@@ -211,7 +213,7 @@ def _announce(console: Console, scenario: Scenario, folder: Path, *, live: bool)
     from pmwvc_analysis.judge import prediction_words
 
     kind = "live" if live else "simulated"
-    users = "one user" if len(scenario.users) == 1 else f"{len(scenario.users)} users"
+    users = count(len(scenario.users), "user")
     console.print(
         f"{scenario.name}: {scenario.duration_s:g} s {kind}, {users}, {scenario.controller}"
     )
@@ -277,7 +279,7 @@ def _verdict(summary: dict[str, Any]) -> list[str]:
         if user["environment_limited"]:
             parts.append(environment.words(user["environment_limited"]))
         if user["ticks_missing"]:
-            parts.append(f"{user['ticks_missing']} ticks missing")
+            parts.append(f"{count(user['ticks_missing'], 'tick')} not recorded")
         found.append(f"  {user['name']}: {'; '.join(parts)}")
     found += [f"  {line['text']}" for line in check.interventions(summary)]
     if summary["recording"]["holes"]:

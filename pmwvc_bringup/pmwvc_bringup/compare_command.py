@@ -19,6 +19,7 @@ from pmwvc_bringup.output import document
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.variants import fitting, words_of
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.plural import count
 
 EXAMPLES = """\
 examples:
@@ -32,7 +33,7 @@ examples:
 waves (plain), or features on plain waves, joined by +: printed, corrected, ledger (compensation of
 an unknown environment decoded late), secant (ledger behind a learned slope), velocity_filter,
 velocity_filter_printed, filter_bank, complementary_bank, position, position_printed,
-position_integral. What a scenario cannot have is left out, and said.
+position_integral. What a scenario does not allow is left out with a note.
 
 Every combination of the values runs with the same hands and the same fate of every packet (one
 seed), in virtual time or, with --live, as nodes one session after the other. virtual_coupling,
@@ -42,7 +43,7 @@ tdpa and pspm are tuned by their rules for each combination, unless baseline.NAM
 
 def add(several: Any) -> None:
     """Add the command to the sub-commands of a parser."""
-    text = "run a scenario over several parameters and report side by side"
+    text = "run a scenario with several parameter values and compare the results"
     parser = several.add_parser("compare", help=text, description=f"{text}.", epilog=EXAMPLES)
     parser.set_defaults(command=run)
     add_scenario(parser)
@@ -51,7 +52,7 @@ def add(several: Any) -> None:
         action="append",
         default=[],
         metavar="NAME=A,B,...",
-        help="values of a parameter; may be given again",
+        help="values of a parameter; may be repeated",
     )
     parser.add_argument("--controllers", metavar="A,B,...", help="controllers by name; see below")
     parser.add_argument("--duration", type=float, metavar="S", help="length of each session in s")
@@ -89,7 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
     with document(wanted=arguments.json) as write:
         console = Console(highlight=False, soft_wrap=True)
         console.print(
-            f"{name}: {len(chosen)} sessions, {'live' if arguments.live else 'simulated'}"
+            f"{name}: {count(len(chosen), 'session')}, {'live' if arguments.live else 'simulated'}"
         )
         with Progress(
             console=console, transient=True, disable=arguments.live or not console.is_terminal
@@ -207,8 +208,8 @@ def lines(found: dict[str, Any]) -> list[str]:
         "peak [Hz]",
         "free [kg]",
         "free [N s/m]",
-        "apart [mm]",
-        "dF [N]",
+        "offset [mm]",
+        "force err [N]",
         "balance [mJ]",
         "noise [mN]",
     )

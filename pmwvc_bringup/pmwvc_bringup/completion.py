@@ -19,7 +19,7 @@ examples:
 
 def add(several: Any) -> None:
     """Add the command to the sub-commands of a parser."""
-    text = "print the code that makes a shell complete pmwvc's words"
+    text = "print the completion script for a shell"
     parser = several.add_parser("completion", help=text, description=f"{text}.", epilog=EXAMPLES)
     parser.set_defaults(command=run)
     parser.add_argument("shell", nargs="?", choices=SHELLS, default="bash", help="bash by default")

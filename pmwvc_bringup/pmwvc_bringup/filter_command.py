@@ -37,12 +37,12 @@ NAME = "filter"
 
 def add(several: Any) -> None:
     """Add the command to the sub-commands of a parser."""
-    text = "design and judge the velocity filter of a scenario"
+    text = "design and check the velocity filter of a scenario"
     parser = several.add_parser("filter", help=text, description=f"{text}.", epilog=EXAMPLES)
     parser.set_defaults(command=run)
     add_scenario(parser)
     add_settings(parser)
-    parser.add_argument("--out", metavar="FOLDER", help="write figure and numbers there")
+    parser.add_argument("--out", metavar="FOLDER", help="folder for figure and numbers")
     add_json(parser)
 
 

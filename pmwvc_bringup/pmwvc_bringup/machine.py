@@ -105,7 +105,7 @@ def _cores() -> Finding:
     if count < 2:
         return Finding("cores", WARNING, text, "two cores or more: loops wait for each other")
     if load > count:
-        return Finding("cores", WARNING, text, "end other programs: loops will be late")
+        return Finding("cores", WARNING, text, "close other programs: loops will be late")
     return Finding("cores", OK, text)
 
 
@@ -119,8 +119,8 @@ def _clock() -> Finding:
 
     _in_thread(loop)
     half, most = np.percentile(late_ns, (50, 99)) / 1e3
-    text = f"resolution {resolution_ns:.0f} ns; 1 kHz wake-ups {half:.0f} us late"
-    text += f" (99 %: {most:.0f} us)"
+    text = f"resolution {resolution_ns:.0f} ns; 1 kHz wake-ups: median lateness {half:.0f} µs"
+    text += f", 99th percentile {most:.0f} µs"
     if resolution_ns > 1000:
         return Finding("clock", PROBLEM, text, "a kernel with high-resolution timers is needed")
     if most > 1000:

@@ -29,7 +29,7 @@ examples:
   pmwvc map carry_16ms --x server.contact_stiffness --y link.delay_s --sessions sessions/*carry*
   pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
 
-NAME=FIRST:LAST:COUNT; a name alone takes a range that suits it. An interrupted map goes on where
+NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. An interrupted map goes on where
 it stopped when the same command is given again. Written are map.png, .svg, .npz, .csv, .mat and
 .json.
 """
@@ -52,7 +52,11 @@ def add(several: Any) -> None:
             f"--{axis}", required=True, metavar="NAME[=A:B:N]", help=f"parameter along {axis}"
         )
     parser.add_argument(
-        "--sessions", nargs="+", default=[], metavar="FOLDER", help="session folders, as points"
+        "--sessions",
+        nargs="+",
+        default=[],
+        metavar="FOLDER",
+        help="session folders to draw as points",
     )
     parser.add_argument(
         "--out",

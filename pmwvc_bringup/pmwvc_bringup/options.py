@@ -19,7 +19,7 @@ def add_settings(parser: argparse.ArgumentParser, *, what: str = "a parameter") 
         default=[],
         metavar="NAME=VALUE",
         dest="settings",
-        help=f"change {what}; may be given again",
+        help=f"change {what}; may be repeated",
     )
 
 
@@ -28,7 +28,7 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     add_scenario(parser)
     add_settings(parser)
     parser.add_argument(
-        "--live", action="store_true", help="with the phases of a live session's loops"
+        "--live", action="store_true", help="use the loop phases of a live session"
     )
 
 

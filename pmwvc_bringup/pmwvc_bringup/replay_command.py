@@ -31,7 +31,7 @@ A link whose parameters are set is simulated with them.
 
 def add(several: Any) -> None:
     """Add the command to the sub-commands of a parser."""
-    text = "run a recorded session again in virtual time with other parameters"
+    text = "replay a recorded session in virtual time with other parameters"
     parser = several.add_parser("replay", help=text, description=f"{text}.", epilog=EXAMPLES)
     parser.set_defaults(command=run)
     parser.add_argument("folder", metavar="FOLDER", help="a session folder")
@@ -147,5 +147,5 @@ def _lines(found: dict[str, Any]) -> list[str]:
         state = "stable" if session["stable"] else f"not stable: {session['instability']}"
         lines.append(f"  {session['label']}: {state}")
     lines += [f"  note: {note}" for note in found["notes"]]
-    lines.append(f"  {found['times_real_time']:.0f} times faster than real time")
+    lines.append(f"  {found['times_real_time']:.0f} times real time")
     return lines

@@ -18,15 +18,16 @@ examples:
   pmwvc stability carry_16ms --set server.coupling=one_frame_late --set link.delay_s=0.024
   pmwvc stability my_scenario.yaml --users 3 --json
 
-Exact for hands off and all contacts touching. Keys of --json: spectral_radius, stable, k_max (N/m,
-null: none up to k_max_bound is unstable), k_max_bound, islands, rigid_body_modes, states,
-hyperframe_ticks, slowest, notes.
+Exact with hands off and all contacts touching.
+
+Keys of --json: spectral_radius, stable, k_max (N/m, null: none up to k_max_bound is unstable),
+k_max_bound, islands, rigid_body_modes, states, hyperframe_ticks, slowest, notes.
 """
 
 
 def add(several: Any) -> None:
     """Add the command to the sub-commands of a parser."""
-    text = "tell from the exact model whether a scenario is stable, and up to which stiffness"
+    text = "compute stability and the largest stable contact stiffness from the exact model"
     parser = several.add_parser("stability", help=text, description=f"{text}.", epilog=EXAMPLES)
     parser.set_defaults(command=run)
     add_model_options(parser)
@@ -35,7 +36,7 @@ def add(several: Any) -> None:
         type=float,
         default=1e6,
         metavar="K",
-        help="largest stiffness looked at in N/m (default: 1e6)",
+        help="largest contact stiffness to search, in N/m (default: 1e6)",
     )
     add_json(parser)
 

@@ -35,14 +35,14 @@ stretches, from_hz, to_hz, coherence_median, error_median), notes. null: there i
 
 def add(several: Any) -> None:
     """Add the command to the sub-commands of a parser."""
-    text = "tell what a user feels through the link, beside an ideal one"
+    text = "compute the stiffness, damping and mass that a user feels, beside an ideal link"
     parser = several.add_parser("transparency", help=text, description=f"{text}.", epilog=EXAMPLES)
     parser.set_defaults(command=run)
     add_model_options(parser)
     parser.add_argument(
-        "--user", metavar="NAME", dest="whose", help="whose device (default: the first user's)"
+        "--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"
     )
-    parser.add_argument("--out", metavar="FOLDER", help="write figure, curves and numbers there")
+    parser.add_argument("--out", metavar="FOLDER", help="folder for figure, curves and numbers")
     add_json(parser)
 
 

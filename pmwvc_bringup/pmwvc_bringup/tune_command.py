@@ -35,7 +35,7 @@ def add(several: Any) -> None:
     parser.set_defaults(command=run)
     add_model_options(parser)
     parser.add_argument(
-        "--out", metavar="FILE", help="write the scenario with the proposal, as YAML"
+        "--out", metavar="FILE", help="YAML file for the scenario with the proposal"
     )
     add_json(parser)
 

@@ -30,7 +30,7 @@ from pmwvc_core.runtime.parameters import ParameterBinding, declare_names, decla
 DIRECTIONS = ("up", "down")
 WAVE = "pmwvc_msgs/msg/Wave"
 OTHER = 2  # in place of a direction, in the random streams of links that are no user's
-SEED = Spec(int, "-", low=0, high=2**31 - 1, description="seed of everything random")
+SEED = Spec(int, "-", low=0, high=2**31 - 1, description="seed of all random numbers")
 RELIABLE = Spec(bool, description="both ends reliable instead of best effort")
 
 

@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
+from pmwvc_core.plural import count
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
@@ -134,8 +135,10 @@ class Server:
         new, self._contained = steps - self._contained, steps
         if not new:
             return ""
-        self.node.get_logger().warning(f"{text}: a damper stood in for {new} steps")
-        return f"a damper stood in for the environment in {new} steps: {text}"
+        self.node.get_logger().warning(
+            f"{text}: a damper replaced the environment in {count(new, 'step')}"
+        )
+        return f"a damper replaced the environment in {count(new, 'step')}: {text}"
 
 
 def _user_values(name: str, presence: Presence, inbox: Receiver) -> dict[str, object]:

@@ -139,7 +139,7 @@ def test_direct_coupling_over_a_delay_is_named():
         for good, words in budget_summary.lines(found, Passivity(tuple(found.findings)))
         if not good
     ]
-    assert any("link, both ways" in words for words in said)
+    assert any("link, both directions" in words for words in said)
 
 
 def test_a_link_that_amplifies_is_named_with_what_it_gave():
@@ -178,7 +178,7 @@ def test_what_was_not_recorded_is_said_and_still_nearly_closes():
     traces, scenario = simulated("carry_16ms", "device.damping=3")
     without_blocks(traces.users[0], slice(300, 303))
     found = budget(traces, scenario)
-    assert found.notes == ["user1: 24 ticks were not recorded"]
+    assert found.notes == ["user1: 24 ticks not recorded"]
     assert found.closes
     assert np.abs(found.residual_j).max() > 1e-9  # it shows all the same
     assert found.tolerance_j == pytest.approx(TOLERANCE_NOTED * found.moved_j, rel=1e-6)

@@ -95,7 +95,7 @@ def test_remainders_are_named_with_what_they_hide():
     lines = [words for _, words in budget_summary.lines(found, passivity(traces, scenario, found))]
     assert any("Remainder" in words and "stored and heat" in words for words in lines)
     labels = [label for label, _ in budget_summary.rows(found)]
-    assert "turned to heat in the environment (remainder)" in labels
+    assert "dissipated in the environment (remainder)" in labels
     # the control: with the loop solved and exact sensors every part is computed for itself
     scenario = files.load("carry_16ms", duration_s=2.0)
     assert budget(simulate_one(scenario), scenario).remainders == []

@@ -48,7 +48,7 @@ def test_the_printed_filter_is_flagged_by_the_conditions_it_misses(capfd):
     assert found["designed"] == "given"
     assert found["flags"] == ["any_environment", "switching"]
     assert main(["filter", "wall_filtered", *PRINTED]) == 0
-    assert "flagged: not met is any_environment, switching" in capfd.readouterr().out
+    assert "conditions not met: any_environment, switching" in capfd.readouterr().out
 
 
 def test_the_equivalent_form_is_flagged_at_the_device(capfd):

@@ -41,7 +41,7 @@ def test_what_is_not_stable_is_an_answer_too(pmwvc):
     assert result.returncode == 0
     assert "NOT stable" in result.stdout
     assert "grows by a factor e" in result.stdout
-    assert "largest contact stiffness: 47.1 N/m" in result.stdout
+    assert "largest stable contact stiffness: 47.1 N/m" in result.stdout
 
 
 @pytest.mark.parametrize(

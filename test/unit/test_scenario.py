@@ -91,7 +91,7 @@ def test_every_mistake_is_named_at_once_with_value_range_and_nearest_name():
         "master.impedance = -3.0: must be 0.01..1000 N s/m",
         "master.rate_drop = 0: must be 1..1000",
         "device.mass = -1.0: must be > 0 kg",
-        "user3: there are only 2 users",
+        "user3: users = 2; raise users or remove it",
         "did you mean server.coupling?",
         "server.contact = 'sticky': must be one of bilateral, grip",
         "did you mean link.delay_s?",

@@ -147,7 +147,7 @@ def test_the_table_names_every_row_and_ends_with_the_command():
     scenario = wall()
     found = propose(scenario)
     lines = sentences(scenario, found)
-    assert lines[-1].startswith("take it with: --set master.impedance=")
+    assert lines[-1].startswith("use it with: --set master.impedance=")
     for label in found.others:
         assert any(line.strip().startswith(label) for line in lines)
     document = answer(scenario, found)

@@ -29,6 +29,7 @@ from pmwvc_analysis.judge.energy import running
 from pmwvc_analysis.judge.remainders import Remainder, of_server
 from pmwvc_analysis.judge.stretches import stretches
 from pmwvc_core.numeric import Array
+from pmwvc_core.plural import count
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.wave.content import has_waves
@@ -160,7 +161,7 @@ def _notes(
                 "there"
             )
         if missing:
-            found.append(f"{user.name}: {missing} ticks were not recorded")
+            found.append(f"{user.name}: {count(missing, 'tick')} not recorded")
         if Remainder(user.name, "device_damping") in left_over:
             found.append(
                 f"{user.name}: position or velocity is measured, and its device's model does not "

@@ -69,7 +69,7 @@ def rows(found: Budget) -> list[tuple[str, list[float | None]]]:
         sums = [found.parts[owner].get(part) for owner in owners]
         label = words_of(part) + (" (remainder)" if part in left_over else "")
         table.append((label, [None if s is None else float(s[-1]) for s in sums]))
-    table.append(("not explained", [float(found.residuals[owner][-1]) for owner in owners]))
+    table.append(("residual", [float(found.residuals[owner][-1]) for owner in owners]))
     return table
 
 

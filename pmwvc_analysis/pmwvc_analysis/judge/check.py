@@ -7,6 +7,8 @@ Everything is read from the summary: terminal, report and exit code cannot diffe
 
 from typing import Any
 
+from pmwvc_core.plural import count
+
 TAKEN = ("damping", "release", "limit")  # kinds of events in which safety limits took over
 
 Line = dict[str, Any]  # ``ok``: true, false, or null for what is not known; ``text``
@@ -49,7 +51,7 @@ def reasons(summary: dict[str, Any]) -> list[str]:
     if summary["recording"]["holes"]:
         found.append(hole_text(summary))
     elif missing := sum(summary["recording"]["missing"].values()):
-        found.append(f"{missing} messages were not recorded")
+        found.append(f"{count(missing, 'message')} not recorded")
     return found
 
 
@@ -81,7 +83,7 @@ def interventions(summary: dict[str, Any]) -> list[Line]:
             first = own[0]
             text = f"{user['name']}: {first['what']} at {first['time_s']:.2f} s"
             if len(own) > 1:
-                text += f"; {len(own) - 1} more events, last: {own[-1]['what']}"
+                text += f"; {count(len(own) - 1, 'more event')}, last: {own[-1]['what']}"
                 text += f" at {own[-1]['time_s']:.2f} s"
             text += "."
             found.append(_line(None, text))

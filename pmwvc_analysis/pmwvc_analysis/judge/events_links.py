@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pmwvc_analysis.judge.event import Event, event
+from pmwvc_core.plural import count
 from pmwvc_core.simulation.traces import FateTraces, SessionTraces
 
 SILENT_S = 0.1
@@ -20,12 +21,14 @@ def silences(traces: SessionTraces) -> Iterator[Event]:
     for name, fates in traces.fates.items():
         found = list(_of_link(fates))
         for start_ns, length_s, lost in found[:MOST]:
-            what = f"nothing delivered for {length_s:.3f} s ({lost} packets lost or dropped)"
+            what = (
+                f"nothing delivered for {length_s:.3f} s ({count(lost, 'packet')} lost or dropped)"
+            )
             start_s = (start_ns - zeros.get(name, 0)) * 1e-9
             yield event(start_s, f"link {name}", "link", what)
         if len(found) > MOST:
             start_s = (found[MOST][0] - zeros.get(name, 0)) * 1e-9
-            what = f"silent another {len(found) - MOST} times"
+            what = f"silent {count(len(found) - MOST, 'more time')}"
             yield event(start_s, f"link {name}", "link", what)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from pmwvc_analysis.judge import holes
 from pmwvc_analysis.judge.event import Event, changes, event, runs
 from pmwvc_core.numeric import Array
+from pmwvc_core.plural import count
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
 
 ABSENT, DAMPING = 0, 3  # of a user at the server
@@ -48,7 +49,7 @@ def _stalls(
         text = f"no {what} for {pauses[row] - period_s:.3f} s: the loop did not run"
         yield event(float(time_s[row]), who, "stall", text)
     if len(found) > MOST:
-        text = f"another {len(found) - MOST} pauses of {what}"
+        text = f"{count(len(found) - MOST, 'more pause')} of {what}"
         yield event(float(time_s[found[MOST]]), who, "stall", text)
 
 
@@ -103,7 +104,7 @@ def _contacts(
             cause = _cause(server, place, user, end)
             yield event(end, name, "release", f"the avatar no longer touches: {cause}")
     if len(found) > MOST:
-        text = f"{made} made and lost another {len(found) - MOST} times"
+        text = f"{made} made and lost {count(len(found) - MOST, 'more time')}"
         yield event(float(server.time_s[found[MOST][0]]), name, made, text)
 
 

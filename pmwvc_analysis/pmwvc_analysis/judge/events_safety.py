@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.judge.event import Event, event, runs
+from pmwvc_core.plural import count
 from pmwvc_core.simulation.traces import UserTraces
 
 STARTING, COUPLED, DAMPING, FAULT = 0, 1, 2, 3
@@ -61,8 +62,9 @@ def _limits(user: UserTraces) -> Iterator[Event]:
         yield event(float(user.time_s[first]), who, "limit", what)
     if len(found) > MOST:
         first, last = found[MOST][0], found[-1][1]
+        times = count(len(found) - MOST, "more time")
         what = (
-            f"force limited another {len(found) - MOST} times until {user.time_s[last]:.2f} s, "
+            f"force limited {times} until {user.time_s[last]:.2f} s, "
             f"{float(flags.sum()) * user.tick_s:.2f} s in all"
         )
         yield event(float(user.time_s[first]), who, "limit", what)

@@ -31,6 +31,7 @@ import numpy as np
 
 from pmwvc_analysis.judge import environment
 from pmwvc_analysis.judge.oscillation import motions, strength
+from pmwvc_core.plural import count
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces, UserTraces
 
@@ -97,7 +98,7 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     if unknown:
         why = f"too little of the motion of {', '.join(unknown)} was recorded"
         return Verdict(None, why, strongest, judged=False)
-    return Verdict(None, "motion beyond what is on purpose dies out", strongest)
+    return Verdict(None, "motion faster than the voluntary band decays", strongest)
 
 
 def _outside(traces: SessionTraces, scenario: Scenario | None) -> str:
@@ -139,7 +140,7 @@ def _limited(traces: SessionTraces) -> str:
         share, events = _shortened(user, traces.duration_s)
         if share > 0.05 and events >= 3:
             return (
-                f"{user.name}: the force was limited {events} times, "
+                f"{user.name}: the force was limited {count(events, 'time')}, "
                 f"{share:.0%} of the second half"
             )
     return ""

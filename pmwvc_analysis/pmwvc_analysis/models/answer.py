@@ -10,6 +10,7 @@ import numpy as np
 from pmwvc_analysis.models import rigid, stability
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.multirate import transitions
+from pmwvc_core.plural import count
 from pmwvc_core.simulation.scenario import Scenario
 
 
@@ -61,22 +62,23 @@ def sentences(found: dict[str, Any]) -> list[str]:
     rate = slowest["per_second"]
     lines = [f"{found['scenario']}: {word}, spectral radius {found['spectral_radius']:.6f}"]
     if rate is not None:
-        course = "grows" if rate > 0.0 else "dies out"
+        course = "grows" if rate > 0.0 else "decays"
         lines.append(
-            f"  the slowest motion ({slowest['frequency_hz']:.2f} Hz) {course} by a factor e "
-            f"in {1.0 / abs(rate):.3g} s"
+            f"  slowest mode: {slowest['frequency_hz']:.2f} Hz, {course}, "
+            f"time constant {1.0 / abs(rate):.3g} s"
             if rate
-            else f"  the slowest motion ({slowest['frequency_hz']:.2f} Hz) neither grows nor dies"
+            else f"  slowest mode: {slowest['frequency_hz']:.2f} Hz, neither grows nor decays"
         )
     if found["k_max"] is None:
-        lines.append(f"  no contact stiffness up to {found['k_max_bound']:g} N/m is unstable")
+        lines.append(f"  stable at every contact stiffness up to {found['k_max_bound']:g} N/m")
     elif found["k_max"] == 0.0:
         lines.append("  no contact stiffness is stable")
     else:
-        lines.append(f"  largest contact stiffness: {found['k_max']:.1f} N/m")
+        lines.append(f"  largest stable contact stiffness: {found['k_max']:.1f} N/m")
     lines += [f"  stable again from {low:.1f} to {high:.1f} N/m" for low, high in found["islands"]]
     lines.append(
-        f"  {found['states']} states over {found['hyperframe_ticks']} ticks, "
-        f"{found['rigid_body_modes']} rigid-body modes taken out"
+        f"  model: {count(found['states'], 'state')}, hyperperiod of "
+        f"{count(found['hyperframe_ticks'], 'tick')}, "
+        f"{count(found['rigid_body_modes'], 'rigid-body mode')} removed"
     )
     return lines + [f"  note: {note}" for note in found["notes"]]

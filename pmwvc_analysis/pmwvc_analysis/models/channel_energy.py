@@ -171,7 +171,7 @@ def first_order_hold_left(packets: Array, *, rate_drop: int, tick_s: float) -> A
 
 
 def delay_energy(force: Array, *, impedance: float, period_s: float) -> dict[str, Array]:
-    """Return what decoding with the force of the step before does to the energy (App. C Eq. 12).
+    """Return what decoding with the force of the previous step does to the energy (App. C Eq. 12).
 
     With xd(n) = sqrt(2/b) u(n) - F(n-1)/b the port takes in (u^2 - v^2)/2 = F xd + d(n), where
     d(n) = [F(n) F(n-1) - F(n)^2]/b is less than the environment gets. Summed, with F(-1) = 0,

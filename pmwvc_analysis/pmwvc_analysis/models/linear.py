@@ -63,7 +63,7 @@ def require_linear(scenario: Scenario) -> None:
         settings = " ".join(f"--set {setting}" for setting in _settings(found))
         raise NonlinearError(
             f"{scenario.name} is not linear: {', '.join(element.said for element in found)}; ask "
-            f"for the nearest linear one with {settings}, or use 'pmwvc simulate', which has all"
+            f"for the nearest linear scenario with {settings}, or use 'pmwvc simulate'"
         )
 
 
@@ -134,20 +134,20 @@ def notes_of(scenario: Scenario) -> list[str]:
     users = scenario.users
     found = []
     if any(user.contact.contact == "grip" for user in users):
-        found.append("Grip contacts are taken as two-sided: the answer holds while all touch.")
+        found.append("Grip contacts are modelled as two-sided: valid while all users touch.")
     if any(
         user.master.bank.kind != "none" and user.master.local_model.acts != "everywhere"
         for user in users
     ):
-        found.append("Local models that act on one side are taken as in place.")
+        found.append("One-sided local models are modelled as always in contact.")
     if any(user.operator.kind == "hand" or "motion" in user.operator.kind for user in users):
-        found.append("Hands are given forces: their own stiffness and mass are left out.")
+        found.append("Hands are modelled as applied forces, without stiffness and mass.")
     effects = left_out(scenario)
     if effects:
         found.append(f"Left out, as every packet takes delay_s: {'; '.join(effects)}.")
     if scenario.dof > 1:
         found.append("One axis is analysed: all axes have the same model.")
-    found.append("Limits on force, speed and workspace are taken as not reached.")
+    found.append("Limits of force, speed and workspace are not modelled.")
     return found
 
 

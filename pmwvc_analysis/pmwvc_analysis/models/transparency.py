@@ -254,4 +254,4 @@ def _how(scenario: Scenario, user: int, forces: list[float], *, balanced: bool) 
     against = f"{name} presses against {' and '.join(others)}"
     if not balanced:
         return f"{against}; their forces do not balance at the object."
-    return f"{against}: the object stays in balance."
+    return f"{against}, so the object stays at rest."

@@ -16,6 +16,11 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 
 NAME = "transparency"
+RENDERED = (
+    ("stiffness", "k_felt", "N/m"),
+    ("damping", "b_felt", "N s/m"),
+    ("mass", "mass_felt", "kg"),
+)
 
 
 def answer(
@@ -65,12 +70,12 @@ def sentences(document: dict[str, Any]) -> list[str]:
     found = []
     for who, felt in ((f"{user}, through the link", document), ("ideal", ideal)):
         parts = [
-            f"{felt[key]:.4g} {unit}"
-            for key, unit in (("k_felt", "N/m"), ("b_felt", "N s/m"), ("mass_felt", "kg"))
+            f"{name} {felt[key]:.4g} {unit}"
+            for name, key, unit in RENDERED
             if felt[key] is not None
         ]
         peak = felt["first_peak_hz"]
-        parts.append("no peak" if peak is None else f"first peak {peak:.4g} Hz")
+        parts.append("no resonance" if peak is None else f"first resonance {peak:.4g} Hz")
         found.append(f"{who}: {', '.join(parts)}")
     seen = document["measured"]
     if seen is not None:
@@ -78,7 +83,7 @@ def sentences(document: dict[str, Any]) -> list[str]:
         found.append(
             f"measured: {seen['points']} frequencies from {seen['from_hz']:.3g} to "
             f"{seen['to_hz']:.3g} Hz, median coherence {seen['coherence_median']:.3f}, median "
-            f"distance from the model {error}"
+            f"deviation from the model {error}"
         )
     return found + [f"  {note}" for note in document["notes"]]
 

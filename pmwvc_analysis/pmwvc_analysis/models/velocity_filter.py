@@ -153,22 +153,22 @@ def sentences(result: dict[str, Any]) -> list[str]:
     )
     lines = [
         f"{result['scenario']}, {result['user']}: {result['kind']} velocity filter, {where}, "
-        f"{result['share']:g} of it fed back ({result['designed']})",
-        f"  noise of an encoder in the force: {result['noise_gain']:.3g} of that without "
-        f"({1.0 / max(result['noise_gain'], 1e-9) ** 2:.0f} times less power)",
-        f"  in phase (Eq. 14): {_left(result['in_phase_margin'])} left, least at "
+        f"feedback share {result['share']:g} ({result['designed']})",
+        f"  encoder noise in the force: {result['noise_gain']:.3g} of that without the filter "
+        f"(power lower by a factor of {1.0 / max(result['noise_gain'], 1e-9) ** 2:.0f})",
+        f"  margin, environment in phase (Eq. 14): {_left(result['in_phase_margin'])}, least at "
         f"{result['in_phase_worst_hz']:.3g} Hz",
-        f"  any environment: {_left(result['any_environment_margin'])} left, least at "
+        f"  margin, any environment: {_left(result['any_environment_margin'])}, least at "
         f"{result['any_environment_worst_hz']:.3g} Hz",
-        f"  anything passive that switches, behind the rate drop: at most "
-        f"{result['switching_gain']:.4f} times the wave comes back",
+        f"  gain for a switching passive environment behind the rate drop: "
+        f"{result['switching_gain']:.4f} (at most 1 is passive)",
     ]
     if result["port_margin"] is not None:
         lines.append(
             f"  at the device (equivalent form): {_left(result['port_margin'])} b of damping"
         )
     flags = ", ".join(result["flags"])
-    return [*lines, f"  flagged: not met is {flags}" if flags else "  all conditions are met"]
+    return [*lines, f"  conditions not met: {flags}" if flags else "  all conditions are met"]
 
 
 def _left(margin: float) -> str:

@@ -12,6 +12,7 @@ from pmwvc_analysis.show.colours import user_tint
 from pmwvc_analysis.show.style import spans
 from pmwvc_analysis.show.text import quantity
 from pmwvc_core.numeric import Array
+from pmwvc_core.plural import count
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import FateTraces, SessionTraces
 
@@ -90,7 +91,7 @@ def network(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
             Panel(
                 "delay [ms]",
                 dots=_packets(fates, time_s, tint),
-                title=f"{user} {way}: {len(fates.number)} packets, {lost} lost",
+                title=f"{user} {way}: {count(len(fates.number), 'packet')}, {lost} lost",
                 tint=tint,
                 with_zero=True,
                 height=90.0,

@@ -17,7 +17,7 @@ COLUMNS = (  # measure, heading, factor
     ("first_peak_hz", "first resonance [Hz]", 1.0),
     ("mass_free_kg", "mass in free space [kg]", 1.0),
     ("damping_free_n_s_m", "damping in free space [N s/m]", 1.0),
-    ("coherency_rms_m", "device from avatar, RMS [mm]", 1e3),
+    ("coherency_rms_m", "offset of the device from its avatar, RMS [mm]", 1e3),
     ("force_error_rms_n", "force error, RMS [N]", 1.0),
     ("energy_min_j", "lowest energy balance of a port [mJ]", 1e3),
     ("force_noise_n", "force noise, RMS [mN]", 1e3),

@@ -10,7 +10,8 @@ import numpy as np
 from pmwvc_analysis.judge.budget_result import Budget
 from pmwvc_analysis.judge.budget_words import GROUPS
 from pmwvc_analysis.show import recorded
-from pmwvc_analysis.show.text import count, listed, quantity
+from pmwvc_analysis.show.text import listed, quantity
+from pmwvc_core.plural import count
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces
 

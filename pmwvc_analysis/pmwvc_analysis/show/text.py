@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from pmwvc_core.plural import count
+
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 NOTHING = "–"
 
@@ -19,11 +21,6 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> str:
         return f"0 {unit}"
     factor, prefix = next((p for p in _PREFIXES if size >= p[0]), _PREFIXES[-1])
     return f"{value / factor:.{digits}g} {prefix}{unit}"
-
-
-def count(number: int, thing: str) -> str:
-    """Return a number of things: ``1 user``, ``2 users``."""
-    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def users(number: int) -> str:

@@ -39,11 +39,11 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     """Return the proposal for a terminal."""
     rows = {"proposed": found.best, **found.others}
     width = max(map(len, rows))
-    lines = [f"{scenario.name}: what each choice gives the first user"]
+    lines = [f"{scenario.name}: what each choice renders to the first user"]
     if found.elements:
         said = ", ".join(dict.fromkeys(element.said for element in found.elements))
         instead = ", ".join(dict.fromkeys(map(setting, found.elements)))
-        lines.append(f"  not linear: {said}; felt, mass and K max are with {instead}")
+        lines.append(f"  not linear: {said}; stiffness, mass, K max computed with {instead}")
     for heads in (HEADS, UNITS):
         lines.append(" " * (width + 4) + "  ".join(f"{head:>8}" for head in heads))
     for label, row in rows.items():
@@ -59,7 +59,7 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     lines += [f"  {label}: {costs(best, row)}" for label, row in found.others.items()]
     settings = best.choice.settings(scenario)
     words = " ".join(f"--set {key}={value}" for key, value in settings.items())
-    return [*lines, f"take it with: {words}"]
+    return [*lines, f"use it with: {words}"]
 
 
 def _cells(row: Rating) -> list[str]:
@@ -86,8 +86,8 @@ def costs(best: Rating, other: Rating) -> str:
         return f"not stable with nothing touched (spectral radius {other.free_radius:.6f})"
     found = []
     for word, ours, theirs in (
-        ("felt stiffness", best.k_felt, other.k_felt),
-        ("felt mass", best.mass_felt, other.mass_felt),
+        ("stiffness", best.k_felt, other.k_felt),
+        ("mass", best.mass_felt, other.mass_felt),
         ("noise", best.noise_n, other.noise_n),
         ("lag", best.lag_s, other.lag_s),
     ):
@@ -95,4 +95,4 @@ def costs(best: Rating, other: Rating) -> str:
             found.append(f"{word} {(theirs / ours - 1.0) * 100.0:+.0f} %")
     if best.passive and not other.passive:
         found.append("no longer proved passive")
-    return ", ".join(found) or "the same in everything listed"
+    return ", ".join(found) or "no difference in the quantities listed"

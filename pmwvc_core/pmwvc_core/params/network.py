@@ -9,7 +9,7 @@ from pmwvc_core.params.fields import Validated, parameter
 
 @dataclass(frozen=True)
 class LinkParams(Validated):
-    """What happens to the packets of one direction."""
+    """Network conditions of one direction."""
 
     delay_s: float = parameter(0.0, "s", "constant one-way delay", low=0.0, high=60.0)
     jitter: str = parameter(

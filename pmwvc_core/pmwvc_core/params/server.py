@@ -22,7 +22,10 @@ class ServerParams(Validated):
     """The virtual environment and its time step (theory: section 4)."""
 
     coupling: str = parameter(
-        "implicit", "-", "how the loop between wave port and contact is closed", choices=COUPLINGS
+        "implicit",
+        "-",
+        "how the algebraic loop between wave port and contact is solved",
+        choices=COUPLINGS,
     )
     integrator: str = parameter(
         "backward_euler",
@@ -61,10 +64,10 @@ class ServerParams(Validated):
         choices=COMPENSATIONS,
     )
     allowance_w: float = parameter(
-        0.0, "W", "ledger: what an active environment may give at any time, at most", low=0.0
+        0.0, "W", "ledger: largest power that an active environment may deliver", low=0.0
     )
     allowance_j: float = parameter(
-        0.0, "J", "ledger: what an active environment may give in all, at most", low=0.0
+        0.0, "J", "ledger: largest energy that an active environment may deliver in total", low=0.0
     )
     tank_cap_j: float = parameter(
         0.25,

@@ -60,17 +60,21 @@ class SafetyParams(Validated):
         1.0, "m/s", "above this speed only damping is rendered", above=0.0, high=10.0
     )
     fault_velocity: float = parameter(
-        1.5, "m/s", "above this speed the force is switched off for good", above=0.0, high=20.0
+        1.5, "m/s", "above this speed the force is switched off permanently", above=0.0, high=20.0
     )
     timeout_s: float = parameter(
         0.03,
         "s",
-        "silence of the server (beyond three packet intervals) that turns the force into damping",
+        "time without packets (at least three packet intervals) until only damping is rendered",
         above=0.0,
         high=10.0,
     )
     release_s: float = parameter(
-        1.0, "s", "silence after which the damping, too, is let go", above=0.0, high=60.0
+        1.0,
+        "s",
+        "time without packets until the damping is switched off, too",
+        above=0.0,
+        high=60.0,
     )
 
     def conflicts(self) -> list[str]:
@@ -89,7 +93,7 @@ class OperatorParams(Validated):
     coupled.
     """
 
-    kind: str = parameter("hand", "-", "who holds the device", choices=OPERATOR_KINDS)
+    kind: str = parameter("hand", "-", "what drives the device", choices=OPERATOR_KINDS)
     force: float = parameter(1.0, "N", "constant, sinusoid, chirp: amplitude along +x, signed")
     frequency_hz: float = parameter(
         1.0, "Hz", "sinusoid: frequency; chirp: first frequency", low=0.0, high=400.0
@@ -136,7 +140,7 @@ class TaskParams(Validated):
         choices=("free", "hold", "carry"),
     )
     grip_s: float = parameter(1.0, "s", "time at which the hands close", low=0.0)
-    grip_rise_s: float = parameter(1.0, "s", "time the closing takes", above=0.0)
+    grip_rise_s: float = parameter(1.0, "s", "duration of the closing", above=0.0)
     move_s: float = parameter(4.0, "s", "time at which the target starts to move", low=0.0)
     distance_m: float = parameter(0.05, "m", "how far the target moves along +x")
     sideways_m: float = parameter(

@@ -34,8 +34,10 @@ TOP: Mapping[str, Spec] = {
     "name": Spec(str, description="name of the scenario; also part of the session folder's name"),
     "description": Spec(str, description="one sentence: what happens, what one should see"),
     "duration_s": Spec(float, "s", above=0.0, high=86400.0, description="length of the session"),
-    "seed": Spec(int, "-", low=0, high=2**31 - 1, description="seed of everything random"),
-    "controller": Spec(str, choices=CONTROLLERS, description="what joins the users to the server"),
+    "seed": Spec(int, "-", low=0, high=2**31 - 1, description="seed of all random numbers"),
+    "controller": Spec(
+        str, choices=CONTROLLERS, description="controller between the users and the server"
+    ),
     "dof": Spec(int, "-", low=1, high=6, description="axes of motion"),
     "users": Spec(int, "-", low=1, high=8, description="number of users"),
 }

@@ -208,9 +208,7 @@ class _Reader:
         count = top.get("users")
         if isinstance(count, int):
             for number in sorted(n for n in self.single if n > count):
-                self.problems.append(
-                    f"user{number}: there are only {count} users; raise users or remove it"
-                )
+                self.problems.append(f"user{number}: users = {count}; raise users or remove it")
         if count is None:
             return None
         users = [self._user(number) for number in range(1, count + 1)]
