@@ -259,9 +259,9 @@ def _verdict(summary: dict[str, Any]) -> list[str]:
     """Return the result in sentences, one line for the session and one per user."""
     from pmwvc_analysis.judge import check, environment
 
-    state = {True: "stable", None: f"stability not judged: {summary['stability']['text']}"}.get(
-        summary["stable"], f"not stable: {summary['instability']}"
-    )
+    state = check.state_text(summary["stable"], summary["instability"])
+    if summary["stable"] is None:
+        state += f": {summary['stability']['text']}"
     until = summary["judged_until_s"]
     cut = until < summary["duration_s"]
     found = [

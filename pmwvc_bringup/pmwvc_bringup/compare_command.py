@@ -231,7 +231,7 @@ def lines(found: dict[str, Any]) -> list[str]:
             "-" if session[name] is None else f"{session[name] * factor:.4g}"
             for name, factor in zip(names, factors, strict=True)
         ]
-        verdict = "stable" if session["stable"] else session["instability"]
+        verdict = "stable" if session["stable"] else session["instability"] or "not judged"
         verdict += "" if session["passive"] is not False else ", not passive"
         cells = "  ".join(f"{number:>14}" for number in numbers)
         table.append(f"{session['label']:{width}}  {cells}  {verdict}")

@@ -142,9 +142,11 @@ def _lead(result: Any, same: bool | None) -> str:
 
 def _lines(found: dict[str, Any]) -> list[str]:
     """Return what a person reads on the terminal."""
+    from pmwvc_analysis.judge.check import state_text
+
     lines = [found["lead"]]
     for session in found["sessions"]:
-        state = "stable" if session["stable"] else f"not stable: {session['instability']}"
+        state = state_text(session["stable"], session["instability"])
         lines.append(f"  {session['label']}: {state}")
     lines += [f"  note: {note}" for note in found["notes"]]
     lines.append(f"  {found['times_real_time']:.0f} times real time")

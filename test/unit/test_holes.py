@@ -17,6 +17,8 @@ from pmwvc_analysis.judge.holes import broken, gaps, holes
 from pmwvc_analysis.judge.passivity import Unjudged
 from pmwvc_analysis.judge.passivity_findings import passivity
 from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_bringup import scenarios
+from pmwvc_core.simulation.session import simulate_one
 
 BLOCKS = 250  # of two seconds
 HOLES = st.lists(
@@ -133,3 +135,17 @@ def test_a_curve_is_broken_at_a_hole():
     curve = broken(user.time_s, user.x_m, spans)
     assert np.isnan(curve).any(axis=-1).sum() == 1
     assert np.isnan(curve[799]).all()
+
+
+@pytest.mark.parametrize("hole", [slice(30, 36), slice(40, 44)])
+def test_steps_of_the_server_that_are_missing_make_no_component_active(hole):
+    """Its parts are summed step by step: behind a hole nothing is known of them."""
+    scenario = scenarios.load("wall_slow", duration_s=3.0)
+    traces = simulate_one(scenario)
+    assert not [each for each in budget(traces, scenario).active if each.owner == "server"]
+    handmade.without_steps(traces.server, hole)
+    energies = budget(traces, scenario)
+    assert not [each for each in energies.active if each.owner == "server"]
+    of_server = [each for each in energies.findings if each.owner == "server"]
+    assert {each.passive for each in of_server} == {None}
+    assert all("not recorded" in each.why for each in of_server)

@@ -18,6 +18,7 @@ on record are left out, and the budget ends where a master or the server was sta
 
 import numpy as np
 
+from pmwvc_analysis.judge import holes
 from pmwvc_analysis.judge.budget_around import at_frames, between, evenly
 from pmwvc_analysis.judge.budget_channel import channel_account, master_account
 from pmwvc_analysis.judge.budget_clock import Clock, Sums, sum_of
@@ -80,6 +81,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         _paid(users, scenario),
         _notes(traces, users, scenario, left_over),
         [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],
+        tuple(hole.unjudged for hole in holes.of_server(server)),
     )
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pmwvc_analysis.judge.budget_clock import AtFrames, Series, sum_of
-from pmwvc_analysis.judge.passivity import Finding, judge, tolerance
+from pmwvc_analysis.judge.passivity import Finding, Unjudged, judge, tolerance
 from pmwvc_analysis.judge.remainders import Remainder
 from pmwvc_core.numeric import Array
 
@@ -42,6 +42,8 @@ class Budget:
     paid: frozenset[str] = frozenset()  # owners that spend only what they have
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
     remainders: list[Remainder] = field(default_factory=list)  # what no error shows in
+    # steps of the server that were not recorded: its parts, summed step by step, end at the first
+    server_holes: tuple[Unjudged, ...] = ()
 
     @property
     def residual_j(self) -> Array:
@@ -90,19 +92,22 @@ class Budget:
     @property
     def findings(self) -> list[Finding]:
         """Return what the criterion of passivity says of every part."""
-        moved = self.moved_j
-        return [
-            judge(
+        moved, found = self.moved_j, []
+        for owner, part, (time_s, sums) in self.judged():
+            unjudged = self.server_holes if owner == SERVER else ()
+            known = time_s < min((hole.start_s for hole in unjudged), default=np.inf)
+            judged = judge(
                 owner,
                 part,
-                time_s,
-                sums,
-                tolerance_j=tolerance(np.full(len(sums), moved)),
+                time_s[known],
+                sums[known],
+                tolerance_j=tolerance(np.full(int(known.sum()), moved)),
                 moved_j=moved,
                 decides=False,
+                unjudged=unjudged,
             )
-            for owner, part, (time_s, sums) in self.judged()
-        ]
+            found.append(judged)
+        return found
 
     @property
     def active(self) -> list[Finding]:

@@ -14,6 +14,13 @@ TAKEN = ("damping", "release", "limit")  # kinds of events in which safety limit
 Line = dict[str, Any]  # ``ok``: true, false, or null for what is not known; ``text``
 
 
+def state_text(stable: bool | None, instability: str | None) -> str:
+    """Return a verdict on stability in a few words."""
+    if stable is None:
+        return "stability not judged"
+    return "stable" if stable else f"not stable: {instability}"
+
+
 def verdict_lines(summary: dict[str, Any]) -> list[Line]:
     """Return the verdict, the most important first."""
     found = [_stability(summary)]

@@ -71,7 +71,8 @@ def panels(entries: Sequence[Entry], draw: Draw, *, unit: str, title: str) -> An
     low, high = _common_range(entries, drawn)
     for place, (axes, entry, signals) in enumerate(zip(places, entries, drawn, strict=False)):
         beyond = any(np.nanmax(s) > high or np.nanmin(s) < low for s in signals if len(s))
-        verdict = "stable" if entry.measures["stable"] else str(entry.measures["instability"])
+        verdict = "stable" if entry.measures["stable"] else None
+        verdict = verdict or entry.measures["instability"] or "not judged"
         note = f"{verdict}; leaves the panel" if beyond else verdict
         tint = style.OBJECT if entry.measures["stable"] else style.ALARM
         axes.set_title(f"{entry.label}\n{note}", fontsize=9.5, color=tint)
