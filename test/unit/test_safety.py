@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pmwvc_core.master import SafetyLimiter, SafetyState, WaveMaster
+from pmwvc_core.master.safety import RETURN_S
 from pmwvc_core.params import FilterParams, MasterParams, SafetyParams
 
 TICK_S = 0.001
@@ -243,4 +244,21 @@ def test_after_a_silence_the_force_goes_on_from_what_had_not_faded(silent_ticks,
     rig = coupled()
     rig(2.0, ticks=20)
     rig(2.0, xd=-0.01, silence_s=0.05, ticks=silent_ticks)
-    assert rig(2.0) == pytest.approx(2.0 * left, abs=0.011)
+    rise = TICK_S / RETURN_S
+    assert rig(2.0) == pytest.approx(2.0 * (left + rise), abs=1e-9)
+    assert rig(2.0, ticks=9) == pytest.approx(2.0 * min(left + 10 * rise, 1.0), abs=1e-9)
+
+
+def test_only_a_silence_of_the_same_server_ends_faster_than_a_soft_start():
+    slow = 2.0 * TICK_S / SafetyParams().soft_start_s
+    other = coupled()
+    other(2.0, silence_s=0.05, ticks=50)
+    other.safety.restart()
+    assert other(2.0) == pytest.approx(slow)
+    fast = coupled()
+    fast(2.0, xd=1.2, silence_s=0.05, ticks=50)
+    assert fast(2.0) == pytest.approx(slow)
+    first = Rig()
+    first(2.0, ticks=10)
+    first(2.0, silence_s=0.05, ticks=50)
+    assert first(2.0) == pytest.approx(slow)

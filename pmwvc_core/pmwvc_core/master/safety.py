@@ -6,9 +6,9 @@ What reaches the device, for whatever a controller asks, including values that a
 
 * the force starts at zero, never changes by more than ``max_slew * tick_s`` in a tick and is never
   longer than ``max_force`` (a vector keeps its direction);
-* whenever there is something to feel again (first answer, end of a silence, another server, any
-  other recovery) it grows from zero over ``soft_start_s``; after a silence so short that not all
-  of the force had faded, from what was left;
+* whenever there is something to feel again (first answer, another server, any other recovery) it
+  grows from zero over ``soft_start_s``; after a silence of the same server over ``RETURN_S``, from
+  what had not faded yet;
 * **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
   the device is faster than ``damper_velocity``, only the part of the force that opposes the motion
   remains; what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` of
@@ -59,6 +59,7 @@ __all__ = ["SafetyLimiter", "SafetyState"]
 FADE_S = 0.02
 LET_GO_S = 0.5
 LOST_S = 1.0
+RETURN_S = 0.1  # after a silence of the same server: meanwhile the hand runs ahead
 REACH = 1.01  # of the workspace: a stop gives way a little
 USABLE = 1e100  # what is larger, or not a number, is no measurement and no force
 SURELY = 1.0 - 1e-12  # of a squared limit: inside whatever the rounding of lengths
@@ -111,6 +112,7 @@ class SafetyLimiter:
         self._trouble: Flag = False
         self._limited: Flag = False
         self._calm = False
+        self._returns: Flag = False  # rises after a silence of the same server
         self._seen = Seen()
 
     def configure(self, params: SafetyParams) -> None:
@@ -119,6 +121,7 @@ class SafetyLimiter:
         self._silence_s = max(params.timeout_s, 3.0 * self._packet_s)
         self._slew = params.max_slew * self._tick_s
         self._rise = self._tick_s / params.soft_start_s
+        self._return = self._tick_s / minimum(params.soft_start_s, RETURN_S)
         self._too_fast = params.damper_velocity**2
         self._runaway = params.fault_velocity**2
         self._longest = params.max_force**2
@@ -133,7 +136,8 @@ class SafetyLimiter:
     def restart(self) -> None:
         """Let the force start from zero again: what it comes from is not what it came from."""
         self._gain = 0.0 * self._gain
-        self._calm = False
+        self._calm = self._returns = False
+        self._seen = Seen()
 
     def step(
         self,
@@ -229,11 +233,16 @@ class SafetyLimiter:
         """Let the share of the force rise from zero at the soft start and fall on release.
 
         When a state of damping ends it goes on from what had not faded yet: a pause just over the
-        timeout costs no grip, and one longer than ``FADE_S`` begins at zero.
+        timeout costs no grip, and one longer than ``FADE_S`` begins at zero. After a silence of
+        the server it rises within ``RETURN_S``.
         """
         recovers = self._damped & (damped ^ True)
+        seen = self._seen
+        quiet = seen.silent & ((seen.fast | seen.outside) ^ True) & self.ready
+        self._returns = ((recovers & quiet) | ((recovers ^ True) & self._returns)) & through
+        rise = where(self._returns, self._return, self._rise)
         gain = where(recovers, self._gain * self._push, self._gain)
-        gain = where(released, _down(gain, self._tick_s / LET_GO_S), _up(gain, self._rise))
+        gain = where(released, _down(gain, self._tick_s / LET_GO_S), _up(gain, rise))
         self._gain = gain = where(through, gain, 0.0)
         self.ready = self.ready | ((gain >= 1.0) & (damped ^ True))
         self._damped = damped
