@@ -148,10 +148,12 @@ class Children:
 
 
 def _die_with(parent: int) -> None:
-    """Run in the child between fork and exec: end with the parent, even when that is killed.
+    """Run in the child between fork and exec: end with the parent, even when that is killed, and
+    heed SIGINT, also where a shell started the parent in the background and ignores it.
 
     SIGTERM and not SIGKILL: a master lets go of its device, a recorder finishes its file.
     """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != parent:  # it died before the line above
         os._exit(1)

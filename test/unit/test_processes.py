@@ -55,6 +55,18 @@ def test_a_child_that_obeys_ends_by_the_first_signal(children, tmp_path):
     assert children.running() == []
 
 
+def test_a_child_obeys_where_the_runner_was_started_in_the_background(children, tmp_path):
+    """A shell that is not interactive lets a background command ignore SIGINT, and its children
+    would inherit that.
+    """
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        started(children, "one", OBEYS, tmp_path)
+        assert children.stop(["one"]) == [Ending("one", -signal.SIGINT)]
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def test_a_child_that_refuses_is_killed(children, tmp_path, monkeypatch):
     short = ((signal.SIGINT, 0.05), (signal.SIGTERM, 0.05), (signal.SIGKILL, 5.0))
     monkeypatch.setattr("pmwvc_bringup.processes.STOP_SIGNALS", short)
