@@ -202,5 +202,5 @@ def test_where_there_is_no_rule_nothing_is_checked():
 
 def test_before_a_session_the_rules_are_told_with_their_margins():
     kept, broken = (press(0.016, 8.0, baseline__virtual_coupling__stiffness=k) for k in (400, 600))
-    assert "user1: rule 'delay' met with 1.4 N s/m." in lines(kept, live=False)
-    assert "user2: rule 'delay' NOT met, short of 3.4 N s/m." in lines(broken, live=False)
+    assert "user1: rule 'delay' met, margin 1.4 N s/m." in lines(kept, live=False)
+    assert "user2: rule 'delay' NOT met, deficit 3.4 N s/m." in lines(broken, live=False)

@@ -141,16 +141,22 @@ def test_a_gap_in_the_recording_is_a_gap_in_the_curve():
 
 def test_a_hole_in_a_users_trace_is_a_band_through_its_panels():
     traces = handmade.session()
-    kept = np.ones(len(traces.users[0].tick), dtype=bool)
-    kept[1000:1500] = False
-    user = traces.users[0]
-    for name in ("time_s", "tick", "x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp",
-                 "v_m", "lateness_s", "compute_s"):  # fmt: skip
-        setattr(user, name, getattr(user, name)[kept])
+    handmade.without_blocks(traces.users[0], slice(125, 188))
     (band,) = recorded.bands(traces)
-    np.testing.assert_allclose(band.span, (0.999, 1.5))
-    assert "user1" in band.label
+    np.testing.assert_allclose(band.span, (1.0, 1.504))
+    assert band.label == "user1: not recorded"
     assert recorded.bands(handmade.session()) == []
+    for chart in charts(traces, None)[:2]:
+        assert band in chart.panels[0].bands
+
+
+def test_a_loop_that_did_not_run_is_not_called_a_hole():
+    traces = handmade.session()
+    user = traces.users[0]
+    user.time_s = user.time_s + np.where(user.tick >= 1000, 0.3, 0.0)
+    (band,) = recorded.bands(traces)
+    np.testing.assert_allclose(band.span, (0.999, 1.3))
+    assert band.label == "user1: did not run"
 
 
 @given(

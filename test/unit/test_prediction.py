@@ -213,7 +213,10 @@ def test_a_matrix_impedance_is_proved_by_its_eigenvalues():
 @pytest.mark.parametrize(
     ("setting", "words"),
     [
-        ("link.loss=0.02", "Left out: loss of 0.02 of the packets (user1 up, user1 down, user2"),
+        (
+            "link.loss=0.02",
+            "Not modelled: loss of 0.02 of the packets (user1 up, user1 down, user2",
+        ),
         ("user2.link.up.duplicate=0.1", "duplication of 0.1 of the packets (user2 up)."),
         ("link.up.rate_limit_bps=1e6", "rate limit of 1e+06 bit/s (user1 up, user2 up)."),
     ],
@@ -228,7 +231,7 @@ def test_effects_of_the_link_that_no_prediction_has_are_named(setting, words):
 def test_jitter_is_named_with_its_size():
     settings = ["link.jitter=normal", "link.jitter_s=0.005"]
     scenario = scenarios.load("carry_16ms", settings_texts=settings)
-    assert "Left out: jitter (normal, 5 ms)" in "\n".join(lines(scenario, live=True))
+    assert "Not modelled: jitter (normal, 5 ms)" in "\n".join(lines(scenario, live=True))
 
 
 def test_steps_of_a_zero_order_hold_behind_a_pole_lag_by_their_end():

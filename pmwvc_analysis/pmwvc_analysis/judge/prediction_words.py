@@ -29,10 +29,10 @@ from pmwvc_core.wave.impedance import first_axis
 
 WITHOUT_WAVES = {
     "direct": "Direct coupling: nothing keeps it passive as delay or stiffness grows.",
-    "virtual_coupling": "Virtual coupling: stable where its rules are met; nobody counts energy.",
-    "tdpa": "Time-domain passivity control: what the link gave out too much is damped "
-    "away later; a slow device can hardly be damped.",
-    "pspm": "Set-position modulation: each end spends no more energy than it has.",
+    "virtual_coupling": "Virtual coupling: stable where its rules are met; energy is not watched.",
+    "tdpa": "Time-domain passivity control: energy that the link generated is dissipated "
+    "later; a device at rest dissipates none.",
+    "pspm": "Set-position modulation: neither end releases more energy than its tank holds.",
 }
 
 
@@ -40,32 +40,30 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the prediction in sentences, for a terminal and for the report."""
     known = answer(scenario, live=live)
     found = _stability_lines(scenario, known)
-    found += [f"Left out: {effect}." for effect in left_out(scenario)]
+    found += [f"Not modelled: {effect}." for effect in left_out(scenario)]
     if not has_waves(scenario.controller):
         return [*found, WITHOUT_WAVES[scenario.controller], *_rule_lines(scenario)]
     for user in scenario.users:
         tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
         if not feels_as_its_lag(user, scenario):
-            how = "what it feels like, with local model or position feedback, pmwvc transparency "
-            if nonlinear(scenario):
-                how = "what it feels like is not decided by it alone, pmwvc simulate "
+            command = "simulate" if nonlinear(scenario) else "transparency"
             found.append(
-                f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; {how}tells."
+                f"{user.name}: round trip {tau * 1e3:.1f} ms; it alone does not decide the "
+                f"rendered stiffness: use 'pmwvc {command}'."
             )
             continue
         free = lag_s(user, scenario, live=live, touching=False)
         limit = prediction_environment.rule(user, scenario)
         if limit is not None and not limit.met:
             found.append(
-                f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; the rendered "
-                "stiffness is not known."
+                f"{user.name}: round trip {tau * 1e3:.1f} ms; the rendered stiffness is not known."
             )
             continue
         felt = rendered_stiffness(user, tau)
         found.append(
-            f"{user.name}: lag of the link {tau * 1e3:.1f} ms once around; it feels like a spring "
-            f"of {2 * b / tau:.0f} N/m and {b * free / 2:.2f} kg in between ({felt:.0f} N/m with "
-            "the contact)."
+            f"{user.name}: round trip {tau * 1e3:.1f} ms; the link feels like a spring of "
+            f"{2 * b / tau:.0f} N/m and a mass of {b * free / 2:.2f} kg (rendered stiffness "
+            f"{felt:.0f} N/m)."
         )
         scale = math.sqrt(transformer(user))
         if abs(scale - 1.0) > SAME:
@@ -76,7 +74,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     found += _aliasing_lines(scenario)
     for user in scenario.users:
         if one_step_bound(user, scenario) is False:
-            found.append(f"{user.name}: K T + 2B > b: decoding a step late may give out energy.")
+            found.append(f"{user.name}: K T + 2B > b: late decoding may generate energy.")
     found += prediction_environment.lines(scenario)
     return found + _delay_lines(known)
 
@@ -113,7 +111,7 @@ def _rule_lines(scenario: Scenario) -> list[str]:
         )
         checked = tuning.check(scenario.controller, user.baseline, loop)
         for rule, margin in checked.criteria.items() if checked else ():
-            verdict = "met with" if margin >= 0.0 else "NOT met, short of"
+            verdict = "met, margin" if margin >= 0.0 else "NOT met, deficit"
             found.append(f"{user.name}: rule '{rule}' {verdict} {abs(margin):.1f} N s/m.")
     return found
 
@@ -142,14 +140,14 @@ def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
         return [f"{_stability(known.exact)} (hands off)."]
     if known.near is None:
         return [
-            "No exact model of these settings: frames and server period fit together only after "
-            "too many ticks."
+            "No exact model of these settings: the hyperperiod of frames and server steps is too "
+            "long."
         ]
     said = ", ".join(dict.fromkeys(element.said for element in nonlinear(scenario)))
-    found = [f"There is no exact model of what is not linear: {said}."]
+    found = [f"No exact model, not linear: {said}."]
     if known.likeness is not None:
         found.append(
-            f"The linear relative with {', '.join(known.near.settings)}: "
+            f"The nearest linear scenario, with {', '.join(known.near.settings)}: "
             f"{_stability(known.likeness)}."
         )
     return found
@@ -158,10 +156,10 @@ def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
 def _stability(model: Exact) -> str:
     first, bound = model.limit.first, model.limit.bound
     if first is None:
-        reach = f"no contact stiffness up to {bound:g} N/m changes that"
+        reach = f"at every contact stiffness up to {bound:g} N/m"
     elif first == 0.0:
         reach = "no contact stiffness is stable"
     else:
-        reach = f"the contact may be as stiff as {first:.0f} N/m"
+        reach = f"largest stable contact stiffness {first:.0f} N/m"
     word = "Stable" if model.stable else "NOT stable"
     return f"{word}: spectral radius {model.spectral_radius:.4f}; {reach}"

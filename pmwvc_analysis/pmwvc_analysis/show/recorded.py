@@ -5,6 +5,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.judge import holes
 from pmwvc_analysis.show.chart import Band, Span
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.traces import SessionTraces
@@ -42,24 +43,26 @@ def span(traces: SessionTraces) -> Span:
     return (low, high) if high > low else (low, low + 1.0)
 
 
-def holes(time_s: Array, period_s: float) -> list[Span]:
+def bands(traces: SessionTraces) -> list[Band]:
+    """Return the intervals that were not recorded, and those in which a loop did not run."""
+    missing = holes.holes(traces)
+    found = [
+        Band(f"{each.owner}: not recorded", (each.start_s, each.end_s), "soft") for each in missing
+    ]
+    loops = [(user.name, user.time_s, user.tick_s) for user in traces.users]
+    if traces.server is not None:
+        loops.append((holes.SERVER, traces.server.time_s, traces.server.period_s))
+    for owner, time_s, period_s in loops:
+        known = [each for each in missing if each.owner == owner]
+        found += [
+            Band(f"{owner}: did not run", pause, "alarm")
+            for pause in pauses(time_s, period_s)
+            if not any(each.start_s < pause[1] and pause[0] < each.end_s for each in known)
+        ]
+    return found
+
+
+def pauses(time_s: Array, period_s: float) -> list[Span]:
     """Return where neighbouring rows are further apart than ``WORTH_A_BAND_S`` [s]."""
     places = np.flatnonzero(np.diff(time_s) > max(WORTH_A_BAND_S, 1.5 * period_s))
     return [(float(time_s[row]), float(time_s[row + 1])) for row in places]
-
-
-def bands(traces: SessionTraces) -> list[Band]:
-    """Return the stretches that are not in the recording of some user or of the server."""
-    found = []
-    for user in traces.users:
-        found += [
-            Band(f"{user.name}: no trace", hole, "soft")
-            for hole in holes(user.time_s, user.tick_s)
-        ]
-    if traces.server is not None:
-        server = traces.server
-        found += [
-            Band("server: no trace", hole, "soft")
-            for hole in holes(server.time_s, server.period_s)
-        ]
-    return found
