@@ -9,6 +9,7 @@ from pmwvc_analysis.models.down_sampler import energy_over_cut_off, printed_scen
 from pmwvc_analysis.models.stability import crossings, radii
 from pmwvc_analysis.models.variation import varied
 from pmwvc_analysis.reproduction import draw_a, draw_single
+from pmwvc_analysis.reproduction.conditions import band_limited_balance, reflections
 from pmwvc_analysis.reproduction.figure import Figure, Values
 from pmwvc_analysis.reproduction.scenarios import scenario, wall
 from pmwvc_analysis.reproduction.single_user import admittance, contact, widths
@@ -60,6 +61,25 @@ def _first_loss(of: Scenario, grid: np.ndarray) -> float | None:
     return found[0][0] if found else None
 
 
+def transmitted(parameters: Values) -> Values:
+    """Return admittances, how they compare at high frequency, and the stiffness of the channel
+    with other edges of the filter.
+    """
+    found = admittance(parameters)
+    soft, stiff = (np.asarray(found["data"][f"b_{b}"]["high"]) for b in ("25", "80"))
+    numbers = found["numbers"]
+    numbers["high_b_80_over_25"] = float(np.exp(np.mean(np.log(stiff / soft))))
+    numbers["high_share_b_80_stiffer"] = float(np.mean(stiff < soft))
+    other = {**parameters["model"], **parameters["other_filter"]}
+    numbers |= {
+        f"other_filter_{name}": value
+        for name, value in admittance({**parameters, "model": other, "impedances": [25.0]})[
+            "numbers"
+        ].items()
+    }
+    return found
+
+
 def energies(parameters: Values) -> Values:
     """Return least and last energy the down-sampler keeps, over the cut-off."""
     filters = [
@@ -81,6 +101,12 @@ def energies(parameters: Values) -> Values:
     for shift in (0, 1):
         example = aliasing_example(parameters["counterexample_edge_rad"], shift=shift)
         numbers[f"counterexample_left_shift_{shift}"] = example["left_j"] / example["in_j"]
+    balance = band_limited_balance(parameters["band_limited_rate_drop"])
+    numbers |= {f"band_limited_{name}": value for name, value in balance.items()}
+    numbers |= {
+        f"reflection_{name}": value
+        for name, value in reflections(**parameters["reflections"]).items()
+    }
     numbers["counterexample_printed"] = -(2.0 - np.pi / parameters["counterexample_edge_rad"])
     return {"data": data, "numbers": numbers}
 
@@ -138,8 +164,9 @@ FIGURES = (
             "low_hz": [0.05, 5.0],
             "high_hz": [5.0, 50.0],
             "parts": ["low", "high"],
+            "other_filter": {"master.filter.pass_hz": 50.0, "master.filter.stop_hz": 100.0},
         },
-        admittance,
+        transmitted,
         draw_single.admittance,
     ),
     Figure(
@@ -149,7 +176,7 @@ FIGURES = (
         "computational delay; with the loop solved no limit is found below 1e6 N/m.",
         {
             "model": wall(),
-            "damping": [0.0, 40.0, 21],
+            "damping": [0.0, 40.0, 81],
             "at_damping": 25.0,
             "curves": {
                 "waves_b_80": {
@@ -186,7 +213,8 @@ FIGURES = (
         "A7",
         "Contact with a wall of 3500 N/m, cut-off 250 Hz",
         TOUCH_REMARK + "The oscillation needs aliasing together with the computational delay: "
-        "with the loop solved the same filter is stable. The wall pushes only, which bounds it.",
+        "with the loop solved the same filter is stable. The wall pushes only, which bounds it; "
+        "the limits of the device do not act. The filter is of order 8.",
         {"model": ALIASED, "operator": PUSH, "duration_s": 4.0, "every_ticks": 5},
         contact,
         draw_single.contact,
@@ -194,10 +222,18 @@ FIGURES = (
     Figure(
         "A8",
         "Energy kept by the down-sampler during a chirp of 0 to 10 Hz",
-        "Simulated, chirp of 1 N, loop solved: the printed amplitude is not given.",
+        "Simulated, chirp of 1 N, loop solved: the printed amplitude is not given. Butterworth "
+        "filters of the least order of the sampled filter: 3, 4, 4, 6, 7, 8, 8.",
         {
             "model": {},
             "counterexample_edge_rad": 2.4,
+            "band_limited_rate_drop": 20,
+            "reflections": {
+                "impedance": 25.0,
+                "mass": 0.15,
+                "stiffness": 2000.0,
+                "period_s": 0.02,
+            },
             "edges_hz": [
                 [10.0, 25.0],
                 [25.0, 50.0],

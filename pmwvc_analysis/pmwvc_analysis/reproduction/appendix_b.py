@@ -9,6 +9,7 @@ import numpy as np
 from pmwvc_analysis.models.maps import Axis, Grid, line
 from pmwvc_analysis.models.stability import k_max
 from pmwvc_analysis.reproduction import draw_b
+from pmwvc_analysis.reproduction.conditions import hold_balance
 from pmwvc_analysis.reproduction.figure import Figure, Values
 from pmwvc_analysis.reproduction.scenarios import DELAYS, FRAME_S, pair, scenario
 from pmwvc_analysis.reproduction.traces import curves, last_mean
@@ -122,6 +123,7 @@ def sessions(parameters: Values) -> Values:
             f"ahead_delay_{delay}_mm": last_mean(time_s, full["x_1_mm"] - full["x_s1_mm"]),
             f"cube_reach_delay_{delay}_mm": float(np.max(full["x_o_mm"])),
         }
+    numbers["hold_lowest_balance"] = hold_balance(runs[0].users[0].master.rate_drop)
     return {"data": data, "numbers": numbers}
 
 

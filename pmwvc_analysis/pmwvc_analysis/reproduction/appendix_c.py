@@ -20,22 +20,20 @@ POLYNOMIALS = {"printed": printed_polynomial, "loop": loop_polynomial}
 
 
 def regions(parameters: Values) -> Values:
-    """Return where the polynomials have all roots inside the unit circle, over alpha and beta."""
+    """Return where the polynomials have all roots inside the unit circle: over beta the lowest and
+    the highest stable alpha, and the areas.
+    """
     data: Values = {}
     numbers: Values = {}
-    points = parameters["points"]
-    for case in CASES:
-        alpha = np.linspace(0.0, parameters["alpha"][case], points + 1)[1:]
-        beta = np.linspace(0.0, parameters["beta"], points + 1)[1:]
-        across, up = np.meshgrid(alpha, beta)
-        for row in parameters["rows"]:
-            polynomial = POLYNOMIALS[row["polynomial"]]
-            sigma = row["sigma"] + 0.0 * across
-            inside = np.asarray(jury_marden(polynomial(case, across, up, sigma)))
+    for row in parameters["rows"]:
+        for case in CASES:
             name = f"{row['polynomial']}_sigma_{row['sigma']:g}_{case}"
-            data[name] = {"alpha": alpha, "beta": beta, "stable": inside.astype(int)}
-            area = float(inside.mean() * alpha[-1] * beta[-1])
+            window = row["windows"][case]
+            found, area = _region(row, case, window, parameters["points"])
+            data[name] = {**found, "window": window}
             numbers[f"area_{name}"] = area
+            tall = _region(row, case, [4.0 * window[0], window[1]], parameters["points"])[1]
+            numbers[f"area_{name}_window_four_times_as_high"] = tall
     for row in parameters["rows"]:
         name = f"{row['polynomial']}_sigma_{row['sigma']:g}"
         solved, late = (numbers[f"area_{name}_{case}"] for case in CASES)
@@ -43,21 +41,47 @@ def regions(parameters: Values) -> Values:
     return {"data": data, "numbers": numbers}
 
 
+def _region(row: Values, case: str, window: list[float], points: int) -> tuple[Values, float]:
+    """Return a region up to the largest alpha and beta of a window, and its area."""
+    alpha = np.linspace(0.0, window[0], 4 * points + 1)[1:]
+    beta = np.linspace(0.0, window[1], points + 1)[1:]
+    across, up = np.meshgrid(alpha, beta)
+    polynomial = POLYNOMIALS[row["polynomial"]]
+    inside = np.asarray(jury_marden(polynomial(case, across, up, row["sigma"] + 0.0 * across)))
+    any_stable = inside.any(axis=1)
+    low = np.where(any_stable, alpha[np.argmax(inside, axis=1)], np.nan)
+    high = np.where(any_stable, alpha[::-1][np.argmax(inside[:, ::-1], axis=1)], np.nan)
+    area = float(inside.mean() * alpha[-1] * beta[-1])
+    return {"beta": beta, "low": low, "high": high}, area
+
+
 FIGURES = (
     Figure(
         "C3",
         "Stability regions with the loop unwrapped and with one step of delay",
-        "Above: the printed polynomials (Eq. 6 and 7), which do not follow from one diagram. "
-        "Below: both cases of one consistent diagram; without damping a sampled mass gives out a "
-        "little energy that nothing takes, so no region is left; with sigma = 0.2 there is one.",
+        "Above: the printed polynomials (Eq. 6 and 7), which do not follow from one diagram; "
+        "unwrapped they are stable for any alpha, so that region goes on above the panel. Below: "
+        "both cases of one consistent diagram; without damping a sampled mass gives out a little "
+        "energy that nothing takes, so no region is left; with sigma = 0.2 there is one. Every "
+        "panel has its own scale.",
         {
-            "alpha": {"unwrapped": 4.0, "one_step_delay": 1.0},
-            "beta": 2.0,
-            "points": 120,
+            "points": 200,
             "rows": [
-                {"polynomial": "printed", "sigma": 0.0},
-                {"polynomial": "loop", "sigma": 0.0},
-                {"polynomial": "loop", "sigma": 0.2},
+                {
+                    "polynomial": "printed",
+                    "sigma": 0.0,
+                    "windows": {"unwrapped": [4.0, 1.2], "one_step_delay": [0.4, 1.2]},
+                },
+                {
+                    "polynomial": "loop",
+                    "sigma": 0.0,
+                    "windows": {"unwrapped": [0.5, 1.0], "one_step_delay": [0.5, 1.0]},
+                },
+                {
+                    "polynomial": "loop",
+                    "sigma": 0.2,
+                    "windows": {"unwrapped": [0.5, 1.0], "one_step_delay": [0.5, 1.0]},
+                },
             ],
         },
         regions,

@@ -55,6 +55,7 @@ TOUCHED: Values = {
     "device.mass": 0.5,
     "device.damping": 1.0,
 }
+FORM = "Velocity filter in the equivalent form (Fig. 2). "
 SINE: Values = {"kind": "sinusoid", "force": 1.0, "frequency_hz": 5.0}
 STEP: Values = {"kind": "constant", "force": 1.0}
 REMARK = (
@@ -103,13 +104,14 @@ def _experiment(name: str, words: str, filtered: Values, operator: Values, remar
         name,
         words,
         "Simulated: encoder of 60 um, velocity from its differences, b = 30 Ns/m, loop solved, "
-        "m = 0.5 kg, b_hd = 1 Ns/m, filter in the equivalent form (Fig. 2). " + remark,
+        "m = 0.5 kg, b_hd = 1 Ns/m. " + (FORM if filtered else "No velocity filter. ") + remark,
         {
             "model": {**TOUCHED, **filtered},
             "device": {"device.encoder_step_m": 6e-5, "device.velocity": "euler"},
             "operator": operator,
             "duration_s": 4.0,
             "from_s": 0.5,
+            "delays_s": [0.02, 0.1] if filtered else [],
         },
         experiment,
         draw_single.contact,
@@ -127,7 +129,7 @@ FIGURES = (
         "5 Hz against the wall, with an inappropriate velocity filter",
         {**DESIGNED, "master.velocity_filter.alpha": 0.95},
         SINE,
-        "LP_v = 0.05/(z - 0.95).",
+        "LP_v = 0.05/(z - 0.95). The force grows up to the safety limit, 20 N here.",
     ),
     _experiment(
         "D10", "5 Hz against the wall, with the designed velocity filter", DESIGNED, SINE, ""

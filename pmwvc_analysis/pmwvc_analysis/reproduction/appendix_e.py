@@ -87,6 +87,7 @@ FIGURES = (
             "plain": DELAYED,
             "local_stiffness": [0.0, 1000.0, 11],
             "gains": [0.0, 10.0, 20.0, 40.0],
+            "banks": {"table": {}, "lower": LOWER},
         },
         local_model.limits,
         draw_e.limits,

@@ -4,6 +4,8 @@
 
 from typing import Any
 
+import numpy as np
+
 from pmwvc_analysis.reproduction.draw_single import heading
 from pmwvc_analysis.reproduction.drawing import EDGE, REGION, numbers, sheet
 from pmwvc_analysis.reproduction.figure import Values
@@ -23,15 +25,16 @@ def regions(result: Values) -> Any:
         for (case, words), panel in zip(CASES.items(), line, strict=True):
             name = f"{row['polynomial']}_sigma_{row['sigma']:g}_{case}"
             found = result["data"][name]
-            alpha, beta = numbers(found["alpha"]), numbers(found["beta"])
-            stable = numbers(found["stable"])
-            if stable.any():
-                panel.contourf(beta, alpha, stable.T, levels=[0.5, 1.5], colors=[REGION])
-                panel.contour(beta, alpha, stable.T, levels=[0.5], colors=[EDGE], linewidths=1.2)
+            beta, low, high = (numbers(found[key]) for key in ("beta", "low", "high"))
+            if np.isfinite(low).any():
+                known = np.isfinite(low)
+                across = np.concatenate([beta[known], beta[known][::-1]])
+                around = np.concatenate([high[known], low[known][::-1]])
+                panel.fill(across, around, facecolor=REGION, edgecolor=EDGE, lw=1.2)
             else:
                 panel.text(0.5, 0.5, "nothing is stable", ha="center", transform=panel.transAxes)
-            panel.set_xlim(0.0, beta[-1])
-            panel.set_ylim(0.0, alpha[-1])
+            panel.set_xlim(0.0, found["window"][1])
+            panel.set_ylim(0.0, found["window"][0])
             panel.set_xlabel("β = b T/m")
             panel.set_ylabel("α = K T²/m")
             panel.set_title(f"{words}, {WHOSE[row['polynomial']]}, σ = {row['sigma']:g}", size=10)

@@ -97,7 +97,7 @@ def contact(result: Values) -> Any:
                    label=labels[0], linewidth=1.2)  # fmt: skip
         panel.set_xlim(0.0, data["time_s"][-1])
         panel.set_xlabel("time [s]")
-        panel.legend(loc="upper right", ncols=2)
+        panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     above.set_title("(a) Positions of the device $x_m$, and commanded in the VE $x_s$")
     below.set_title("(b) Forces applied to the user $F_m$, and computed in the VE $F_s$")
     above.set_ylabel("depth in the wall [mm]")

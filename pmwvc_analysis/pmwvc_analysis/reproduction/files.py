@@ -1,8 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Results on disk: one JSON and one PNG per figure."""
+"""Results on disk: one JSON and one SVG per figure.
 
+Text stays text. Of a line with very many points the picture keeps the lowest and the highest of
+each short stretch, so its envelope, which keeps the file small; the JSON holds every point.
+"""
+
+import io
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,30 +16,44 @@ import numpy as np
 
 from pmwvc_analysis.reproduction.figure import Figure, Values
 from pmwvc_analysis.show import style
+from pmwvc_core.numeric import Array
 
-PIXELS_PER_INCH = 90
-COLOURS = 64
+STRETCHES = 400  # of a dense line, two points each
+LONG_NUMBER = re.compile(r"(\d+\.\d\d)\d+")
+SETTINGS = {"svg.fonttype": "none", "svg.hashsalt": "reproduction", "path.simplify": True}
 
 
 def write(figure: Figure, result: Values, folder: Path) -> None:
-    """Write ``NAME.json`` and ``NAME.png``."""
+    """Write ``NAME.json`` and ``NAME.svg``."""
     import matplotlib as mpl
 
     text = json.dumps(result, ensure_ascii=False, separators=(",", ":"))
     (folder / f"{figure.name}.json").write_text(text + "\n", encoding="utf-8")
-    with mpl.rc_context(style.SETTINGS):
-        drawn = figure.draw(result)
-        _picture(drawn, folder / f"{figure.name}.png")
+    with mpl.rc_context({**style.SETTINGS, **SETTINGS}):
+        _picture(figure.draw(result), folder / f"{figure.name}.svg")
 
 
 def _picture(drawn: Any, path: Path) -> None:
-    """Write a figure with few colours: it has few, and the file becomes small."""
-    from PIL import Image
+    for axes in drawn.axes:
+        for line in axes.get_lines():
+            line.set_data(*envelope(*(np.asarray(v, dtype=float) for v in line.get_data())))
+    text = io.StringIO()
+    drawn.savefig(text, format="svg", facecolor="white", metadata={"Date": None})
+    path.write_text(LONG_NUMBER.sub(r"\1", text.getvalue()), encoding="utf-8")
 
-    drawn.set_dpi(PIXELS_PER_INCH)
-    drawn.canvas.draw()
-    image = Image.fromarray(np.asarray(drawn.canvas.buffer_rgba())).convert("RGB")
-    image.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+
+def envelope(x: Array, y: Array) -> tuple[Array, Array]:
+    """Return a line with the lowest and the highest point of each stretch, in order; one with few
+    points as it is.
+    """
+    if len(x) <= 4 * STRETCHES:
+        return x, y
+    kept = []
+    for rows in np.array_split(np.arange(len(x)), STRETCHES):
+        known = rows[np.isfinite(y[rows])]
+        ends = (known[np.argmin(y[known])], known[np.argmax(y[known])]) if len(known) else rows[:1]
+        kept += sorted({*ends})
+    return x[kept], y[kept]
 
 
 def read(name: str, folder: Path) -> Values:

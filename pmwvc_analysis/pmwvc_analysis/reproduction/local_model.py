@@ -12,10 +12,12 @@ from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.stability import k_max
 from pmwvc_analysis.models.transparency import ideal_of, transparency
 from pmwvc_analysis.models.variation import varied
+from pmwvc_analysis.reproduction.conditions import bank_gains
 from pmwvc_analysis.reproduction.figure import Values
 from pmwvc_analysis.reproduction.scenarios import scenario
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.wave import design
 
 
 def limits(parameters: Values) -> Values:
@@ -29,6 +31,9 @@ def limits(parameters: Values) -> Values:
         data[f"gain_{gain:g}"] = found
         known = [value for value in found if value is not None]
         numbers[f"least_gain_{gain:g}"] = min(known) if known else None
+    for name, changed in parameters["banks"].items():
+        master = scenario({**parameters["model"], **changed}, users=1).users[0].master
+        numbers |= bank_gains(name, design(master.filter, tick_s=master.tick_s), master.bank)
     numbers["spectral_radius_damping_1"] = _radius(parameters["model"], damping=1.0)
     numbers["spectral_radius_damping_3"] = _radius(parameters["model"], damping=3.0)
     return {"data": data, "numbers": numbers}

@@ -29,6 +29,9 @@ def claims_page(numbers: Numbers) -> str:
         "A number counts as reproduced within 5 % (15 % where the claim is that something hardly",
         "matters, 0.1 % for the optimised α). *At least* and *at most* are how we read a claim in",
         "words, such as *stiffer* or *much smaller*. Experiments were made on real devices.",
+        "*The number agrees* stands where it does and the claim is still not supported, with the",
+        "reason: a condition, a coincidence, the window of a plot, a part that is not passive, or",
+        "a triviality.",
         "",
         "| where | claim | printed | ours | what decides | verdict |",
         "|---|---|---|---|---|---|",
@@ -57,7 +60,7 @@ def index_page() -> str:
             "",
             figure.remark + f" [Data]({name}.json).",
             "",
-            f"![{figure.title}]({name}.png)",
+            f"![{figure.title}]({name}.svg)",
             "",
         ]
     return "\n".join(lines[:-1]) + "\n"
@@ -83,7 +86,7 @@ def drift_page(folder: Path) -> str:
         "",
         *table(result),
         "",
-        f"![{result['title']}](position_drift.png)",
+        f"![{result['title']}](position_drift.svg)",
     ]
     return "\n".join(lines) + "\n"
 

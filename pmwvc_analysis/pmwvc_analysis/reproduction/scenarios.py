@@ -9,6 +9,13 @@ from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.scenario_reader import parse_scenario
 
 FRAME_S = 0.008
+# As far as the limits of force, slew and speed go: what a figure shows is then the controller's.
+UNLIMITED: Mapping[str, Any] = {
+    "safety.max_force": 20.0,
+    "safety.max_slew": 20000.0,
+    "safety.damper_velocity": 10.0,
+    "safety.fault_velocity": 20.0,
+}
 DELAYS = (0, 1, 2, 3)  # of a packet each way, in frames of 8 ms
 
 # App. B, section 4: two users, one cube of 2 kg.

@@ -11,13 +11,14 @@ from pmwvc_analysis.models.stability import z_width
 from pmwvc_analysis.models.transparency import transparency
 from pmwvc_analysis.models.z_width_simulated import simulated_z_width
 from pmwvc_analysis.reproduction.figure import Values
-from pmwvc_analysis.reproduction.scenarios import scenario
-from pmwvc_analysis.reproduction.traces import curves, last_mean
+from pmwvc_analysis.reproduction.scenarios import UNLIMITED, scenario
+from pmwvc_analysis.reproduction.traces import curves, last_mean, limited_ticks
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
 
 BOUND = 1e6
+REFINEMENTS, FINER = 3, 9  # of the grid around the largest stiffness
 
 
 def admittance(parameters: Values) -> Values:
@@ -60,9 +61,23 @@ def widths(parameters: Values) -> Values:
             found = [limit.first for limit in z_width(of, [*damping.tolist(), at])]
         data[name] = found[:-1]
         firsts = [first for first in data[name] if first is not None]
-        numbers[f"largest_{name}"] = max(firsts) if len(firsts) == len(damping) else None
+        largest = max(firsts) if len(firsts) == len(damping) else None
+        if largest is not None and "highest" not in changed:
+            largest = _largest(of, damping, firsts)
+        numbers[f"largest_{name}"] = largest
         numbers[f"at_{at:g}_{name}"] = found[-1]
     return {"data": data, "numbers": numbers}
+
+
+def _largest(of: Scenario, damping: Array, firsts: list[float]) -> float:
+    """Return the largest stiffness over all damping, searched between the points of the grid."""
+    for _ in range(REFINEMENTS):
+        top = int(np.argmax(firsts))
+        damping = np.linspace(
+            damping[max(top - 1, 0)], damping[min(top + 1, len(damping) - 1)], FINER
+        )
+        firsts = [limit.first or 0.0 for limit in z_width(of, damping.tolist())]
+    return max(firsts)
 
 
 def _simulated(of: Scenario, damping: list[float], highest: float) -> list[float | None]:
@@ -75,7 +90,7 @@ def contact(parameters: Values) -> Values:
     """Return a simulated contact, and how stable its model is with the loop delayed and solved."""
     model = parameters["model"]
     of = scenario(
-        {**model, "server.contact": "grip"},
+        {**model, **UNLIMITED, "server.contact": "grip"},
         users=1,
         operator=parameters["operator"],
         duration_s=parameters["duration_s"],
@@ -99,6 +114,7 @@ def contact(parameters: Values) -> Values:
         "force_end_n": last_mean(full["time_s"], full["f_1_n"]),
         "force_swing_n": _swing(full["f_1_n"][late]),
         "position_swing_mm": _swing(full["x_1_mm"][late]),
+        "limited_ticks": limited_ticks(traces),
         "depth_end_mm": last_mean(full["time_s"], full["x_s1_mm"]) - wall_mm,
     }
     return {"data": data, "numbers": numbers}

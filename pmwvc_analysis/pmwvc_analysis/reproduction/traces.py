@@ -40,3 +40,14 @@ def curves(traces: SessionTraces, *, every_s: float, end_s: float | None = None)
 def last_mean(time_s: Array, values: Array) -> float:
     """Return the mean over the end of a session."""
     return float(np.mean(values[time_s > time_s[-1] - LAST_S]))
+
+
+def limited_ticks(traces: SessionTraces) -> int:
+    """Return at how many ticks, from the first force of the hand on, the safety limits changed the
+    force of the first user.
+    """
+    user = traces.users[0]
+    acts = np.flatnonzero(np.any(user.f_h != 0.0, axis=-1))
+    begin = int(acts[0]) if len(acts) else 0
+    changed = np.abs(user.f_m - user.f_applied).max(axis=-1) > 1e-9
+    return int(changed[begin:].sum())

@@ -9,9 +9,10 @@ import numpy as np
 from pmwvc_analysis.judge.oscillation import beyond
 from pmwvc_analysis.judge.shape import rms
 from pmwvc_analysis.models.multirate import build, spectral_radius
+from pmwvc_analysis.reproduction.conditions import radii_over_delay
 from pmwvc_analysis.reproduction.figure import Values
-from pmwvc_analysis.reproduction.scenarios import scenario
-from pmwvc_analysis.reproduction.traces import curves
+from pmwvc_analysis.reproduction.scenarios import UNLIMITED, scenario
+from pmwvc_analysis.reproduction.traces import curves, limited_ticks
 from pmwvc_core.simulation.session import simulate_one
 
 NOISE_HZ = 60.0  # above it there is nothing but noise in the force
@@ -21,7 +22,7 @@ def experiment(parameters: Values) -> Values:
     """Return positions and forces of a session, and how noisy and how large the force is."""
     model = parameters["model"]
     of = scenario(
-        {**model, **parameters["device"]},
+        {**model, **UNLIMITED, **parameters["device"]},
         users=1,
         operator=parameters["operator"],
         duration_s=parameters["duration_s"],
@@ -42,7 +43,8 @@ def experiment(parameters: Values) -> Values:
     numbers = {
         "force_noise_n": rms(beyond(user.f_m, user.tick_s, NOISE_HZ)[late]),
         "force_largest_n": float(np.abs(full["f_1_n"]).max()),
-        "safety_events": int(user.safety_events),
+        "limited_ticks": limited_ticks(traces),
         "spectral_radius": spectral_radius(build(scenario(model, users=1))),
     }
+    numbers |= radii_over_delay(model, parameters["delays_s"])
     return {"data": data, "numbers": numbers}

@@ -18,7 +18,12 @@ the mass together with that of the arm, which moves along. A larger impedance b 
 
 **Noise**: what the steps of an encoder make of the force. A position rounded to steps d has the
 variance d^2/12; its differences over a tick T_c make a force of b d/(sqrt(6) T_c), root mean
-square.
+square. Where the scenario's device has such an encoder the noise counts in the cost, 0.1 N (a
+tenth of a press of 1 N) for one just noticeable step:
+
+    cost^2 = ... + (noise/0.1 N)^2.
+
+For an exact device the noise of a 10 um encoder is shown and does not count.
 
 Where a scenario is not linear, radii, stiffnesses and masses are those of its nearest linear one
 (:mod:`pmwvc_analysis.models.linear`); passivity, aliasing and noise are those of the scenario.
@@ -36,6 +41,7 @@ from pmwvc_analysis.models.transparency import transparency, untouched
 from pmwvc_core.params import FilterParams
 from pmwvc_core.simulation.scenario import Scenario
 
+NOTICED_N = 0.1  # [N] force noise, root mean square, that counts as one step
 NOTICED = math.log(1.23)  # just noticeable ratio of stiffnesses and of weights
 ENCODER_STEP_M = 1e-5  # taken where the scenario's device is exact
 
@@ -63,8 +69,9 @@ class Choice:
         default = FilterParams()
         for field in dataclasses.fields(FilterParams):
             value = getattr(self.filter, field.name)
-            if field.name == "kind" or value != getattr(default, field.name):
-                found[f"master.filter.{field.name}"] = value
+            before = {getattr(user.master.filter, field.name) for user in scenario.users}
+            if field.name == "kind" or {value, getattr(default, field.name)} | before != {value}:
+                found[f"master.filter.{field.name}"] = "null" if value is None else value
         return found
 
     def applied(self, scenario: Scenario) -> Scenario:
@@ -104,6 +111,7 @@ class Rating:
     mass_ideal: float | None
     noise_n: float  # [N] root mean square
     cost: float | None
+    simulated: str | None = None  # stable, or how it was not; None: not simulated
 
 
 def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
@@ -140,18 +148,33 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         noise_n=noise_n(scenario, choice.impedance),
         cost=None,
     )
-    return dataclasses.replace(rating, cost=_cost(rating, float(user.operator.mass)))
+    counts = 0.0 if velocity_step(scenario) is None else rating.noise_n
+    return dataclasses.replace(rating, cost=_cost(rating, float(user.operator.mass), counts))
+
+
+def velocity_step(scenario: Scenario) -> float | None:
+    """Return the largest velocity that one step of an encoder makes [m/s]; None where velocities
+    are exact.
+    """
+    steps = [
+        float(user.device.encoder_step_m) / float(user.master.tick_s)
+        for user in scenario.users
+        if user.device.velocity == "euler" or user.device.plugin != "simulated"
+    ]
+    return max(steps, default=0.0) or None
 
 
 def noise_n(scenario: Scenario, impedance: float) -> float:
     """Return the force noise of the encoder's steps [N], root mean square."""
-    step = float(scenario.users[0].device.encoder_step_m) or ENCODER_STEP_M
+    steps = [float(user.device.encoder_step_m) for user in scenario.users]
+    step = max(steps) or ENCODER_STEP_M
     return impedance * step / (math.sqrt(6.0) * scenario.tick_s)
 
 
-def cost_of(k_ratio: float, m_ratio: float) -> float:
+def cost_of(k_ratio: float, m_ratio: float, noise_n: float = 0.0) -> float:
     """Return the distance from the ideal in just noticeable steps."""
-    return math.hypot(math.log(k_ratio), math.log(m_ratio)) / NOTICED
+    ratios = math.hypot(math.log(k_ratio), math.log(m_ratio)) / NOTICED
+    return math.hypot(ratios, noise_n / NOTICED_N)
 
 
 def _ideal(coupled: float | None, own: Any) -> float | None:
@@ -161,7 +184,7 @@ def _ideal(coupled: float | None, own: Any) -> float | None:
     return coupled if coupled is not None else (float(own) or None)
 
 
-def _cost(rating: Rating, arm_kg: float) -> float | None:
+def _cost(rating: Rating, arm_kg: float, noise_n: float) -> float | None:
     """Return the cost of what is known; None where nothing is."""
     k_ratio = m_ratio = 1.0
     if rating.k_felt and rating.k_ideal:
@@ -170,4 +193,4 @@ def _cost(rating: Rating, arm_kg: float) -> float | None:
         m_ratio = (rating.mass_felt + arm_kg) / (rating.mass_ideal + arm_kg)
     if not rating.stable or (rating.k_felt is None and rating.mass_felt is None):
         return None
-    return cost_of(max(k_ratio, 1e-9), max(m_ratio, 1e-9))
+    return cost_of(max(k_ratio, 1e-9), max(m_ratio, 1e-9), noise_n)

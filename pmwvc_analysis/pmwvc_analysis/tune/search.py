@@ -3,9 +3,13 @@
 """The search: filters and holds that are fit for the rate drop, and the best impedance of each.
 
 The best impedance of a filter and a hold is found from their lag (the link is a spring 2b/tau and
-a mass b tau/2); the few choices that are left are then rated by the exact model. An impedance
-stays between the least that keeps a one-step-delay port passive (K T_VE + 2B <= b) and a quarter
-of what the force loop itself stands at a matched port, b T_c/m = 2.
+a mass b tau/2) and the noise of the encoder; the few choices that are left are then rated by the
+exact model. An impedance stays between the least that keeps a one-step-delay port passive (K T_VE
++ 2B <= b) and a quarter of what the force loop itself stands at a matched port, b T_c/m = 2; and
+one step d of an encoder to and fro passes the slew limit, 2 b d/T_c <= max_slew T_c.
+
+The best choice is then simulated with the scenario's own hands. One that is not stable there, or
+limited by safety, gives way to the next best, and at last to a smaller impedance.
 """
 
 import dataclasses
@@ -14,11 +18,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.judge import prediction, prediction_lag
+from pmwvc_analysis.judge.stability import verdict
 from pmwvc_analysis.models.linear import Element, nonlinear
-from pmwvc_analysis.tune.criteria import Choice, Rating, cost_of, rated
+from pmwvc_analysis.tune.criteria import (
+    Choice,
+    Rating,
+    cost_of,
+    noise_n,
+    rated,
+    velocity_step,
+)
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import FilterParams
 from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import first_axis
 from pmwvc_core.wave.velocity_filter_design import chosen as velocity_filter
@@ -26,6 +39,9 @@ from pmwvc_core.wave.velocity_filter_design import chosen as velocity_filter
 LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 STEP = 1.5  # factor between the alternatives
 HOLDS = ("foh", "zoh")
+STABLE = "stable"
+LONGEST_S = 12.0  # of the simulated session
+Key = tuple[str, str]  # filter, hold
 
 
 @dataclass(frozen=True)
@@ -56,7 +72,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     Raises
     ------
     PmwvcError
-        If the scenario is no wave session, or nothing found is stable.
+        If the scenario is no wave session, or nothing found is stable, in the model or simulated.
     """
     if not has_waves(scenario.controller):
         raise PmwvcError(
@@ -80,11 +96,14 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             "take server.coupling = implicit"
         )
     passive = {key: row for key, row in usable.items() if row.passive} or usable
-    best_key = min(passive, key=lambda key: (round(passive[key].cost or 0.0, 3), key))
-    best = passive[best_key]
+    order = sorted(passive, key=lambda key: (round(passive[key].cost or 0.0, 3), key))
+    best_key, best = _proven(scenario, order, passive, bounds, live=live)
     user = scenario.users[0]
     as_given = Choice(first_axis(user.impedance), user.master.filter, user.master.hold)
-    others = {"as given": rated(scenario, as_given, live=live)}
+    as_it_is = rated(scenario, as_given, live=live)
+    others = {
+        "as given": dataclasses.replace(as_it_is, simulated=simulated(as_given.applied(scenario)))
+    }
     for label, factor in (("stiffer", STEP), ("lighter", 1.0 / STEP)):
         impedance = float(np.clip(best.choice.impedance * factor, *bounds))
         if impedance != best.choice.impedance:
@@ -96,11 +115,61 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     return Proposal(best, others, bounds, nonlinear(scenario))
 
 
+def _proven(
+    scenario: Scenario,
+    order: list[Key],
+    rows: dict[Key, Rating],
+    bounds: tuple[float, float],
+    *,
+    live: bool,
+) -> tuple[Key, Rating]:
+    """Return the first choice that is stable when simulated; then the best one with less and less
+    impedance.
+
+    Raises
+    ------
+    PmwvcError
+        If none is.
+    """
+    found = ""
+    for key in order:
+        found = simulated(rows[key].choice.applied(scenario))
+        if found == STABLE:
+            return key, dataclasses.replace(rows[key], simulated=found)
+    choice = rows[order[0]].choice
+    while choice.impedance > bounds[0]:
+        smaller = max(choice.impedance / STEP, bounds[0])
+        choice = dataclasses.replace(choice, impedance=smaller)
+        row = rated(scenario, choice, live=live)
+        if row.stable and bool(row.passive) >= bool(rows[order[0]].passive):
+            found = simulated(choice.applied(scenario))
+            if found == STABLE:
+                return order[0], dataclasses.replace(row, simulated=found)
+    raise PmwvcError(
+        f"{scenario.name}: nothing is proposed: every choice that the model calls stable is "
+        f"'{found}' when simulated; 'pmwvc simulate' shows why. A finer encoder, a softer "
+        "environment or a gentler hand may help"
+    )
+
+
+def simulated(scenario: Scenario) -> str:
+    """Return the verdict of a session in virtual time: stable, or how it was not."""
+    short = dataclasses.replace(scenario, duration_s=min(scenario.duration_s, LONGEST_S))
+    traces = simulate_one(short)
+    return verdict(traces, short).instability or STABLE
+
+
 def bounds_of(scenario: Scenario) -> tuple[float, float]:
     """Return the least and the largest impedance to look at [N s/m]."""
     largest = min(
         0.5 * float(user.device.mass) / float(user.master.tick_s) for user in scenario.users
     )
+    step = velocity_step(scenario)
+    if step is not None:
+        passes = min(
+            float(user.safety.max_slew) * float(user.master.tick_s) for user in scenario.users
+        )
+        largest = min(largest, 0.5 * passes / step)
     least = LEAST
     if scenario.server.coupling in ("one_step_delay", "unknown"):
         least = max(prediction.least_impedance(user, scenario) for user in scenario.users)
@@ -159,5 +228,6 @@ def best_impedance(
     for impedance in grid:
         felt = prediction_lag.felt_stiffness(contact, float(impedance), lag)
         heavier = (whole + max(impedance * lag / 2.0, 0.0)) / whole
-        costs.append(cost_of(felt / contact if felt > 0.0 else 1.0, heavier))
+        noise = noise_n(scenario, float(impedance)) if velocity_step(scenario) else 0.0
+        costs.append(cost_of(felt / contact if felt > 0.0 else 1.0, heavier, noise))
     return Choice(float(grid[int(np.argmin(costs))]), one, hold)

@@ -6,8 +6,8 @@ import dataclasses
 from typing import Any
 
 from pmwvc_analysis.models.linear import setting
-from pmwvc_analysis.tune.criteria import Rating
-from pmwvc_analysis.tune.search import Proposal
+from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, Rating, velocity_step
+from pmwvc_analysis.tune.search import LONGEST_S, STABLE, Proposal
 from pmwvc_core.simulation.scenario import Scenario
 
 HEADS = ("b", "lag", "felt", "mass", "noise", "aliasing", "K max", "cost")
@@ -49,6 +49,8 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     for label, row in rows.items():
         cells = "  ".join(f"{cell:>8}" for cell in _cells(row))
         word = "" if row.passive else ("  not proved passive" if row.stable else "  NOT stable")
+        if row.simulated not in (None, STABLE):
+            word += f"  simulated: {row.simulated}"
         lines.append(f"  {label:{width}}  {cells}{word}")
     best = found.best
     if best.k_ideal is not None and best.mass_ideal is not None:
@@ -56,6 +58,17 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
             f"  ideal: {best.k_ideal:.4g} N/m, {best.mass_ideal:.3g} kg; cost in just noticeable "
             "steps of stiffness and weight"
         )
+    lines.append(
+        f"  proposed: simulated for {min(scenario.duration_s, LONGEST_S):g} s with the scenario's "
+        "hands: stable, not limited by safety"
+    )
+    if velocity_step(scenario) is None:
+        lines.append(
+            f"  noise: that of an encoder of {ENCODER_STEP_M * 1e6:g} um; the scenario's device "
+            "is exact, so it does not count in the cost"
+        )
+    else:
+        lines.append(f"  noise: {NOTICED_N * 1e3:g} mN count as one step of the cost")
     lines += [f"  {label}: {costs(best, row)}" for label, row in found.others.items()]
     settings = best.choice.settings(scenario)
     words = " ".join(f"--set {key}={value}" for key, value in settings.items())

@@ -37,8 +37,12 @@ def pole_of(params: FilterParams) -> Value:
     return DEFAULT_POLE_RAD_S if params.pole_rad_s is None else params.pole_rad_s
 
 
-def order_of(params: FilterParams) -> int:
-    """Return the least order of an analogue Butterworth filter with the attenuations asked for.
+def order_of(params: FilterParams, *, tick_s: float) -> int:
+    """Return the least order of a Butterworth filter with the attenuations asked for.
+
+    ``bilinear``: the least order of the sampled filter, from both edges pre-warped. A stop edge at
+    or above half the tick rate has no place there; then, and for ``matched``, it is the least
+    order of the analogue filter.
 
     Raises
     ------
@@ -46,7 +50,13 @@ def order_of(params: FilterParams) -> int:
         If the edges are so close that the filter would not compute well.
     """
     assert params.stop_hz is not None  # a Butterworth filter has one
-    return least_order(params.pass_hz, params.pass_db, params.stop_hz, params.stop_db)
+    pass_edge, stop_edge = params.pass_hz, params.stop_hz
+    if params.discretisation == "bilinear" and stop_edge * tick_s < 0.5:
+        pass_edge, stop_edge = warped_rad_s(pass_edge, tick_s), warped_rad_s(stop_edge, tick_s)
+    order = butterworth.least_order(pass_edge, params.pass_db, stop_edge, params.stop_db)
+    if order > HIGHEST_ORDER:
+        raise _too_close(params.pass_hz, params.pass_db, params.stop_hz, params.stop_db, order)
+    return order
 
 
 def least_order(
@@ -63,12 +73,18 @@ def least_order(
     """
     order = butterworth.least_order(pass_hz, pass_db, stop_hz, stop_db)
     if order > HIGHEST_ORDER:
-        raise ParameterError(
-            f"{prefix}stop_hz = {stop_hz}: a Butterworth filter between {pass_db} dB at "
-            f"{pass_hz} Hz and {stop_db} dB there is of order {order}, more than "
-            f"{HIGHEST_ORDER}; move the edges apart"
-        )
+        raise _too_close(pass_hz, pass_db, stop_hz, stop_db, order, prefix=prefix)
     return order
+
+
+def _too_close(
+    pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, order: int, prefix: str = ""
+) -> ParameterError:
+    return ParameterError(
+        f"{prefix}stop_hz = {stop_hz}: a Butterworth filter between {pass_db} dB at {pass_hz} Hz "
+        f"and {stop_db} dB there is of order {order}, more than {HIGHEST_ORDER}; move the edges "
+        "apart"
+    )
 
 
 def half_power_hz(params: FilterParams, *, tick_s: float) -> Value:
@@ -92,11 +108,11 @@ def design(params: FilterParams, *, tick_s: float) -> Array:
 
     First order: exact under a held input, y+ = p y + (1-p) u with p = exp(-a T_c).
 
-    Butterworth: the least *analogue* order that has both attenuations (a stop edge above half the
-    tick rate is then no obstacle), scaled so that the edge named by ``meet`` is met exactly, which
-    leaves something over at the other one. ``bilinear`` is pre-warped at that edge, so the sampled
-    filter meets it; ``matched`` maps the analogue poles by z = exp(s T_c), without zeros and with
-    unit gain at rest, so it is the analogue filter that meets it.
+    Butterworth: the least order that has both attenuations (:func:`order_of`), scaled so that the
+    edge named by ``meet`` is met exactly, which leaves something over at the other one.
+    ``bilinear`` is pre-warped at that edge, so the sampled filter meets it; ``matched`` maps the
+    analogue poles by z = exp(s T_c), without zeros and with unit gain at rest, so it is the
+    analogue filter that meets it.
 
     Returns
     -------
@@ -165,11 +181,11 @@ def _analogue_cutoff_rad_s(params: FilterParams, tick_s: float) -> float:
             )
         edge = warped_rad_s(edge_hz, tick_s)
     loss = 10.0 ** (0.1 * loss_db) - 1.0  # (w/w_c)^2n at the edge
-    return float(edge / loss ** (0.5 / order_of(params)))
+    return float(edge / loss ** (0.5 / order_of(params, tick_s=tick_s)))
 
 
 def _butterworth(params: FilterParams, tick_s: float) -> Array:
     cutoff = _analogue_cutoff_rad_s(params, tick_s)
     if params.discretisation == "bilinear":
-        return butterworth.bilinear_sections(order_of(params), cutoff, tick_s)
-    return butterworth.matched_sections(order_of(params), cutoff, tick_s)
+        return butterworth.bilinear_sections(order_of(params, tick_s=tick_s), cutoff, tick_s)
+    return butterworth.matched_sections(order_of(params, tick_s=tick_s), cutoff, tick_s)
