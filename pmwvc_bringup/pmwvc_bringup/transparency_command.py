@@ -59,9 +59,10 @@ def run(arguments: argparse.Namespace) -> int:
         from pmwvc_analysis.models.transparency_answer import answer, sentences
 
         measured = model = None
+        forces: list[float] = []
         live = arguments.live
         if recorded:
-            from pmwvc_analysis.models.measured import measure
+            from pmwvc_analysis.models.measured import measure, pattern
             from pmwvc_analysis.recording.reader import read_session
 
             traces = read_session(folder)
@@ -71,9 +72,14 @@ def run(arguments: argparse.Namespace) -> int:
             if name not in by_name:
                 raise PmwvcError(f"{folder}: no trace of {name} was recorded")
             measured = measure(by_name[name], scenario.users[place])
+            forces = pattern(traces.users, scenario, place)
         found = transparency(scenario, user=place, live=live)
         if measured is not None:
-            forces = pressing(scenario, place)
+            if forces != pressing(scenario, place):
+                found.notes.append(
+                    "Measured and modelled beside it: with the forces of the session, per N of "
+                    f"{scenario.users[place].name}: {', '.join(f'{f:.3g}' for f in forces)}."
+                )
             exact = build(scenario, live=live)
             model = response(exact, measured.frequency_hz, user=place, forces=forces)
         result = answer(scenario.name, found, measured, model)

@@ -2,13 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Admittance measured from a session is the model's; the coherence says when to trust it."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from pressed_wall import wall
 
 from pmwvc_analysis.models import frequency, multirate
-from pmwvc_analysis.models.measured import TRUSTED, measure
+from pmwvc_analysis.models.measured import TRUSTED, measure, pattern
+from pmwvc_analysis.models.transparency import pressing
+from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.simulation.scenario_reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
 
 GENTLE = {"safety.max_force": 20.0, "safety.max_slew": 20000.0, "operator.force": 0.2}
@@ -98,3 +103,51 @@ def test_too_short_a_chirp_is_refused():
     scenario, user = recorded(CHIRP | {"duration_s": 1.0})
     with pytest.raises(PmwvcError, match="too short for spectra"):
         measure(user, scenario.users[0])
+
+
+@pytest.mark.parametrize("kind", ["hand", "playback_motion"])
+def test_a_hand_that_answers_to_the_motion_is_refused(kind):
+    """Its force is -Z_hand (x - target): the ratio x/f shows the hand."""
+    scenario, user = recorded(SINE)
+    operator = dataclasses.replace(scenario.users[0].operator, kind=kind)
+    with pytest.raises(PmwvcError, match=r"answers to the motion .* closed loop"):
+        measure(user, dataclasses.replace(scenario.users[0], operator=operator))
+
+
+def test_the_ratio_in_a_session_with_two_hands_is_not_the_admittance():
+    """The control: why it is refused."""
+    scenario = scenarios.load("carry_16ms", settings_texts=["server.contact=bilateral"])
+    user = simulate_one(scenario).users[0]
+    taken = dataclasses.replace(scenario.users[0].operator, kind="playback_force")
+    found = measure(user, dataclasses.replace(scenario.users[0], operator=taken))
+    forces = pressing(scenario, 0)
+    exact = frequency.response(multirate.build(scenario), found.frequency_hz, forces=forces)
+    assert np.median(np.abs(found.admittance - exact) / np.abs(exact)) > 0.3
+    assert np.median(found.coherence) > 0.5
+
+
+def test_with_two_users_the_model_has_the_forces_of_the_session():
+    changes = GENTLE | CHIRP | {"users": 2, "server.environment": "cube"}
+    scenario = parse_scenario(
+        wall().to_dict() | {"users": 2},
+        overrides=changes | {"user2.operator.kind": "none", "server.object_damping": 5.0},
+    )
+    traces = simulate_one(scenario)
+    assert pattern(traces.users, scenario, 0) == [1.0, 0.0]
+    found = measure(traces.users[0], scenario.users[0])
+    model = multirate.build(scenario)
+    alone, pressed = (
+        frequency.response(model, found.frequency_hz, forces=forces)
+        for forces in ([1.0, 0.0], pressing(scenario, 0))
+    )
+    trusted = found.coherence >= TRUSTED
+    error = np.abs(found.admittance - alone)[trusted] / np.abs(alone)[trusted]
+    assert np.median(error) < 0.01
+    wrong = np.abs(found.admittance - pressed)[trusted] / np.abs(pressed)[trusted]
+    assert np.max(wrong) > 5.0
+    other = dataclasses.replace(
+        scenario.users[1], operator=dataclasses.replace(scenario.users[1].operator, kind="hand")
+    )
+    held = dataclasses.replace(scenario, users=(scenario.users[0], other))
+    with pytest.raises(PmwvcError, match=r"user2: the hand \(hand\) answers"):
+        pattern(traces.users, held, 0)

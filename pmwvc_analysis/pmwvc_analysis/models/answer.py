@@ -3,12 +3,15 @@
 """The stability of one scenario as plain data and in sentences."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models import rigid, stability
+from pmwvc_analysis.models import modes, rigid, stability
+from pmwvc_analysis.models.groups import parts
 from pmwvc_analysis.models.linear import notes_of
+from pmwvc_analysis.models.long_delay import is_long, opened
+from pmwvc_analysis.models.loop import Loop
 from pmwvc_analysis.models.multirate import transitions
 from pmwvc_core.plural import count
 from pmwvc_core.simulation.scenario import Scenario
@@ -25,16 +28,15 @@ def answer(
         ``spectral_radius`` per hyperframe of ``hyperframe_ticks``, ``stable``, ``k_max`` [N/m]
         (None: nothing up to ``k_max_bound`` is unstable), ``islands`` (stable ranges above
         ``k_max``), ``rigid_body_modes`` (taken out), ``states`` (their number, with those),
-        ``slowest`` (``frequency_hz`` and growth ``per_second`` of the largest eigenvalue),
+        ``slowest`` (``frequency_hz``, None where it is not clear, and growth ``per_second`` of the
+        largest eigenvalue),
         ``notes``.
     """
-    model = transitions(scenario, live=live)
-    left = rigid.quotient(model.matrices, model.rigid)[0]
-    values = np.linalg.eigvals(left) if len(left) else np.zeros(1)
-    largest = complex(values[np.argmax(np.abs(values))])
-    radius = float(np.abs(largest))
+    long = is_long(scenario, live=live)
+    motion = _long(scenario, live=live) if long else _dense(scenario, live=live)
+    radius = motion.radius
     limit = stability.k_max(scenario, live=live, bound=bound)
-    hyperframe_s = model.ticks * scenario.tick_s
+    hyperframe_s = motion.ticks * scenario.tick_s
     return {
         "scenario": scenario.name,
         "live": live,
@@ -43,16 +45,63 @@ def answer(
         "k_max": limit.first,
         "k_max_bound": limit.bound,
         "islands": [list(island) for island in limit.islands],
-        "rigid_body_modes": rigid.count(model.rigid),
-        "states": len(model.states),
-        "hyperframe_ticks": model.ticks,
+        "rigid_body_modes": motion.rigid_body_modes,
+        "states": motion.states,
+        "hyperframe_ticks": motion.ticks,
         "slowest": {
-            "frequency_hz": abs(math.atan2(largest.imag, largest.real))
-            / (2.0 * math.pi * hyperframe_s),
+            "frequency_hz": motion.frequency_hz,
             "per_second": math.log(radius) / hyperframe_s if radius > 0.0 else None,
         },
         "notes": notes_of(scenario),
     }
+
+
+class _Slowest(NamedTuple):
+    """The largest eigenvalue, and the size of the model it is of."""
+
+    radius: float
+    frequency_hz: float | None
+    ticks: int
+    states: int
+    rigid_body_modes: int
+
+
+def _dense(scenario: Scenario, *, live: bool) -> _Slowest:
+    model = transitions(scenario, live=live)
+    left = rigid.quotient(model.matrices, model.rigid)[0]
+    values = np.linalg.eigvals(left) if len(left) else np.zeros(1)
+    largest = complex(values[np.argmax(np.abs(values))])
+    hertz = _frequency_hz(scenario, largest, live=live)
+    modes_of = rigid.count(model.rigid)
+    return _Slowest(float(np.abs(largest)), hertz, model.ticks, len(model.states), modes_of)
+
+
+def _long(scenario: Scenario, *, live: bool) -> _Slowest:
+    """Return the same of a loop with long delays; its frequency only where a hyperframe is no
+    longer than a frame, so that it is no image of another one.
+    """
+    whole, smaller = opened(scenario, live=live), []
+    for part in parts(scenario):
+        smaller += opened(part.scenario, live=live, weights=part.weights).loci
+    logs = [loci.log_radius() for loci in smaller]
+    worst = int(np.argmax(logs))
+    angle = smaller[worst].angle_at(logs[worst] - abs(logs[worst]) * 1e-6)
+    alone = whole.ticks == max(user.master.rate_drop for user in scenario.users)
+    hertz = angle / (2.0 * math.pi * whole.ticks * scenario.tick_s) if angle and alone else None
+    return _Slowest(math.exp(logs[worst]), hertz, whole.ticks, whole.states, whole.motions)
+
+
+def _frequency_hz(scenario: Scenario, value: complex, *, live: bool) -> float | None:
+    loop = Loop(scenario, live=live)
+    rows, signals = loop.around(inputs=False)
+    values, vectors = np.linalg.eig(rows[0])
+    nearest = int(np.argmin(np.abs(values - value)))
+    for name in ("xd", "f"):  # of a motion that no device takes part in, its force
+        seen = np.stack([np.concatenate(per_tick) for per_tick in signals[name]])
+        found = modes.frequency_hz(value, vectors[:, nearest], seen, loop.tick_s)
+        if found is not None:
+            return found
+    return None
 
 
 def sentences(found: dict[str, Any]) -> list[str]:
@@ -63,11 +112,12 @@ def sentences(found: dict[str, Any]) -> list[str]:
     lines = [f"{found['scenario']}: {word}, spectral radius {found['spectral_radius']:.6f}"]
     if rate is not None:
         course = "grows" if rate > 0.0 else "decays"
+        hertz = slowest["frequency_hz"]
+        mode = "frequency not clear" if hertz is None else f"{hertz:.2f} Hz"
         lines.append(
-            f"  slowest mode: {slowest['frequency_hz']:.2f} Hz, {course}, "
-            f"time constant {1.0 / abs(rate):.3g} s"
+            f"  slowest mode: {mode}, {course}, time constant {1.0 / abs(rate):.3g} s"
             if rate
-            else f"  slowest mode: {slowest['frequency_hz']:.2f} Hz, neither grows nor decays"
+            else f"  slowest mode: {mode}, neither grows nor decays"
         )
     if found["k_max"] is None:
         lines.append(f"  stable at every contact stiffness up to {found['k_max_bound']:g} N/m")

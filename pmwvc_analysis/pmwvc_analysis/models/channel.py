@@ -6,6 +6,7 @@ Who reads takes the newest packet that has arrived: the last one sent ``delay`` 
 earlier. Only packets that will still be read are states.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from pmwvc_core.numeric import Array
@@ -40,6 +41,11 @@ class Channel:
         Length of the hyperframe.
     signals
         Names of the values in a packet.
+
+    Attributes
+    ----------
+    relay
+        Where the link is cut: takes what is sent, returns what comes in instead.
     """
 
     def __init__(
@@ -50,6 +56,7 @@ class Channel:
         self._width = len(signals)
         self.names = tuple(f"{name}[{past}]" for past in self._past for name in signals)
         self._packets: dict[int, list[Array]] = {}
+        self.relay: Callable[[list[Array]], list[Array]] | None = None
 
     def _needed(self, read: Times) -> list[int]:
         """Return when those packets were sent that are under way at tick 0 and still count."""
@@ -70,8 +77,8 @@ class Channel:
         self._packets = {past: list(group) for past, group in zip(self._past, groups, strict=True)}
 
     def send(self, tick: int, packet: list[Array]) -> None:
-        """Put a packet in."""
-        self._packets[tick] = packet
+        """Put a packet in, or what the relay makes of it."""
+        self._packets[tick] = packet if self.relay is None else self.relay(packet)
 
     def take(self, tick: int) -> list[Array]:
         """Return the newest packet that has arrived."""

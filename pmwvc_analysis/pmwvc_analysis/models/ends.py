@@ -50,16 +50,20 @@ class System(NamedTuple):
         return found
 
 
-def read_only(system: System) -> System:
-    """Return the system without the states that neither an output nor another state reads."""
+def observable(system: System) -> tuple[System, int]:
+    """Return the system without the states that neither an output nor another state reads, and how
+    many of those stay where they are: eigenvalues 1.
+    """
     a, b, c, d = system
+    ones = 0
     while len(a):
         read = np.any(c != 0.0, axis=0)
         read |= np.any((a != 0.0) & ~np.eye(len(a), dtype=np.bool_), axis=0)
         if read.all():
             break
+        ones += int(np.count_nonzero(np.diag(a)[~read] == 1.0))
         a, b, c = a[np.ix_(read, read)], b[read], c[:, read]
-    return System(a, b, c, d)
+    return System(a, b, c, d), ones
 
 
 def _split(rows: Sequence[Array], outputs: Sequence[Array]) -> System:
@@ -68,7 +72,7 @@ def _split(rows: Sequence[Array], outputs: Sequence[Array]) -> System:
     width = outputs[0].shape[-1]
     state = np.concatenate([np.zeros((0, width)), *rows])
     out = np.concatenate(list(outputs))
-    return read_only(System(state[:, :n], state[:, n:], out[:, :n], out[:, n:]))
+    return observable(System(state[:, :n], state[:, n:], out[:, :n], out[:, n:]))[0]
 
 
 def _begin(blocks: Sequence[Block], inputs: int) -> Array:

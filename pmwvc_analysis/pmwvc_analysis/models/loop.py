@@ -152,26 +152,39 @@ class Loop:
         """
         states, users = len(self.names), len(self.lines)
         width = states + (users * self.ticks if inputs else 0)
-        unit = np.eye(width)
-        place = 0
-        for _, block in self._blocks:
-            block.state = [unit[j : j + 1] for j in range(place, place + len(block.names))]
-            place += len(block.names)
+        unit = self.begin(width)
         outputs: dict[str, list[list[Array]]] = {
             name: [[] for _ in self.lines] for name in ("x", "xd", "f")
         }
         nothing = np.zeros((1, width))
         for tick in range(self.ticks):
-            self._packets(tick)
-            for user, line in enumerate(self.lines):
-                column = states + user * self.ticks + tick
-                signals = line.port.step(unit[column : column + 1] if inputs else nothing)
+            columns = [states + user * self.ticks + tick for user in range(users)]
+            forces = [unit[j : j + 1] if inputs else nothing for j in columns]
+            for user, signals in enumerate(self.advance(tick, forces)):
                 for name, row in zip(outputs, signals, strict=True):
                     outputs[name][user].append(row)
-        rows = [row for _, block in self._blocks for row in block.state]
+        rows = self.ended()
         runs = max(len(row) for row in rows)
         stacked = np.stack([np.broadcast_to(row, (runs, width)) for row in rows], axis=1)
         return stacked, outputs
+
+    def begin(self, width: int) -> Array:
+        """Give every state its own row; return the unit rows ``(width, width)``."""
+        unit = np.eye(width)
+        place = 0
+        for _, block in self._blocks:
+            block.state = [unit[j : j + 1] for j in range(place, place + len(block.names))]
+            place += len(block.names)
+        return unit
+
+    def advance(self, tick: int, forces: Sequence[Array]) -> list[tuple[Array, Array, Array]]:
+        """Go one tick on under the hands' forces; return x, xd and f of every user."""
+        self._packets(tick)
+        return [line.port.step(force) for line, force in zip(self.lines, forces, strict=True)]
+
+    def ended(self) -> list[Array]:
+        """Return the rows of all states."""
+        return [row for _, block in self._blocks for row in block.state]
 
     def _packets(self, tick: int) -> None:
         """Send, serve and receive, where it is time."""

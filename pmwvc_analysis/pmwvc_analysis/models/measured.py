@@ -9,8 +9,14 @@ force, both averaged over overlapping stretches (Welch), with the coherence
 
 1 where position follows from force linearly and without noise. A single sine: the ratio of both at
 its frequency, stretch by stretch; their coherence is |mean(X F*)|^2 / (mean |X|^2 mean |F|^2).
+
+Both take the force as given. A hand answers to the motion: what else moves the device (another
+hand, noise, a contact that parts) is then in the force as well, and the ratio is biased without a
+loss of coherence. Such sessions are refused, as are those in which another user answers or pushes
+in a way of its own.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,13 +24,15 @@ from numpy.typing import NDArray
 
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.scenario import User
+from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import UserTraces
 
 Complex = NDArray[np.complex128]
 STRETCH_S = 8.0  # of the force, for spectra
 LEAST_STRETCHES = 3
 SETTLE_S = 1.0  # of a sine, before it counts
+ANSWERING = ("hand", "playback_motion")  # operators whose force depends on the device's motion
+ALIKE = 0.01  # of a user's force: what another's may differ from a multiple of it
 TOLD = 1e-3  # of the largest power of the force: below it nothing was asked
 TRUSTED = 0.9  # coherence above which a value is worth comparing
 
@@ -46,8 +54,10 @@ def measure(user: UserTraces, known: User) -> Measured:
     Raises
     ------
     PmwvcError
-        If the hand's force was not recorded, ticks are missing, or there is too little of it.
+        If the force is not given from outside, was not recorded, ticks are missing, or there is
+        too little of it.
     """
+    _require_given(known)
     force, position = user.f_h[:, 0], user.x_m[:, 0]
     if not np.isfinite(force).all():
         raise PmwvcError(
@@ -66,6 +76,58 @@ def measure(user: UserTraces, known: User) -> Measured:
     if known.operator.kind == "sinusoid":
         return _at_one_frequency(user, force, position, float(known.operator.frequency_hz))
     return _over_frequency(user, force, position, known)
+
+
+def pattern(users: Sequence[UserTraces], scenario: Scenario, place: int) -> list[float]:
+    """Return what every user pushed per unit of the force of the one looked at.
+
+    Raises
+    ------
+    PmwvcError
+        If another hand answers to the motion, was not recorded, or pushed in a way of its own:
+        then the position is not that one user's doing.
+    """
+    own = {user.name: user for user in users}
+    ticks, force = _swing(own[scenario.users[place].name])
+    power = float(force @ force)
+    found = []
+    for number, known in enumerate(scenario.users):
+        if number == place:
+            found.append(1.0)
+            continue
+        _require_given(known)
+        other = own.get(known.name)
+        at, pushed = (ticks, 0.0 * force) if other is None else _swing(other)
+        _, here, there = np.intersect1d(ticks, at, return_indices=True)
+        ratio = float(force[here] @ pushed[there]) / power if power > 0.0 else 0.0
+        rest = pushed[there] - ratio * force[here]
+        if not np.isfinite(rest).all() or rest @ rest > ALIKE**2 * power:
+            raise PmwvcError(
+                f"{known.name}: its force is not a multiple of that of "
+                f"{scenario.users[place].name}, so position and force of one user alone do not "
+                f"tell the admittance; set {known.name}.operator.kind=none"
+            )
+        found.append(ratio)
+    return found
+
+
+def _swing(user: UserTraces) -> tuple[NDArray[np.int64], Array]:
+    """Return ticks and force without its mean, from where the hand acts."""
+    force = user.f_h[:, 0]
+    acts = np.flatnonzero(force)
+    rows = slice(int(acts[0]), int(acts[-1]) + 1) if len(acts) else slice(None)
+    return user.tick[rows], force[rows] - force[rows].mean()
+
+
+def _require_given(known: User) -> None:
+    if known.operator.kind in ANSWERING or known.device.plugin != "simulated":
+        who = "a person" if known.device.plugin != "simulated" else known.operator.kind
+        raise PmwvcError(
+            f"{known.name}: the hand ({who}) answers to the motion of the device: force and "
+            "position form a closed loop, in which another hand, noise or a lost contact moves "
+            "both, and their ratio is not the admittance; measure with operator.kind=chirp (or "
+            "sinusoid), whose force is given"
+        )
 
 
 def _over_frequency(user: UserTraces, force: Array, position: Array, known: User) -> Measured:

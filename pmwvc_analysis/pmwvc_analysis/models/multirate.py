@@ -26,6 +26,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 
 LARGEST_LIFTED = 4000  # users times ticks
+LARGEST_STATES = 3000  # of a model with inputs and outputs: some 10 s and 200 MB
 
 
 class Output(NamedTuple):
@@ -91,6 +92,11 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
     """
     loop = Loop(scenario, live=live)
     lifted = len(loop.lines) * loop.ticks
+    if len(loop.names) > LARGEST_STATES:
+        raise PmwvcError(
+            f"{scenario.name}: {len(loop.names)} states, nearly all of them packets under way, "
+            f"more than {LARGEST_STATES}; shorten link.delay_s (pmwvc stability takes any delay)"
+        )
     if lifted > LARGEST_LIFTED:
         raise PmwvcError(
             f"{scenario.name}: {lifted} inputs (users times ticks of the hyperframe), more than "

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.models import rigid
-from pmwvc_analysis.models.groups import parts
+from pmwvc_analysis.models.groups import Part, parts
+from pmwvc_analysis.models.long_delay import is_long, opened
 from pmwvc_analysis.models.multirate import transitions
 from pmwvc_analysis.models.variation import stackable, varied, with_stiffness
 from pmwvc_core.numeric import Array
@@ -53,15 +54,33 @@ def radii(scenario: Scenario, *, live: bool = False) -> Array:
     """Return the spectral radius, over the hyperframe, of every run of a scenario whose numbers
     may be columns.
     """
-    found = [
-        transitions(part.scenario, live=live, weights=part.weights) for part in parts(scenario)
-    ]
-    ticks = math.lcm(*(part.ticks for part in found))
-    values = [
-        rigid.radius(rigid.quotient(part.matrices, part.rigid)) ** (ticks // part.ticks)
-        for part in found
-    ]
-    return np.asarray(np.max(np.broadcast_arrays(*values), axis=0))
+    values = [_radii(part, live=live) for part in parts(scenario)]
+    ticks = math.lcm(*(length for _, length in values))
+    powers = [value ** (ticks // length) for value, length in values]
+    return np.asarray(np.max(np.broadcast_arrays(*powers), axis=0))
+
+
+def _radii(part: Part, *, live: bool) -> tuple[Array, int]:
+    """Return the spectral radii of a smaller problem and the ticks that they stand for."""
+    if is_long(part.scenario, live=live):
+        found = opened(part.scenario, live=live, weights=part.weights)
+        return found.radii(), found.ticks
+    dense = transitions(part.scenario, live=live, weights=part.weights)
+    return rigid.radius(rigid.quotient(dense.matrices, dense.rigid)), dense.ticks
+
+
+def _flags(scenario: Scenario, *, live: bool) -> Array:
+    """Return, in place of radii, a half where runs are stable and two where they are not: with
+    long delays a radius takes many times as long to find as this.
+    """
+    found = []
+    for part in parts(scenario):
+        if is_long(part.scenario, live=live):
+            is_stable = opened(part.scenario, live=live, weights=part.weights).stable()
+        else:
+            is_stable = _stable(_radii(part, live=live)[0])
+        found.append(np.where(is_stable, 0.5, 2.0))
+    return np.asarray(np.max(np.broadcast_arrays(*found), axis=0))
 
 
 def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Limit:
@@ -76,16 +95,19 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
     bound
         Largest stiffness looked at.
     """
+    smaller = parts(scenario)
+    long = any(is_long(part.scenario, live=live) for part in smaller)
 
     def at(stiffness: Array) -> Array:
-        return radii(with_stiffness(scenario, stiffness), live=live)
+        found = _flags if long else radii
+        return found(with_stiffness(scenario, stiffness), live=live)
 
-    states = max(
-        transitions(part.scenario, live=live).matrices.shape[-1] for part in parts(scenario)
-    )
     decades = np.log10(bound / LOWEST)
-    # The time of an eigenvalue problem grows as the cube of its size.
-    fine = float(np.clip(2e6 / states**3, 0.2, 1.0))
+    fine = 0.2
+    if not long:
+        states = max(transitions(part.scenario, live=live).matrices.shape[-1] for part in smaller)
+        # The time of an eigenvalue problem grows as the cube of its size.
+        fine = float(np.clip(2e6 / states**3, 0.2, 1.0))
     grid = np.geomspace(LOWEST, bound, 1 + int(np.ceil(decades * PER_DECADE * fine)))
     found = crossings(at, grid, within=1e-6 if fine == 1.0 else 1e-4, parts=17 if fine == 1 else 5)
     return limit_of(found, stable_at_first=bool(_stable(at(grid[:1, np.newaxis]))[0]), bound=bound)

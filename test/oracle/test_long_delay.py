@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Loops with long delays: counted windings against the eigenvalues of the matrix with every packet
+as a state, and answers where that matrix would not fit.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from linear_loops import scenario
+
+from pmwvc_analysis.judge.prediction import prediction
+from pmwvc_analysis.models import long_delay, stability
+from pmwvc_analysis.models.answer import answer
+from pmwvc_analysis.models.any_delay import any_delay
+from pmwvc_analysis.models.transparency import transparency, untouched
+from pmwvc_analysis.models.variation import varied
+from pmwvc_bringup import scenarios
+from pmwvc_core.errors import PmwvcError
+
+CASES = {
+    "equal users": {},
+    "a wall": {"users": 1, "server__environment": "wall"},
+    "unstable": {"server__coupling": "one_frame_late", "server__contact_stiffness": 1500.0},
+    "another device": {"user2__device__mass": 0.4},
+    "another filter and delay": {
+        "user2__master__filter__kind": "integrate_and_dump",
+        "user2__master__filter__pole_rad_s": None,
+        "user2__link__delay_s": 0.31,
+    },
+    "ends of different impedance": {"user1__server__impedance": 40.0},
+    "braked": {"device__damping": 0.5, "server__object_damping": 1.0},
+    "no contact": {"server__contact_stiffness": 0.0, "server__contact_damping": 0.0},
+    "more server steps than frames": {"server__period_s": 0.004},
+    "frames of two lengths": {"user2__master__rate_drop": 4},
+    "every tick": {"master__rate_drop": 1, "server__period_s": 0.001, "link__delay_s": 0.03},
+    "direct": {"controller": "direct"},
+}
+
+
+def both_ways(monkeypatch, of, *, live):
+    found = []
+    for most in (10**9, 0):
+        monkeypatch.setattr(long_delay, "LARGEST_DENSE", most)
+        monkeypatch.setattr(long_delay, "SHORT", most)
+        found.append(stability.radii(of, live=live)[0])
+    return found
+
+
+@pytest.mark.parametrize("live", [False, True])
+@pytest.mark.parametrize("case", CASES)
+def test_the_radius_is_that_of_the_matrix_with_all_packets(monkeypatch, case, live):
+    of = scenario(**{"link__delay_s": 0.17} | CASES[case])
+    dense, counted = both_ways(monkeypatch, of, live=live)
+    # Growth over the delay: the radius itself is near to 1 for any long one.
+    assert math.log(counted) == pytest.approx(math.log(dense), rel=1e-4, abs=1e-9)
+
+
+def test_random_loops_have_the_radius_of_the_matrix(monkeypatch):
+    draw = np.random.default_rng(19)
+    for _ in range(25):
+        of = scenario(
+            master__impedance=float(draw.uniform(10, 60)),
+            server__impedance=float(draw.uniform(10, 60)),
+            device__mass=float(draw.uniform(0.1, 0.5)),
+            device__damping=float(draw.choice([0.0, 0.5])),
+            user2__device__mass=float(draw.uniform(0.1, 0.5)),
+            server__coupling=str(draw.choice(["implicit", "one_step_delay", "one_frame_late"])),
+            server__contact_stiffness=float(np.exp(draw.uniform(3, 8))),
+            server__contact_damping=float(draw.uniform(0.0, 15.0)),
+            link__up__delay_s=float(draw.uniform(0.05, 0.2)),
+            link__down__delay_s=float(draw.uniform(0.05, 0.2)),
+        )
+        dense, counted = both_ways(monkeypatch, of, live=bool(draw.integers(2)))
+        assert math.log(counted) == pytest.approx(math.log(dense), rel=1e-4, abs=1e-9)
+
+
+def test_the_largest_stiffness_is_that_of_the_matrix(monkeypatch):
+    of = scenario(link__delay_s=0.1, server__coupling="one_step_delay", device__damping=0.3)
+    found = []
+    for most in (10**9, 0):
+        monkeypatch.setattr(long_delay, "LARGEST_DENSE", most)
+        found.append(stability.k_max(of).first)
+    assert found[1] == pytest.approx(found[0], rel=1e-3)
+
+
+def test_runs_of_a_batch_are_those_alone():
+    of = scenario(link__delay_s=2.0, device__damping=0.2)
+    stiffness = np.array([[50.0], [500.0], [5000.0]])
+    together = stability.radii(varied(of, "server.contact_stiffness", stiffness))
+    alone = [
+        stability.radii(varied(of, "server.contact_stiffness", float(k)))[0]
+        for k in stiffness[:, 0]
+    ]
+    np.testing.assert_allclose(together, alone, rtol=1e-12)
+
+
+@pytest.mark.parametrize("delay_s", [2.0, 5.0, 60.0])
+@pytest.mark.parametrize("name", ["carry_16ms", "three_users", "wall"])
+def test_any_allowed_delay_is_answered(name, delay_s):
+    of = scenarios.load(name, settings_texts=[f"link.delay_s={delay_s}", "device.damping=0.2"])
+    opened = long_delay.opened(of)
+    assert len(opened.loci[0]._system.a) < 40  # whatever the delay
+    assert opened.states > 2.0 * delay_s / 0.008
+    found = answer(of)
+    assert found["stable"] and found["spectral_radius"] <= 1.0 + stability.ROUNDING
+    assert any_delay(of).proved, "so it had to be stable"
+    assert prediction(of, live=True)["stable"]
+
+
+def test_a_delay_that_no_frequency_response_can_hold_is_refused_with_its_states():
+    of = scenarios.load("wall", settings_texts=["link.delay_s=30"])
+    with pytest.raises(PmwvcError, match="states, nearly all of them packets under way"):
+        transparency(of)
+
+
+def test_free_motion_of_undamped_devices_grows_as_slowly_as_its_gain_says():
+    """1.0014 once around at 6 Hz: ln(radius) = ln(gain)/delay for a long one."""
+    of = untouched(scenarios.load("carry_16ms", settings_texts=["link.delay_s=10"]))
+    gain = any_delay(of).gain
+    frames = 20.0 / 0.008
+    assert math.log(stability.radii(of)[0]) == pytest.approx(math.log(gain) / frames, rel=0.01)
