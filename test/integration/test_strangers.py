@@ -2,17 +2,39 @@
 # SPDX-License-Identifier: Apache-2.0
 """Other programs on the domain of a live session: named and left out, never fatal."""
 
+import json
 import re
+import signal
 import subprocess
+import sys
 
 import pytest
 from processes import ros
 from sessions import ROOT, Running
 
+from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.mcap_check import check_file
+from pmwvc_analysis.recording.recover import Salvage, messages
+from pmwvc_core.wave.packet import FLAG_LEAVING
 from pmwvc_msgs.msg import LinkState, MasterTrace, PacketFate, ServerTrace, Wave
 
 pytestmark = pytest.mark.integration
+FAILING = """
+import sys
+from pmwvc_bringup import __main__, monitor
+
+glance, calls = monitor.Monitor.glance, []
+
+def fail(self):
+    calls.append(glance(self))
+    if len(calls) == 8:
+        raise IndexError("an error of the runner itself")
+    return calls[-1]
+
+monitor.Monitor.glance = fail
+sys.argv = ["pmwvc", "run", "carry_16ms", "--duration", "600", "--out", sys.argv[1]]
+sys.exit(__main__.main())
+"""
 TRACES = {
     "/server/trace": (ServerTrace, [{}, {"users": ["user1", "x"], "dof": 3, "x_s": [1.0]}]),
     "/user1/trace": (MasterTrace, [{}, {"dof": 5, "f_applied": [1.0], "state": 9}]),
@@ -23,7 +45,7 @@ TRACES = {
 
 
 def test_a_session_full_of_strangers_ends_in_order_with_a_report(tmp_path):
-    with Running(tmp_path / "session", "carry_16ms", "--duration", 5) as session:
+    with Running(tmp_path / "session", "carry_16ms", "--duration", 600) as session:
         domain = re.search(r"ROS_DOMAIN_ID=(\d+)", session.await_line("ROS_DOMAIN_ID"))[1]
         session.await_ticks()
         with ros(domain=int(domain)) as peer:
@@ -38,6 +60,7 @@ def test_a_session_full_of_strangers_ends_in_order_with_a_report(tmp_path):
                         end.publish(message)
             for _ in TRACES:  # while the strangers are still there
                 session.await_line("Warning: 2 publishers on /")
+        session.process.send_signal(signal.SIGINT)
         assert session.end() == 0, session.said()
         assert session.nodes() == {}
         assert "Traceback" not in session.said()
@@ -48,3 +71,18 @@ def test_a_session_full_of_strangers_ends_in_order_with_a_report(tmp_path):
     words = [ROOT / "pmwvc", "doctor", session.folder]
     said = subprocess.run(words, capture_output=True, text=True, check=False).stdout
     assert re.search(r"100 messages on /server/trace whose fields do not fit", said), said
+
+
+def test_an_error_of_the_runner_itself_still_stops_devices_first_and_closes_the_file(tmp_path):
+    folder = tmp_path / "session"
+    words = [sys.executable, "-c", FAILING, folder]
+    result = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert "an error of the runner itself" in result.stderr
+    assert check_file(folder / "session.mcap").whole
+    assert json.loads((folder / "events.json").read_text("utf-8")) == []
+    store, last = schemas.typestore(), {}
+    for message in messages(folder / "session.mcap", Salvage()):
+        if message.topic.endswith("/wave_up"):
+            last[message.topic] = store.deserialize_cdr(message.data, schemas.WAVE)
+    assert len(last) == 4
+    assert all(packet.flags & FLAG_LEAVING for packet in last.values())  # also past the emulator
