@@ -55,6 +55,14 @@ def test_a_contact_that_the_motion_parts_says_so_and_bouncing_is_one():
     assert len([e for e in listed(traces, "contact") if e["who"] == "user1"]) == 2
 
 
+def test_an_environment_that_tells_of_no_contact_shows_it_by_its_force():
+    traces = handmade.session()
+    traces.server.contact[0][:] = False
+    made = [e for e in listed(traces, "contact") if e["who"] == "user1"]
+    assert len(made) == 1
+    assert 0.5 < made[0]["time_s"] < 0.8  # the press begins at 0.5 s
+
+
 def test_the_safety_limits_letting_go_is_an_event_with_its_cause():
     traces = handmade.session()
     user = traces.users[0]

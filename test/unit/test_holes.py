@@ -13,7 +13,7 @@ from pmwvc_analysis.judge.balance_holes import hidden
 from pmwvc_analysis.judge.budget import budget
 from pmwvc_analysis.judge.energy import Balance
 from pmwvc_analysis.judge.events import complete
-from pmwvc_analysis.judge.holes import broken, gaps, holes
+from pmwvc_analysis.judge.holes import holes
 from pmwvc_analysis.judge.passivity import Unjudged
 from pmwvc_analysis.judge.passivity_findings import passivity
 from pmwvc_analysis.judge.verdicts import summary
@@ -124,17 +124,6 @@ def test_an_oscillation_beside_a_hole_is_found_and_a_jump_across_it_is_none():
     user.xd_m[user.time_s > 3.3] += 0.5  # somewhere in the hole
     handmade.without_blocks(user, slice(400, 420))
     assert summary(calm, handmade.scenario())["stable"] is True
-
-
-def test_a_curve_is_broken_at_a_hole():
-    traces = handmade.session()
-    handmade.without_blocks(traces.users[0], slice(100, 200))
-    user = traces.users[0]
-    spans = gaps(user.time_s, user.tick_s, holes(traces))
-    assert spans == [pytest.approx((0.8, 1.6), abs=2e-3)]
-    curve = broken(user.time_s, user.x_m, spans)
-    assert np.isnan(curve).any(axis=-1).sum() == 1
-    assert np.isnan(curve[799]).all()
 
 
 @pytest.mark.parametrize("hole", [slice(30, 36), slice(40, 44)])

@@ -17,6 +17,7 @@ COUPLED_MASTER = 1
 STALL_S = 0.02  # a pause of a loop this long is an event
 STEPS = 2.5  # and this many periods
 DEBOUNCE_S = 0.05  # contact that is lost for less than this was not lost
+TOUCH_N = 0.02  # a force of the environment from which on an avatar touches it
 CAUSE_S = 0.3  # how long before a release its cause is looked for
 MOST = 20
 END_S = 0.1
@@ -91,9 +92,11 @@ def _presence(server: ServerTraces, place: int, duration_s: float) -> Iterator[E
 def _contacts(
     server: ServerTraces, place: int, user: UserTraces | None, duration_s: float, *, grips: bool
 ) -> Iterator[Event]:
-    name, touches = server.users[place], server.contact[place]
+    name, touches = server.users[place], np.asarray(server.contact[place], dtype=bool)
+    if not touches.any():  # an environment that tells of no contact: its force does
+        touches = np.nan_to_num(np.linalg.norm(server.f_s[place], axis=-1)) > TOUCH_N
     made = "grip" if grips else "contact"
-    found = runs(np.asarray(touches, dtype=bool), server.time_s, join_s=DEBOUNCE_S)
+    found = runs(touches, server.time_s, join_s=DEBOUNCE_S)
     for first, last in found[:MOST]:
         force = float(np.nanmax(np.linalg.norm(server.f_s[place][first : last + 1], axis=-1)))
         start, end = float(server.time_s[first]), float(server.time_s[last]) + server.period_s

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.judge.passivity import Unjudged
-from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
 
 WHY = "not recorded"
@@ -93,11 +92,6 @@ def of_server(server: ServerTraces) -> list[Hole]:
     return found
 
 
-def seconds(found: Sequence[Hole]) -> float:
-    """Return how long something was not recorded, overlaps counted once [s]."""
-    return float(sum(end - start for start, end in merged(found)))
-
-
 def merged(found: Sequence[Hole]) -> list[tuple[float, float]]:
     """Return the intervals in which something is missing, overlapping ones as one."""
     result: list[tuple[float, float]] = []
@@ -106,25 +100,4 @@ def merged(found: Sequence[Hole]) -> list[tuple[float, float]]:
             result[-1] = (result[-1][0], max(result[-1][1], hole.end_s))
         else:
             result.append((hole.start_s, hole.end_s))
-    return result
-
-
-def gaps(time_s: Array, period_s: float, found: Sequence[Hole]) -> list[tuple[float, float]]:
-    """Return where a curve over these times has nothing to show: for figures.
-
-    The holes, and every pause of the rows themselves that is longer than ``20`` periods.
-    """
-    pauses = np.flatnonzero(np.diff(time_s) > 20.0 * period_s)
-    breaks = [(float(time_s[row]), float(time_s[row + 1])) for row in pauses]
-    spans = [Hole("", start, end, 0) for start, end in breaks]
-    return merged([*found, *spans])
-
-
-def broken(time_s: Array, values: Array, spans: Sequence[tuple[float, float]]) -> Array:
-    """Return a curve with NaN at the last row before every gap, so that no line crosses it."""
-    result = np.array(values, dtype=float)
-    for start, end in spans:
-        row = int(np.searchsorted(time_s, 0.5 * (start + end))) - 1
-        if 0 <= row < len(result) - 1:
-            result[row] = np.nan
     return result
