@@ -138,10 +138,18 @@ def test_one_safety_event_is_one(events, said):
     assert f"The safety limits acted: {said}" in told(traces, handmade.scenario())
 
 
-def test_a_release_is_told_with_its_cause():
+@pytest.mark.parametrize("kind", ["release", "damping"])
+def test_the_first_time_the_hand_is_let_go_is_told_with_its_cause(kind):
     traces = handmade.session()
-    traces.events = [{"time_s": 7.2, "who": "user2", "kind": "release", "what": "server silent"}]
-    assert "At 7.2 s user2: server silent." in told(traces, handmade.scenario())
+    traces.events = [
+        {"time_s": 1.0, "who": "user2", "kind": "join", "what": "joined"},
+        {"time_s": 7.2, "who": "user2", "kind": kind, "what": "server silent"},
+        {"time_s": 7.9, "who": "user2", "kind": kind, "what": "again"},
+    ]
+    text = told(traces, handmade.scenario())
+    assert "At 7.2 s user2: server silent." in text
+    assert "joined" not in text
+    assert "again" not in text
 
 
 def test_nobody_who_touches_is_said_and_nothing_recorded_says_nothing():

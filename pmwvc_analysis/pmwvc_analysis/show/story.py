@@ -17,6 +17,7 @@ from pmwvc_core.simulation.traces import ServerTraces, SessionTraces
 
 TOGETHER_S = 0.1  # first contacts closer than that have one time
 MOVED_M = 1e-3
+TOLD = ("release", "damping", "ended", "stranger")  # the first of these events is told
 WORTH = 0.02  # of the energy given or held: what is worth a word
 WORDS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight")
 
@@ -142,7 +143,7 @@ def _offsets(summary: dict[str, Any]) -> Iterator[str]:
 
 def _safety(traces: SessionTraces, summary: dict[str, Any]) -> Iterator[str]:
     for each in traces.events:
-        if each.get("kind") == "release" and each["time_s"] is not None:
+        if each.get("kind") in TOLD and each["time_s"] is not None:
             yield f"At {each['time_s']:.1f} s {each['who']}: {each['what']}."
             break
     total = sum(user["safety_events"] or 0 for user in summary["users"])
