@@ -95,3 +95,14 @@ def test_two_users_share_what_was_withheld():
 def test_without_the_scenario_nothing_is_claimed():
     traces, _ = pressed(2000, 10)
     assert summary(traces, None)["users"][0]["environment_limited"] is None
+
+
+@pytest.mark.parametrize("stiffness", [200.0, 1000.0, 2000.0, 6000.0])
+def test_the_offset_at_a_learned_wall_lies_between_its_bounds(stiffness):
+    scenario = scenarios.load(
+        "wall_slow", settings_texts=[f"server.contact_stiffness={stiffness}"], duration_s=12.0
+    )
+    found = summary(simulate_one(scenario), scenario)["outcomes"]
+    (offset,) = [each for each in found if each["what"] == "offset"]
+    assert offset["hit"] is True, offset["text"]
+    assert " to " in offset["text"] and offset["predicted"] is None

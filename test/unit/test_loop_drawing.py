@@ -173,3 +173,11 @@ def test_an_article_fits_its_number(number, word):
 def test_counts_and_lists_read_well():
     assert [count(n, "user") for n in (0, 1, 2)] == ["0 users", "1 user", "2 users"]
     assert [listed(list("abc")[:n]) for n in range(4)] == ["", "a", "a and b", "a, b and c"]
+
+
+def test_an_offset_that_is_not_predicted_is_not_told():
+    """Ends of different impedance: the device moves farther than its avatar."""
+    scenario = handmade.scenario(duration_s=3.0, server__impedance=40.0)
+    traces = simulate_one(scenario)
+    assert any(each["what"] == "offset" for each in summary(traces, scenario)["outcomes"])
+    assert not any("Offset" in sentence for sentence in told(traces, scenario))

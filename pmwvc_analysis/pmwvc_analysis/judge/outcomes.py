@@ -5,6 +5,7 @@
 import math
 from typing import Any, NamedTuple
 
+from pmwvc_analysis.judge.prediction_environment import late_steps_s
 from pmwvc_analysis.judge.prediction_lag import SAME, lag_s, transformer
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.wave.impedance import first_axis
@@ -49,8 +50,13 @@ def outcomes(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
             )
             found.append(Outcome("offset", None, text, user.name))
             continue
-        expected = force * lag_s(user, scenario, live=live) / (2.0 * first_axis(user.impedance))
-        found.append(_offset(user.name, expected, drift))
+        per_lag = force / (2.0 * first_axis(user.impedance))
+        lag = lag_s(user, scenario, live=live)
+        spread = late_steps_s(user, scenario)
+        if spread:
+            found.append(_offset_between(user.name, per_lag * lag, per_lag * spread, drift))
+        else:
+            found.append(_offset(user.name, per_lag * lag, drift))
     return found
 
 
@@ -83,6 +89,19 @@ def _stability(summary: dict[str, Any]) -> Outcome:
         )
         return Outcome("stability", None, text)
     return Outcome("stability", True, "Predicted unstable: it was.")
+
+
+def _offset_between(name: str, edge: float, width: float, was: float) -> Outcome:
+    """Return the outcome of an offset of which only two bounds are predicted [m]."""
+    low, high = sorted((edge, edge + width), key=abs)
+    tolerance = OFFSET_M + OFFSET_RATIO * abs(high)
+    hit = min(low, high) - tolerance <= was <= max(low, high) + tolerance
+    text = (
+        f"{name}: offset of the device from its avatar at the end: predicted "
+        f"{low * 1e3:+.2f} to {high * 1e3:+.2f} mm, by how late the slope was learned; measured "
+        f"{was * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; tolerance {tolerance * 1e3:.2f} mm)."
+    )
+    return Outcome("offset", hit, text, name, None, was, tolerance, "m")
 
 
 def _offset(name: str, expected: float, was: float) -> Outcome:

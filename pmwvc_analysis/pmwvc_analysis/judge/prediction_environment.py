@@ -68,6 +68,19 @@ def decodes_late(user: User, scenario: Scenario) -> bool:
     return server.decoding == "late" or (server.environment == "wall" and soft)
 
 
+def late_steps_s(user: User, scenario: Scenario) -> float:
+    """Return what the lag may differ by where the port learns the slope of its environment [s].
+
+    Force that is built up before the slope is known is decoded a step late: it moves the avatar
+    F T_VE/b further in, a lag of -2 T_VE; force built up later does not. Negative where the lag
+    counts all force as known, positive where it counts all as late, 0 where nothing is learned.
+    """
+    server = scenario.server
+    if server.coupling != "unknown" or server.decoding != "secant" or server.environment in SLOPED:
+        return 0.0
+    return (2.0 if decodes_late(user, scenario) else -2.0) * server.period_s
+
+
 def _stiff(user: User, scenario: Scenario) -> float:
     return float(user.contact.contact_stiffness) * scenario.server.period_s
 

@@ -131,7 +131,11 @@ def _energy(energies: Budget) -> Iterator[str]:
 
 
 def _offsets(summary: dict[str, Any]) -> Iterator[str]:
-    known = [each for each in summary.get("outcomes", []) if each["what"] == "offset"]
+    known = [
+        each
+        for each in summary.get("outcomes", [])
+        if each["what"] == "offset" and each["predicted"] is not None
+    ]
     said = [
         f"{each['owner']} predicted {each['predicted'] * 1e3:+.2f} mm, measured "
         f"{each['measured'] * 1e3:+.2f} mm{'' if each['hit'] else ' (missed)'}"
