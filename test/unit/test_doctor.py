@@ -105,13 +105,13 @@ def test_physics_that_does_not_add_up_is_a_problem(tmp_path, break_it, words):
 
 
 def test_a_force_that_safety_limited_does_not_count_against_the_port():
-    limits = ("safety.max_force=1.5", "safety.max_slew=20")
-    scenario = files.load("carry_16ms", settings_texts=limits, duration_s=4.0)
+    noisy = ("device.encoder_step_m=5.5e-5", "device.velocity=euler")
+    scenario = files.load("carry_16ms", settings_texts=noisy, duration_s=4.0)
     traces = simulate_one(scenario)
     user = traces.users[0]
     natural = np.sqrt(2 * scenario.users[0].impedance) * user.xd_m - user.v_m
     shortened = np.flatnonzero(np.abs(user.u_m - natural) > 1e-3)
-    same_force = (user.f_applied == user.f_m)[shortened]
+    same_force = (np.abs(user.f_applied - user.f_m) < 1e-9)[shortened]
     assert (~same_force).any()  # limited
     assert same_force.any()  # and ticks that pay what is still owed
     assert inconsistencies(traces, scenario) == []
