@@ -58,9 +58,11 @@ class Rig:
 def saved(rig, joules):
     """Let a port take in energy: a hand that moves on against the damper."""
     speed = math.sqrt(joules / (25.0 * 4 * FRAME_S)) * 3.0
+    x = 0.0
     for sign in (1.0, -1.0, 1.0, -1.0):  # to and fro: the mean over a frame is lost
         for _ in range(M):
-            rig.port.applied(rig.port.step(0.0, sign * speed))
+            rig.port.applied(rig.port.step(x, sign * speed))
+            x += sign * speed * TICK_S
             sign = -sign
 
 

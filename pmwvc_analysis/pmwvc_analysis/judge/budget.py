@@ -26,7 +26,7 @@ from pmwvc_analysis.judge.budget_device import device_account
 from pmwvc_analysis.judge.budget_result import SERVER, Budget
 from pmwvc_analysis.judge.budget_server import server_account
 from pmwvc_analysis.judge.budget_words import booked
-from pmwvc_analysis.judge.energy import running
+from pmwvc_analysis.judge.energy import declared_storage_j, running
 from pmwvc_analysis.judge.remainders import Remainder, of_server
 from pmwvc_analysis.judge.stretches import stretches
 from pmwvc_core.numeric import Array
@@ -80,6 +80,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         frames,
         _paid(users, scenario),
         _notes(traces, users, scenario, left_over),
+        {user.name: declared_storage_j(scenario.controller, known[user.name]) for user in users},
         [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],
         tuple(hole.unjudged for hole in holes.of_server(server)),
     )

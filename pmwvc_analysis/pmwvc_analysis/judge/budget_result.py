@@ -41,6 +41,7 @@ class Budget:
     at_frames: dict[str, AtFrames] = field(default_factory=dict)  # what is known better then
     paid: frozenset[str] = frozenset()  # owners that spend only what they have
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
+    declared: dict[str, float] = field(default_factory=dict)  # storage of a paid owner [J]
     remainders: list[Remainder] = field(default_factory=list)  # what no error shows in
     # steps of the server that were not recorded: its parts, summed step by step, end at the first
     server_holes: tuple[Unjudged, ...] = ()
@@ -105,6 +106,7 @@ class Budget:
                 moved_j=moved,
                 decides=False,
                 unjudged=unjudged,
+                declared_j=self.declared.get(owner, 0.0) if "position_spent" in part else 0.0,
             )
             found.append(judged)
         return found

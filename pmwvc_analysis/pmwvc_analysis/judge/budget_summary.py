@@ -38,6 +38,7 @@ def summary(found: Budget) -> dict[str, Any]:
                 "hand_j": last(found.hands[name]),
                 **{f"{part}_j": last(sums) for part, sums in found.parts[name].items()},
                 "residual_j": last(found.residuals[name]),
+                "declared_storage_j": found.declared.get(name, 0.0),
             }
             for name in found.hands
         ],

@@ -174,7 +174,9 @@ def declared_storage_j(controller: str, user: User) -> float:
     """Return the energy that a user's controller holds at the start by its parameters [J]."""
     if controller == "pspm":
         return 2.0 * float(user.baseline.pspm.initial_j)  # a tank at each end
-    return 0.0
+    position = user.master.position
+    paid = controller == "pmwvc" and position.is_on and position.feedback != "printed"
+    return float(position.storage_j) if paid else 0.0
 
 
 def half_square(wave: Array) -> Array:

@@ -9,17 +9,22 @@ shorten a packet that it does not. Until the server is heard, and while it is si
 corrected.
 
 With K_p the link no longer is a spring: at rest v_m and e belong together only for e = 0, so that
-the felt stiffness is the environment's.
+the felt stiffness is the environment's. No passive link without stored energy can do that (K/M <=
+4/tau^2, docs/theory.md, section 11): ``storage_j`` is what the paid forms hold at the start, and
+the port is passive with this storage.
 """
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import Any, Protocol
 
 from pmwvc_core.master.separation import Rest, Separation
 from pmwvc_core.master.surplus import Surplus
-from pmwvc_core.numeric import Value, squared
+from pmwvc_core.numeric import Value, root, squared, truth
 from pmwvc_core.params import MasterParams
+from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.packet import WavePacket
+
+ADAPTED = 0.5  # K_p tau / sqrt(2b) of an adapted gain: docs/theory.md, section 9
 
 
 class PositionFeedback(Protocol):
@@ -106,12 +111,17 @@ class _Budgeted:
 
     def configure(self, params: MasterParams) -> None:
         self._gain = params.position.gain
+        self._adapts = params.position.adapts
+        self._scale: Any = root(2.0 * impedance_of(params))
         self._separation.configure(params)
         self._surplus.configure(params)
 
     def hear(self, packet: WavePacket) -> None:
         self._surplus.hear(packet)
         self._separation.hear(packet)
+        lag_s = self._separation.round_trip_s
+        if self._adapts and truth(lag_s > 0.0):
+            self._gain = (ADAPTED / lag_s) * self._scale
 
     def receive(self) -> None:
         self._there = True
@@ -121,10 +131,11 @@ class _Budgeted:
 
     def down(self, v: Value, x: Value) -> Value:
         error = self._separation.step(x, v)
+        self._surplus.move(x)
         self._surplus.play(v)
         if not self._there:
             return v
-        return v + self._surplus.spend(v, -self._gain * error)
+        return v + self._surplus.spend(v, -(self._gain * error))
 
     def applied(self, u: Value, f: Value, xd: Value) -> None:
         self._separation.take(u)

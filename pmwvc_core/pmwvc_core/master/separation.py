@@ -23,12 +23,13 @@ ends: with others the avatar moves on another scale.
 from typing import Any
 
 from pmwvc_core.master.lags import filter_lag_s, hold_lag_s
-from pmwvc_core.numeric import Value, root
+from pmwvc_core.numeric import Value, root, truth
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.packet import FLAG_ANEW, WavePacket
 
 KEPT = 1024  # packets sent whose integral is remembered
+SMOOTHED_S = 0.5  # time constant of the round trip as packets show it
 
 
 class Separation:
@@ -47,6 +48,8 @@ class Separation:
         self._packet: WavePacket | None = None
         self._fresh = False
         self._reference: Value | None = None
+        self._newest = 0  # number of the packet last sent
+        self.round_trip_s: Value = 0.0  # lag of slow motion once around, 0: not known yet
         self.configure(params)
 
     def configure(self, params: MasterParams) -> None:
@@ -59,6 +62,7 @@ class Separation:
 
     def send(self, y: Value, sent: Value, seq: int) -> None:
         """Note the filter's output, and what of it packet number ``seq`` carries [sqrt(W)]."""
+        self._newest = seq
         self._y, self._since = y, 0.0
         self._integral = self._integral + sent * self._frame_s
         self._sent[seq] = self._integral
@@ -77,6 +81,16 @@ class Separation:
         if avatar != self._avatar:
             self._avatar, self._reference = avatar, None
         self._packet, self._fresh = packet, True
+        if packet.echo_seq in self._sent:
+            self._time(packet)
+
+    def _time(self, packet: WavePacket) -> None:
+        """Note how long a wave goes around: filter, packets that are not answered, hold."""
+        frames = self._newest - packet.echo_seq
+        waiting = self._filter_s + 0.5 * self._frame_s + frames * self._frame_s
+        now = waiting + packet.period + self._hold_s
+        share = packet.period / SMOOTHED_S if truth(self.round_trip_s > 0.0) else 1.0
+        self.round_trip_s = self.round_trip_s + min(share, 1.0) * (now - self.round_trip_s)
 
     def step(self, x: Value, v: Value) -> Value:
         """Return what is to be corrected, for the device at x; v is the hold's wave of the tick.

@@ -3,12 +3,12 @@
 """The energy that a master has taken in and not given out, as far as it is free to be spent.
 
 In come packets (with the energy that their sender says it has sent so far, lost ones included) and
-the hand, F xd; out go packets. What filter and hold may still give out is not free::
+the hand; out go packets. What filter and hold may still give out is not free::
 
     free = [packets heard - |v|^2 T_c/2 of the ticks - T_c (M-1)/4 |v|^2]     hold, at each packet
          + [|u|^2 T_c/2 of the ticks - packets sent - tau |y|^2/2]            filter, at each send
          + min(0, F xd of the device less what the channel got of it)         parts, limits
-         - spent - discarded
+         + storage declared - spent - discarded
 
 with v the wave that the hold gives out, u the one that comes back from the device, y the filter's
 output, tau its group delay less (M-1)/2 T_c: the wave that is in the filter when a packet has just
@@ -17,9 +17,16 @@ packet brought, what is saved pays; ``owed_j`` counts the rest, at most M T_c/2 
 of a packet heard before, and later packets pay that first. A packet that the rest cannot pay for
 is shortened. So at every packet
 
-    heard + F xd - sent >= - owed
+    storage + heard + F xd - sent >= - owed
 
-with any parts that are passive, for any filter. Not here: what the energy is spent on.
+with any parts that are passive, for any filter. F xd is what the waves know: behind an encoder it
+books energy that nobody gave. What is *spent* is bounded by the work of the hand as well, force
+held times distance measured,
+
+    spent <= storage + heard + sum F_k (x_{k+1} - x_k) - sent, with the reserves above
+
+in which an encoder errs to the safe side (docs/theory.md, section 13): a grip held between two of
+its counts leaves nothing to spend. Not here: what the energy is spent on.
 """
 
 from pmwvc_core.master.lags import filter_lag_s, hold_lag_s
@@ -32,7 +39,7 @@ SPREAD_S = 0.1  # what is there is given out over this time: at once it would be
 
 
 class Surplus:
-    """The account of one master; empty at first.
+    """The account of one master; it begins with the storage that the parameters declare.
 
     Attributes
     ----------
@@ -47,13 +54,16 @@ class Surplus:
     """
 
     def __init__(self, params: MasterParams) -> None:
-        self.saved_j: Value = 0.0
+        self.saved_j: Value = params.position.storage_j
         self.spent_j: Value = 0.0
         self.owed_j: Value = 0.0
         self.discarded_j: Value = 0.0
         self._played = EnergyLedger()  # v
         self._taken = EnergyLedger()  # u
         self._device = PortLedger()
+        self._work: Value = 0.0  # of the hand, by force held and distance
+        self._x: Value | None = None
+        self._f: Value = 0.0
         self._heard: Value = 0.0
         self._said: tuple[int, int, Value] = (0, 0, 0.0)  # epoch, number, energy of the newest
         self._v: Value = 0.0
@@ -73,7 +83,8 @@ class Surplus:
     @property
     def free_j(self) -> Value:
         """What may be spent now [J]."""
-        return maximum(self.saved_j + self._lacking(), 0.0)
+        by_work = self.saved_j + self.discarded_j + (self._work - self._channel())
+        return maximum(minimum(self.saved_j + self._lacking(), by_work), 0.0)
 
     def hear(self, packet: WavePacket) -> None:
         """Settle the frame that ends, then take the newest packet in."""
@@ -92,6 +103,12 @@ class Surplus:
             return
         self._heard = self._heard + maximum(packet.energy - said, 0.0)
         self._said = packet.epoch, packet.seq, packet.energy
+
+    def move(self, x: Value) -> None:
+        """Count the work of the force held until the device is at x [m]."""
+        if self._x is not None:
+            self._work = self._work + dot(self._f, x - self._x)
+        self._x = x
 
     def play(self, v: Value) -> None:
         """Note what the hold gives out in a tick [sqrt(W)]."""
@@ -121,6 +138,7 @@ class Surplus:
         """Note what came back in a tick [sqrt(W)], and the device's force and velocity."""
         self._taken.add(u, self._tick_s)
         self._device.add(f, xd, self._tick_s)
+        self._f = f
 
     def send(self, y: Value) -> Value:
         """Return the filter's output y, or as much of it as can be paid for [sqrt(W)]."""
@@ -139,8 +157,11 @@ class Surplus:
 
     def _lacking(self) -> Value:
         """Return what parts and limits gave out more than they got [J], as a number below zero."""
-        channel = self._taken.energy_j - self._played.energy_j - self.spent_j
-        return minimum(self._device.energy_j - channel, 0.0)
+        return minimum(self._device.energy_j - self._channel(), 0.0)
+
+    def _channel(self) -> Value:
+        """Return what the waves took in at the device [J]."""
+        return self._taken.energy_j - self._played.energy_j - self.spent_j
 
     def _save(self, energy: Value) -> None:
         """Put energy [J] on the account; what is more than it may hold is gone."""

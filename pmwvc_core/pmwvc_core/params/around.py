@@ -127,6 +127,20 @@ class PositionParams(Validated):
         read_only=True,
     )
     gain: float = parameter(0.0, "sqrt(W)/m", "K_p (0: off)", low=0.0, high=200.0)
+    adapts: bool = parameter(
+        False,
+        "-",
+        "budgeted, integral: K_p = 0.5 sqrt(2b)/tau, with the round trip tau that packets show; "
+        "gain then holds until the first answer",
+    )
+    storage_j: float = parameter(
+        0.0,
+        "J",
+        "budgeted, integral: energy lent at the start, E0; the port is passive with this storage",
+        low=0.0,
+        high=1.0,
+        read_only=True,
+    )
     most_j: float = parameter(
         0.05,
         "J",
@@ -136,7 +150,16 @@ class PositionParams(Validated):
         high=10.0,
     )
 
+    def conflicts(self) -> list[str]:
+        """Check that the storage fits into what may be kept, and who adapts."""
+        found = []
+        if np.any(self.storage_j > self.most_j):
+            found.append(f"storage_j = {self.storage_j}: must be <= most_j = {self.most_j}")
+        if self.feedback == "printed" and self.adapts:
+            found.append("adapts = true: needs feedback = budgeted or integral")
+        return found
+
     @property
     def is_on(self) -> bool:
         """Tell whether anything is fed back, in any run."""
-        return self.feedback != "none" and bool(np.any(self.gain > 0.0))
+        return self.feedback != "none" and (self.adapts or bool(np.any(self.gain > 0.0)))
