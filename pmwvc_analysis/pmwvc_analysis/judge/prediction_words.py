@@ -5,6 +5,8 @@
 import math
 
 from pmwvc_analysis.judge import prediction_environment
+from pmwvc_analysis.judge.encoder_noise import encoder_noise_w
+from pmwvc_analysis.judge.energy import declared_storage_j
 from pmwvc_analysis.judge.prediction import (
     ALIASING_BOUND,
     Answer,
@@ -76,7 +78,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
         if one_step_bound(user, scenario) is False:
             found.append(f"{user.name}: K T + 2B > b: late decoding may generate energy.")
     found += prediction_environment.lines(scenario)
-    return found + _delay_lines(known)
+    return found + _delay_lines(known) + _device_lines(scenario)
 
 
 def _delay_lines(known: Answer) -> list[str]:
@@ -163,3 +165,19 @@ def _stability(model: Exact) -> str:
         reach = f"largest stable contact stiffness {first:.0f} N/m"
     word = "Stable" if model.stable else "NOT stable"
     return f"{word}: spectral radius {model.spectral_radius:.4f}; {reach}"
+
+
+def _device_lines(scenario: Scenario) -> list[str]:
+    """Return what a port gives out by declaration, and what an encoder adds."""
+    found = []
+    for user in scenario.users:
+        if (stored := declared_storage_j(scenario.controller, user)) > 0.0:
+            found.append(f"{user.name}: declared storage {1e3 * stored:.3g} mJ.")
+        noise_w = encoder_noise_w(user) if has_waves(scenario.controller) else 0.0
+        if noise_w > 0.0:
+            found.append(
+                f"{user.name}: where a grip trembles over the counts of its encoder, the waves "
+                f"carry {1e3 * noise_w:.2g} mW of noise that no hand gives; the port of the hand "
+                "is not passive by as much."
+            )
+    return found

@@ -121,6 +121,10 @@ def _of_user(user: User) -> Iterator[Element]:
             name = f"link.{way}.rate_limit_bps"
             yield Element(f"{user.name}.{name} = {link.rate_limit_bps} bit/s", name, 0)
     position, local = user.master.position, user.master.local_model
+    if position.adapts:
+        yield Element(
+            f"{user.name}.master.position.adapts = true", "master.position.adapts", False
+        )
     if position.is_on and position.feedback != "printed":
         name = "master.position.feedback"
         yield Element(f"{user.name}.{name} = {position.feedback}", name, "printed")

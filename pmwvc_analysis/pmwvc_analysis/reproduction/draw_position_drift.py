@@ -17,6 +17,7 @@ LOOK: dict[str, dict[str, Any]] = {
     "printed": {"color": "#C2410C"},
     "budgeted": {"color": "#0B4F79", "linewidth": 2.0},
     "integral": {"color": "#E69F00", "linestyle": "--"},
+    "stored": {"color": "#15803D", "linewidth": 2.0},
 }
 
 
