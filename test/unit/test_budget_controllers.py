@@ -25,7 +25,11 @@ AROUND = [
     ),
     ("master.velocity_filter.kind=complementary",),
     ("master.bank.kind=dissertation", "master.local_model.damping=4"),
-    ("master.bank.kind=complementary", "master.filter.kind=integrate_and_dump"),
+    (
+        "master.bank.kind=complementary",
+        "master.filter.kind=integrate_and_dump",
+        "master.filter.pole_rad_s=null",
+    ),
     ("master.bank.kind=complementary", "master.position.gain=15"),
     ("master.position.gain=15", "master.position.feedback=printed"),
     ("master.position.gain=15", "master.position.feedback=integral", "server.period_s=0.004"),
