@@ -15,6 +15,7 @@ import yaml
 
 from pmwvc_core.runtime.parameter_values import to_ros_yaml
 from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.wave.inboxes import server_times
 
 MODULES = {
     "recorder": "pmwvc_analysis.recorder_node",
@@ -103,14 +104,13 @@ def _master(scenario: Scenario, user: User) -> dict[str, Any]:
 
 
 def _server(scenario: Scenario) -> dict[str, Any]:
+    times = server_times(user.safety for user in scenario.users)
     found = {
         **_common(scenario),
         "users": [user.name for user in scenario.users],
         "server": scenario.server,
         "task": scenario.task,
-        "safety.timeout_s": max(user.safety.timeout_s for user in scenario.users),
-        "safety.release_s": max(user.safety.release_s for user in scenario.users),
-        "safety.soft_start_s": max(user.safety.soft_start_s for user in scenario.users),
+        **{f"safety.{name}": value for name, value in times._asdict().items()},
     }
     for user in scenario.users:
         found[f"{user.name}.side"] = user.side

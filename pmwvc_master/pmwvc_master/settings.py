@@ -30,9 +30,8 @@ from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
 from pmwvc_core.simulation.scenario import DEFAULTS, SIDE, TOP
 from pmwvc_core.wave.impedance import impedance_of
-from pmwvc_core.wave.limits import largest_wave
+from pmwvc_core.wave.inboxes import inbox
 from pmwvc_core.wave.packet import Packer
-from pmwvc_core.wave.receiver import Receiver
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
 from pmwvc_master.profile import limits_of
 
@@ -65,11 +64,12 @@ class MasterSettings:
                 packet_s=self.period_s,
                 workspace_m=info.workspace_m,
             ),
-            inbox=Receiver(
+            inbox=inbox(
+                self.controller,
                 self.dof,
+                impedance_of(self.master),
                 period_s=self.period_s,
                 timeout_s=self.safety.timeout_s,
-                max_wave=largest_wave(self.controller, impedance_of(self.master)),
             ),
             packer=Packer(epoch, period=self.master.frame_s),
         )

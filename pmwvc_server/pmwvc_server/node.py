@@ -135,10 +135,11 @@ class Server:
         new, self._contained = steps - self._contained, steps
         if not new:
             return ""
-        self.node.get_logger().warning(
-            f"{text}: a damper replaced the environment in {count(new, 'step')}"
-        )
-        return f"a damper replaced the environment in {count(new, 'step')}: {text}"
+        said = f"{count(new, 'step')}: {text}"
+        if trouble.replaced:
+            said = f"a damper replaced the environment in {said}"
+        self.node.get_logger().warning(said)
+        return said
 
 
 def _user_values(name: str, presence: Presence, inbox: Receiver) -> dict[str, object]:

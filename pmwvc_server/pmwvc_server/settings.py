@@ -29,9 +29,8 @@ from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
 from pmwvc_core.server.service import Service
 from pmwvc_core.simulation.scenario import DEFAULTS, SIDE, TOP
 from pmwvc_core.wave.impedance import Impedance, server_impedance
-from pmwvc_core.wave.limits import largest_wave
+from pmwvc_core.wave.inboxes import inbox
 from pmwvc_core.wave.packet import Packer
-from pmwvc_core.wave.receiver import Receiver
 from pmwvc_server.asking import caller
 
 LARGEST = 8
@@ -113,11 +112,12 @@ class ServerSettings:
         return Service(
             controller,
             inboxes=[
-                Receiver(
+                inbox(
+                    self.controller,
                     self.dof,
+                    user.impedance,
                     period_s=user.port.frame_s,
                     timeout_s=self.watchdog.timeout_s,
-                    max_wave=largest_wave(self.controller, user.impedance),
                 )
                 for user in self.users
             ],

@@ -217,3 +217,60 @@ def test_a_batch_is_its_runs_side_by_side():
             np.ravel(batch.read()[1]), [s.read()[1] for s in singles], rtol=1e-9, atol=1e-9
         )
     assert all(isinstance(single.x, float) for single in singles)
+
+
+def turned(points, angle):
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return points @ np.array([[cosine, sine], [-sine, cosine]])
+
+
+def rubbed(angle, *, steps=400, friction=0.3):
+    """Return the path of a device in a plane under forces that are turned by an angle."""
+    made = SimulatedDevice(
+        DeviceParams(mass=0.2, damping=0.5, friction=friction), tick_s=TICK_S, dof=2
+    )
+    rng = np.random.default_rng(4)
+    path = []
+    for force in np.repeat(rng.normal(0.0, 0.5, (steps // 20, 2)), 20, axis=0):
+        made.step(turned(force, angle), np.zeros(2))
+        path.append(made.x)
+    return np.array(path)
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.0, 2.5])
+def test_friction_does_not_know_the_axes(angle):
+    straight = rubbed(0.0)
+    assert np.ptp(straight) > 1e-3
+    np.testing.assert_allclose(rubbed(angle), turned(straight, angle), rtol=1e-9, atol=1e-12)
+
+
+def test_friction_of_each_axis_for_itself_would_know_them():
+    """The control: two devices of one axis each, turned."""
+
+    def apart(angle):
+        rng = np.random.default_rng(4)
+        axes = [device(mass=0.2, damping=0.5, friction=0.3) for _ in range(2)]
+        for force in np.repeat(rng.normal(0.0, 0.5, (20, 2)), 20, axis=0):
+            for each, push in zip(axes, turned(force, angle), strict=True):
+                each.step(float(push), 0.0)
+        return np.array([each.x for each in axes])
+
+    assert np.linalg.norm(apart(1.0) - turned(apart(0.0), 1.0)) > 1e-4
+
+
+@given(forces, forces, speeds, st.floats(0.0, 5.0), st.integers(0, 2**32 - 1))
+def test_friction_in_a_plane_only_takes_energy_and_no_more_than_it_can(
+    one, two, xd, friction, seed
+):
+    mass = 0.3
+    params = DeviceParams(mass=mass, damping=0.0, friction=friction, workspace_m=1e3)
+    made = SimulatedDevice(params, tick_s=TICK_S, dof=2)
+    made.xd = xd * np.random.default_rng(seed).normal(size=2)
+    for _ in range(20):
+        push = np.array([one, two])
+        before, start = 0.5 * mass * made.xd @ made.xd, made.x
+        made.step(push, np.zeros(2))
+        work = push @ (made.x - start)
+        lost = before + work - 0.5 * mass * made.xd @ made.xd
+        scale = 1e-12 * (1.0 + before + abs(work))
+        assert lost >= -scale

@@ -94,7 +94,7 @@ def _device_heat(params: DeviceParams, user: UserTraces, motion: TrueMotion, pus
         nodes = [0.5 * ((1.0 - node) * xd + (1.0 + node) * after) for node in NODES]
     square = sum(0.5 * w * np.sum(v**2, axis=-1) for w, v in zip(WEIGHTS, nodes, strict=True))
     heat = params.damping * tick_s * square
-    heat = heat + params.friction * np.sum(np.abs(moved), axis=-1)
+    heat = heat + params.friction * np.linalg.norm(moved, axis=-1)
     stopped = (np.abs(motion.x[1:]) >= params.workspace_m).any(axis=-1)
     lost = np.sum(push * moved, axis=-1) - 0.5 * params.mass * np.sum(after**2 - xd**2, axis=-1)
     return np.asarray(np.where(stopped, lost, heat), dtype=float)

@@ -5,9 +5,9 @@
 In this order:
 
 ``diverged``
-    a signal is not finite, or a device, avatar or the object is more than half the workspace
-    outside of it, or the oscillation (below) grows: at least twice as strong at the end as in the
-    middle, and beyond 50 mm/s.
+    a signal is not finite, a wave is longer than any that a receiver takes, or a device, avatar or
+    the object is more than half the workspace outside of it, or the oscillation (below) grows: at
+    least twice as strong at the end as in the middle, and beyond 50 mm/s.
 ``limited by safety``
     a safety layer reached its fault state; fell back to damping for speed three times or more in
     the second half of the session or for more than a twentieth of it; or shortened the force of a
@@ -34,6 +34,8 @@ from pmwvc_analysis.judge.oscillation import motions, strength
 from pmwvc_core.plural import count
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces, UserTraces
+from pmwvc_core.wave.content import has_waves
+from pmwvc_core.wave.limits import largest_wave
 
 OSCILLATION_M_S = 1e-3
 GROWN_M_S = 50e-3
@@ -64,7 +66,7 @@ class Verdict:
 
 def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     """Judge one session."""
-    outside = _outside(traces, scenario)
+    outside = _outside(traces, scenario) or _beyond(traces, scenario)
     strengths = [
         (strength(motion, traces.duration_s), motion) for motion in motions(traces, scenario)
     ]
@@ -99,6 +101,30 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
         why = f"too little of the motion of {', '.join(unknown)} was recorded"
         return Verdict(None, why, strongest, judged=False)
     return Verdict(None, "motion faster than the voluntary band decays", strongest)
+
+
+def _beyond(traces: SessionTraces, scenario: Scenario | None) -> str:
+    """Return whose waves are longer than any that a receiver takes, in words; else empty."""
+    if scenario is None or not has_waves(scenario.controller):
+        return ""
+    known = {user.name: user for user in scenario.users}
+    sent = [(user.name, f"{user.name}'s master", user.u_m, user.time_s) for user in traces.users]
+    server = traces.server
+    if server is not None:
+        rows = zip(server.users, server.v_s, strict=True)
+        sent += [(name, f"{name}'s server port", v, server.time_s) for name, v in rows]
+    for name, end, wave, time_s in sent:
+        if name not in known:
+            continue
+        both = known[name].impedance, known[name].server_impedance
+        longest = max(largest_wave(scenario.controller, b) for b in both)
+        far = np.flatnonzero(np.linalg.norm(np.nan_to_num(wave), axis=-1) > longest)
+        if len(far):
+            return (
+                f"{end} sent waves beyond {longest:.3g} sqrt(W), which no receiver takes, from "
+                f"{time_s[far[0]]:.2f} s on"
+            )
+    return ""
 
 
 def _outside(traces: SessionTraces, scenario: Scenario | None) -> str:

@@ -3,8 +3,9 @@
 """The simulated force-feedback device: m x'' + b_hd x' = f_h - F_m, plus what a real one adds.
 
 * Mass and damper are advanced exactly over a tick with both forces held (:mod:`.motion`).
-* Coulomb friction acts on each axis for itself and is integrated exactly too: where it stops the
-  axis within a tick, the rest of the tick starts from the point of rest, and the axis stays there
+* Coulomb friction is one vector against the direction of motion, the same whatever the axes. Its
+  direction is that at the start of a tick; along one axis it is integrated exactly: where it stops
+  the device within a tick, the rest of the tick starts from the point of rest, and it stays there
   unless the other forces overcome the friction. It only ever takes energy.
 * The stops at the ends of the workspace are perfectly inelastic: position at the stop, velocity
   zero.
@@ -27,7 +28,8 @@ from pmwvc_core.numeric import (
     dot,
     maximum,
     minimum,
-    sign,
+    root,
+    squared,
     where,
 )
 from pmwvc_core.params import DeviceParams
@@ -138,24 +140,39 @@ class SimulatedDevice:
         return where(self._step_m > 0.0, whole * step, self.x)
 
     def _rub(self, force: Value) -> tuple[Value, Value]:
-        """Advance one tick with Coulomb friction.
+        """Advance one tick with Coulomb friction against the direction of motion.
 
-        Within a phase of motion the friction is constant, so the velocity is monotone and passes
-        zero at most once; from rest the other forces either hold still or win for good.
+        That direction is kept over the tick, or until the motion along it has come to rest: along
+        it the velocity is monotone and passes zero at most once. From there the other forces
+        either hold still or win for good, in their own direction.
         """
-        push = sign(force) * maximum(absolute(force) - self._friction, 0.0)  # what wins from rest
-        course = sign(self.xd)
-        net = where(course == 0.0, push, force - course * self._friction)
+        holding = self._friction
+        push = _direction(force) * maximum(_length(force) - holding, 0.0)  # what wins from rest
+        speed, course = _length(self.xd), _direction(self.xd)
+        net = where(speed > 0.0, force - course * holding, push)
         x, xd = self._motion.advance(self.x, self.xd, net)
-        turns = course * xd < 0.0
+        turns = dot(course, xd) < 0.0
         if not anywhere(turns):
             return x, xd
-        time_s = time_to_rest(self._mass, self._damping, self.xd, where(turns, net, 1.0))
+        along = where(turns, dot(course, net), -1.0)
+        time_s = time_to_rest(self._mass, self._damping, speed, along)
         time_s = where(turns, minimum(maximum(time_s, 0.0), self._tick_s), 0.0)
-        x_rest, _ = motion(self._mass, self._damping, time_s).advance(self.x, self.xd, net)
+        x_rest, across = motion(self._mass, self._damping, time_s).advance(self.x, self.xd, net)
+        held = _length(force) <= holding
+        across = where(held, 0.0 * xd, across - course * dot(course, across))
         after = motion(self._mass, self._damping, self._tick_s - time_s)
-        x_after, xd_after = after.advance(x_rest, 0.0 * xd, push)
+        x_after, xd_after = after.advance(x_rest, across, push)
         return where(turns, x_after, x), where(turns, xd_after, xd)
+
+
+def _length(vector: Value) -> Value:
+    return absolute(vector) if isinstance(vector, float) else root(squared(vector))
+
+
+def _direction(vector: Value) -> Value:
+    """Return the unit vector; nothing where there is none."""
+    length = _length(vector)
+    return vector / where(length > 0.0, length, 1.0)
 
 
 def along_first_axis(value: Value, dof: int) -> Value:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import ServerParams
-from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings import COUPLINGS, Implicit
 from pmwvc_core.server.environments import make_environment
 from pmwvc_core.server.seats import Seat, ServerController
 
@@ -24,6 +24,8 @@ class WaveServer(ServerController):
     def __init__(self, params: ServerParams, seats: Sequence[Seat]) -> None:
         super().__init__(make_environment(params), seats)
         self._coupling = COUPLINGS[params.coupling](params)
+        if isinstance(self._coupling, Implicit):
+            self.trouble = self._coupling.faults
         self._half_period = 0.5 * params.period_s
 
     def step(self, received: Sequence[Value]) -> list[Value]:

@@ -84,7 +84,7 @@ class ServerController(ABC):
     """
 
     flags = 0  # of outgoing packets
-    trouble: Faults | None = None  # with an environment that had to be contained
+    trouble: Faults | None = None  # with an environment, or with the solution of a step
 
     def __init__(self, body: Body, seats: Sequence[Seat]) -> None:
         self.body = body

@@ -60,7 +60,7 @@ class UnknownServer(ServerController):
         call: Call = directly,
     ) -> None:
         super().__init__(Wall(), seats)  # the body is what is shown
-        self._faults = self.trouble = Faults(params.environment)
+        self._faults = self.trouble = Faults("server.environment", params.environment)
         self._asked = Asked(environment)
         self._call = call
         self._compensation = COMPENSATIONS[params.compensation](params, len(seats))

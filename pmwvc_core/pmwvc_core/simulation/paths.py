@@ -3,8 +3,8 @@
 """One direction of one user's network in virtual time: sender's log, link and receiver.
 
 The runs of a batch share one network: what is compared within a batch meets the same packet fates.
-A run that has run away beyond all numbers is nobody else's concern: from then on its own packets
-say zero.
+A run whose waves are beyond all numbers, or beyond what a receiver takes, sends zeros instead; a
+single run's packet is refused, as live.
 """
 
 import dataclasses
@@ -15,7 +15,7 @@ import numpy as np
 from pmwvc_core.network.link import Link
 from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.network.transit import Fate
-from pmwvc_core.numeric import Value
+from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import LinkParams
 from pmwvc_core.wave.packet import WavePacket, size_bytes
 from pmwvc_core.wave.receiver import Receiver
@@ -28,8 +28,10 @@ class Path:
     ----------
     link, seed
         Settings of the link and its random stream; or the link itself, as recorded.
-    period_s, timeout_s, dof
-        What the receiver expects: packet interval [s], silence allowed [s], values per packet.
+    inbox
+        The receiver at its end.
+    dof
+        Values per packet.
     """
 
     def __init__(
@@ -37,12 +39,11 @@ class Path:
         link: LinkParams | RecordedLink,
         *,
         seed: Sequence[int],
-        period_s: float,
-        timeout_s: float,
+        inbox: Receiver,
         dof: int,
     ) -> None:
         self.link = link if isinstance(link, RecordedLink) else Link(link, seed=seed)
-        self.receiver = Receiver(dof, period_s=period_s, timeout_s=timeout_s)
+        self.receiver = inbox
         self.sent: list[WavePacket] = []
         self.arrived: list[tuple[WavePacket, int]] = []  # packet, time [ns]
         self.fates: list[Fate] = []
@@ -50,7 +51,7 @@ class Path:
 
     def send(self, packet: WavePacket, now_ns: int) -> None:
         """Give a packet to the link."""
-        packet = _each_for_itself(packet)
+        packet = _each_for_itself(packet, self.receiver.max_wave)
         self.sent.append(packet)
         self.fates += self.link.send(packet, now_ns, size_bytes=self._size_bytes)
 
@@ -68,19 +69,22 @@ class Path:
             self.arrived.append((packet, fate.time_due_ns))
 
 
-def _each_for_itself(packet: WavePacket) -> WavePacket:
+def _each_for_itself(packet: WavePacket, longest: float) -> WavePacket:
     """Return a packet of a batch that its receiver takes whatever a single run has come to.
 
-    Where there is only one run a packet that is not finite is refused, as live.
+    Where there is only one run the receiver refuses such a packet, as live.
     """
     if type(packet.wave) is type(packet.position) is float:
         return packet
     values = {name: getattr(packet, name) for name in ("wave", "integral", "energy", "position")}
     wild = {name: value for name, value in values.items() if _is_wild(value)}
-    if not wild:
-        return packet
     tamed = {n: np.nan_to_num(v, nan=0.0, posinf=0.0, neginf=0.0) for n, v in wild.items()}
-    return dataclasses.replace(packet, **tamed)
+    wave = tamed.get("wave", packet.wave)
+    if isinstance(wave, np.ndarray) and wave.ndim == 2:
+        beyond = squared(wave) > longest**2
+        if np.any(beyond):
+            tamed["wave"] = np.where(beyond, 0.0, wave)
+    return dataclasses.replace(packet, **tamed) if tamed else packet
 
 
 def _is_wild(value: Value) -> bool:

@@ -18,6 +18,9 @@ from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.paths import Path
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.stacking import stack
+from pmwvc_core.wave.impedance import Impedance
+from pmwvc_core.wave.inboxes import inbox, server_times
+from pmwvc_core.wave.limits import largest_wave
 from pmwvc_core.wave.packet import Packer
 
 
@@ -59,20 +62,30 @@ class Seat:
         frame_s = first.master.frame_s
         half = server.object_size_m / 2
         start = first.side * (half + contact.gap_m)
-        timeout_s = first.safety.timeout_s
+        times = server_times(user.safety for user in scenario.users)
         up, down = (conditions.links.get(f"{name}/{way}") for way in ("up", "down"))
         self.up = Path(
             up() if up else first.link_up,
             seed=stream_of(scenario.seed, index, 0),
-            period_s=frame_s,
-            timeout_s=timeout_s,
+            inbox=inbox(
+                scenario.controller,
+                dof,
+                _loosest(scenario.controller, [user.server_impedance for user in users]),
+                period_s=frame_s,
+                timeout_s=times.timeout_s,
+            ),
             dof=dof,
         )
         self.down = Path(
             down() if down else first.link_down,
             seed=stream_of(scenario.seed, index, 1),
-            period_s=server.period_s,
-            timeout_s=timeout_s,
+            inbox=inbox(
+                scenario.controller,
+                dof,
+                _loosest(scenario.controller, [user.impedance for user in users]),
+                period_s=server.period_s,
+                timeout_s=first.safety.timeout_s,
+            ),
             dof=dof,
         )
         self.client = Client(
@@ -151,3 +164,8 @@ class Seat:
         device, operator = self.device, self.operator
         f_h = operator.step(device.x, device.xd) if self._acts else operator.hold()
         device.step(f_h, self.f_applied)
+
+
+def _loosest(controller: str, impedances: Sequence[Impedance]) -> Impedance:
+    """Return the impedance of the run whose waves may be longest."""
+    return max(impedances, key=lambda impedance: largest_wave(controller, impedance))

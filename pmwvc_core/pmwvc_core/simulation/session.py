@@ -34,6 +34,7 @@ from pmwvc_core.simulation.seat import Seat
 from pmwvc_core.simulation.stacking import batches, stack
 from pmwvc_core.simulation.traces import FateTraces, SessionTraces
 from pmwvc_core.wave.impedance import Impedance, server_impedance
+from pmwvc_core.wave.inboxes import server_times
 from pmwvc_core.wave.packet import Packer
 
 R = TypeVar("R")
@@ -110,10 +111,11 @@ class SessionBatch:
             ticks=self.ticks,
             tick_ns=self.tick_ns,
         )
+        times = server_times(user.safety for user in first.users)
         self.target = ShownTarget(
             Task(first.task),
             period_s=first.server.period_s,
-            soft_start_s=max(user.safety.soft_start_s for user in first.users),
+            soft_start_s=times.soft_start_s,
             dof=first.dof,
         )
         server = make_server(
@@ -134,7 +136,7 @@ class SessionBatch:
                 Packer(SERVER_EPOCH + i, period=first.server.period_s)
                 for i in range(len(self.seats))
             ],
-            release_s=max(user.safety.release_s for user in first.users),
+            release_s=times.release_s,
         )
         runs, dof, names = len(scenarios), first.dof, [seat.user.name for seat in self.seats]
         self.server_buffer = ServerBuffer(names, steps=len(self.steps.tick), runs=runs, dof=dof)
@@ -219,7 +221,11 @@ class SessionBatch:
             late_ns = self.steps.ran_ns - self.steps.tick * self.tick_ns
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
         trouble = self.service.server.trouble
-        if trouble is not None and trouble.steps:
+        if trouble is not None and trouble.steps and not trouble.replaced:
+            what = f"{trouble.steps} steps: {trouble.text}"
+            event = {"time_s": None, "who": "server", "kind": "environment", "what": what}
+            traces.events.append(event)
+        elif trouble is not None and trouble.steps:
             traces.metadata["environment"] = {
                 "contained_steps": str(trouble.steps),
                 "last_fault": trouble.text,

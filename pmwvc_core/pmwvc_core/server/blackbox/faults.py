@@ -13,23 +13,32 @@ class BadAnswer(Exception):
     """The environment answered with something that is no answer."""
 
 
+class Unsettled(Exception):
+    """The equation of a step was not solved to rounding; its best solution was used."""
+
+    def __str__(self) -> str:
+        """Return what happened, with the runs it happened in."""
+        return f"did not settle {super().__str__()}".rstrip()
+
+
 class Faults:
-    """How many steps an environment had to be contained in, and why at last.
+    """How many steps went wrong, and why at last.
 
     Parameters
     ----------
-    name
-        ``server.environment``.
+    parameter, value
+        What was asked: ``server.environment``, or ``server.coupling``.
     """
 
-    def __init__(self, name: str) -> None:
-        self._name = name
+    def __init__(self, parameter: str, value: str) -> None:
+        self._name = f"{parameter} = {value!r}"
         self.steps = 0
         self.text = ""
+        self.replaced = parameter == "server.environment"  # by a damper, in those steps
 
     def note(self, error: BaseException) -> None:
         """Count a step."""
-        known = isinstance(error, (Unanswered, BadAnswer))
+        known = isinstance(error, (Unanswered, BadAnswer, Unsettled))
         what = str(error) if known else f"raised {reason(error)}"
         self.steps += 1
-        self.text = f"server.environment = {self._name!r} {what}"
+        self.text = f"{self._name} {what}"

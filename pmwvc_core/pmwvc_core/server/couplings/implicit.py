@@ -22,8 +22,11 @@ wave impedance couples them (:mod:`.coupled_axes`).
 import sys
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from pmwvc_core.numeric import Flag, Value, absolute, maximum, minimum, truth, where
 from pmwvc_core.params import ServerParams
+from pmwvc_core.server.blackbox.faults import Faults, Unsettled
 from pmwvc_core.server.contacts import Answer
 from pmwvc_core.server.couplings.coupled_axes import solve_coupled
 from pmwvc_core.server.cube import Body
@@ -40,6 +43,7 @@ class Implicit:
 
     def __init__(self, params: ServerParams) -> None:
         self._period = params.period_s
+        self.faults = Faults("server.coupling", params.coupling)
 
     def step(self, seats: Sequence[Seat], body: Body) -> Value:
         """Use every seat's ``u_s``; return the energy dissipated [J]."""
@@ -57,7 +61,12 @@ class Implicit:
                 asked.append((rate, contact.answer(rate, b, h)))
             return asked
 
-        velocity, answers = (solve_coupled if coupled else solve)(ask, body)
+        if coupled:
+            velocity, answers, settled = solve_coupled(ask, body)
+            if not settled.all():
+                self.faults.note(Unsettled(f"({np.count_nonzero(~settled)} of {settled.size})"))
+        else:
+            velocity, answers = solve(ask, body)
         lost = body.drift(velocity)
         for seat, answer, (contact, b, drive) in zip(seats, answers, driven, strict=True):
             seat.f_s = force = answer.force

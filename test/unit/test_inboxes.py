@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Receivers in virtual time expect what live ones expect."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pmwvc_bringup import plan, scenarios
+from pmwvc_core.simulation.session import SessionBatch
+from pmwvc_core.wave.limits import largest_wave
+
+TIMES = ("user1.safety.timeout_s=0.05", "user2.safety.timeout_s=0.2", "user2.safety.release_s=2")
+
+
+@pytest.fixture
+def scenario():
+    settings = (*TIMES, "user2.master.impedance=40", "user1.server.impedance=10")
+    return scenarios.load("carry_16ms", settings_texts=settings)
+
+
+def test_the_server_is_silent_to_all_users_alike_as_live(scenario, tmp_path):
+    nodes = {node.kind: node for node in plan.nodes(scenario, folder=tmp_path, paused=False)}
+    live = nodes["server"].parameters
+    batch = SessionBatch([scenario])
+    assert live["safety.timeout_s"] == 0.2
+    assert batch.service.release_s == live["safety.release_s"] == 2.0
+    for seat in batch.seats:
+        assert seat.up.receiver._silence_ns == round(live["safety.timeout_s"] * 1e9)
+    own = [seat.down.receiver._silence_ns for seat in batch.seats]
+    assert own == [round(user.safety.timeout_s * 1e9) for user in scenario.users]
+
+
+def test_each_port_takes_the_longest_wave_of_its_own_impedance(scenario):
+    for seat, user in zip(SessionBatch([scenario]).seats, scenario.users, strict=True):
+        server, master = user.server_impedance, user.impedance
+        assert seat.up.receiver.max_wave == largest_wave("pmwvc", server)
+        assert seat.down.receiver.max_wave == largest_wave("pmwvc", master)
+
+
+def test_a_run_of_a_batch_that_diverges_leaves_the_others_alone(scenario):
+    wild = dataclasses.replace(
+        scenario,
+        server=dataclasses.replace(scenario.server, object_mass=1.0),
+    )
+    batch = SessionBatch([scenario, wild])
+    path = batch.seats[0].up
+    longest = path.receiver.max_wave
+    packet = batch.seats[0].client.send(0)
+    wave = np.array([[0.5], [2.0 * longest]])
+    path.send(dataclasses.replace(packet, wave=wave), 0)
+    np.testing.assert_allclose(path.sent[-1].wave, [[0.5], [0.0]])
