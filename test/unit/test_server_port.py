@@ -21,7 +21,8 @@ CONTACTS = ("bilateral", "grip")
 def make(users, *, coupling="implicit", contact="grip", dof=1, environment="cube", **values):
     return make_server(
         "pmwvc",
-        ServerParams(coupling=coupling, environment=environment),
+        # A learned slope is one of the whole vector: late decoding keeps the axes apart.
+        ServerParams(coupling=coupling, environment=environment, decoding="late"),
         [ContactParams(contact=contact, **values)] * users,
         [B_W] * users,
         dof=dof,
