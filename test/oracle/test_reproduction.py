@@ -13,6 +13,7 @@ import pytest
 
 from pmwvc_analysis.reproduction import pages
 from pmwvc_analysis.reproduction.claim import Claim, row, verdict
+from pmwvc_analysis.reproduction.compensation import largest_stiffness
 from pmwvc_analysis.reproduction.files import envelope
 from pmwvc_analysis.reproduction.registry import FIGURES
 
@@ -121,6 +122,14 @@ def test_a_changed_result_changes_the_claims():
 )
 def test_verdicts(bounds, value, expected):
     assert verdict(Claim("", "", "", **bounds), value) == expected
+
+
+@pytest.mark.parametrize(("damping", "factor"), [(0.0, 1.58), (5.0, 1.55), (15.0, 1.78)])
+def test_compensation_raises_the_stiffness_by_half_and_more(damping, factor):
+    """App. C section 6, "almost twice"; the form that lengthens waves gave 0.28 to 0.44."""
+    parameters = FIGURES["C5"].parameters["stiffness"] | {"damping": [damping]}
+    found = largest_stiffness(parameters)
+    assert found[f"factor_at_{damping:g}"] == pytest.approx(factor, abs=0.15)
 
 
 def test_the_contact_of_app_c_under_every_compensation():

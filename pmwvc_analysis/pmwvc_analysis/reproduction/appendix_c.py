@@ -140,6 +140,22 @@ FIGURES = (
             "operator": {"kind": "hand"},
             "duration_s": 6.0,
             "drawn": "corrected",
+            "stiffness": {
+                "model": wall(
+                    server__coupling="unknown",
+                    server__decoding="late",
+                    server__integrator="trapezoid",
+                ),
+                "device": {
+                    "device.friction": 0.1,
+                    "device.encoder_step_m": 55e-6,
+                    "device.velocity": "euler",
+                },
+                "damping": [0.0, 5.0, 15.0],
+                "grid": [100.0, 3401.0, 50.0],
+                "force": 1.0,
+                "duration_s": 6.0,
+            },
         },
         compensation.contact,
         draw_c.energies,

@@ -6,12 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.models.variation import varied
 from pmwvc_analysis.reproduction.figure import Values
 from pmwvc_analysis.reproduction.scenarios import scenario
 from pmwvc_analysis.reproduction.traces import curves, last_mean
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.simulation.session import simulate, simulate_one
+from pmwvc_core.simulation.traces import SessionTraces
 
+AT_REST_M_S = 1e-3
 KINDS = ("none", "printed", "corrected", "ledger")
 
 
@@ -55,9 +58,49 @@ def contact(parameters: Values) -> Values:
             }
             numbers["force_end_n"] = last_mean(full["time_s"], full["f_1_n"])
             numbers["contact_force_end_n"] = last_mean(full["time_s"], full["f_s1_n"])
-    return {"data": data, "numbers": numbers}
+    return {"data": data, "numbers": numbers | largest_stiffness(parameters["stiffness"])}
 
 
 def _apart(after: Array, environment: Array) -> float:
     """Return how far the balance is from the environment's own energy, over the largest of it."""
     return float(np.abs(after - environment).max() / max(np.abs(environment).max(), 1e-12))
+
+
+def largest_stiffness(parameters: Values) -> Values:
+    """Return the largest contact stiffness at which a pressed device comes to rest, without and
+    with the compensation, for each contact damping, and by what factor that is more.
+
+    All stiffnesses of the grid below it come to rest as well. The device has friction and an
+    encoder, as real ones do: its slow limit cycles count as rest below 1 mm/s.
+    """
+    numbers: Values = {}
+    grid = np.arange(*parameters["grid"])
+    for damping in parameters["damping"]:
+        found = {}
+        for kind in ("none", "corrected"):
+            base = scenario(
+                {
+                    **parameters["model"],
+                    **parameters["device"],
+                    "server.contact_damping": damping,
+                    "server.compensation": kind,
+                },
+                users=1,
+                operator={"kind": "constant", "force": parameters["force"]},
+                duration_s=parameters["duration_s"],
+                task="free",
+            )
+            runs = [varied(base, "server.contact_stiffness", float(k)) for k in grid]
+            with np.errstate(over="ignore", invalid="ignore"):
+                resting = list(simulate(runs, keep=_rests))
+            count = resting.index(False) if False in resting else len(resting)
+            found[kind] = float(grid[count - 1]) if count else 0.0
+            numbers[f"largest_{kind}_at_{damping:g}"] = found[kind]
+        numbers[f"factor_at_{damping:g}"] = found["corrected"] / found["none"]
+    return numbers
+
+
+def _rests(traces: SessionTraces) -> bool:
+    velocity = traces.users[0].xd_m
+    late = velocity[2 * len(velocity) // 3 :]
+    return bool(np.sqrt(np.mean(late**2)) < AT_REST_M_S)
