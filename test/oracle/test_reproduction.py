@@ -138,7 +138,8 @@ def test_the_contact_of_app_c_under_every_compensation():
     assert found["lowest_after_printed_mj"] < -0.5  # the control: as printed it makes energy
     for kind in ("corrected", "ledger"):
         assert found[f"lowest_after_{kind}_mj"] >= -1e-9
-    assert found["apart_from_environment_corrected"] < 0.02
+    # What is above it is the credit of falling forces, which is kept.
+    assert found["apart_from_environment_corrected"] < 0.06
     assert found["force_end_n"] == pytest.approx(found["contact_force_end_n"], rel=1e-3)
 
 
