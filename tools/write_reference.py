@@ -73,6 +73,7 @@ Without the emulator the two sides are joined by remapping: start the server wit
 | service | type | node | what it does |
 |---|---|---|---|
 | `~/start` | std_srvs/Trigger | master, server, netem | begin, where `start.paused` is true |
+| `~/matched` | std_srvs/Trigger | every node | returns as JSON how many other ends each of its own publishers and subscriptions has matched |
 | `~/rearm` | std_srvs/Trigger | master | leave the fault state; the force starts from zero |
 
 A best-effort publisher and a reliable subscriber do not connect, silently: subscribe to waves with best effort.
