@@ -20,6 +20,7 @@ from pmwvc_analysis.judge.verdicts import summary
 from pmwvc_analysis.models import frequency, multirate
 from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.models.transparency import pressing, transparency, untouched
+from pmwvc_analysis.show.story import story
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 
@@ -99,7 +100,10 @@ def test_a_steady_press_ends_where_it_is_expected(server):
     lead = force * lag_s(user, scenario, live=False) / (2.0 * 25.0)
     assert x_m - n * x_s == pytest.approx(lead, abs=5e-6)
     assert traces.server.f_s[0][-1, 0] == pytest.approx(n * force, rel=1e-3)
-    text = "\n".join(came_true(scenario, summary(traces, scenario)))
+    result = summary(traces, scenario)
+    text = "\n".join(came_true(scenario, result))
+    told = story(traces, scenario, result, None)
+    assert ("Offset of the device" in told) is (server == 25.0)
     assert ("(hit; tolerance" in text) is (server == 25.0)
     assert ("no offset of device and avatar is predicted" in text) is (server != 25.0)
     assert ("the ends have different impedance" in "\n".join(lines(scenario, live=False))) is (

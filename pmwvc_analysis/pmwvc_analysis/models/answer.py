@@ -116,7 +116,7 @@ def sentences(found: dict[str, Any]) -> list[str]:
         mode = "frequency not clear" if hertz is None else f"{hertz:.2f} Hz"
         lines.append(
             f"  slowest mode: {mode}, {course}, time constant {1.0 / abs(rate):.3g} s"
-            if rate
+            if rate and not (rate > 0.0 and found["stable"])  # slower than what counts as growth
             else f"  slowest mode: {mode}, neither grows nor decays"
         )
     if found["k_max"] is None:
