@@ -26,7 +26,7 @@ class Wire:
     reason = ""
     events = 0
 
-    def step(self, f_asked, x, xd, silence_s, coupled):
+    def step(self, f_asked, x, xd, silence_s, coupled, *_):
         return f_asked
 
 
