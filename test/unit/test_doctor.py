@@ -15,7 +15,6 @@ from pmwvc_analysis.doctor import PROBLEM, WARNING, check_recording, exit_code
 from pmwvc_analysis.judge.consistency import inconsistencies
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
-from pmwvc_analysis.recording.schemas import typestore
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.simulation.session import simulate_one
@@ -160,7 +159,9 @@ def test_a_database_of_rosbag2_is_read_but_its_file_not_checked(folder, tmp_path
         Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as writer,
     ):
         ids = {
-            each.id: writer.add_connection(each.topic, each.msgtype, typestore=typestore())
+            each.id: writer.add_connection(
+                each.topic, each.msgtype, msgdef=each.msgdef.data, rihs01=each.digest
+            )
             for each in reader.connections
         }
         for connection, log_ns, data in reader.messages():
