@@ -119,3 +119,15 @@ def test_a_session_of_another_loop_is_no_point_of_a_map(pmwvc, tmp_path):
     assert "users = 2, the map has 1" in refused(pmwvc(*SMALL, along, "--sessions", "carried"))
     message = refused(pmwvc(*SMALL, along, "--sessions", "light"))
     assert "device.mass = 0.1, the map has 0.25" in message
+
+
+def test_what_decides_a_scenario_is_no_axis_of_a_map(pmwvc):
+    message = refused(pmwvc("map", "wall", "--x", "dof=1:2:2", "--y", "link.delay_s"))
+    assert "wall: dof: decides what a scenario is" in message
+
+
+def test_a_radius_beyond_all_bounds_has_few_digits(pmwvc):
+    stiff = ("--set", "server.contact_stiffness=1e6", "--set", "master.rate_drop=50")
+    result = pmwvc("stability", "direct_16ms", *stiff, "--set", "server.period_s=0.05")
+    radius = result.stdout.partition("spectral radius ")[2].split()[0]
+    assert float(radius) > 1e3 and len(radius) <= 13

@@ -164,7 +164,7 @@ def _stability(model: Exact) -> str:
     else:
         reach = f"largest stable contact stiffness {first:.0f} N/m"
     word = "Stable" if model.stable else "NOT stable"
-    return f"{word}: spectral radius {model.spectral_radius:.4f}; {reach}"
+    return f"{word}: spectral radius {model.spectral_radius:.5g}; {reach}"
 
 
 def _device_lines(scenario: Scenario) -> list[str]:

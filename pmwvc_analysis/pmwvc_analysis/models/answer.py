@@ -109,7 +109,7 @@ def sentences(found: dict[str, Any]) -> list[str]:
     word = "stable" if found["stable"] else "NOT stable"
     slowest = found["slowest"]
     rate = slowest["per_second"]
-    lines = [f"{found['scenario']}: {word}, spectral radius {found['spectral_radius']:.6f}"]
+    lines = [f"{found['scenario']}: {word}, spectral radius {found['spectral_radius']:.7g}"]
     if rate is not None:
         course = "grows" if rate > 0.0 else "decays"
         hertz = slowest["frequency_hz"]

@@ -110,7 +110,7 @@ def transparency(
     radius = spectral_radius(model)
     if radius > STABLE:
         raise PmwvcError(
-            f"{scenario.name} is not stable (spectral radius {radius:.4f}): it has no frequency "
+            f"{scenario.name} is not stable (spectral radius {radius:.5g}): it has no frequency "
             f"response; 'pmwvc stability' tells the largest stiffness, {_remedy(scenario)}"
         )
     perfect = build(ideal_of(scenario))

@@ -67,7 +67,9 @@ def varied(scenario: Scenario, name: str, value: Any) -> Scenario:
         except ScenarioError:
             raise
         except ParameterError as error:
-            raise ScenarioError(scenario.name, [f"{prefix}.{error}"]) from None
+            raise ScenarioError(
+                scenario.name, [f"{prefix}.{error}" if prefix else str(error)]
+            ) from None
     return changed
 
 

@@ -95,8 +95,8 @@ def costs(best: Rating, other: Rating) -> str:
     """Return what another choice changes against the proposal, in words."""
     if not other.stable:
         if other.spectral_radius > 1.0:
-            return f"not stable (spectral radius {other.spectral_radius:.6f})"
-        return f"not stable with nothing touched (spectral radius {other.free_radius:.6f})"
+            return f"not stable (spectral radius {other.spectral_radius:.7g})"
+        return f"not stable with nothing touched (spectral radius {other.free_radius:.7g})"
     found = []
     for word, ours, theirs in (
         ("stiffness", best.k_felt, other.k_felt),
