@@ -13,7 +13,7 @@ import pytest
 from pmwvc_analysis.judge import budget_summary, passivity_words
 from pmwvc_analysis.judge.budget import budget
 from pmwvc_analysis.judge.passivity import TOLERANCE_J, Unjudged, judge, together
-from pmwvc_analysis.judge.passivity_findings import passivity
+from pmwvc_analysis.judge.passivity_findings import Passivity, passivity
 from pmwvc_analysis.judge.verdicts import summary
 from pmwvc_analysis.show.report import render
 
@@ -94,7 +94,31 @@ def test_a_microjoule_and_a_tenth_of_a_joule_read_differently():
     least.append(float(re.search(r"balance -([\d.]+) mJ", said[1])[1]))
     assert least[0] < 1000.0
     assert least[1] > 10.0
-    assert all("% of" in each for each in said)
+    assert all(" % of" in each for each in said)
+
+
+@pytest.mark.parametrize(("port_j", "storage_j", "said"), [
+    (0.0, 0.0, "; the ports decide and all are passive: other components covered it"),
+    (0.0, 1e-3, "passive: other components or the declared storage covered it"),
+    (-1e-3, 0.0, ""),
+])  # fmt: skip
+def test_a_component_that_generated_energy_tells_whether_the_ports_show_it(
+    port_j, storage_j, said
+):
+    part = dataclasses.replace(one(-29.6e-6), part="sample_hold", decides=False, moved_j=0.159)
+    text = passivity_words.components(Passivity((one(port_j, declared_j=storage_j), part)))[0]
+    assert "user1: sampling and holding at the device generated 29.6 µJ (0.02 % of 159 mJ" in text
+    assert text.endswith(said or "tolerance 1 µJ")
+    assert ("covered" in text) is bool(said)
+
+
+@pytest.mark.parametrize(("moved_j", "said"), [
+    (0.663, "less than 0.01 % of 663 mJ moved"),
+    (0.159, "0.02 % of 159 mJ moved"),
+    (0.0, "(no energy moved)"),
+])  # fmt: skip
+def test_a_small_ratio_is_not_printed_as_zero(moved_j, said):
+    assert said in passivity_words.amount(dataclasses.replace(one(-29.6e-6), moved_j=moved_j))
 
 
 def test_no_tick_stands_above_a_port_that_gave_out_energy():

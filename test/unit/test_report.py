@@ -63,7 +63,7 @@ def test_a_channel_that_gave_out_energy_is_named_with_amount_and_time():
     text = page(handmade.session(gain=1.2), handmade.scenario()).text
     assert re.search(
         r"user1: NOT passive: link from the device to the server, "
-        r"least balance -[\d.]+ mJ at 3\.99 s \([\d.]+% of [\d.]+ mJ moved\), "
+        r"least balance -[\d.]+ mJ at 3\.99 s \([\d.]+ % of [\d.]+ mJ moved\), "
         r"tolerance [\d.]+ µJ\.",
         text,
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from pmwvc_analysis.judge.budget_result import SERVER, Budget
 from pmwvc_analysis.judge.budget_words import words_of
-from pmwvc_analysis.judge.passivity import Finding, together
+from pmwvc_analysis.judge.passivity import Finding
 from pmwvc_analysis.judge.passivity_findings import Passivity
 from pmwvc_analysis.judge.passivity_words import component, joule, verdict
 from pmwvc_core.numeric import Array
@@ -104,8 +104,8 @@ def lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, str]]:
     for port in judged.findings:
         if port.decides and port.passive is False:
             said.append((False, f"{port.owner}: {verdict(judged, port.owner)}."))
-    paid = together([port for port in judged.findings if port.decides])
-    said += [(None if paid else False, f"{component(entry)}.") for entry in found.active]
+    paid = judged.session
+    said += [(None if paid else False, f"{component(each, judged)}.") for each in found.active]
     if not found.active and paid:
         limit = found.findings[0].tolerance_j
         said.append((True, f"No component generated energy beyond {joule(limit)}."))

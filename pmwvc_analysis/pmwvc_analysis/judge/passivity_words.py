@@ -16,6 +16,7 @@ PORTS = {
     "hand_port": "port of the hand",
     SERVER: "server with its environment",
 }
+SMALLEST = 1e-4  # a smaller ratio would print as zero
 _UNITS = ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"))
 
 
@@ -50,7 +51,7 @@ def amount(finding: Finding) -> str:
     said = f"least balance {joule(finding.least_j)}"
     if finding.passive is False:
         said += f" at {finding.least_s:.2f} s" if finding.least_s is not None else ""
-        said += f" ({finding.ratio:.2%} of {joule(finding.moved_j)} moved)"
+        said += f" ({_beside_moved(finding)})"
     said += f", tolerance {joule(finding.tolerance_j)}"
     if finding.declared_j > 0.0:
         said += f", declared storage {joule(finding.declared_j)}"
@@ -59,17 +60,34 @@ def amount(finding: Finding) -> str:
 
 def components(found: Passivity) -> list[str]:
     """Return the components that generated energy, each with its amount, worst first."""
-    return [component(each) for each in found.components]
+    return [component(each, found) for each in found.components]
 
 
-def component(finding: Finding) -> str:
-    """Return what one component gave out."""
-    where = "the server" if finding.owner == SERVER else finding.owner
+def component(finding: Finding, found: Passivity) -> str:
+    """Return what one component generated, and whether the ports, which decide, show it."""
+    where = "server" if finding.owner == SERVER else finding.owner
     return (
         f"{where}: {words_of(finding.part)} generated {joule(finding.given_j)} "
-        f"({finding.ratio:.2%} of {joule(finding.moved_j)} moved) by {finding.least_s:.2f} s, "
+        f"({_beside_moved(finding)}) by {finding.least_s:.2f} s, "
         f"first at {finding.since_s:.2f} s; tolerance {joule(finding.tolerance_j)}"
-    )
+    ) + (f"; {_covered(found)}" if found.session else "")
+
+
+def _covered(found: Passivity) -> str:
+    """Return what took in the energy of a component where every port is passive."""
+    storage = any(each.declared_j > 0.0 for each in found.findings if each.decides)
+    others = "other components or the declared storage" if storage else "other components"
+    return f"the ports decide and all are passive: {others} covered it"
+
+
+def _beside_moved(finding: Finding) -> str:
+    """Return the energy given out as a ratio to the energy moved."""
+    if not finding.moved_j > 0.0:
+        return "no energy moved"
+    moved = f"{joule(finding.moved_j)} moved"
+    if 0.0 < finding.ratio < SMALLEST:
+        return f"less than {100.0 * SMALLEST:g} % of {moved}"
+    return f"{100.0 * finding.ratio:.2f} % of {moved}"
 
 
 def part_words(finding: Finding) -> str:
