@@ -93,7 +93,7 @@ def _compiler() -> Finding:
         missing = ", ".join({"gcc", "g++", "make"} - set(found))
         return Finding(
             "compiler", WARNING, f"{missing} missing: messages cannot be rebuilt",
-            "apt install build-essential",
+            "run apt install build-essential",
         )  # fmt: skip
     return Finding("compiler", OK, " ".join(found))
 
@@ -103,7 +103,9 @@ def _cores() -> Finding:
     load = os.getloadavg()[0]
     text = f"{count} cores, load {load:.1f}"
     if count < 2:
-        return Finding("cores", WARNING, text, "two cores or more: loops wait for each other")
+        return Finding(
+            "cores", WARNING, text, "use two cores or more: on one, loops wait for each other"
+        )
     if load > count:
         return Finding("cores", WARNING, text, "close other programs: loops will be late")
     return Finding("cores", OK, text)
@@ -122,9 +124,11 @@ def _clock() -> Finding:
     text = f"resolution {resolution_ns:.0f} ns; 1 kHz wake-ups: median lateness {half:.0f} µs"
     text += f", 99th percentile {most:.0f} µs"
     if resolution_ns > 1000:
-        return Finding("clock", PROBLEM, text, "a kernel with high-resolution timers is needed")
+        return Finding("clock", PROBLEM, text, "use a kernel with high-resolution timers")
     if most > 1000:
-        return Finding("clock", WARNING, text, "busy or virtual machine: ticks will be late")
+        return Finding(
+            "clock", WARNING, text, "ticks will be late: the machine is busy or virtual"
+        )
     return Finding("clock", OK, text)
 
 
@@ -134,7 +138,7 @@ def _real_time() -> Finding:
     report = reports[0]
     text = str(report).removeprefix("real time: ")
     if report.refused:
-        remedy = "in /etc/security/limits.conf: rtprio 20 and memlock unlimited; log in again"
+        remedy = "set rtprio 20 and memlock unlimited in /etc/security/limits.conf; log in again"
         return Finding("real time", WARNING, text, remedy)
     return Finding("real time", OK, text)
 
@@ -150,7 +154,7 @@ def _shared_memory() -> Finding:
     if left:
         return Finding(
             "/dev/shm", WARNING, f"{text}; {len(left)} files of ROS programs, {size:.1f} MiB",
-            "left by killed programs, if none runs: fastdds shm clean",
+            "if no ROS program is running, killed ones left them: run fastdds shm clean",
         )  # fmt: skip
     return Finding("/dev/shm", OK, text)
 
@@ -160,9 +164,9 @@ def _limits() -> Finding:
     processes = resource.getrlimit(resource.RLIMIT_NPROC)[0]
     text = f"open files {_limit(files)}, processes {_limit(processes)}"
     if 0 <= files < 1024:
-        return Finding("limits", WARNING, text, "ulimit -n 1024")
+        return Finding("limits", WARNING, text, "run ulimit -n 1024")
     if 0 <= processes < 512:
-        return Finding("limits", WARNING, text, "ulimit -u 512")
+        return Finding("limits", WARNING, text, "run ulimit -u 512")
     return Finding("limits", OK, text)
 
 
@@ -171,12 +175,15 @@ def _disk() -> Finding:
     text = f"{free / 1024:.1f} GiB free here; {recording_size()}"
     if not os.access(Path.cwd(), os.W_OK):
         return Finding(
-            "disk", PROBLEM, "this folder is not writable", "use --out, or go elsewhere"
+            "disk",
+            PROBLEM,
+            "this folder is not writable",
+            "use --out, or start in a writable folder",
         )
     if free < 200:
-        return Finding("disk", PROBLEM, text, "make room, or use --out")
+        return Finding("disk", PROBLEM, text, "free disk space, or use --out")
     if free < 2048:
-        return Finding("disk", WARNING, text, "make room for long sessions, or use --out")
+        return Finding("disk", WARNING, text, "free disk space for long sessions, or use --out")
     return Finding("disk", OK, text)
 
 
@@ -196,7 +203,9 @@ def _environment() -> Finding:
     text = " ".join(f"{name}={value}" for name, value in found.items()) or "nothing set"
     domain = found.get("ROS_DOMAIN_ID", "")
     if domain and not (domain.isdigit() and int(domain) <= 232):
-        return Finding("environment", PROBLEM, text, "ROS_DOMAIN_ID must be 0 to 101; unset it")
+        return Finding(
+            "environment", PROBLEM, text, "ROS_DOMAIN_ID must be 0 to 101: change or unset it"
+        )
     if domain and int(domain) > 101:
         return Finding("environment", WARNING, text, "ROS_DOMAIN_ID above 101: ports may be taken")
     if found.get("ROS_DISTRO", "jazzy") != "jazzy":

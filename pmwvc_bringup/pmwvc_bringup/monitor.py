@@ -73,7 +73,7 @@ class Monitor:
             sending = self._node.count_publishers(topic)
             listening = self._node.count_subscribers(topic) - own
             if sending < publishers:
-                found.append(f"{topic}: nobody publishes it")
+                found.append(f"{topic}: no publisher")
             elif listening < subscribers:
                 found.append(f"{topic}: {listening} of {subscribers} subscribers")
         return found

@@ -42,7 +42,7 @@ def check(scenario: Scenario) -> None:
     if not has_waves(scenario.controller) and scenario.server.environment not in KNOWN:
         problems.append(
             f"server.environment = {scenario.server.environment!r}: needs controller = pmwvc "
-            f"({scenario.controller} knows only {' and '.join(KNOWN)})"
+            f"({scenario.controller} supports only {' and '.join(KNOWN)})"
         )
     if problems:
         raise ScenarioError(scenario.name, problems)
@@ -66,7 +66,7 @@ def require_ros() -> None:
 def notes(scenario: Scenario) -> list[str]:
     """Return what a simulation leaves out of the scenario, in sentences."""
     return [
-        f"{user.name}: a simulated device stands in for device.plugin = {user.device.plugin!r}."
+        f"{user.name}: a simulated device replaces device.plugin = {user.device.plugin!r}."
         for user in scenario.users
         if user.device.plugin != SIMULATED
     ]

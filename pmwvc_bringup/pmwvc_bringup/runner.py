@@ -81,7 +81,7 @@ class LiveSession:
                 "choose another folder with --out"
             ) from None
         with self.interrupts.caught(), own_domain(os.environ) as domain:
-            self.console.print(f"other ROS programs see it with ROS_DOMAIN_ID={domain}")
+            self.console.print(f"other ROS programs join this session with ROS_DOMAIN_ID={domain}")
             logs = self.folder / "nodes"
             environment = node_environment(os.environ, domain=domain, log_folder=logs / "ros")
             try:
@@ -134,8 +134,9 @@ class LiveSession:
                 break
             if time.monotonic() > until:
                 raise StartError(
-                    f"the nodes have not met within {MEETING_S:g} s: {'; '.join(missing)}"
-                    f"\nlogs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
+                    f"the nodes have not found each other within {MEETING_S:g} s: "
+                    f"{'; '.join(missing)}\n"
+                    f"logs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
                 )
             time.sleep(0.02)
         for kind in ("netem", "server", "master"):  # nobody speaks before there is who listens

@@ -100,7 +100,9 @@ def read(path: Path) -> dict[str, Any]:
         raise ScenarioError(str(path), [f"cannot be read: {error}"]) from None
     if not isinstance(content, Mapping):
         kind = "nothing" if content is None else type(content).__name__
-        raise ScenarioError(str(path), [f"holds {kind}; a mapping of names and values is wanted"])
+        raise ScenarioError(
+            str(path), [f"holds {kind}; a mapping of names and values is expected"]
+        )
     return _with_files(content, path.resolve().parent)
 
 

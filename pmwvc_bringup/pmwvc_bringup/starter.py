@@ -48,7 +48,11 @@ def main(args: Sequence[str] | None = None) -> int:
         until = time.monotonic() + MEETING_S
         while missing := monitor.missing(ends):
             if time.monotonic() > until:
-                print(f"starter: not met within {MEETING_S:g} s: {'; '.join(missing)}", flush=True)
+                print(
+                    f"starter: the nodes have not found each other within {MEETING_S:g} s: "
+                    f"{'; '.join(missing)}",
+                    flush=True,
+                )
                 return 2
             time.sleep(0.02)
         try:

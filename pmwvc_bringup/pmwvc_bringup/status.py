@@ -55,7 +55,7 @@ class Status:
 
 def _cells(user: UserStatus) -> list[str]:
     """Return the texts of one user, in the order of the table's columns."""
-    state = "no news" if user.state is None else STATES[user.state]
+    state = "no data" if user.state is None else STATES[user.state]
     if user.contact:
         state += ", contact"
     return [

@@ -35,7 +35,7 @@ stretches, from_hz, to_hz, coherence_median, error_median), notes. null: there i
 
 def add(several: Any) -> None:
     """Add the command to the sub-commands of a parser."""
-    text = "compute the stiffness, damping and mass that a user feels, beside an ideal link"
+    text = "compute the stiffness, damping and mass rendered to a user, beside an ideal link"
     parser = several.add_parser("transparency", help=text, description=f"{text}.", epilog=EXAMPLES)
     parser.set_defaults(command=run)
     add_model_options(parser)

@@ -94,7 +94,7 @@ class Master:
         allowed = self.loop.client.safety.params.max_force
         if allowed < asked:
             node.get_logger().warning(
-                f"safety.max_force = {asked:g} N: lowered to the {allowed:g} N of the device"
+                f"safety.max_force = {asked:g} N: lowered to the device's limit of {allowed:g} N"
             )
             node.set_parameters([Parameter("safety.max_force", value=float(allowed))])
         self._warn(self.settings.master)
@@ -154,7 +154,7 @@ class Master:
             "packets lost": inbox.lost,
             "packets of another controller": loop.foreign,
             "round trip [ms]": "unknown" if trip is None else f"{trip * 1e3:.1f}",
-            "real time": str(loop.report or "not asked for yet"),
+            "real time": str(loop.report or "not requested yet"),
         }
         values |= {f"packets {verdict.value}": inbox.counts[verdict] for verdict in Verdict}
         wrong, peers = self._peers.look()

@@ -78,10 +78,10 @@ class Netem:
             c = lane.link.counters
             values[lane.name] = (
                 f"in {c.in_count}, out {c.out_count}, lost {c.lost}, dropped {c.dropped}, "
-                f"under way {c.queued}, invalid {lane.invalid}"
+                f"in flight {c.queued}, invalid {lane.invalid}"
             )
         if self._relay is not None:
-            values["real time"] = str(self._relay.real_time or "not asked for yet")
+            values["real time"] = str(self._relay.real_time or "not requested yet")
         wrong = self._never_met()
         if late_ns > LATE_NS:
             wrong.append(f"messages went out up to {late_ns / 1e6:.1f} ms late")

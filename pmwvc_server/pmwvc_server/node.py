@@ -108,7 +108,7 @@ class Server:
         self._looked_s = now
         values |= {"missed deadlines": loop.missed, "steps": loop.steps}
         values["packets of another controller"] = loop.foreign
-        values["real time"] = str(loop.report or "not asked for yet")
+        values["real time"] = str(loop.report or "not requested yet")
         silent = []
         for user, name in enumerate(self.names):
             presence = loop.service.presence[user]

@@ -269,9 +269,9 @@ def test_links_and_health_are_reported():
         assert (status.name, status.level) == ("/netem", b"\x00")
         assert status.message == "relaying 2 links"
         values = {entry.key: entry.value for entry in status.values}
-        assert values["user1/up"] == "in 0, out 0, lost 0, dropped 0, under way 0, invalid 0"
+        assert values["user1/up"] == "in 0, out 0, lost 0, dropped 0, in flight 0, invalid 0"
         status = peer.until(lambda: [s for a in health for s in a.status if s.level == b"\x01"])[0]
-        assert "no packets on /user1/wave_up: nobody publishes it in ROS domain" in status.message
+        assert "no packets on /user1/wave_up: no publisher in ROS domain" in status.message
 
 
 @pytest.mark.parametrize(

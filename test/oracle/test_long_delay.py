@@ -111,7 +111,7 @@ def test_any_allowed_delay_is_answered(name, delay_s):
 
 def test_a_delay_that_no_frequency_response_can_hold_is_refused_with_its_states():
     of = scenarios.load("wall", settings_texts=["link.delay_s=30"])
-    with pytest.raises(PmwvcError, match="states, nearly all of them packets under way"):
+    with pytest.raises(PmwvcError, match="states, nearly all of them packets in flight"):
         transparency(of)
 
 

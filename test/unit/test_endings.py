@@ -60,7 +60,7 @@ def test_a_trace_that_breaks_off_while_its_packets_go_on_was_not_recorded():
     traces = handmade.session()
     handmade.without_steps(traces.server, slice(300, None))
     result = judged(traces)
-    assert result["interrupted"] == ["server is recorded no more at 2.40 s"]
+    assert result["interrupted"] == ["server was last recorded at 2.40 s"]
 
 
 def test_a_master_that_died_ends_its_user_and_the_other_goes_on():

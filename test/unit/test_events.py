@@ -51,7 +51,7 @@ def test_a_contact_that_the_motion_parts_says_so_and_bouncing_is_one():
     contact[(time_s > 2.0) & (time_s < 2.5)] = False
     (release,) = listed(traces, "release")
     assert release["time_s"] == pytest.approx(2.0, abs=0.02)
-    assert "the motion parted them" in release["what"]
+    assert "avatar and object separated" in release["what"]
     assert len([e for e in listed(traces, "contact") if e["who"] == "user1"]) == 2
 
 
@@ -68,7 +68,7 @@ def test_the_safety_limits_letting_go_is_an_event_with_its_cause():
     user = traces.users[0]
     for rows, state, reason in (
         (slice(250, 260), 2, "server silent: damping only"),
-        (slice(260, 300), 2, "server silent: let go"),
+        (slice(260, 300), 2, "server silent: damping released"),
         (slice(300, 310), 0, "soft start"),
     ):
         user.state[rows] = state
@@ -76,7 +76,7 @@ def test_the_safety_limits_letting_go_is_an_event_with_its_cause():
     (release,) = listed(traces, "release")
     damping, restored = listed(traces, "damping")
     assert damping["what"] == "safety limits: server silent: damping only"
-    assert release["what"] == "safety limits: server silent: let go"
+    assert release["what"] == "safety limits: server silent: damping released"
     assert restored["what"] == "force restored in full"
     assert damping["time_s"] < release["time_s"] < restored["time_s"]
 
@@ -95,7 +95,7 @@ def test_a_limited_force_is_one_event_with_both_forces():
     user.f_applied[2000:2100] = 0.5 * user.f_m[2000:2100]
     (limit,) = listed(traces, "limit")
     assert limit["time_s"] == pytest.approx(2.0)
-    assert limit["what"] == "force limited for 0.100 s: up to 1.00 N asked, 0.50 N set"
+    assert limit["what"] == "force limited for 0.100 s: up to 1.00 N commanded, 0.50 N applied"
 
 
 def test_a_silent_link_is_an_event_of_the_link():

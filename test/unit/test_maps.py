@@ -133,7 +133,7 @@ def test_a_period_that_is_no_multiple_of_the_tick_is_refused_before_anything_is_
 
 def test_growth_rates_compare_across_periods_where_radii_do_not():
     """Free motion braked by the device alone dies out at the rate b_hd/(m + b tau/2): a longer
-    period changes the lag tau a little, the hyperframe ninefold.
+    period changes the lag tau a little, the hyperperiod ninefold.
     """
     period = Axis("server.period_s", (0.008, 0.009, 0.016))
     free = linear_loops.scenario(
@@ -142,6 +142,6 @@ def test_growth_rates_compare_across_periods_where_radii_do_not():
     of = Grid(free, Axis("server.object_mass", (2.0,)), period)
     radius = compute(of)[:, 0]
     rate = growth_per_s(of, compute(of))[:, 0]
-    assert (1.0 - radius).max() > 5.0 * (1.0 - radius).min()  # hyperframes of 8, 72 and 16 ms
+    assert (1.0 - radius).max() > 5.0 * (1.0 - radius).min()  # hyperperiods of 8, 72 and 16 ms
     np.testing.assert_allclose(rate, rate[0], rtol=0.2)
     assert rate[0] < 0.0

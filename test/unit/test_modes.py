@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The frequency of the slowest motion is that of the motion, whatever the hyperframe."""
+"""The frequency of the slowest motion is that of the motion, whatever the hyperperiod."""
 
 import linear_loops
 import numpy as np

@@ -31,13 +31,13 @@ def test_a_node_that_nobody_sends_to_says_so_after_three_seconds(monkeypatch):
     rig = Rig()
     assert rig.wrong() == ""
     rig.now_s += 3.0
-    assert rig.wrong().startswith(f"no packets on {DOWN}: nobody publishes it in ROS domain 17")
+    assert rig.wrong().startswith(f"no packets on {DOWN}: no publisher in ROS domain 17")
 
 
 def test_a_publisher_that_sends_nothing_is_named():
     rig = Rig("/netem")
     rig.now_s += 3.0
-    assert rig.wrong() == f"no packets on {DOWN}, though /netem publishes it"
+    assert rig.wrong() == f"no packets on {DOWN}, published by /netem"
 
 
 def test_packets_that_are_all_refused_are_told_with_the_reason():

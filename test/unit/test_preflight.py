@@ -65,7 +65,7 @@ def test_a_controller_that_cannot_use_an_unknown_environment_is_named():
         "server.environment=active_wall",
         users=1,
     )
-    assert problem.endswith("needs controller = pmwvc (direct knows only cube and wall)")
+    assert problem.endswith("needs controller = pmwvc (direct supports only cube and wall)")
 
 
 def test_the_simulated_device_needs_no_installed_package(monkeypatch):
@@ -85,7 +85,7 @@ def test_a_simulation_says_which_device_it_leaves_out():
     scenario = scenarios.load("carry_16ms", settings_texts=["user2.device.plugin=ros_topic"])
     preflight.check(scenario)
     (note,) = preflight.notes(scenario)
-    assert note.startswith("user2: a simulated device stands in for device.plugin = 'ros_topic'")
+    assert note.startswith("user2: a simulated device replaces device.plugin = 'ros_topic'")
 
 
 def test_a_filter_that_cannot_be_designed_is_refused_before_anything_starts():

@@ -271,7 +271,7 @@ def test_a_recording_of_something_else_is_answered_with_its_topics(tmp_path):
         connection = writer.add_connection("/chat", kind, typestore=store)
         data = store.serialize_cdr(store.types[kind](data="x"), kind)
         writer.write(connection, 10**18, data)
-    with pytest.raises(RecordingError, match=r"it has /chat; what is wanted are /server/trace"):
+    with pytest.raises(RecordingError, match=r"it has /chat; a session has /server/trace"):
         read_session(tmp_path / "bag")
 
 

@@ -157,7 +157,10 @@ def test_silence_leaves_what_brakes_lets_go_what_pushes_and_later_all():
     falling = [rig(2.5, 0.1, silence_s=1.1) for _ in range(600)]
     assert falling[249] == pytest.approx(1.25, rel=0.01)
     assert falling[-1] == 0.0
-    assert (rig.state, rig.safety.reason) == (SafetyState.DAMPING, "server silent: let go")
+    assert (rig.state, rig.safety.reason) == (
+        SafetyState.DAMPING,
+        "server silent: damping released",
+    )
     assert rig.safety.events == 1
 
 

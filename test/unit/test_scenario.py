@@ -116,7 +116,7 @@ def test_conflicts_between_right_values_are_named():
 
 
 def test_something_else_than_a_mapping_is_refused():
-    assert problems(["carry"]) == ["list found where a mapping of names is wanted"]
+    assert problems(["carry"]) == ["list found where a mapping of names is expected"]
 
 
 def test_a_shared_parameter_cannot_belong_to_one_user():

@@ -24,7 +24,7 @@ def test_a_line_tells_all_of_every_user():
     text = Status(2.0, 10.0, [COUPLED, UserStatus("user2")], ["netem was ended by SIGKILL"]).line()
     assert text == (
         "   2.0 / 10 s | user1 1000 Hz 125/s 16.1 ms -1.50 N +1.2 mJ coupled, contact"
-        " | user2 - - - - - no news | netem was ended by SIGKILL"
+        " | user2 - - - - - no data | netem was ended by SIGKILL"
     )
 
 

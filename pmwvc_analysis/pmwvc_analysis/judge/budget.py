@@ -171,7 +171,9 @@ def _notes(
                 "tell the true motion"
             )
         if device.friction > 0.0:
-            found.append(f"{user.name}: the heat of friction is exact but where motion turns")
+            found.append(
+                f"{user.name}: the heat of friction is exact except where motion reverses"
+            )
     assert traces.server is not None
     steps = np.diff(traces.server.step)
     if (steps < 0).any():

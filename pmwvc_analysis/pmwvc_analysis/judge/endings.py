@@ -95,7 +95,7 @@ def _of_master(traces: SessionTraces, user: UserTraces, end_s: float) -> Ending 
     if packets is not None and len(packets.time_s):
         sent_s = float(packets.time_s[-1])
         if sent_s > last_s + EARLY_S:
-            return Ending(who, user.name, last_s, "is recorded no more", recorded=False)
+            return Ending(who, user.name, last_s, "was last recorded", recorded=False)
     return Ending(who, user.name, last_s, "ended")
 
 
@@ -121,7 +121,7 @@ def _of_server(traces: SessionTraces) -> Ending | None:
         if topic.startswith("/server/") and topic.endswith("/wave_down") and len(packets.time_s)
     ]
     if max(sent, default=0.0) > last_s + EARLY_S:
-        return Ending("server", "", last_s, "is recorded no more", recorded=False)
+        return Ending("server", "", last_s, "was last recorded", recorded=False)
     return Ending("server", "", last_s, "ended")
 
 

@@ -82,7 +82,7 @@ def _presence(server: ServerTraces, place: int, duration_s: float) -> Iterator[E
         elif before == ABSENT:
             yield event(time_s, name, "join", "joined at the server")
         elif now == DAMPING:
-            text = "no packet reaches the server: it only damps the avatar"
+            text = "no packets reach the server: the avatar is only damped"
             yield event(time_s, name, "damping", text)
         elif before == DAMPING:
             yield event(time_s, name, "damping", "packets reach the server again")
@@ -100,12 +100,10 @@ def _contacts(
     for first, last in found[:MOST]:
         force = float(np.nanmax(np.linalg.norm(server.f_s[place][first : last + 1], axis=-1)))
         start, end = float(server.time_s[first]), float(server.time_s[last]) + server.period_s
-        yield event(
-            start, name, made, f"the avatar touches; up to {force:.2f} N until {end:.2f} s"
-        )
+        yield event(start, name, made, f"contact made; up to {force:.2f} N until {end:.2f} s")
         if end < min(duration_s, float(server.time_s[-1])) - END_S:
             cause = _cause(server, place, user, end)
-            yield event(end, name, "release", f"the avatar no longer touches: {cause}")
+            yield event(end, name, "release", f"contact lost: {cause}")
     if len(found) > MOST:
         text = f"{made} made and lost {count(len(found) - MOST, 'more time')}"
         yield event(float(server.time_s[found[MOST][0]]), name, made, text)
@@ -124,4 +122,4 @@ def _cause(server: ServerTraces, place: int, user: UserTraces | None, at_s: floa
         rows = np.flatnonzero(blocks & (user.state != COUPLED_MASTER))
         if len(rows):
             return f"safety limits: {user.reason[int(rows[-1])] or 'not coupled'}"
-    return "the motion parted them"
+    return "avatar and object separated"

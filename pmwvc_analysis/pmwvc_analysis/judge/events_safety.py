@@ -12,7 +12,7 @@ from pmwvc_core.plural import count
 from pmwvc_core.simulation.traces import UserTraces
 
 STARTING, COUPLED, DAMPING, FAULT = 0, 1, 2, 3
-RELEASED = "let go"  # in the reason, once damping itself has been released
+RELEASED = "released"  # in the reason, once damping itself has been released
 LIMITED_N = 1e-3  # a force that differs by this much and
 LIMITED_RATIO = 0.01  # by this ratio was limited
 JOIN_S = 0.25
@@ -46,7 +46,7 @@ def _states(user: UserTraces) -> Iterator[Event]:
             yield event(time_s, who, kind, f"safety limits: {reason or 'damping only'}")
         elif coupled and not lost:
             lost = True
-            yield event(time_s, who, "damping", f"force from zero again: {reason}")
+            yield event(time_s, who, "damping", f"force ramps up from zero: {reason}")
 
 
 def _limits(user: UserTraces) -> Iterator[Event]:
@@ -58,7 +58,10 @@ def _limits(user: UserTraces) -> Iterator[Event]:
         asked = float(np.linalg.norm(user.f_m[rows], axis=-1).max())
         applied = float(np.linalg.norm(user.f_applied[rows], axis=-1).max())
         length = float(user.time_s[last] - user.time_s[first] + user.tick_s)
-        what = f"force limited for {length:.3f} s: up to {asked:.2f} N asked, {applied:.2f} N set"
+        what = (
+            f"force limited for {length:.3f} s: up to {asked:.2f} N commanded, "
+            f"{applied:.2f} N applied"
+        )
         yield event(float(user.time_s[first]), who, "limit", what)
     if len(found) > MOST:
         first, last = found[MOST][0], found[-1][1]

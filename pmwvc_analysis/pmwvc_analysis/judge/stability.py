@@ -75,7 +75,7 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
         return Verdict("diverged", outside, strongest)
     for found, motion in strengths:
         if found.late_m_s > GROWN_M_S and found.growth >= 2.0:
-            why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s and growing"
+            why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
             return Verdict("diverged", why, strongest)
     limited = _limited(traces)
     if limited:
@@ -121,7 +121,7 @@ def _beyond(traces: SessionTraces, scenario: Scenario | None) -> str:
         far = np.flatnonzero(np.linalg.norm(np.nan_to_num(wave), axis=-1) > longest)
         if len(far):
             return (
-                f"{end} sent waves beyond {longest:.3g} sqrt(W), which no receiver takes, from "
+                f"{end} sent waves beyond {longest:.3g} sqrt(W), which receivers reject, from "
                 f"{time_s[far[0]]:.2f} s on"
             )
     return ""
@@ -160,8 +160,8 @@ def _limited(traces: SessionTraces) -> str:
         braked, share = _braked(user, traces.duration_s)
         if braked >= 3 or share > 0.05:
             return (
-                f"{user.name}: the device was braked for its speed, and the force returning from "
-                f"zero after it, during {share:.0%} of the second half"
+                f"{user.name}: for {share:.0%} of the second half the speed limit damped the "
+                "device, or the force was ramping up after it"
             )
         share, events = _shortened(user, traces.duration_s)
         if share > 0.05 and events >= 3:

@@ -25,7 +25,7 @@ def answer(
     Returns
     -------
     dict
-        ``spectral_radius`` per hyperframe of ``hyperframe_ticks``, ``stable``, ``k_max`` [N/m]
+        ``spectral_radius`` per hyperperiod of ``hyperframe_ticks``, ``stable``, ``k_max`` [N/m]
         (None: nothing up to ``k_max_bound`` is unstable), ``islands`` (stable ranges above
         ``k_max``), ``rigid_body_modes`` (taken out), ``states`` (their number, with those),
         ``slowest`` (``frequency_hz``, None where it is not clear, and growth ``per_second`` of the
@@ -77,7 +77,7 @@ def _dense(scenario: Scenario, *, live: bool) -> _Slowest:
 
 
 def _long(scenario: Scenario, *, live: bool) -> _Slowest:
-    """Return the same of a loop with long delays; its frequency only where a hyperframe is no
+    """Return the same of a loop with long delays; its frequency only where a hyperperiod is no
     longer than a frame, so that it is no image of another one.
     """
     whole, smaller = opened(scenario, live=live), []

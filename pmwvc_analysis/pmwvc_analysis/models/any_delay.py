@@ -106,7 +106,7 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     if server is None:
         said = [text] if worst > 1.0 + TOLERANCE else []
         if not _passive_server(scenario):
-            said.append("the server's coupling has no such bound")
+            said.append("no bound is known for the server's coupling")
         return AnyDelay(False, False, None, None, tuple(said))
     gain, at = Gains(ends, server).peak(angle)
     at_hz = at / (2.0 * np.pi * period_s)
@@ -117,7 +117,7 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
         False,
         gain,
         at_hz,
-        (f"the gain once around is up to 1 + {gain - 1.0:.2g} ({at_hz:.3g} Hz); {text}",),
+        (f"the gain around the loop is up to 1 + {gain - 1.0:.2g} ({at_hz:.3g} Hz); {text}",),
     )
 
 
@@ -202,7 +202,7 @@ def _outside(scenario: Scenario) -> list[str]:
     for user in scenario.users:
         master, period = user.master, scenario.period_ticks
         if master.position.is_on and master.position.feedback == "printed":
-            found.append(f"{user.name}: the printed position feedback makes energy")
+            found.append(f"{user.name}: the printed position feedback generates energy")
         if master.rate_drop != period:
             found.append(
                 f"{user.name}: a packet every {master.rate_drop} ticks and a server step every "

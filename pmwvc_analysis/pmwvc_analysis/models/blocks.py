@@ -3,7 +3,7 @@
 """Blocks of the linear model, from the parameters alone: device and hold (and :mod:`.filters`).
 
 A signal is a *row*: an array ``(runs, width)`` that says how the signal depends on the state at
-the start of the hyperframe and on the hands' forces in it. A block keeps one row per state and
+the start of the hyperperiod and on the hands' forces in it. A block keeps one row per state and
 applies its own matrices to them, tick by tick; at the end its rows are rows of the transition
 matrix. Parameters may differ from run to run, as columns ``(runs, 1)``.
 

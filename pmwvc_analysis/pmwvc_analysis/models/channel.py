@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Links with a constant delay, as the values under way at the start of a hyperframe.
+"""Links with a constant delay, as the values under way at the start of a hyperperiod.
 
 Who reads takes the newest packet that has arrived: the last one sent ``delay`` ticks ago or
 earlier. Only packets that will still be read are states.
@@ -38,7 +38,7 @@ class Channel:
     delay
         Age of a packet at arrival [ticks].
     ticks
-        Length of the hyperframe.
+        Length of the hyperperiod.
     signals
         Names of the values in a packet.
 
@@ -68,7 +68,7 @@ class Channel:
 
     @property
     def state(self) -> list[Array]:
-        """One row per name: the packets under way at the end of the hyperframe."""
+        """One row per name: the packets under way at the end of the hyperperiod."""
         return [row for past in self._past for row in self._packets[past + self._ticks]]
 
     @state.setter

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frequency response of a multirate model, at the frequency of the force.
 
-A force f_i(k) = p_i exp(j theta k) on user i gives, lifted over a hyperframe of N ticks, the input
-w exp(j theta N n) with w[i, k] = p_i exp(j theta k). The state follows with
+A force f_i(k) = p_i exp(j theta k) on user i gives, lifted over a hyperperiod of N ticks, the
+input w exp(j theta N n) with w[i, k] = p_i exp(j theta k). The state follows with
 (exp(j theta N) - A)^-1 B w. What comes out holds images at theta + 2 pi j/N besides; the component
-at theta itself is the mean of y(k) exp(-j theta k) over the hyperframe (base band).
+at theta itself is the mean of y(k) exp(-j theta k) over the hyperperiod (base band).
 
 A state that only takes over another one (a delay line has one per packet under way) is that one
 turned back by exp(-j theta N). Such states are put in before solving: long delays cost little.
@@ -55,7 +55,7 @@ def response(
     """
     users, ticks = len(model.users), model.ticks
     pattern = np.eye(users)[user] if forces is None else np.asarray(forces, dtype=float)
-    turns = np.asarray(frequency_hz, dtype=float) * model.tick_s * ticks  # per hyperframe
+    turns = np.asarray(frequency_hz, dtype=float) * model.tick_s * ticks  # per hyperperiod
     whole = np.round(turns)
     turns = np.where(np.abs(turns - whole) < ASIDE, whole + ASIDE, turns)
     angle = 2.0 * np.pi * turns / ticks
@@ -82,7 +82,7 @@ def _taken_over(model: MultirateModel) -> tuple[Indices, Indices, Indices]:
     Returns
     -------
     kept, source, steps
-        Kept states in order; per state the kept one it repeats, and by how many hyperframes late.
+        Kept states in order; per state the kept one it repeats, and by how many hyperperiods late.
     """
     rows, count = model.transition, len(model.states)
     before = np.argmax(rows != 0.0, axis=1)

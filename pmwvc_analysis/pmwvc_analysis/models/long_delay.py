@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loops with long delays: opened at their links, so that packets under way are no states.
 
-A delay of d ticks is q hyperframes of N ticks and a rest. The rest stays inside the model; for the
-q hyperframes the link of a user is cut: what is sent in a hyperframe comes in q hyperframes later.
+A delay of d ticks is q hyperperiods of N ticks and a rest. The rest stays inside the model;
+for the q hyperperiods the link of a user is cut: what is sent in a hyperperiod arrives q
+hyperperiods later.
 Only the delay once around counts (a user's clock may be shifted against the server's), so each
 user is cut once, in the direction with fewer packets. With H(Z) from the packets that come in to
-those that are sent, Z the shift by a hyperframe, the eigenvalues of the loop solve
+those that are sent, Z the shift by a hyperperiod, the eigenvalues of the loop solve
 
     det(I - H(Z) diag(Z^-q)) = 0
 
@@ -57,7 +58,7 @@ class Opened(NamedTuple):
     states: int
 
     def radii(self) -> Array:
-        """Return the spectral radius over the hyperframe of every run."""
+        """Return the spectral radius over the hyperperiod of every run."""
         return np.exp([loci.log_radius() for loci in self.loci])
 
     def stable(self) -> NDArray[np.bool_]:
@@ -91,7 +92,7 @@ def is_long(scenario: Scenario, *, live: bool = False) -> bool:
 
 def opened(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Opened:
     """Return the loop of a scenario whose numbers may be columns, opened at every link that is
-    longer than a hyperframe; see :class:`.loop.Loop`.
+    longer than a hyperperiod; see :class:`.loop.Loop`.
     """
     ticks = hyperframe_ticks(scenario)
     parts = [_split(user, scenario, ticks, live=live) for user in scenario.users]
@@ -141,7 +142,7 @@ def _stacked(rows: list[Array]) -> Array:
 def _split(
     user: User, scenario: Scenario, ticks: int, *, live: bool
 ) -> tuple[int, LinkParams, LinkParams]:
-    """Return whole hyperframes of delay once around, and the links with what is left."""
+    """Return whole hyperperiods of delay once around, and the links with what is left."""
     whole, left = 0, []
     for link in (user.link_up, user.link_down):
         delay = delay_ticks(link, tick_s=scenario.tick_s, live=live)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The closed loop of blocks, stepped once around the hyperframe on rows.
+"""The closed loop of blocks, stepped once around the hyperperiod on rows.
 
 The order of events at a tick is that of the simulator: masters send, the server takes what has
 arrived and answers, masters take the newest answer, hands and devices go on. A live session has
@@ -24,7 +24,7 @@ from pmwvc_core.simulation.scenario import Scenario, User
 
 LIVE_STEP_S = 0.002
 LIVE_ANSWER_S = 0.004
-LONGEST = 20000  # ticks of a hyperframe
+LONGEST = 20000  # ticks of a hyperperiod
 
 
 def hyperframe_ticks(scenario: Scenario) -> int:
@@ -52,7 +52,7 @@ class Line:
     serve
         When the server steps.
     ticks
-        Length of the hyperframe.
+        Length of the hyperperiod.
     live
         Whether the phases are those of a live session.
     """
@@ -105,7 +105,7 @@ class Loop:
     Attributes
     ----------
     ticks
-        Length of the hyperframe.
+        Length of the hyperperiod.
     names
         Of the states.
     """
@@ -136,7 +136,7 @@ class Loop:
         self.names = [prefix + name for prefix, block in self._blocks for name in block.names]
 
     def around(self, *, inputs: bool) -> tuple[Array, dict[str, list[list[Array]]]]:
-        """Step once around the hyperframe.
+        """Step once around the hyperperiod.
 
         Parameters
         ----------

@@ -97,8 +97,8 @@ def line(grid: Grid, number: int) -> Array:
 
 
 def growth_per_s(grid: Grid, radius: Array) -> Array:
-    """Return the growth rate ln(radius) per second of every point: radii are per hyperframe, whose
-    length changes along the axis of a period; growth rates compare.
+    """Return the growth rate ln(radius) per second of every point: radii are per hyperperiod,
+    whose length changes along the axis of a period; growth rates compare.
     """
     seconds = np.empty(grid.shape)
     for row, y in enumerate(_standing(grid.y)):
@@ -112,7 +112,7 @@ def growth_per_s(grid: Grid, radius: Array) -> Array:
 
 
 def _standing(axis: Axis) -> tuple[float, ...]:
-    """Return the values that may change the hyperframe: one stands for all where none does."""
+    """Return the values that may change the hyperperiod: one stands for all where none does."""
     return axis.values[:1] if stackable(axis.name) else axis.values
 
 

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The frequency of a motion from an eigenvalue over a hyperframe of N ticks.
+"""The frequency of a motion from an eigenvalue over a hyperperiod of N ticks.
 
-An eigenvalue tells the phase of a motion once a hyperframe, so its frequency up to multiples of
-1/(N T_c). Which one it is the motion within the hyperframe tells: y(k) lambda^(-k/N) has period N,
-and its largest harmonic j gives (arg lambda + 2 pi j)/(2 pi N T_c).
+An eigenvalue tells the phase of a motion once a hyperperiod, so its frequency up to multiples of
+1/(N T_c). Which one it is the motion within the hyperperiod tells: y(k) lambda^(-k/N) has period
+N, and its largest harmonic j gives (arg lambda + 2 pi j)/(2 pi N T_c).
 """
 
 import numpy as np
@@ -23,9 +23,9 @@ def frequency_hz(
     Parameters
     ----------
     value, vector
-        Eigenvalue over the hyperframe, and eigenvector.
+        Eigenvalue over the hyperperiod, and eigenvector.
     rows
-        ``(signals, ticks, states)``: what is looked at, at every tick of the hyperframe.
+        ``(signals, ticks, states)``: what is looked at, at every tick of the hyperperiod.
     """
     ticks = rows.shape[1]
     seen = rows @ vector  # (signals, ticks)

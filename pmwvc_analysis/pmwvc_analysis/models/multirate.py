@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The exact model of a session over one hyperframe.
+"""The exact model of a session over one hyperperiod.
 
-All periods (frames of every user, steps of the server) fit into the hyperframe a whole number of
+All periods (frames of every user, steps of the server) fit into the hyperperiod a whole number of
 times. Over it the state goes on by a constant matrix::
 
     z(n+1) = A z(n) + B f(n),      y(n) = C z(n) + D f(n)
@@ -47,7 +47,7 @@ class MultirateModel:
     states
         Names of the n states.
     ticks, tick_s
-        Length of the hyperframe in ticks, and of a tick [s].
+        Length of the hyperperiod in ticks, and of a tick [s].
     users
         Names of the users.
     inputs
@@ -88,18 +88,18 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
     NonlinearError
         If an element is not linear.
     PmwvcError
-        If the hyperframe is too long.
+        If the hyperperiod is too long.
     """
     loop = Loop(scenario, live=live)
     lifted = len(loop.lines) * loop.ticks
     if len(loop.names) > LARGEST_STATES:
         raise PmwvcError(
-            f"{scenario.name}: {len(loop.names)} states, nearly all of them packets under way, "
+            f"{scenario.name}: {len(loop.names)} states, nearly all of them packets in flight, "
             f"more than {LARGEST_STATES}; shorten link.delay_s (pmwvc stability takes any delay)"
         )
     if lifted > LARGEST_LIFTED:
         raise PmwvcError(
-            f"{scenario.name}: {lifted} inputs (users times ticks of the hyperframe), more than "
+            f"{scenario.name}: {lifted} inputs (users times ticks of the hyperperiod), more than "
             f"{LARGEST_LIFTED}; choose rate_drop and period_s with common factors"
         )
     rows, signals = loop.around(inputs=True)

@@ -51,7 +51,7 @@ class Limit:
 
 
 def radii(scenario: Scenario, *, live: bool = False) -> Array:
-    """Return the spectral radius, over the hyperframe, of every run of a scenario whose numbers
+    """Return the spectral radius, over the hyperperiod, of every run of a scenario whose numbers
     may be columns.
     """
     values = [_radii(part, live=live) for part in parts(scenario)]

@@ -130,7 +130,7 @@ def transparency(
         ideal = Felt(None, None, None, None, None)
         ideal_values = np.full(len(frequency_hz), np.nan + 0j)
     if not balanced:
-        notes.append("A steady force moves the device on and on: no stiffness is felt at rest.")
+        notes.append("Under a steady force the device keeps moving: there is no static stiffness.")
     return Transparency(
         user=scenario.users[user].name,
         frequency_hz=np.asarray(frequency_hz, dtype=float),

@@ -57,7 +57,7 @@ class Loci:
         turns = int(self._more.max())
         if turns * PER_TURN > MOST:
             raise PmwvcError(
-                f"delays of the users differ by {turns} hyperframes, more than "
+                f"delays of the users differ by {turns} hyperperiods, more than "
                 f"{MOST // PER_TURN}: there is no answer for these"
             )
         self._even = np.linspace(0.0, np.pi, max(POINTS, PER_TURN * turns))

@@ -106,7 +106,11 @@ def _require_mcap(path: Path) -> None:
     except OSError as error:
         raise RecordingError(f"cannot read {path}: {error.strerror or error}") from error
     if begin != MAGIC:
-        what = "is empty" if not begin else "is not an MCAP file: it does not begin as one does"
+        what = (
+            "is empty"
+            if not begin
+            else "is not an MCAP file: its first bytes are not those of one"
+        )
         raise RecordingError(f"{path} {what}; name a session folder, or an .mcap file")
 
 

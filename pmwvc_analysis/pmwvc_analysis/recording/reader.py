@@ -93,7 +93,7 @@ def _nothing(folder: Path, content: Content) -> str:
     reasons = [str(event["what"]) for event in content.events]
     if others:
         shown = ", ".join(others[:4]) + (", ..." if len(others) > 4 else "")
-        why = f"it has {shown}; what is wanted are /server/trace and the /trace of every user"
+        why = f"it has {shown}; a session has /server/trace and /trace of every user"
     else:
         why = "; ".join(reasons) or "nothing was recorded"
     if (folder / "nodes").is_dir():

@@ -206,9 +206,12 @@ def _what_is_not_as_recorded(traces: SessionTraces, users: list[UserTraces]) -> 
         if lost:
             notes.append(f"{user.name}: {lost} blocks of the trace were not recorded")
         if user.tick[0] != 0:
-            notes.append(f"{user.name}: the recording begins at tick {user.tick[0]}, from rest")
+            notes.append(
+                f"{user.name}: the recording begins at tick {user.tick[0]}; the "
+                "replay starts there from rest"
+            )
     if traces.server is None:
-        notes.append("no trace of the server: its steps are taken on the grid")
+        notes.append("no server trace was recorded: the server is stepped at its nominal times")
     elif np.any(np.diff(traces.server.step) != 1):
-        notes.append("steps of the server were not recorded")
+        notes.append("some server steps were not recorded; the replay leaves them out")
     return notes

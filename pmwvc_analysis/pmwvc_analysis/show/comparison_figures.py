@@ -46,8 +46,10 @@ def draw_all(entries: Sequence[Entry], folder: Path) -> list[Picture]:
             pictures.insert(0, picture)
         figure = comparison_admittance.draw(entries)
         if figure is not None:
-            heading = "What the first user feels"
-            caption = "How far the device gives way to the hand; low is stiff, a peak resonates."
+            heading = "Rendered to the first user"
+            caption = (
+                "Motion of the device per force of the hand; low is stiff, a peak is a resonance."
+            )
             pictures.append(_saved(figure, folder, "compare_admittance", heading, caption))
         figure = dots(entries)
         heading, caption = "Measures", "One row of dots per measure, one column per session."

@@ -10,7 +10,7 @@ from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, Rating, velo
 from pmwvc_analysis.tune.search import LONGEST_S, STABLE, Proposal
 from pmwvc_core.simulation.scenario import Scenario
 
-HEADS = ("b", "lag", "felt", "mass", "noise", "aliasing", "K max", "cost")
+HEADS = ("b", "lag", "rendered", "mass", "noise", "aliasing", "K max", "cost")
 UNITS = ("N s/m", "ms", "N/m", "kg", "mN", "-", "N/m", "steps")
 
 

@@ -116,7 +116,7 @@ class ForeignModel:
         like = _signal(self._x)
         array = np.asarray(answer, dtype=float)
         if array.shape != like.shape:
-            raise ValueError(f"shape {array.shape} where {like.shape} is wanted")
+            raise ValueError(f"shape {array.shape} where {like.shape} is expected")
         if not (np.abs(array) <= LARGEST_N).all():  # false for NaN
             raise ValueError("not a finite force")
         return array[0] if isinstance(self._x, np.ndarray) else float(array.item())
@@ -124,7 +124,7 @@ class ForeignModel:
     def _contain(self, error: BaseException) -> None:
         self._broken = True
         logger.error(
-            "master.local_model.kind = %r: %s; a matched damper stands in its place",
+            "master.local_model.kind = %r: %s; a matched damper replaces it",
             self._name,
             reason(error),
         )

@@ -37,7 +37,7 @@ def check_change(now: SafetyParams, wanted: SafetyParams) -> None:
     if wanted.max_slew < min(slowest, now.max_slew):
         problems.append(
             f"safety.max_slew = {wanted.max_slew:g}: must be >= {slowest:g} N/s, so that "
-            f"safety.max_force = {wanted.max_force:g} N can be let go in {LET_GO_S:g} s"
+            f"safety.max_force = {wanted.max_force:g} N can fall to zero in {LET_GO_S:g} s"
         )
     if problems:
         raise ParameterError("; ".join(problems))

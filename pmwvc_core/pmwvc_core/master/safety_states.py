@@ -61,7 +61,7 @@ _TEXTS: dict[int, str] = {
     Cause.WAITING: "waiting for the server's first answer or a working device",
     Cause.SOFT_START: "soft start",
     Cause.SILENT: "server silent: damping only",
-    Cause.RELEASED: "server silent: let go",
+    Cause.RELEASED: "server silent: damping released",
     Cause.OUTSIDE: "beyond the device's workspace: damping only",
     Cause.DEVICE_SILENT: "device silent: no force",
     Cause.DEVICE_LOST: "device silent for more than 1 s: no force",

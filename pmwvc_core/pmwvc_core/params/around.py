@@ -121,8 +121,8 @@ class PositionParams(Validated):
     feedback: str = parameter(
         "budgeted",
         "-",
-        "none; printed: whatever it costs; budgeted: what the ledger can pay; integral: likewise, "
-        "towards the integral of the waves",
+        "none; printed: without regard to energy; budgeted: no more than the energy tank holds; "
+        "integral: likewise, towards the integral of the waves",
         choices=POSITION_FEEDBACKS,
         read_only=True,
     )
@@ -144,8 +144,8 @@ class PositionParams(Validated):
     most_j: float = parameter(
         0.05,
         "J",
-        "budgeted, integral: the largest surplus kept, so that minutes of saving are not released "
-        "at once (0.05 J move a device of 0.25 kg with 0.6 m/s)",
+        "budgeted, integral: cap of the energy tank, so that what minutes have stored is not "
+        "released at once (0.05 J move a device of 0.25 kg with 0.6 m/s)",
         low=0.0,
         high=10.0,
     )

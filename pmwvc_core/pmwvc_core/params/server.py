@@ -84,7 +84,7 @@ class ServerParams(Validated):
             return []
         return [
             f"environment = {self.environment!r}: set coupling = unknown for it "
-            f"({self.coupling} knows only {' and '.join(KNOWN)})"
+            f"({self.coupling} supports only {' and '.join(KNOWN)})"
         ]
 
 

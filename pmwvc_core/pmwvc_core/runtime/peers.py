@@ -83,10 +83,10 @@ def _never_met(topic: str, names: Sequence[str], inbox: Receiver) -> str:
 def nothing_on(topic: str, names: Sequence[str]) -> str:
     """Return why no packet comes on a topic with these publishers."""
     if names:
-        return f"no packets on {topic}, though {', '.join(names)} publishes it"
+        return f"no packets on {topic}, published by {', '.join(names)}"
     domain = os.environ.get("ROS_DOMAIN_ID") or "0"
     return (
-        f"no packets on {topic}: nobody publishes it in ROS domain {domain}; is the other node "
+        f"no packets on {topic}: no publisher in ROS domain {domain}; is the other node "
         "running, in the same domain and namespace?"
     )
 

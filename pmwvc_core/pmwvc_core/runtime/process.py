@@ -151,7 +151,7 @@ def _created(name: str, args: Sequence[str] | None) -> Node:
     foreign = remove_ros_args(args)[1 if args is None else 0 :]
     if foreign:
         raise ParameterError(
-            f"{' '.join(foreign)}: not understood; parameters are given behind --ros-args, "
+            f"{' '.join(foreign)}: not understood; parameters are given after --ros-args, "
             "like --ros-args -p name:=value"
         )
     try:

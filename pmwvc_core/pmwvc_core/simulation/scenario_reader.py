@@ -63,7 +63,7 @@ def parse_scenario(
     """
     if not isinstance(mapping, Mapping):
         raise ScenarioError(
-            source, [f"{type(mapping).__name__} found where a mapping of names is wanted"]
+            source, [f"{type(mapping).__name__} found where a mapping of names is expected"]
         )
     reader = _Reader()
     reader.take(_flatten(mapping))
