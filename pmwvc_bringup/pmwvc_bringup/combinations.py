@@ -12,6 +12,7 @@ import yaml
 from pmwvc_analysis.compare.settings import tuned
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.variants import defaults_of, settings_of
+from pmwvc_core.controllers import record_of
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.simulation.scenario import Scenario
 
@@ -95,7 +96,9 @@ def combinations(
 
 def _given(texts: Sequence[str], controller: str) -> bool:
     """Tell whether a setting names a parameter of a baseline."""
-    return any(f"baseline.{controller}." in text.partition("=")[0] for text in texts)
+    rule = record_of(controller).rule
+    group = rule.group if rule else controller
+    return any(f"baseline.{group}." in text.partition("=")[0] for text in texts)
 
 
 def _axes(over: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:

@@ -9,14 +9,13 @@ import importlib.util
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from pmwvc_core.controllers import make_master
+from pmwvc_core.controllers import has_waves, make_master
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.server.blackbox import plugins as environments
 from pmwvc_core.simulation.scenario import Scenario, User
-from pmwvc_core.wave.content import has_waves
 from pmwvc_master.plugins import PLUGINS as DEVICES
 
 SIMULATED = "simulated"

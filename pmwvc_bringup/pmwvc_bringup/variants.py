@@ -14,10 +14,11 @@ import math
 from collections.abc import Mapping, Sequence
 
 from pmwvc_bringup import scenarios as files
+from pmwvc_core import controllers
 from pmwvc_core.controllers import make_master, make_server
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.params import MasterParams, VelocityFilterParams
-from pmwvc_core.simulation.scenario import CONTROLLERS, Scenario
+from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.wave.velocity_filter_design import chosen
 from pmwvc_core.wave.velocity_filter_response import noise_gain
 
@@ -57,7 +58,7 @@ ORDERS = range(2, 9)  # of a velocity filter
 
 def names() -> list[str]:
     """Return every word that may stand in the list."""
-    return [*CONTROLLERS, *FEATURES]
+    return [*controllers.names(), *FEATURES]
 
 
 def defaults_of(scenario: Scenario) -> dict[str, str]:
@@ -115,7 +116,7 @@ def settings_of(word: str, defaults: Mapping[str, str]) -> list[str]:
     ScenarioError
         Naming the words there are.
     """
-    if word in CONTROLLERS:
+    if word in controllers.names():
         return [f"controller={word}"]
     found = dict(PLAIN)
     for part in word.split("+"):

@@ -46,6 +46,24 @@ class PluginGroup:
             )
         return points[name]
 
+    def where(self, name: str) -> str:
+        """Return the parameter, the name and the entry point of a plug-in, for messages."""
+        return f"{self.parameter} = {name!r} ({self.required(name).value})"
+
+    def load(self, name: str) -> Any:
+        """Import what the entry point of a plug-in names.
+
+        Raises
+        ------
+        PmwvcError
+            Of the type ``error``, if there is no such plug-in, or it cannot be imported.
+        """
+        point = self.required(name)
+        try:
+            return point.load()
+        except FOREIGN as error:  # whatever a foreign package raises while it is imported
+            raise self.error(f"{self.where(name)} cannot be imported: {reason(error)}") from error
+
     def make(self, name: str, setup: Any) -> Any:
         """Return what the factory of a plug-in makes of ``setup``.
 
@@ -55,12 +73,7 @@ class PluginGroup:
             Of the type ``error``, if there is no such plug-in (naming those there are), if it
             cannot be imported or made (with the reason), or if it lacks what it must have.
         """
-        point = self.required(name)
-        where = f"{self.parameter} = {name!r} ({point.value})"
-        try:
-            factory = point.load()
-        except FOREIGN as error:  # whatever a foreign package raises while it is imported
-            raise self.error(f"{where} cannot be imported: {reason(error)}") from error
+        factory, where = self.load(name), self.where(name)
         try:
             made = factory(setup)
         except PmwvcError:

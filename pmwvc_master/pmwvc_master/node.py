@@ -18,12 +18,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.wave.aliasing import warnings_of
-from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.receiver import Verdict
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.plugins import make_device

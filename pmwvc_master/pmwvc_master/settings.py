@@ -8,7 +8,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from pmwvc_core.controllers import make_master
+from pmwvc_core.controllers import has_waves, make_master
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.client import Client
 from pmwvc_core.master.port import WaveMaster
@@ -65,9 +65,9 @@ class MasterSettings:
                 workspace_m=info.workspace_m,
             ),
             inbox=inbox(
-                self.controller,
                 self.dof,
                 impedance_of(self.master),
+                waves=has_waves(self.controller),
                 period_s=self.period_s,
                 timeout_s=self.safety.timeout_s,
             ),

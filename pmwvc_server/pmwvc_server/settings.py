@@ -12,7 +12,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from pmwvc_core.controllers import make_server
+from pmwvc_core.controllers import has_waves, make_server
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import (
     BaselineParams,
@@ -113,9 +113,9 @@ class ServerSettings:
             controller,
             inboxes=[
                 inbox(
-                    self.controller,
                     self.dof,
                     user.impedance,
+                    waves=has_waves(self.controller),
                     period_s=user.port.frame_s,
                     timeout_s=self.watchdog.timeout_s,
                 )

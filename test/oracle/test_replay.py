@@ -11,9 +11,9 @@ from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.differences import reproduced
 from pmwvc_analysis.replay.run import replay, replay_traces, scenario_of
+from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.simulation.conditions import LIVE, Conditions
-from pmwvc_core.simulation.scenario import CONTROLLERS
 from pmwvc_core.simulation.scenario_reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
 
@@ -74,7 +74,7 @@ def test_a_replay_without_changes_is_the_recorded_session(recorded, hand):
     assert reproduced(result.differences)
 
 
-@pytest.mark.parametrize("controller", CONTROLLERS)
+@pytest.mark.parametrize("controller", LIBRARY)
 def test_without_delay_the_first_packet_comes_at_time_zero_again(tmp_path, controller):
     scenario = parse_scenario(BASE | {"controller": controller, "link": {}})
     record_traces(tmp_path, simulate_one(scenario), scenario)

@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 from pmwvc_analysis.judge.prediction_words import lines
 from pmwvc_analysis.judge.stability import verdict
 from pmwvc_bringup.scenarios import load
+from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.params.baseline import PspmParams, TdpaParams, VirtualCouplingParams
 from pmwvc_core.rivals import tuning
-from pmwvc_core.rivals.tuning import RULES, Loop, loop_of
+from pmwvc_core.rivals.tuning import Loop, loop_of
 from pmwvc_core.simulation.scenario_reader import parse_scenario
 from pmwvc_core.simulation.session import simulate
 
@@ -35,6 +36,7 @@ PRESS = {
     "task": {"kind": "free"},
     "safety": {"max_force": 20.0},
 }
+RULES = {name: one.rule for name, one in LIBRARY.items() if one.rule is not None}
 LOOP = Loop(
     mass=0.25,
     damping=8.0,
@@ -96,7 +98,7 @@ def test_a_virtual_coupling_is_stable_up_to_its_rule_and_not_far_beyond(delay_s,
 def test_every_proposal_meets_its_own_criteria(mass, damping, tick_s, round_trip_s, contact):
     loop = Loop(mass, damping, tick_s, round_trip_s, contact, 0.004 * contact, 0.008)
     for name, rule in RULES.items():
-        assert rule(loop).met, name
+        assert rule.propose(loop).met, name
 
 
 def test_the_criteria_are_those_published():
@@ -162,7 +164,7 @@ def test_a_contact_too_stiff_for_the_servers_step_is_not_the_links_to_calm(stiff
             f"server.contact_stiffness={stiffness}",
         ],
     )
-    criteria = tuning.check("tdpa", BaselineParams(), loop_in(scenario)).criteria
+    criteria = LIBRARY["tdpa"].check(BaselineParams(), loop_in(scenario)).criteria
     assert (criteria["contact"] < 0.0) is diverges
     assert (verdict(simulate([scenario])[0], scenario).instability == "diverged") is diverges
 
@@ -192,12 +194,12 @@ def test_the_defaults_meet_their_rules_at_24_ms_with_the_default_hand(controller
             },
         )
     )
-    assert tuning.check(controller, BaselineParams(), loop).met
+    assert LIBRARY[controller].check(BaselineParams(), loop).met
 
 
 def test_where_there_is_no_rule_nothing_is_checked():
-    assert tuning.check("direct", BaselineParams(), LOOP) is None
-    assert tuning.check("pmwvc", BaselineParams(), LOOP) is None
+    assert LIBRARY["direct"].check(BaselineParams(), LOOP) is None
+    assert LIBRARY["pmwvc"].check(BaselineParams(), LOOP) is None
 
 
 def test_before_a_session_the_rules_are_told_with_their_margins():

@@ -12,10 +12,10 @@ from pmwvc_analysis.compare.settings import GIVEN, RULE, parameters_of, tuned, t
 from pmwvc_analysis.models.stability import radii
 from pmwvc_bringup.combinations import combinations
 from pmwvc_bringup.scenarios import load
-from pmwvc_core.rivals.tuning import RULES
+from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.simulation.traces import SessionTraces
 
-BASELINES = tuple(RULES)
+BASELINES = tuple(name for name, record in LIBRARY.items() if record.rule)
 
 
 @pytest.mark.parametrize("controller", BASELINES)

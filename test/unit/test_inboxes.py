@@ -35,8 +35,8 @@ def test_the_server_is_silent_to_all_users_alike_as_live(scenario, tmp_path):
 def test_each_port_takes_the_longest_wave_of_its_own_impedance(scenario):
     for seat, user in zip(SessionBatch([scenario]).seats, scenario.users, strict=True):
         server, master = user.server_impedance, user.impedance
-        assert seat.up.receiver.max_wave == largest_wave("pmwvc", server)
-        assert seat.down.receiver.max_wave == largest_wave("pmwvc", master)
+        assert seat.up.receiver.max_wave == largest_wave(server, waves=True)
+        assert seat.down.receiver.max_wave == largest_wave(master, waves=True)
 
 
 def test_a_run_of_a_batch_that_diverges_leaves_the_others_alone(scenario):

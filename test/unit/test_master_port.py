@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from pmwvc_core.controllers import MASTERS, make_master
+from pmwvc_core.controllers import LIBRARY, make_master
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master import SafetyLimiter, WaveMaster
 from pmwvc_core.params import (
@@ -168,7 +168,7 @@ def test_a_batch_is_its_runs_side_by_side():
 
 
 def test_controllers_are_made_by_name():
-    for name in MASTERS:
+    for name in LIBRARY:
         made = make_master(name, MasterParams())
         made.measure(0.1, 0.0)
         made.receive(0.0)

@@ -11,7 +11,7 @@ from pmwvc_analysis.judge.consistency import inconsistencies
 from pmwvc_analysis.judge.prediction import prediction
 from pmwvc_analysis.judge.verdicts import summary
 from pmwvc_bringup import scenarios
-from pmwvc_core.controllers import MASTERS, SERVERS
+from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params.server import COUPLINGS
 from pmwvc_core.plant.on_record import ForceOnRecord
@@ -22,7 +22,7 @@ from pmwvc_core.simulation.session import simulate, simulate_one
 TICKS, TICK_S = 450, 0.001
 AXIS_BY_AXIS = ("pmwvc", "direct", "virtual_coupling")  # the others have one energy for all axes
 VARIANTS = [
-    *({"controller": name} for name in MASTERS),
+    *({"controller": name} for name in LIBRARY),
     *({"server.coupling": name} for name in COUPLINGS if name != "implicit"),
     *({"master.velocity_filter.kind": k} for k in ("exact", "equivalent", "complementary")),
     *({"master.bank.kind": k} for k in ("dissertation", "complementary")),
@@ -136,10 +136,6 @@ def test_sessions_with_hands_are_the_same_alone_and_side_by_side(variant, dof):
         assert alone.users[0].x_m.shape == (TICKS, dof)
         for one, two in zip(signals(alone), signals(batched), strict=True):
             np.testing.assert_allclose(one, two, rtol=1e-7, atol=1e-7)
-
-
-def test_masters_and_servers_are_there_for_the_same_controllers():
-    assert set(MASTERS) == set(SERVERS)
 
 
 def test_the_force_limit_is_that_of_the_vector():

@@ -11,11 +11,11 @@ one tuning with itself. Parameters that differ from their defaults, or are named
 import dataclasses
 from typing import Any
 
+from pmwvc_core.controllers import Rule, record_of
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import BaselineParams
-from pmwvc_core.rivals.tuning import RULES, check, loop_of
+from pmwvc_core.rivals.tuning import Loop, loop_of
 from pmwvc_core.simulation.scenario import Scenario, User
-from pmwvc_core.wave.content import has_waves
 
 RULE, GIVEN = "by its rule", "as given"
 ALWAYS = ("master.impedance", "master.filter.kind", "master.hold", "server.coupling")
@@ -36,18 +36,18 @@ def tuned(scenario: Scenario, *, given: bool = False) -> Scenario:
     given
         Whether the baseline's parameters were named and have to stay.
     """
-    rule = RULES.get(scenario.controller)
+    rule = record_of(scenario.controller).rule
     if rule is None or given:
         return scenario
 
     def own(user: User) -> User:
-        if _group(user, scenario) != _group_default(scenario):
+        if getattr(user.baseline, rule.group) != getattr(BaselineParams(), rule.group):
             return user
         try:
-            params = rule(_loop(user, scenario)).params
+            params = rule.propose(_loop(user, scenario)).params
         except ParameterError:  # no damping at all: the rule has no answer
             return user
-        group: dict[str, Any] = {scenario.controller: params}
+        group: dict[str, Any] = {rule.group: params}
         baseline = dataclasses.replace(user.baseline, **group)
         return dataclasses.replace(user, baseline=baseline)
 
@@ -58,14 +58,14 @@ def tuning_of(scenario: Scenario) -> str | None:
     """Return where the parameters of a baseline come from and which rule they miss, in words; None
     for controllers without a rule.
     """
-    rule = RULES.get(scenario.controller)
+    rule = record_of(scenario.controller).rule
     if rule is None:
         return None
-    ours = all(_by_rule(user, scenario) for user in scenario.users)
+    ours = all(_by_rule(rule, user, scenario) for user in scenario.users)
     missed: dict[str, float] = {}
     for user in scenario.users:
-        found = check(scenario.controller, user.baseline, _loop(user, scenario))
-        for name, margin in found.criteria.items() if found else ():
+        found = rule.check(getattr(user.baseline, rule.group), _loop(user, scenario))
+        for name, margin in found.criteria.items():
             if margin < 0.0:
                 missed[name] = min(margin, missed.get(name, 0.0))
     words = RULE if ours else GIVEN
@@ -77,9 +77,10 @@ def parameters_of(scenario: Scenario) -> dict[str, Any]:
     """Return the parameters that make a controller what it is, by dotted name; where users differ,
     one entry each.
     """
-    flat = scenario.flat()
-    if not has_waves(scenario.controller):
-        names = [name for name in flat if f"baseline.{scenario.controller}." in f".{name}"]
+    flat, record = scenario.flat(), record_of(scenario.controller)
+    if not record.waves:
+        group = record.rule.group if record.rule else record.name
+        names = [name for name in flat if f"baseline.{group}." in f".{name}"]
         return {name: flat[name] for name in names}
     wanted = list(ALWAYS)
     if scenario.server.coupling == "unknown":
@@ -95,24 +96,15 @@ def _values(flat: dict[str, Any], name: str) -> set[Any]:
     return {value for key, value in flat.items() if key == name or key.endswith(f".{name}")}
 
 
-def _group(user: User, scenario: Scenario) -> Any:
-    return getattr(user.baseline, scenario.controller)
-
-
-def _group_default(scenario: Scenario) -> Any:
-    return getattr(BaselineParams(), scenario.controller)
-
-
-def _by_rule(user: User, scenario: Scenario) -> bool:
+def _by_rule(rule: Rule, user: User, scenario: Scenario) -> bool:
     try:
-        return bool(
-            _group(user, scenario) == RULES[scenario.controller](_loop(user, scenario)).params
-        )
+        proposed = rule.propose(_loop(user, scenario)).params
     except ParameterError:
         return False
+    return bool(getattr(user.baseline, rule.group) == proposed)
 
 
-def _loop(user: User, scenario: Scenario) -> Any:
+def _loop(user: User, scenario: Scenario) -> Loop:
     return loop_of(
         master=user.master,
         device=user.device,

@@ -29,11 +29,11 @@ from pmwvc_analysis.judge.budget_words import booked
 from pmwvc_analysis.judge.energy import declared_storage_j, running
 from pmwvc_analysis.judge.remainders import Remainder, of_server
 from pmwvc_analysis.judge.stretches import stretches
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
-from pmwvc_core.wave.content import has_waves
 
 
 def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:

@@ -14,10 +14,10 @@ import numpy as np
 
 from pmwvc_analysis.judge.budget_clock import WEIGHTS, Clock, Sums, speeds
 from pmwvc_analysis.judge.energy import running
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import ServerTraces
-from pmwvc_core.wave.content import has_waves
 
 MOVED_BY_NEW_FORCE = ("implicit", "one_frame_late")  # the others: by the force of the step before
 

@@ -13,9 +13,9 @@ falsified but those in :data:`.remainders.UNCHECKED`.
 from pmwvc_analysis.judge import consistency_packets, consistency_server
 from pmwvc_analysis.judge.consistency_master import master
 from pmwvc_analysis.judge.numbers import not_finite
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
-from pmwvc_core.wave.content import has_waves
 
 MASTER_SIGNALS = ("x_m", "xd_m", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 

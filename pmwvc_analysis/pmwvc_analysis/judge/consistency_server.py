@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.judge.energy import running
 from pmwvc_analysis.judge.numbers import differs, not_finite
+from pmwvc_core.controllers import record_of
 from pmwvc_core.numeric import root
 from pmwvc_core.server.couplings.sampled import weights
 from pmwvc_core.simulation.scenario import Scenario, User
@@ -29,7 +30,7 @@ def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> l
         else:
             found += _flow(traces, place)
         if scenario is not None:
-            found += _motion(traces, place, scenario, waves=waves)
+            found += _motion(traces, place, scenario)
             if waves and scenario.server.coupling == LATE_DECODING and name in users:
                 found += _late(traces, place, users[name])
     if scenario is not None and scenario.server.environment == "cube":
@@ -46,14 +47,16 @@ def _together(server: ServerTraces, place: int) -> NDArray[np.bool_]:
     return np.asarray(follows & coupled & np.concatenate([[False], coupled[:-1]]))
 
 
-def _motion(server: ServerTraces, place: int, scenario: Scenario, *, waves: bool) -> list[str]:
+def _motion(server: ServerTraces, place: int, scenario: Scenario) -> list[str]:
     """Check that the avatar moves with its velocity, as the coupling has it."""
     h, params = server.period_s, scenario.server
-    if scenario.controller == "direct":
+    avatar = record_of(scenario.controller).avatar
+    if avatar == "device":
         return []  # it stands where the device was
-    if scenario.controller == "tdpa" or (waves and params.coupling == "one_frame_late"):
+    coupling = params.coupling if avatar == "coupling" else avatar
+    if coupling in ("explicit", "one_frame_late"):
         old, new = h, 0.0
-    elif not waves or params.coupling == "implicit":
+    elif coupling == "implicit":
         old, new = 0.0, h
     else:
         old, new = weights(params.integrator, h)

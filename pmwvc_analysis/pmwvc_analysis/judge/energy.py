@@ -35,6 +35,7 @@ import numpy as np
 from pmwvc_analysis.judge.hand_work import hand_work
 from pmwvc_analysis.judge.passivity import tolerance
 from pmwvc_analysis.judge.stretches import Stretches, stretches
+from pmwvc_core.controllers import record_of
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
@@ -172,11 +173,7 @@ def _of_user(
 
 def declared_storage_j(controller: str, user: User) -> float:
     """Return the energy that a user's controller holds at the start by its parameters [J]."""
-    if controller == "pspm":
-        return 2.0 * float(user.baseline.pspm.initial_j)  # a tank at each end
-    position = user.master.position
-    paid = controller == "pmwvc" and position.is_on and position.feedback != "printed"
-    return float(position.storage_j) if paid else 0.0
+    return record_of(controller).storage_j(user.master, user.baseline)
 
 
 def half_square(wave: Array) -> Array:

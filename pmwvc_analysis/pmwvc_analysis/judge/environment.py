@@ -21,10 +21,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
-from pmwvc_core.wave.content import has_waves
 
 LEAST_J = 1e-9  # below this a returning wave was not shortened
 WINDOW_S = 0.5

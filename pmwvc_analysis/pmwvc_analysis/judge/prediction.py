@@ -24,10 +24,10 @@ from pmwvc_analysis.judge.prediction_lag import (
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.any_delay import AnyDelay, any_delay
 from pmwvc_analysis.models.linear import Relative, left_out, relative
+from pmwvc_core.controllers import proofs_hold
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.wave import aliasing
-from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import first_axis, smallest
 
 ALIASING_BOUND = 1.1  # of an aliasing gain: from here on it is warned of
@@ -132,7 +132,7 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
         "environment_limited": None,
         "left_out": left_out(scenario),
     }
-    if not has_waves(scenario.controller):
+    if not proofs_hold(scenario.controller):
         return values
     values["environment_limited"] = found.limited
     values["aliasing_gain"] = max(aliasing_gain(user) for user in scenario.users)

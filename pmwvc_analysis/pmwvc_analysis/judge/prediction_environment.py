@@ -15,9 +15,9 @@ rule is that without G.
 
 from typing import NamedTuple
 
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.server.secant import SOFT
 from pmwvc_core.simulation.scenario import Scenario, User
-from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import smallest
 
 SLOPED = ("wall_with_slope", "hunt_crossley")  # unknown environments that tell their slope

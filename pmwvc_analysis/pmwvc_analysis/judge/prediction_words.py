@@ -23,19 +23,11 @@ from pmwvc_analysis.judge.prediction_lag import (
     transformer,
 )
 from pmwvc_analysis.models.linear import left_out, nonlinear
+from pmwvc_core.controllers import has_waves, proofs_hold, record_of
 from pmwvc_core.rivals import tuning
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.wave import aliasing
-from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import first_axis
-
-WITHOUT_WAVES = {
-    "direct": "Direct coupling: nothing keeps it passive as delay or stiffness grows.",
-    "virtual_coupling": "Virtual coupling: stable where its rules are met; energy is not watched.",
-    "tdpa": "Time-domain passivity control: energy that the link generated is dissipated "
-    "later; a device at rest dissipates none.",
-    "pspm": "Set-position modulation: neither end releases more energy than its tank holds.",
-}
 
 
 def lines(scenario: Scenario, *, live: bool) -> list[str]:
@@ -43,8 +35,8 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     known = answer(scenario, live=live)
     found = _stability_lines(scenario, known)
     found += [f"Not modelled: {effect}." for effect in left_out(scenario)]
-    if not has_waves(scenario.controller):
-        return [*found, WITHOUT_WAVES[scenario.controller], *_rule_lines(scenario)]
+    if not proofs_hold(scenario.controller):
+        return [*found, record_of(scenario.controller).words, *_rule_lines(scenario)]
     for user in scenario.users:
         tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
         if not feels_as_its_lag(user, scenario):
@@ -111,7 +103,7 @@ def _rule_lines(scenario: Scenario) -> list[str]:
             up=user.link_up,
             down=user.link_down,
         )
-        checked = tuning.check(scenario.controller, user.baseline, loop)
+        checked = record_of(scenario.controller).check(user.baseline, loop)
         for rule, margin in checked.criteria.items() if checked else ():
             verdict = "met, margin" if margin >= 0.0 else "NOT met, deficit"
             found.append(f"{user.name}: rule '{rule}' {verdict} {abs(margin):.1f} N s/m.")
@@ -140,12 +132,14 @@ def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
     """Return what the exact model says: of the scenario, or of its linear relative."""
     if known.exact is not None:
         return [f"{_stability(known.exact)} (hands off)."]
+    said = ", ".join(dict.fromkeys(element.said for element in nonlinear(scenario)))
+    if known.near is None and said:
+        return [f"No exact model, not linear: {said}. No linear scenario is near."]
     if known.near is None:
         return [
             "No exact model of these settings: the hyperperiod of frames and server steps is too "
             "long."
         ]
-    said = ", ".join(dict.fromkeys(element.said for element in nonlinear(scenario)))
     found = [f"No exact model, not linear: {said}."]
     if known.likeness is not None:
         found.append(

@@ -10,8 +10,8 @@ over, so that the budget closes with it whatever it is. What is falsified there 
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
+from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.wave.content import has_waves
 
 # Of each remainder: what shows nowhere if it is wrong.
 HIDES: Mapping[str, str] = {
@@ -65,14 +65,13 @@ def _unchecked(scenario: Scenario) -> Iterator[tuple[str, str]]:
     )
     own = "what a controller booked itself and no signal shows"
     level = "a level that the balance does not use"
+    record = record_of(scenario.controller)
+    for names, why in ((record.remainder_accounts, own), (record.level_accounts, level)):
+        for name in names:
+            yield f"accounts.{name}", why
+            yield f"server.accounts.{name}", why
     if not waves:
         yield "f_m", "nothing but the limits stands between it and the force applied"
-        if scenario.controller == "tdpa":
-            yield "accounts.tdpa_dissipated", own
-            yield "server.accounts.tdpa_dissipated", own
-        for name in ("tdpa_allowance", "pspm_tank", "pspm_spring"):
-            yield f"accounts.{name}", level
-            yield f"server.accounts.{name}", level
     elif around:
         answered = any(m.velocity_filter.kind != "none" or m.bank.kind != "none" for m in masters)
         if answered:

@@ -31,10 +31,10 @@ import numpy as np
 
 from pmwvc_analysis.judge import environment
 from pmwvc_analysis.judge.oscillation import motions, strength
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.plural import count
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces, UserTraces
-from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.limits import largest_wave
 
 OSCILLATION_M_S = 1e-3
@@ -117,7 +117,7 @@ def _beyond(traces: SessionTraces, scenario: Scenario | None) -> str:
         if name not in known:
             continue
         both = known[name].impedance, known[name].server_impedance
-        longest = max(largest_wave(scenario.controller, b) for b in both)
+        longest = max(largest_wave(b, waves=True) for b in both)
         far = np.flatnonzero(np.linalg.norm(np.nan_to_num(wave), axis=-1) > longest)
         if len(far):
             return (

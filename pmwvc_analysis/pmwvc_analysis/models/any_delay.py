@@ -25,9 +25,9 @@ import numpy as np
 from pmwvc_analysis.models.ends import Complex, System, master_end, server_end
 from pmwvc_analysis.models.linear import nonlinear
 from pmwvc_analysis.models.loop import answer_phase
+from pmwvc_core.controllers import proofs_hold
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import eigenvalues
 
 TOLERANCE = 1e-9  # of a gain: below what the exact model calls growth
@@ -64,10 +64,10 @@ class AnyDelay:
 
 
 def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
-    """Return what is known of a scenario at any constant delay; None for other controllers than
-    waves, which have no such bound.
+    """Return what is known of a scenario at any constant delay; None for controllers
+    that the proofs of wave ports do not hold for.
     """
-    if not has_waves(scenario.controller):
+    if not proofs_hold(scenario.controller):
         return None
     reasons = _outside(scenario)
     if reasons:

@@ -234,16 +234,16 @@ LAWS: Mapping[str, Law] = {
     "direct": _direct,
     "virtual_coupling": _virtual_coupling,
 }
+REMEMBERED: Mapping[str, tuple[str, ...]] = {  # the others: by the integrator
+    "direct": ("f",),
+    "implicit": ("e",),
+    "virtual_coupling": ("e", "f"),
+    "one_frame_late": ("e", "xd_s"),
+}
 
 
 def remembered(law: str, integrator: str) -> tuple[str, ...]:
     """Return which signals of a seat a law needs in its next step."""
-    if law == "direct":
-        return ("f",)
-    if law == "implicit":
-        return ("e",)
-    if law == "virtual_coupling":
-        return ("e", "f")
-    if law == "one_frame_late":
-        return ("e", "xd_s")
+    if law in REMEMBERED:
+        return REMEMBERED[law]
     return ("e", "f") if integrator == "backward_euler" else ("e", "f", "xd_s")

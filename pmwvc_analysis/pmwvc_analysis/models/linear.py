@@ -10,13 +10,10 @@ import numpy as np
 
 from pmwvc_analysis.models.server import UNKNOWN
 from pmwvc_analysis.models.variation import varied
+from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
-from pmwvc_core.wave.content import has_waves
-
-# Controllers that are not linear, and what they are without what makes them so.
-RELATIVES = {"tdpa": "direct", "pspm": "virtual_coupling"}
 
 # Environments whose slope a port learns, and what comes nearest: parameter and value.
 LEARNED = {
@@ -30,7 +27,7 @@ class Element(NamedTuple):
 
     said: str  # name and value
     name: str  # of the parameter, as for --set
-    instead: Any  # its value in the nearest linear scenario
+    instead: Any  # its value in the nearest linear scenario; None: there is none
 
 
 class Relative(NamedTuple):
@@ -60,6 +57,12 @@ def require_linear(scenario: Scenario) -> None:
     """
     found = nonlinear(scenario)
     if found:
+        alone = [element.said for element in found if element.instead is None]
+        if alone:
+            raise NonlinearError(
+                f"{scenario.name}: {', '.join(alone)}: has no linear model, and none is near; use "
+                "'pmwvc simulate'"
+            )
         settings = " ".join(f"--set {setting}" for setting in _settings(found))
         raise NonlinearError(
             f"{scenario.name} is not linear: {', '.join(element.said for element in found)}; ask "
@@ -68,9 +71,9 @@ def require_linear(scenario: Scenario) -> None:
 
 
 def relative(scenario: Scenario) -> Relative | None:
-    """Return the nearest linear scenario; None where it is linear already."""
+    """Return the nearest linear scenario; None where it is linear already, or none is near."""
     found = nonlinear(scenario)
-    if not found:
+    if not found or any(element.instead is None for element in found):
         return None
     changed = scenario
     for element in found:
@@ -92,8 +95,9 @@ def _settings(found: list[Element]) -> list[str]:
 
 def _of_controller(scenario: Scenario) -> Iterator[Element]:
     server, controller = scenario.server, scenario.controller
-    if controller in RELATIVES:
-        yield Element(f"controller = {controller}", "controller", RELATIVES[controller])
+    near = record_of(controller).linear
+    if near != controller:
+        yield Element(f"controller = {controller}", "controller", near)
     if not has_waves(controller) or server.coupling != "unknown":
         return
     walls = tuple(UNKNOWN) if server.decoding == "late" else ("wall_with_slope", *UNKNOWN)

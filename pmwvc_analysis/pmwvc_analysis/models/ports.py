@@ -26,6 +26,7 @@ class WavePort:
         Tick of the frame at which an answer is taken.
     """
 
+    drifts: bool = True  # a uniform motion needs no force
     signals: tuple[str, ...] = ("u",)
 
     def __init__(self, user: User, *, tick_s: float, phase: int) -> None:
@@ -104,6 +105,7 @@ class WavePort:
 class DirectPort:
     """Direct coupling: motion goes up, force comes back and is held."""
 
+    drifts: bool = True  # a uniform motion needs no force
     signals: tuple[str, ...] = ("x", "xd")
     heard: tuple[str, ...] = ("f",)
     feedback = None
@@ -140,6 +142,7 @@ class DirectPort:
 class SpringPort:
     """Virtual coupling: motion goes up, the avatar's position comes back; spring and damper."""
 
+    drifts: bool = False  # a uniform motion needs no force
     signals: tuple[str, ...] = ("x", "xd")
     heard: tuple[str, ...] = ("x_s",)
     feedback = None

@@ -147,7 +147,7 @@ def _drifting(loop: Loop) -> list[Family]:
 
     A virtual coupling pulls back what moves on: it only hears of the other end late.
     """
-    if loop.scenario.controller == "virtual_coupling":
+    if not all(line.port.drifts for line in loop.lines):
         return []
     zero, found = np.zeros((1, 1)), []
     users, seats = loop.scenario.users, loop.server.seats

@@ -35,11 +35,11 @@ from pmwvc_analysis.models.frequency import (
     response,
 )
 from pmwvc_analysis.models.multirate import MultirateModel, build, spectral_radius
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
-from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import transformation
 
 STABLE = 1.0 + 1e-9
@@ -223,7 +223,7 @@ def _felt(
 
 
 def _remedy(scenario: Scenario) -> str:
-    if scenario.controller == "direct":
+    if not has_waves(scenario.controller):
         return "the controller 'pmwvc' allows more"
     return "the coupling 'implicit' and more filtering allow more"
 

@@ -19,13 +19,13 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_core.controllers import proofs_hold
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams, VelocityFilterParams
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.wave.aliasing import worst_case_gain
 from pmwvc_core.wave.branches import TOLERANCE, Margins, margins, switching_gain
-from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.velocity_filter_design import chosen
 from pmwvc_core.wave.velocity_filter_response import branches, noise_gain, velocity_gain
 
@@ -74,7 +74,7 @@ def judge(scenario: Scenario, *, user: int = 0) -> VelocityFilter:
     PmwvcError
         If the scenario has no waves, or no such filter exists.
     """
-    if not has_waves(scenario.controller):
+    if not proofs_hold(scenario.controller):
         raise PmwvcError(
             f"controller = {scenario.controller}: has no velocity filter; must be pmwvc"
         )

@@ -21,6 +21,7 @@ from pmwvc_analysis.recording.assemble import ENERGIES
 from pmwvc_analysis.recording.link_blocks import fate_blocks, state_blocks
 from pmwvc_analysis.recording.topics import session_topics
 from pmwvc_analysis.recording.writer import SessionWriter
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime import messages as build
@@ -32,7 +33,6 @@ from pmwvc_core.simulation.traces import (
     SessionTraces,
     UserTraces,
 )
-from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.packet import FLAG_DIRECT, WavePacket
 
 SERVER_EPOCH = 1000

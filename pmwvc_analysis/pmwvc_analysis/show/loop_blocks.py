@@ -10,9 +10,9 @@ from typing import NamedTuple
 from pmwvc_analysis.judge.budget_result import SERVER, Budget
 from pmwvc_analysis.judge.prediction_lag import feels_as_its_lag, lag_s, rendered_stiffness
 from pmwvc_analysis.show.text import article
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.params import FilterParams, LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
-from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.filter_design import pole_of
 from pmwvc_core.wave.impedance import first_axis
 

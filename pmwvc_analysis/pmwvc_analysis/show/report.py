@@ -18,9 +18,9 @@ from pmwvc_analysis.show.loop_blocks import blocks, rendered
 from pmwvc_analysis.show.loop_drawing import drawing
 from pmwvc_analysis.show.page import filled
 from pmwvc_analysis.show.story import story
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
-from pmwvc_core.wave.content import has_waves
 
 TEMPLATE = "report_template.html"
 MOST_EVENTS = 60

@@ -13,10 +13,10 @@ import numpy as np
 
 from pmwvc_analysis.show.colours import LIGHT, LIGHT_USERS
 from pmwvc_analysis.show.text import users
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.traces import SessionTraces
-from pmwvc_core.wave.content import has_waves
 
 Share = Literal["none", "col"]
 USERS = LIGHT_USERS

@@ -28,11 +28,11 @@ from pmwvc_analysis.tune.criteria import (
     rated,
     velocity_step,
 )
+from pmwvc_core.controllers import proofs_hold, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import FilterParams
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import first_axis
 from pmwvc_core.wave.velocity_filter_design import chosen as velocity_filter
 
@@ -74,10 +74,16 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     PmwvcError
         If the scenario is no wave session, or nothing found is stable, in the model or simulated.
     """
-    if not has_waves(scenario.controller):
+    record = record_of(scenario.controller)
+    if not record.waves:
         raise PmwvcError(
-            f"{scenario.name}: controller = {scenario.controller}: impedance, filter and hold "
+            f"{scenario.name}: controller = {record.name}: impedance, filter and hold "
             "belong to waves; docs/controllers.md has the tuning rules of the others"
+        )
+    if not proofs_hold(record.name):
+        raise PmwvcError(
+            f"{scenario.name}: controller = {record.name}: has no exact model to tune it by; "
+            "tune controller = pmwvc, and check the result with 'pmwvc simulate'"
         )
     bounds = bounds_of(scenario)
     names = {name: one for name, one in filters_of(scenario).items() if _fit(scenario, one)}

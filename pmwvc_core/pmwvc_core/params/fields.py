@@ -9,7 +9,7 @@ metadata. A number may be an array with a last axis of length 1: one value per r
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +24,8 @@ class Spec:
 
     ``kind`` is the Python type of a value (``float``, ``int``, ``bool``, ``str``); ``optional``
     allows ``None``. ``above``/``below`` are exclusive bounds, ``low``/``high`` inclusive ones.
-    ``choices`` lists allowed names. ``read_only`` parameters are fixed when a node starts.
+    ``choices`` lists allowed names, ``plugins`` returns those that other packages add.
+    ``read_only`` parameters are fixed when a node starts.
     """
 
     kind: type
@@ -37,12 +38,13 @@ class Spec:
     optional: bool = False
     read_only: bool = False
     description: str = ""
+    plugins: Callable[[], tuple[str, ...]] | None = None
 
     def range_text(self) -> str:
         """Return the allowed values in words: ``> 0 N s/m``, ``1..64``, ``one of a, b``."""
         unit = f" {self.unit}" if self.unit and self.unit != "-" else ""
         if self.choices:
-            return "one of " + ", ".join(self.choices)
+            return "one of " + ", ".join([*self.choices, *self._added()])
         if self.kind is bool:
             return "true or false"
         bounds = []
@@ -59,6 +61,12 @@ class Spec:
         )
         return text + unit + (" or null" if self.optional else "")
 
+    def _added(self) -> tuple[str, ...]:
+        return self.plugins() if self.plugins is not None else ()
+
+    def _allowed(self, name: Any) -> bool:
+        return not self.choices or name in self.choices or name in self._added()
+
     def _number_text(self) -> str:
         """Return the allowed values of a number, and that it is one."""
         kind, allowed = "a whole number" if self.kind is int else "a number", self.range_text()
@@ -69,7 +77,7 @@ class Spec:
         if value is None:
             return None if self.optional else f"null: must be {self.range_text()}"
         if self.kind is str or self.kind is bool:
-            right = isinstance(value, self.kind) and (not self.choices or value in self.choices)
+            right = isinstance(value, self.kind) and self._allowed(value)
             return None if right else f"{value!r}: must be {self.range_text()}"
         numbers = np.asarray(value)
         if (

@@ -20,12 +20,11 @@ b is all damping at the device, also the hand's; T_1 + T_2 the oldest that what 
 Not here: waves, whose rules are in docs/theory.md.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import (
-    BaselineParams,
     ContactParams,
     DeviceParams,
     LinkParams,
@@ -162,19 +161,3 @@ def pspm(loop: Loop) -> Proposal:
     allowed = MARGIN * 2.0 * damping / loop.tick_s
     stiffness = min(loop.contact_stiffness or allowed, allowed)
     return check_pspm(PspmParams(stiffness=stiffness, damping=damping), loop)
-
-
-def check(controller: str, params: BaselineParams, loop: Loop) -> Proposal | None:
-    """Return by how much the parameters of a controller meet its rules; None where it has none."""
-    if controller == "virtual_coupling":
-        return check_virtual_coupling(params.virtual_coupling, loop)
-    if controller == "tdpa":
-        return check_tdpa(params.tdpa, loop)
-    return check_pspm(params.pspm, loop) if controller == "pspm" else None
-
-
-RULES: Mapping[str, Callable[[Loop], Proposal]] = {
-    "virtual_coupling": virtual_coupling,
-    "tdpa": tdpa,
-    "pspm": pspm,
-}

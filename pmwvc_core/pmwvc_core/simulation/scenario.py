@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pmwvc_core.controllers.library import LIBRARY, installed
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import (
     BaselineParams,
@@ -28,15 +29,16 @@ from pmwvc_core.params import (
 from pmwvc_core.simulation.scenario_conflicts import conflicts
 from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
 
-CONTROLLERS = ("pmwvc", "direct", "virtual_coupling", "tdpa", "pspm")
-
 TOP: Mapping[str, Spec] = {
     "name": Spec(str, description="name of the scenario; also part of the session folder's name"),
     "description": Spec(str, description="one sentence: what happens, what one should see"),
     "duration_s": Spec(float, "s", above=0.0, high=86400.0, description="length of the session"),
     "seed": Spec(int, "-", low=0, high=2**31 - 1, description="seed of all random numbers"),
     "controller": Spec(
-        str, choices=CONTROLLERS, description="controller between the users and the server"
+        str,
+        choices=tuple(LIBRARY),
+        plugins=installed,
+        description="controller between the users and the server",
     ),
     "dof": Spec(int, "-", low=1, high=6, description="axes of motion"),
     "users": Spec(int, "-", low=1, high=8, description="number of users"),

@@ -4,6 +4,8 @@
 
 from typing import TYPE_CHECKING
 
+from pmwvc_core.controllers.library import record_of
+from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.params.matrix import matrix_conflicts
 
@@ -14,6 +16,10 @@ if TYPE_CHECKING:
 def conflicts(scenario: "Scenario") -> list[str]:
     """Return every contradiction in words."""
     found = []
+    try:
+        record_of(scenario.controller)
+    except ParameterError as error:
+        found.append(str(error))
     ticks = {user.master.tick_s for user in scenario.users}
     if len(ticks) > 1:
         found.append(f"master.tick_s: {sorted(ticks)}: all users share one tick")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmwvc_core.controllers import make_master
+from pmwvc_core.controllers import has_waves, make_master
 from pmwvc_core.master.client import Client
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.network.link import stream_of
@@ -63,14 +63,15 @@ class Seat:
         half = server.object_size_m / 2
         start = first.side * (half + contact.gap_m)
         times = server_times(user.safety for user in scenario.users)
+        waves = has_waves(scenario.controller)
         up, down = (conditions.links.get(f"{name}/{way}") for way in ("up", "down"))
         self.up = Path(
             up() if up else first.link_up,
             seed=stream_of(scenario.seed, index, 0),
             inbox=inbox(
-                scenario.controller,
                 dof,
-                _loosest(scenario.controller, [user.server_impedance for user in users]),
+                _loosest([user.server_impedance for user in users], waves=waves),
+                waves=waves,
                 period_s=frame_s,
                 timeout_s=times.timeout_s,
             ),
@@ -80,9 +81,9 @@ class Seat:
             down() if down else first.link_down,
             seed=stream_of(scenario.seed, index, 1),
             inbox=inbox(
-                scenario.controller,
                 dof,
-                _loosest(scenario.controller, [user.impedance for user in users]),
+                _loosest([user.impedance for user in users], waves=waves),
+                waves=waves,
                 period_s=server.period_s,
                 timeout_s=first.safety.timeout_s,
             ),
@@ -166,6 +167,6 @@ class Seat:
         device.step(f_h, self.f_applied)
 
 
-def _loosest(controller: str, impedances: Sequence[Impedance]) -> Impedance:
+def _loosest(impedances: Sequence[Impedance], *, waves: bool) -> Impedance:
     """Return the impedance of the run whose waves may be longest."""
-    return max(impedances, key=lambda impedance: largest_wave(controller, impedance))
+    return max(impedances, key=lambda impedance: largest_wave(impedance, waves=waves))

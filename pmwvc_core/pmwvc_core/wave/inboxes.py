@@ -28,12 +28,12 @@ def server_times(users: Iterable[SafetyParams]) -> ServerTimes:
 
 
 def inbox(
-    controller: str, dof: int, impedance: Impedance, *, period_s: float, timeout_s: float
+    dof: int, impedance: Impedance, *, waves: bool, period_s: float, timeout_s: float
 ) -> Receiver:
     """Return the receiver of a port of this impedance; it refuses waves that no sender means."""
     return Receiver(
         dof,
         period_s=period_s,
         timeout_s=timeout_s,
-        max_wave=largest_wave(controller, impedance),
+        max_wave=largest_wave(impedance, waves=waves),
     )

@@ -10,7 +10,6 @@ emits, and a passive server returns no more.
 import math
 
 from pmwvc_core.params import SafetyParams, specs
-from pmwvc_core.wave.content import has_waves
 from pmwvc_core.wave.impedance import Impedance, longest_wave
 
 FORCE_N = float(specs(SafetyParams)["max_force"].high or math.inf)
@@ -18,16 +17,16 @@ VELOCITY_M_S = float(specs(SafetyParams)["fault_velocity"].high or math.inf)
 DIRECT = 1000.0  # [m/s] up or [N] down: beyond any device, where there are no waves
 
 
-def largest_wave(controller: str, impedance: Impedance) -> float:
-    """Return the longest wave that can be meant [sqrt(W)], for one controller by name.
+def largest_wave(impedance: Impedance, *, waves: bool) -> float:
+    """Return the longest wave that can be meant [sqrt(W)].
 
     Parameters
     ----------
-    controller
-        Name of the controller; those without waves send velocities, forces, positions.
     impedance
         Wave impedance of the port [N s/m].
+    waves
+        Whether the controller has waves; others send velocities, forces, positions.
     """
-    if not has_waves(controller):
+    if not waves:
         return DIRECT
     return longest_wave(impedance, FORCE_N, VELOCITY_M_S)

@@ -1,0 +1,23 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Controllers: one record per controller, found by its name."""
+
+from pmwvc_core.controllers.ends import make_master, make_server
+from pmwvc_core.controllers.library import LIBRARY, has_waves, names, proofs_hold, record_of
+from pmwvc_core.controllers.record import Controller, Rule
+from pmwvc_core.master.controller import MasterController
+from pmwvc_core.server.seats import ServerController
+
+__all__ = [
+    "LIBRARY",
+    "Controller",
+    "MasterController",
+    "Rule",
+    "ServerController",
+    "has_waves",
+    "make_master",
+    "make_server",
+    "names",
+    "proofs_hold",
+    "record_of",
+]

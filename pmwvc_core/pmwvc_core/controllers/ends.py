@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Both ends of a controller, made by its name."""
+
+from collections.abc import Sequence
+
+from pmwvc_core.controllers.library import record_of
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.master.controller import MasterController
+from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
+from pmwvc_core.server.blackbox.containment import Call, directly
+from pmwvc_core.server.blackbox.interface import EnvironmentSetup
+from pmwvc_core.server.blackbox.plugins import make_black_box
+from pmwvc_core.server.factory import make_seats
+from pmwvc_core.server.seats import AS_PUBLISHED, ServerController
+from pmwvc_core.wave.impedance import Impedance
+
+
+def make_master(
+    controller: str, params: MasterParams, baseline: BaselineParams = AS_PUBLISHED
+) -> MasterController:
+    """Return the master's end of a controller by name, at rest.
+
+    Raises
+    ------
+    ParameterError
+        Naming the controllers there are.
+    """
+    return record_of(controller).make_master(params, baseline)
+
+
+def make_server(
+    controller: str,
+    server: ServerParams,
+    contacts: Sequence[ContactParams],
+    impedances: Sequence[Impedance],
+    *,
+    dof: int,
+    sides: Sequence[int],
+    baselines: Sequence[BaselineParams] = (),
+    call: Call = directly,
+) -> ServerController:
+    """Return the server's end of a controller by name, with nobody seated.
+
+    Parameters
+    ----------
+    controller
+        Its name.
+    server
+        The environment and its coupling.
+    contacts
+        One per user.
+    impedances
+        Wave impedance of each user's master [N s/m]: used where the contact names none of its own.
+    dof
+        Number of axes.
+    sides
+        -1 (left of the object) or +1 (right), one per user.
+    baselines
+        What other controllers than waves share between their ends, one per user.
+    call
+        How an unknown environment is asked; directly by default.
+
+    Raises
+    ------
+    ParameterError
+        Naming the controllers there are, or where the numbers of users differ; of an unknown
+        environment, why it cannot be used.
+    """
+    record = record_of(controller)
+    seats = make_seats(server, contacts, impedances, dof=dof, sides=sides, baselines=baselines)
+    if not record.waves or server.coupling != "unknown":
+        return record.make_server(server, seats)
+    if record.make_unknown is None:
+        raise ParameterError(
+            f"server.coupling = 'unknown': controller = {controller} has no port for it"
+        )
+    setup = EnvironmentSetup(dof, server.period_s, tuple(sides), server, tuple(contacts))
+    return record.make_unknown(server, seats, make_black_box(setup), call)

@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The record of a controller: both ends, and the properties that other code asks for by name."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.master.controller import MasterController
+from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
+from pmwvc_core.rivals.tuning import Loop, Proposal
+from pmwvc_core.server.blackbox.containment import Call
+from pmwvc_core.server.blackbox.interface import Environment
+from pmwvc_core.server.seats import Seat, ServerController
+
+AVATARS = ("coupling", "device", "explicit", "implicit")
+MasterMaker = Callable[[MasterParams, BaselineParams], MasterController]
+ServerMaker = Callable[[ServerParams, Sequence[Seat]], ServerController]
+UnknownMaker = Callable[[ServerParams, Sequence[Seat], Environment, Call], ServerController]
+
+
+def no_storage(master: MasterParams, baseline: BaselineParams) -> float:
+    """Return zero: the controller holds no energy at the start [J]."""
+    return 0.0
+
+
+@dataclass(frozen=True)
+class Rule:
+    """The tuning rule of a controller.
+
+    Attributes
+    ----------
+    group
+        Field of ``BaselineParams`` with the controller's parameters.
+    propose
+        Parameters that meet the criteria, where some do.
+    check
+        By how much given parameters of the group meet the criteria.
+    """
+
+    group: str
+    propose: Callable[[Loop], Proposal]
+    check: Callable[[Any, Loop], Proposal]
+
+    def __post_init__(self) -> None:
+        """Refuse a group that does not exist."""
+        if not hasattr(BaselineParams(), self.group):
+            raise ParameterError(f"group = {self.group!r}: BaselineParams has no such group")
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A controller: what makes its ends, and its properties.
+
+    Attributes
+    ----------
+    name
+        As in a scenario and as the entry point.
+    words
+        One sentence for predictions: what it guarantees.
+    waves
+        Whether packets carry wave variables; otherwise velocity and position up, force or position
+        down, with ``FLAG_DIRECT``.
+    make_master, make_server
+        Make the ends, at rest, with nobody seated.
+    make_unknown
+        Makes the server's end around an environment of which only forces are known
+        (``server.coupling = unknown``); None where a wave controller has none.
+    linear
+        Controller of the library whose linear model stands for this one: its own name where the
+        model is exact, another where the controller is not linear; None without any.
+    rule
+        Tuning rule; None without one.
+    storage_j
+        Energy that the two ends of a user hold at the start by their parameters [J].
+    avatar
+        How an avatar moves over a step of the server: ``device`` (it stands where the device
+        stood), ``explicit`` (with the velocity before), ``implicit`` (with the new one),
+        ``coupling`` (as ``server.coupling`` says; waves only).
+    remainder_accounts
+        Accounts that an end books itself and no signal shows: the energy budget closes whatever
+        they are.
+    level_accounts
+        Accounts that are levels, which the balance does not use.
+    """
+
+    name: str
+    words: str
+    waves: bool
+    make_master: MasterMaker
+    make_server: ServerMaker
+    make_unknown: UnknownMaker | None = None
+    linear: str | None = None
+    rule: Rule | None = None
+    storage_j: Callable[[MasterParams, BaselineParams], float] = no_storage
+    avatar: str = "implicit"
+    remainder_accounts: tuple[str, ...] = ()
+    level_accounts: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse properties that contradict one another."""
+        if self.avatar not in AVATARS:
+            raise ParameterError(f"avatar = {self.avatar!r}: must be one of {', '.join(AVATARS)}")
+        if self.avatar == "coupling" and not self.waves:
+            raise ParameterError("avatar = 'coupling': server.coupling belongs to waves")
+
+    def check(self, baseline: BaselineParams, loop: Loop) -> Proposal | None:
+        """Return by how much parameters meet the tuning rule; None without a rule."""
+        if self.rule is None:
+            return None
+        return self.rule.check(getattr(baseline, self.rule.group), loop)

@@ -1,0 +1,21 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The record of ``tdpa``: time-domain passivity control."""
+
+from pmwvc_core.controllers.record import Controller, Rule
+from pmwvc_core.rivals import tuning
+from pmwvc_core.rivals.tdpa import TdpaMaster, TdpaServer
+
+RECORD = Controller(
+    name="tdpa",
+    words="Time-domain passivity control: energy that the link generated is dissipated "
+    "later; a device at rest dissipates none.",
+    waves=False,
+    make_master=lambda params, baseline: TdpaMaster(baseline.tdpa, tick_s=params.tick_s),
+    make_server=TdpaServer,
+    linear="direct",  # without dissipation
+    rule=Rule("tdpa", tuning.tdpa, tuning.check_tdpa),
+    avatar="explicit",
+    remainder_accounts=("tdpa_dissipated",),
+    level_accounts=("tdpa_allowance",),
+)

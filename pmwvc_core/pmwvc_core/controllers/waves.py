@@ -1,0 +1,40 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The record of ``pmwvc``: wave variables both ways."""
+
+from collections.abc import Sequence
+
+from pmwvc_core.controllers.record import Controller
+from pmwvc_core.master.port import WaveMaster
+from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
+from pmwvc_core.server.blackbox.containment import Call
+from pmwvc_core.server.blackbox.interface import Environment
+from pmwvc_core.server.port import WaveServer
+from pmwvc_core.server.seats import Seat, ServerController
+from pmwvc_core.server.unknown import UnknownServer
+
+
+def storage_j(master: MasterParams, baseline: BaselineParams) -> float:
+    """Return what position feedback may spend before it is paid [J]; none as printed."""
+    position = master.position
+    paid = position.is_on and position.feedback != "printed"
+    return float(position.storage_j) if paid else 0.0
+
+
+def _unknown(
+    params: ServerParams, seats: Sequence[Seat], environment: Environment, call: Call
+) -> ServerController:
+    return UnknownServer(params, seats, environment, call=call)
+
+
+RECORD = Controller(
+    name="pmwvc",
+    words="Wave variables: stable at any constant delay where the gains of both ends prove it.",
+    waves=True,
+    make_master=lambda params, _: WaveMaster(params),
+    make_server=WaveServer,
+    make_unknown=_unknown,
+    linear="pmwvc",
+    storage_j=storage_j,
+    avatar="coupling",
+)
