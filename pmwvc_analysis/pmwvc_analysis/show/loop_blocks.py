@@ -10,7 +10,7 @@ from typing import NamedTuple
 from pmwvc_analysis.judge.budget_result import SERVER, Budget
 from pmwvc_analysis.judge.prediction_lag import feels_as_its_lag, lag_s, rendered_stiffness
 from pmwvc_analysis.show.text import article
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers import has_waves, proofs_hold
 from pmwvc_core.params import FilterParams, LinkParams
 from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.wave.filter_design import pole_of
@@ -54,6 +54,7 @@ def _texts(scenario: Scenario, user: User) -> dict[str, tuple[str, list[str]]]:
     if waves:
         port = [f"b = {_number(first_axis(user.impedance))} N s/m", *port, *_around(user)]
         decoder.insert(0, f"b = {_number(first_axis(user.server_impedance))} N s/m")
+    title = "wave port" if proofs_hold(scenario.controller) else scenario.controller
     rate = f"1 of {master.rate_drop}, {_hertz(1.0 / (master.tick_s * master.rate_drop))}"
     limits = f"limits: {_number(user.safety.max_force)} N"
     object_lines = [f"{_number(server.object_mass)} kg"] if server.environment == "cube" else []
@@ -66,7 +67,7 @@ def _texts(scenario: Scenario, user: User) -> dict[str, tuple[str, list[str]]]:
     found = {
         "hand": ("hand", [_operator(user)]),
         "device": ("device and limits", [f"{_number(device.mass)} kg", limits]),
-        "port": ("wave port" if waves else scenario.controller.replace("_", " "), port),
+        "port": (title.replace("_", " "), port),
         "filter": (
             "filter, rate drop" if waves else "rate drop",
             [*([_filter(master.filter)] if waves else []), rate],
@@ -117,8 +118,8 @@ def _link(link: LinkParams) -> list[str]:
 
 
 def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
-    """Return round trip and rendered stiffness in a sentence; empty without waves."""
-    if not has_waves(scenario.controller):
+    """Return round trip and rendered stiffness in a sentence; empty where it is unknown."""
+    if not proofs_hold(scenario.controller):
         return ""
     tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
     said = f"Round trip {tau * 1e3:.1f} ms"

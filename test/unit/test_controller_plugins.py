@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Controllers by name: the library, and one of another package through the whole program."""
+
+import ast
+import dataclasses
+import json
+import os
+import re
+import sys
+import types
+from importlib.metadata import EntryPoint
+
+import pytest
+from command_line import ROOT, call, refused
+
+from pmwvc_analysis.judge import prediction_words
+from pmwvc_analysis.models.answer import answer
+from pmwvc_analysis.models.linear import NonlinearError
+from pmwvc_bringup.scenarios import load
+from pmwvc_core import controllers
+from pmwvc_core.controllers import library
+from pmwvc_core.errors import ParameterError, ScenarioError
+from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.simulation.session import simulate_one
+
+PRODUCT = [file for folder in ROOT.glob("pmwvc_*") for file in folder.glob("pmwvc_*/**/*.py")]
+OWN_CURVES = "reproduction"  # compares the names of published curves, not of controllers
+
+
+@pytest.fixture(scope="module")
+def pmwvc(tmp_path_factory):
+    """The command line beside an installed package: the example of the documentation."""
+    text = (ROOT / "docs" / "controllers.md").read_text("utf-8")
+    [source] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    [points] = re.findall(r"```toml\n\[project\.entry-points\.(.*?)```", text, re.DOTALL)
+    group, point = points.replace('"', "").split("]\n")
+    folder = tmp_path_factory.mktemp("lab")
+    (folder / "lab_soft.py").write_text(source)
+    (folder / "lab_soft-1.0.dist-info").mkdir()
+    (folder / "lab_soft-1.0.dist-info" / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: lab-soft\nVersion: 1.0\n"
+    )
+    (folder / "lab_soft-1.0.dist-info" / "entry_points.txt").write_text(f"[{group}]\n{point}")
+
+    def run(*words):
+        path = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
+        return call(*words, cwd=folder, PYTHONPATH=path)
+
+    return run
+
+
+def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
+    out = tmp_path / "one"
+    words = ["carry_16ms", "--set", "controller=soft", "--duration", "4", "--out", out]
+    result = pmwvc("simulate", *words)
+    assert result.returncode == 0, result.stderr
+    assert "Waves that are damped at the master" in result.stdout
+    assert "The nearest linear scenario, with controller=pmwvc: Stable" in result.stdout
+    summary = json.loads((out / "summary.json").read_text("utf-8"))
+    assert summary["controller"] == "soft"
+    assert summary["stable"] is True
+    assert summary["prediction"]["any_delay"] is None  # the proof is not one of this controller
+    assert pmwvc("report", out).returncode == 0
+    text = (out / "report.html").read_text("utf-8")
+    assert "Waves that are damped at the master" in text
+    assert "the link feels like" not in text
+
+
+def test_a_controller_of_another_package_is_compared(pmwvc, tmp_path):
+    over = ["--controllers", "pmwvc,soft", "--duration", "4", "--json", "--out", tmp_path / "all"]
+    result = pmwvc("compare", "carry_16ms", *over)
+    assert result.returncode == 0, result.stderr
+    waves, soft = json.loads(result.stdout)["sessions"]
+    assert soft["settings"] == {"controller": "soft"}
+    assert (
+        soft["damping_free_n_s_m"] > waves["damping_free_n_s_m"] + 1.0
+    )  # its dissipation is rendered
+
+
+@pytest.mark.parametrize(
+    ("command", "text"),
+    [
+        ("stability", "not linear: controller = soft; ask .* with --set controller=pmwvc"),
+        ("tune", "controller = soft: has no exact model to tune it by; tune controller = pmwvc"),
+    ],
+)
+def test_a_question_that_only_an_exact_model_answers_is_refused(pmwvc, command, text):
+    result = refused(pmwvc(command, "carry_16ms", "--set", "controller=soft"))
+    assert re.search(text, result)
+
+
+SOFT = dataclasses.replace(controllers.LIBRARY["pmwvc"], name="soft", words="Damped waves.")
+
+
+@pytest.fixture
+def lab(monkeypatch):
+    """A laboratory's own module with records, good and bad."""
+    module = types.ModuleType("lab_controllers")
+    records = {
+        "alone": dataclasses.replace(SOFT, name="alone", linear=None),
+        "portless": dataclasses.replace(SOFT, name="portless", make_unknown=None),
+        "other": SOFT,
+        "stray": dataclasses.replace(SOFT, name="stray", linear="moon"),
+        "stone": object(),
+        "pmwvc": SOFT,
+    }
+    vars(module).update(records)
+    monkeypatch.setitem(sys.modules, "lab_controllers", module)
+    group = library.PLUGINS.group
+    points = [EntryPoint(name, f"lab_controllers:{name}", group) for name in records]
+    points.append(EntryPoint("absent", "lab_vendor_library:RECORD", group))
+    monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: points)
+    library.plugin.cache_clear()
+    yield
+    library.plugin.cache_clear()
+
+
+def scenario(controller, **server):
+    values = {"name": "one", "controller": controller, "users": 1, "duration_s": 0.2}
+    return parse_scenario(values | {"server": server})
+
+
+def test_the_library_goes_before_a_plug_in_of_the_same_name(lab):
+    assert controllers.record_of("pmwvc") is controllers.LIBRARY["pmwvc"]
+    assert controllers.names().count("pmwvc") == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("absent", r"lab_vendor_library:RECORD\) cannot be imported: ModuleNotFoundError"),
+        ("stone", r"is not a controller: it is a object, must be a record"),
+        ("other", r"has another name: 'soft'"),
+        ("stray", r"linear = 'moon': must be None or one of pmwvc, direct"),
+    ],
+)
+def test_a_broken_plug_in_is_refused_with_the_reason(lab, name, text):
+    with pytest.raises(ScenarioError, match=rf"controller = '{name}'.*{text}"):
+        scenario(name)
+
+
+def test_an_unknown_name_is_answered_with_what_is_there(lab):
+    with pytest.raises(ScenarioError, match=r"'moon': must be one of pmwvc, .*pspm.*portless"):
+        scenario("moon")
+    with pytest.raises(ParameterError, match=r"'moon': must be one of.*'pmwvc\.controllers'"):
+        controllers.record_of("moon")
+
+
+def test_a_controller_without_a_linear_relative_is_predicted_in_words_only(lab):
+    alone = load("carry_16ms", settings_texts=["controller=alone"])
+    first, *_, last = prediction_words.lines(alone, live=False)
+    assert first == "No exact model, not linear: controller = alone. No linear scenario is near."
+    assert last == "Damped waves."
+    with pytest.raises(NonlinearError, match="controller = alone: has no linear model"):
+        answer(alone)
+
+
+def test_a_controller_without_a_port_for_unknown_environments_is_refused_there(lab):
+    simulate_one(scenario("portless"))
+    with pytest.raises(ParameterError, match="controller = portless has no port for it"):
+        simulate_one(scenario("portless", coupling="unknown", environment="wall"))
+
+
+def test_a_record_refuses_properties_that_contradict_one_another():
+    direct = controllers.LIBRARY["direct"]
+    with pytest.raises(ParameterError, match=r"avatar = 'coupling': .*belongs to waves"):
+        dataclasses.replace(direct, avatar="coupling")
+    with pytest.raises(ParameterError, match=r"avatar = 'flying': must be one of"):
+        dataclasses.replace(direct, avatar="flying")
+    rule = controllers.LIBRARY["tdpa"].rule
+    with pytest.raises(ParameterError, match=r"group = 'mine': BaselineParams has no such group"):
+        dataclasses.replace(rule, group="mine")
+
+
+def compared_names(file):
+    """Yield the names of controllers that a file compares something with."""
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.Compare):
+            for leaf in ast.walk(node):
+                if isinstance(leaf, ast.Constant) and leaf.value in controllers.LIBRARY:
+                    yield f"{file.name}:{node.lineno} {leaf.value}"
+
+
+def test_no_code_compares_the_name_of_a_controller():
+    files = [file for file in PRODUCT if OWN_CURVES not in file.parts]
+    assert len(files) > 300
+    assert [found for file in files for found in compared_names(file)] == []
+
+
+def test_a_comparison_with_a_name_is_found(tmp_path):
+    file = tmp_path / "bad.py"
+    file.write_text("def f(name):\n    return name == 'tdpa' or name in ('pspm', 'x')\n")
+    assert list(compared_names(file)) == ["bad.py:2 tdpa", "bad.py:2 pspm"]
