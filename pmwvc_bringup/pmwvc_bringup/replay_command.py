@@ -137,7 +137,7 @@ def _lead(result: Any, same: bool | None) -> str:
         names = ", ".join(f"{name} = {value}" for name, value in result.changes.items())
         return f"Replayed with {names}: forces differ by up to {largest:.3g} N."
     word = "reproduces" if same else "does NOT reproduce"
-    return f"Unchanged, the replay {word} the recorded forces: to {largest:.2g} N."
+    return f"The unchanged replay {word} the recording: forces differ by up to {largest:.2g} N."
 
 
 def _lines(found: dict[str, Any]) -> list[str]:

@@ -67,7 +67,7 @@ APPENDIX_A = (
     Claim("A 5, Eq. 24", "the channel is a spring of b/T_VE (b = 25 Ns/m, another filter)",
           "Butterworth 50/100 Hz: the channel is a spring of 2b/τ, τ the lag once around",
           channel("A4", 25, 3500.0, prefix="other_filter_"), printed=1250.0, unit="N/m"),
-    Claim("A 5, Fig. 4(a)", "felt stiffness grows with b (80 over 25 Ns/m)",
+    Claim("A 5, Fig. 4(a)", "rendered stiffness grows with b (80 over 25 Ns/m)",
           "loop solved, trapezoid",
           ratio(number("A4", "k_felt_b_80"), number("A4", "k_felt_b_25")), at_least=1.0),
     Claim("A 5, Fig. 4(a)", "waves transmit less than the ideal coupling (share at b = 80 Ns/m)",

@@ -40,8 +40,8 @@ def draw_all(entries: Sequence[Entry], folder: Path) -> list[Picture]:
             figure = panels(entries, draw, unit=unit, title=heading)
             pictures.append(_saved(figure, folder, f"compare_{name}", heading, caption))
         if len(entries) == 2:
-            heading = "One over the other"
-            caption = "Each user's force and position: solid the first session, dashed the second."
+            heading = "Two sessions overlaid"
+            caption = "Each user's force and position: the first session solid, the second dashed."
             picture = _saved(overlay(*entries), folder, "compare_overlay", heading, caption)
             pictures.insert(0, picture)
         figure = comparison_admittance.draw(entries)
@@ -243,6 +243,6 @@ PANELS: dict[str, tuple[Draw, str, str, str]] = {
         _separations,
         "x_m - x_s [mm]",
         "Device from avatar",
-        "How far each device stands from its avatar; the distance at joining is taken out.",
+        "Distance of each device from its avatar, less the distance at joining.",
     ),
 }

@@ -50,7 +50,7 @@ def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | Non
     return Chart(
         "budget",
         "Energy budget",
-        "Energy given by the hands (black) and where it is: stored, dissipated, or under way. "
+        "Energy given by the hands (black) and where it is: stored, dissipated, or in flight. "
         "Areas below zero are energy that was generated; components that did so have a panel of "
         "their own.",
         panels,

@@ -9,9 +9,9 @@ shorten a packet that it does not. Until the server is heard, and while it is si
 corrected.
 
 With K_p the link no longer is a spring: at rest v_m and e belong together only for e = 0, so that
-the felt stiffness is the environment's. No passive link without stored energy can do that (K/M <=
-4/tau^2, docs/theory.md, section 11): ``storage_j`` is what the paid forms hold at the start, and
-the port is passive with this storage.
+the rendered stiffness is the environment's. No passive link without stored energy can do that
+(K/M <= 4/tau^2, docs/theory.md, section 11): ``storage_j`` is what the paid forms hold at the
+start, and the port is passive with this storage.
 """
 
 from collections.abc import Mapping
