@@ -87,6 +87,7 @@ def test_energy_that_the_servers_port_generates_is_in_the_balance(compensation):
         settings_texts=[
             "server.contact_stiffness=2000",
             "server.contact_damping=10",
+            "server.decoding=late",
             f"server.compensation={compensation}",
         ],
         duration_s=4.0,
