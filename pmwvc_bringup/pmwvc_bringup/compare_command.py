@@ -76,7 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
     words, left_out = fitting(
         arguments.scenario, words_of(arguments.controllers), arguments.settings
     )
-    notes = [f"Left out, not possible here: {word}: {why}." for word, why in left_out.items()]
+    notes = [f"Left out: {word}: {why}." for word, why in left_out.items()]
     chosen = combinations(
         arguments.scenario,
         arguments.over,

@@ -102,7 +102,7 @@ def run(arguments: argparse.Namespace) -> int:
                 bar.advance(task)
 
             if 0 < known < lines:
-                console.print(f"{known} of {lines} lines were finished before")
+                console.print(f"{known} of {lines} lines were already computed")
             radius = compute(
                 grid,
                 workers=arguments.workers,

@@ -83,6 +83,6 @@ def _parameters(node: Node) -> list[str]:
             lines += textwrap.wrap(about, WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
     if several:
         lines.append(
-            f"  {ONE_USER}NAME sets what stands above for one user, where users may differ"
+            f"  {ONE_USER}NAME sets a parameter listed above for one user, where users may differ"
         )
     return lines

@@ -132,12 +132,18 @@ def _reported(
 
 def _lead(result: Any, same: bool | None) -> str:
     """Return the result in one sentence."""
-    largest = max(user["force_max_n"] or 0.0 for user in result.differences)
+    forces = [user["force_max_n"] for user in result.differences]
+    if not forces or None in forces:
+        amount = "not all forces can be compared"
+    elif not any(forces):
+        amount = "the forces are equal"
+    else:
+        amount = f"forces differ by up to {max(forces):.3g} N"
     if same is None:
         names = ", ".join(f"{name} = {value}" for name, value in result.changes.items())
-        return f"Replayed with {names}: forces differ by up to {largest:.3g} N."
+        return f"Replayed with {names}: {amount}."
     word = "reproduces" if same else "does NOT reproduce"
-    return f"The unchanged replay {word} the recording: forces differ by up to {largest:.2g} N."
+    return f"The unchanged replay {word} the recording: {amount}."
 
 
 def _lines(found: dict[str, Any]) -> list[str]:

@@ -139,7 +139,7 @@ def test_direct_coupling_over_a_delay_is_named():
         for good, words in budget_summary.lines(found, Passivity(tuple(found.findings)))
         if not good
     ]
-    assert any("link, both directions" in words for words in said)
+    assert any("link in both directions" in words for words in said)
 
 
 def test_a_link_that_amplifies_is_named_with_what_it_gave():

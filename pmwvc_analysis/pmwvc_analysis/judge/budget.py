@@ -152,8 +152,8 @@ def _notes(
         device = known[user.name].device
         if not np.isfinite(user.f_h).all():
             found.append(
-                f"{user.name}: the hand's force was not measured; it is taken to have given what "
-                "the device shows"
+                f"{user.name}: the hand's force was not measured; its work is inferred from the "
+                "motion of the device"
             )
         steps = np.diff(user.tick)
         missing = int(np.sum(steps[steps > 1] - 1))

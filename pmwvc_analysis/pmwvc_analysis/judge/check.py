@@ -88,10 +88,10 @@ def interventions(summary: dict[str, Any]) -> list[Line]:
         ]
         if own:
             first = own[0]
-            text = f"{user['name']}: {first['what']} at {first['time_s']:.2f} s"
+            text = f"{user['name']}, at {first['time_s']:.2f} s: {first['what']}"
             if len(own) > 1:
-                text += f"; {count(len(own) - 1, 'more event')}, last: {own[-1]['what']}"
-                text += f" at {own[-1]['time_s']:.2f} s"
+                text += f"; {count(len(own) - 1, 'more event')}, "
+                text += f"the last at {own[-1]['time_s']:.2f} s: {own[-1]['what']}"
             text += "."
             found.append(_line(None, text))
     return found

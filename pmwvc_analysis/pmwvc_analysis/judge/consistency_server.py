@@ -135,7 +135,9 @@ def _booked(server: ServerTraces) -> list[str]:
     next_to = np.diff(server.step, prepend=0) == 1
     found = []
     if gap := differs((power * server.period_s)[next_to], np.diff(said, prepend=0.0)[next_to]):
-        found.append(f"server: late decoding and compensation are not as booked, {gap:.3g} J off")
+        found.append(
+            f"server: late decoding and compensation are not as accounted, {gap:.3g} J off"
+        )
     taken = server.accounts["environment"] + server.accounts["contained"]
     into = np.sum([running(sums) for sums in server.energy_u_s], axis=0)
     into = into - np.sum([running(sums) for sums in server.energy_v_s], axis=0)

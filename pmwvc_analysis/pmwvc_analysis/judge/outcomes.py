@@ -80,7 +80,7 @@ def _stability(summary: dict[str, Any]) -> Outcome:
     if predicted and was:
         return Outcome("stability", True, "Predicted stable: it was.")
     if predicted:
-        text = "Predicted stable, but it was not (missed): look at the events."
+        text = "Predicted stable, but it was not (missed): see the events."
         return Outcome("stability", False, text)
     if was:
         text = (

@@ -12,7 +12,7 @@ from pmwvc_analysis.judge.passivity_findings import Passivity
 PORTS = {
     "up": "link from the device to the server",
     "down": "link from the server to the device",
-    "joint": "link, both directions",
+    "joint": "link in both directions",
     "hand_port": "port of the hand",
     SERVER: "server with its environment",
 }

@@ -17,9 +17,9 @@ from pmwvc_core.simulation.scenario import Scenario
 HIDES: Mapping[str, str] = {
     "hand": "the work of the hand itself: its force was not recorded",
     "device_damping": "damping and friction of the device, and errors of its sensors",
-    "filter_and_hold": "what velocity filter, bank and position feedback booked themselves",
-    "bank": "what the local model booked as stored and dissipated",
-    "link": "what the passivity controller booked as dissipated",
+    "filter_and_hold": "what velocity filter, bank and position feedback accounted for",
+    "bank": "what the local model accounted as stored and dissipated",
+    "link": "what the passivity controller accounted as dissipated",
     "integration": "the energy of the contacts' springs and the heat of their dampers",
     "environment_heat": "how what the environment took divides into stored and heat",
 }
@@ -63,7 +63,7 @@ def _unchecked(scenario: Scenario) -> Iterator[tuple[str, str]]:
         m.velocity_filter.kind != "none" or m.bank.kind != "none" or m.position.is_on
         for m in masters
     )
-    own = "what a controller booked itself and no signal shows"
+    own = "what a controller accounts for itself and no signal shows"
     level = "a level that the balance does not use"
     record = record_of(scenario.controller)
     for names, why in ((record.remainder_accounts, own), (record.level_accounts, level)):
