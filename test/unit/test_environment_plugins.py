@@ -113,7 +113,7 @@ def test_what_an_environment_says_of_its_settings_is_passed_on_as_it_is(lab):
 
 @pytest.mark.parametrize("name", ["hunt_crossley", "active_wall", "honey"])
 def test_another_coupling_than_unknown_names_what_to_set(name):
-    text = rf"environment = '{name}': set coupling = unknown for it \(implicit supports only cube"
+    text = rf"environment = '{name}': set server.coupling = unknown for it \(implicit supports"
     with pytest.raises(ParameterError, match=text):
         ServerParams(environment=name)
     with pytest.raises(ParameterError, match=r"needs controller = pmwvc with server.coupling"):

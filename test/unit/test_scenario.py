@@ -144,3 +144,17 @@ def test_the_number_of_a_column_is_taken_as_text():
 def test_a_text_where_a_number_belongs_is_told_so():
     (problem,) = problems(BASE | {"device": {"mass": "heavy"}})
     assert problem == "device.mass = 'heavy': must be a number, > 0 kg"
+
+
+@pytest.mark.parametrize(("settings", "said"), [
+    ({"safety.fault_velocity": 0.01}, "safety.fault_velocity = 0.01: must be > damper_velocity"),
+    ({"master.filter.kind": "butterworth"}, "master.filter.stop_hz = null: a Butterworth filter"),
+    ({"server.environment": "gel"}, "server.environment = 'gel': set server.coupling = unknown"),
+    (
+        {"master.velocity_filter.alpha": 0.5, "master.velocity_filter.cutoff_hz": 5.0},
+        "master.velocity_filter: alpha and cutoff_hz are given",
+    ),
+])  # fmt: skip
+def test_a_conflict_between_parameters_names_them_as_they_are_set(settings, said):
+    found = problems({**BASE, **settings})
+    assert [problem for problem in found if problem.startswith(said)], found

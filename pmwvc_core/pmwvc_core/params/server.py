@@ -83,7 +83,7 @@ class ServerParams(Validated):
         if self.environment in KNOWN or self.coupling == "unknown":
             return []
         return [
-            f"environment = {self.environment!r}: set coupling = unknown for it "
+            f"environment = {self.environment!r}: set server.coupling = unknown for it "
             f"({self.coupling} supports only {' and '.join(KNOWN)})"
         ]
 

@@ -250,7 +250,14 @@ class _Reader:
         try:
             return kind(**fields)
         except ParameterError as error:  # single values are right: this is between two of them
-            text = f"{prefix}: {error}"
+            text = _named_in_full(str(error), prefix, kind)
             if not any(problem.endswith(text) for problem in self.problems):
                 self.problems.append(text if who in ("", "user1.") else who + text)
             return None
+
+
+def _named_in_full(text: str, prefix: str, kind: type) -> str:
+    """Return conflicts of a group with the full name of every parameter that begins one."""
+    names = "|".join(specs(kind))
+    named = re.sub(rf"(^|; )(?=({names}) = )", rf"\1{prefix}.", text)
+    return named if named.startswith(f"{prefix}.") else f"{prefix}: {named}"
