@@ -144,17 +144,6 @@ def transitions(
     return Transitions(rows, loop.names, loop.ticks, rigid.families(loop))
 
 
-def transition_of(scenario: Scenario, *, live: bool = False) -> Array:
-    """Return the transition matrix ``(n, n)`` of one scenario."""
-    found: Array = transitions(scenario, live=live).matrices[0]
-    return found
-
-
-def build_batch(scenarios: Sequence[Scenario], *, live: bool = False) -> list[MultirateModel]:
-    """Return a model for each of several scenarios, in order."""
-    return [build(scenario, live=live) for scenario in scenarios]
-
-
 def reduced(model: MultirateModel) -> Array:
     """Return A on the quotient by rigid motions."""
     found: Array = rigid.quotient(model.transition[np.newaxis], model.rigid)[0]
