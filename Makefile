@@ -29,7 +29,7 @@ bench: setup  ## timing of the loop and of the core, with numbers
 	@$(PY) test/bench/run.py
 
 figures: setup  ## the dissertation's figures and numbers, computed again (minutes)
-	@$(PY) -m pmwvc_analysis.reproduction
+	@PYTHONPATH=tools $(PY) -m reproduction
 
 docs: setup  ## reference pages from their sources
 	@$(PY) tools/write_reference.py

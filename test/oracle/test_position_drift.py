@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from pmwvc_analysis.reproduction import pages
-from pmwvc_analysis.reproduction.files import read
-from pmwvc_analysis.reproduction.position_drift import FIGURES, HANDS, LINKS, MODEL
 from pmwvc_bringup.scenarios import load
+from reproduction import pages
+from reproduction.files import read
+from reproduction.position_drift import FIGURES, HANDS, LINKS, MODEL
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "reproduction"
 PAID = ("budgeted", "integral")

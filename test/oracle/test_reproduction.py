@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pmwvc_analysis.reproduction import pages
-from pmwvc_analysis.reproduction.claim import Claim, row, verdict
-from pmwvc_analysis.reproduction.compensation import largest_stiffness
-from pmwvc_analysis.reproduction.files import envelope
-from pmwvc_analysis.reproduction.registry import FIGURES
+from reproduction import pages
+from reproduction.claim import Claim, row, verdict
+from reproduction.compensation import largest_stiffness
+from reproduction.files import envelope
+from reproduction.registry import FIGURES
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "reproduction"
 LARGEST_PICTURE = 170_000

@@ -10,12 +10,12 @@ from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.stability import z_width
 from pmwvc_analysis.models.transparency import transparency
 from pmwvc_analysis.models.z_width_simulated import simulated_z_width
-from pmwvc_analysis.reproduction.figure import Values
-from pmwvc_analysis.reproduction.scenarios import UNLIMITED, scenario
-from pmwvc_analysis.reproduction.traces import curves, last_mean, limited_ticks
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
+from reproduction.figure import Values
+from reproduction.scenarios import UNLIMITED, scenario
+from reproduction.traces import curves, last_mean, limited_ticks
 
 BOUND = 1e6
 REFINEMENTS, FINER = 3, 9  # of the grid around the largest stiffness

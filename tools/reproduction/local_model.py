@@ -12,12 +12,12 @@ from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.stability import k_max
 from pmwvc_analysis.models.transparency import ideal_of, transparency
 from pmwvc_analysis.models.variation import varied
-from pmwvc_analysis.reproduction.conditions import bank_gains
-from pmwvc_analysis.reproduction.figure import Values
-from pmwvc_analysis.reproduction.scenarios import scenario
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave import design
+from reproduction.conditions import bank_gains
+from reproduction.figure import Values
+from reproduction.scenarios import scenario
 
 
 def limits(parameters: Values) -> Values:

@@ -4,7 +4,7 @@
 
 from collections.abc import Callable
 
-from pmwvc_analysis.reproduction.claim import Numbers
+from reproduction.claim import Numbers
 
 Read = Callable[[Numbers], float | None]
 

@@ -4,9 +4,9 @@
 and B here.
 """
 
-from pmwvc_analysis.reproduction.claim import Claim
-from pmwvc_analysis.reproduction.claims_cde import APPENDIX_C, APPENDIX_D, APPENDIX_E
-from pmwvc_analysis.reproduction.read_numbers import channel, number, ratio
+from reproduction.claim import Claim
+from reproduction.claims_cde import APPENDIX_C, APPENDIX_D, APPENDIX_E
+from reproduction.read_numbers import channel, number, ratio
 
 CUT_OFF = "cut-off read as the filter's pole in rad/s; one frame late, forward Euler, ZOH"
 REAL = "real devices add friction, quantisation and limits that the model lacks"

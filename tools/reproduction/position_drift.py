@@ -12,12 +12,12 @@ import numpy as np
 from pmwvc_analysis.judge.energy import user_energies
 from pmwvc_analysis.judge.shape import rms
 from pmwvc_analysis.judge.verdicts import separation
-from pmwvc_analysis.reproduction import draw_position_drift
-from pmwvc_analysis.reproduction.figure import Figure, Values
-from pmwvc_analysis.reproduction.scenarios import scenario
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.simulation.traces import SessionTraces
+from reproduction import draw_position_drift
+from reproduction.figure import Figure, Values
+from reproduction.scenarios import scenario
 
 # As in carry_16ms.yaml, with the anti-aliasing filter of App. B.
 HANDS = {"stiffness": 120.0, "damping": 15.0, "squeeze": 2.0}

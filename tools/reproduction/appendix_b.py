@@ -8,13 +8,13 @@ import numpy as np
 
 from pmwvc_analysis.models.maps import Axis, Grid, line
 from pmwvc_analysis.models.stability import k_max
-from pmwvc_analysis.reproduction import draw_b
-from pmwvc_analysis.reproduction.conditions import hold_balance
-from pmwvc_analysis.reproduction.figure import Figure, Values
-from pmwvc_analysis.reproduction.scenarios import DELAYS, FRAME_S, pair, scenario
-from pmwvc_analysis.reproduction.traces import curves, last_mean
 from pmwvc_core.simulation.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
+from reproduction import draw_b
+from reproduction.conditions import hold_balance
+from reproduction.figure import Figure, Values
+from reproduction.scenarios import DELAYS, FRAME_S, pair, scenario
+from reproduction.traces import curves, last_mean
 
 BOUND = 1e6
 STIFFNESSES = ("user1.server.contact_stiffness", "user2.server.contact_stiffness")

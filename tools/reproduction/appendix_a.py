@@ -8,13 +8,13 @@ from pmwvc_analysis.models.channel_energy import aliasing_example
 from pmwvc_analysis.models.down_sampler import energy_over_cut_off, printed_scenario
 from pmwvc_analysis.models.stability import crossings, radii
 from pmwvc_analysis.models.variation import varied
-from pmwvc_analysis.reproduction import draw_a, draw_single
-from pmwvc_analysis.reproduction.conditions import band_limited_balance, reflections
-from pmwvc_analysis.reproduction.figure import Figure, Values
-from pmwvc_analysis.reproduction.scenarios import scenario, wall
-from pmwvc_analysis.reproduction.single_user import admittance, contact, widths
 from pmwvc_core.params import FilterParams
 from pmwvc_core.simulation.scenario import Scenario
+from reproduction import draw_a, draw_single
+from reproduction.conditions import band_limited_balance, reflections
+from reproduction.figure import Figure, Values
+from reproduction.scenarios import scenario, wall
+from reproduction.single_user import admittance, contact, widths
 
 CUT_OFF = "master.filter.stop_hz"
 

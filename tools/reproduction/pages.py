@@ -5,11 +5,11 @@
 import textwrap
 from pathlib import Path
 
-from pmwvc_analysis.reproduction.claim import Numbers, row
-from pmwvc_analysis.reproduction.claims import CLAIMS
-from pmwvc_analysis.reproduction.draw_position_drift import table
-from pmwvc_analysis.reproduction.files import read
-from pmwvc_analysis.reproduction.registry import FIGURES
+from reproduction.claim import Numbers, row
+from reproduction.claims import CLAIMS
+from reproduction.draw_position_drift import table
+from reproduction.files import read
+from reproduction.registry import FIGURES
 
 GENERATED = "<!-- written by make figures -->\n"
 

@@ -9,11 +9,11 @@ import numpy as np
 from pmwvc_analysis.judge.oscillation import beyond
 from pmwvc_analysis.judge.shape import rms
 from pmwvc_analysis.models.multirate import build, spectral_radius
-from pmwvc_analysis.reproduction.conditions import radii_over_delay
-from pmwvc_analysis.reproduction.figure import Values
-from pmwvc_analysis.reproduction.scenarios import UNLIMITED, scenario
-from pmwvc_analysis.reproduction.traces import curves, limited_ticks
 from pmwvc_core.simulation.session import simulate_one
+from reproduction.conditions import radii_over_delay
+from reproduction.figure import Values
+from reproduction.scenarios import UNLIMITED, scenario
+from reproduction.traces import curves, limited_ticks
 
 NOISE_HZ = 60.0  # above it there is nothing but noise in the force
 

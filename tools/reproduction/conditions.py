@@ -6,13 +6,13 @@ import numpy as np
 
 from pmwvc_analysis.models.channel_energy import hold_energy, rate_drop_energy
 from pmwvc_analysis.models.multirate import build, spectral_radius
-from pmwvc_analysis.reproduction.figure import Values
-from pmwvc_analysis.reproduction.scenarios import scenario
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import BankParams
 from pmwvc_core.wave.bank_design import bank_filters
 from pmwvc_core.wave.branches import switching_gain
 from pmwvc_core.wave.response import sections_response
+from reproduction.figure import Values
+from reproduction.scenarios import scenario
 
 ANGLE = np.linspace(1e-4, np.pi, 20_001)  # [rad/sample]
 

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """App. E: waves alone at a wall of 500 N/m, and with a filter bank and a local model."""
 
-from pmwvc_analysis.reproduction import draw_e, draw_single, local_model
-from pmwvc_analysis.reproduction.figure import Figure, Values
-from pmwvc_analysis.reproduction.scenarios import wall
-from pmwvc_analysis.reproduction.single_user import admittance, widths
+from reproduction import draw_e, draw_single, local_model
+from reproduction.figure import Figure, Values
+from reproduction.scenarios import wall
+from reproduction.single_user import admittance, widths
 
 DEVICE = {"device.mass": 0.1, "device.damping": 1.5}
 MODEL = {

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """All figures of the reproduction by name."""
 
-from pmwvc_analysis.reproduction import (
+from reproduction import (
     appendix_a,
     appendix_b,
     appendix_c,
@@ -10,7 +10,7 @@ from pmwvc_analysis.reproduction import (
     appendix_e,
     position_drift,
 )
-from pmwvc_analysis.reproduction.figure import Figure
+from reproduction.figure import Figure
 
 FIGURES: dict[str, Figure] = {
     figure.name: figure

@@ -4,8 +4,8 @@
 
 from typing import Any
 
-from pmwvc_analysis.reproduction.drawing import numbers, sheet
-from pmwvc_analysis.reproduction.figure import Values
+from reproduction.drawing import numbers, sheet
+from reproduction.figure import Values
 
 LINKS = {
     "no_loss": "no loss",

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models.variation import varied
-from pmwvc_analysis.reproduction.figure import Values
-from pmwvc_analysis.reproduction.scenarios import scenario
-from pmwvc_analysis.reproduction.traces import curves, last_mean
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.session import simulate, simulate_one
 from pmwvc_core.simulation.traces import SessionTraces
+from reproduction.figure import Values
+from reproduction.scenarios import scenario
+from reproduction.traces import curves, last_mean
 
 AT_REST_M_S = 1e-3
 KINDS = ("none", "printed", "corrected", "ledger")

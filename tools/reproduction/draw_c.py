@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.reproduction.draw_single import heading
-from pmwvc_analysis.reproduction.drawing import EDGE, REGION, numbers, sheet
-from pmwvc_analysis.reproduction.figure import Values
 from pmwvc_analysis.show import style
+from reproduction.draw_single import heading
+from reproduction.drawing import EDGE, REGION, numbers, sheet
+from reproduction.figure import Values
 
 CASES = {"unwrapped": "1) loop unwrapped", "one_step_delay": "2) one step of delay"}
 WHOSE = {"printed": "as printed", "loop": "consistent diagram"}

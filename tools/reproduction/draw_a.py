@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.reproduction.draw_single import heading
-from pmwvc_analysis.reproduction.drawing import LINES, numbers, sheet
-from pmwvc_analysis.reproduction.figure import Values
 from pmwvc_analysis.show import style
+from reproduction.draw_single import heading
+from reproduction.drawing import LINES, numbers, sheet
+from reproduction.figure import Values
 
 HIGHEST_HZ = 600.0
 NAMES = {"one_step_delay": "one step of computational delay", "unwrapped": "loop solved"}

@@ -4,13 +4,13 @@
 
 import numpy as np
 
-from pmwvc_analysis.reproduction import draw_d, draw_single
-from pmwvc_analysis.reproduction.figure import Figure, Values
-from pmwvc_analysis.reproduction.scenarios import wall
-from pmwvc_analysis.reproduction.single_user import admittance
-from pmwvc_analysis.reproduction.velocity import experiment
 from pmwvc_core.wave.branches import margins
 from pmwvc_core.wave.velocity_filter_design import best_alpha, printed_branches
+from reproduction import draw_d, draw_single
+from reproduction.figure import Figure, Values
+from reproduction.scenarios import wall
+from reproduction.single_user import admittance
+from reproduction.velocity import experiment
 
 TICK_S = 1e-3
 

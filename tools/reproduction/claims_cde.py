@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Claims of App. C, D and E."""
 
-from pmwvc_analysis.reproduction.claim import Claim
-from pmwvc_analysis.reproduction.read_numbers import channel, number, ratio
+from reproduction.claim import Claim
+from reproduction.read_numbers import channel, number, ratio
 
 APPENDIX_C = (
     Claim("C 3, Fig. 3", "one step of delay leaves a much smaller region (area over that without)",

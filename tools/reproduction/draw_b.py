@@ -4,9 +4,9 @@
 
 from typing import Any
 
-from pmwvc_analysis.reproduction.drawing import numbers, region, sheet
-from pmwvc_analysis.reproduction.figure import Values
 from pmwvc_analysis.show import style
+from reproduction.drawing import numbers, region, sheet
+from reproduction.figure import Values
 
 
 def _delay(frames: int) -> str:

@@ -10,10 +10,10 @@ from pmwvc_analysis.models.characteristic import (
     loop_polynomial,
     printed_polynomial,
 )
-from pmwvc_analysis.reproduction import compensation, draw_c, draw_single
-from pmwvc_analysis.reproduction.figure import Figure, Values
-from pmwvc_analysis.reproduction.scenarios import wall
-from pmwvc_analysis.reproduction.single_user import widths
+from reproduction import compensation, draw_c, draw_single
+from reproduction.figure import Figure, Values
+from reproduction.scenarios import wall
+from reproduction.single_user import widths
 
 UNKNOWN = {"server.coupling": "unknown", "server.decoding": "late"}
 POLYNOMIALS = {"printed": printed_polynomial, "loop": loop_polynomial}

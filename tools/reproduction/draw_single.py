@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.reproduction.drawing import LINES, numbers, sheet
-from pmwvc_analysis.reproduction.figure import Values
 from pmwvc_analysis.show import style
+from reproduction.drawing import LINES, numbers, sheet
+from reproduction.figure import Values
 
 TICK_HZ = 1000.0
 

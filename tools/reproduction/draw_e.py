@@ -4,10 +4,10 @@
 
 from typing import Any
 
-from pmwvc_analysis.reproduction.draw_single import heading
-from pmwvc_analysis.reproduction.drawing import LINES, numbers, sheet
-from pmwvc_analysis.reproduction.figure import Values
 from pmwvc_analysis.show import style
+from reproduction.draw_single import heading
+from reproduction.drawing import LINES, numbers, sheet
+from reproduction.figure import Values
 
 IDEAL = "direct coupling at 1 kHz (ideal)"
 

@@ -8,8 +8,8 @@ import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from pmwvc_analysis.reproduction.files import write
-from pmwvc_analysis.reproduction.registry import FIGURES
+from reproduction.files import write
+from reproduction.registry import FIGURES
 
 
 def produce(name: str, folder: Path) -> str:

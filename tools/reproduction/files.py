@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.reproduction.figure import Figure, Values
 from pmwvc_analysis.show import style
 from pmwvc_core.numeric import Array
+from reproduction.figure import Figure, Values
 
 STRETCHES = 400  # of a dense line, two points each
 LONG_NUMBER = re.compile(r"(\d+\.\d\d)\d+")

@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Compute all figures and write them: ``python -m pmwvc_analysis.reproduction [NAME...]``."""
+"""Compute all figures and write them: ``python -m reproduction [NAME...]``."""
 
 import argparse
 from pathlib import Path
 
 from rich.progress import Progress
 
-from pmwvc_analysis.reproduction.pages import write_pages
-from pmwvc_analysis.reproduction.production import produce_all
-from pmwvc_analysis.reproduction.registry import FIGURES
+from reproduction.pages import write_pages
+from reproduction.production import produce_all
+from reproduction.registry import FIGURES
 
 
 def main() -> None:
