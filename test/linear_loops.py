@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The session simulator as a linear loop: no limits, no hand but forces that are given.
 
-The simulator's own objects run; only the safety limits are replaced by a wire, and the hands by
-rows of forces. This is the other route by which the models are checked.
+The simulator's own objects run; only the safety limits are replaced by a wire, receivers refuse no
+wave for its size, and hands are rows of forces. This is the other route by which the models are
+checked.
 """
 
 import dataclasses
+import math
 
 import numpy as np
 
@@ -58,6 +60,8 @@ def simulated(of, forces, *, live=False):
     )
     for seat, row in zip(batch.seats, forces, strict=True):
         seat.client.safety = Wire()
+        for link in (seat.up, seat.down):  # a loop that grows passes every legal wave
+            link.receiver.max_wave = math.inf
         force = np.concatenate([np.zeros(SETTLED), row])[:, np.newaxis]
         seat.operator = RecordedForce(force, repeat=False, tick_s=of.tick_s, dof=1)
     batch.run(lambda share: None)

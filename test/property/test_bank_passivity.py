@@ -155,7 +155,7 @@ def test_control_a_local_model_that_opens_and_closes_makes_table_1_active():
         found = []
         for shift, sign in itertools.product(range(5), (-1.0, 1.0)):
             places = itertools.cycle(sign * np.roll([1.0, 1.0, -1.0, -1.0, -1.0], shift))
-            local = LocalModelParams(stiffness=0.0, damping=1e6, acts="above")
+            local = LocalModelParams(stiffness=0.0, damping=1e4, acts="above")
             bank_of = FilterBank(
                 MasterParams(bank=bank, local_model=local), lambda places=places: next(places)
             )

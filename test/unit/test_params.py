@@ -61,7 +61,9 @@ def test_an_inclusive_bound_itself_is_allowed(kind, name, spec):
     for bound in (spec.low, spec.high):
         if bound is not None:
             value = spec.kind(bound)
-            assert getattr(kind(**{name: value}), name) == value
+            corner = kind is FilterParams and name in ("pole_rad_s", "cutoff_hz")
+            others = {"kind": "first_order"} if corner else {}
+            assert getattr(kind(**others, **{name: value}), name) == value
 
 
 def test_a_batch_of_values_is_checked_in_every_run():
