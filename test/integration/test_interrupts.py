@@ -32,7 +32,7 @@ INSTANTS = {
     "interpreter": lambda pid: "python" in executed(pid),
     "imports": lambda pid: "_struct" in mapped(pid) or "_socket" in mapped(pid),
     "numpy": lambda pid: "_multiarray_umath" in mapped(pid),
-    "random": lambda pid: "mtrand" in mapped(pid),
+    "linear algebra": lambda pid: "_umath_linalg" in mapped(pid),
 }
 
 
