@@ -6,8 +6,9 @@ import handmade
 import numpy as np
 import pytest
 from handmade import oscillating, session
+from scipy import signal
 
-from pmwvc_analysis.judge.oscillation import motions, strength
+from pmwvc_analysis.judge.oscillation import beyond, motions, strength
 from pmwvc_analysis.judge.stability import OSCILLATION_M_S, verdict
 from pmwvc_analysis.models.stability import radii
 from pmwvc_bringup import scenarios
@@ -251,3 +252,18 @@ def test_a_driven_loop_is_stable_where_its_eigenvalues_say_so_however_hard_it_is
         return  # neither dies out nor grows within the session
     found = verdict(simulate_one(scenario), scenario)
     assert found.stable is (radius < 1.0), found.why
+
+
+@pytest.mark.parametrize("band_hz", [0.5, 2.0, 17.5, 60.0])
+def test_motion_beyond_a_band_is_that_of_a_filter_run_both_ways(band_hz):
+    """The other route: scipy's recursive filter. Only the ends of a stretch may differ."""
+    rng = np.random.default_rng(7)
+    time_s = np.arange(6000) * 1e-3
+    motion = 0.1 * np.sin(2 * np.pi * 0.7 * time_s) + 0.01 * rng.standard_normal(6000)
+    velocity = np.stack([motion, motion[::-1]], axis=1)
+    sos = signal.butter(4, band_hz, "highpass", fs=1000.0, output="sos")
+    pad = min(5999, round(3000.0 / band_hz))
+    other = signal.sosfiltfilt(sos, velocity, axis=0, padlen=pad)
+    inside = slice(1000, -1000)
+    gap = beyond(velocity, 1e-3, band_hz)[inside] - other[inside]
+    assert np.sqrt((gap**2).mean()) < 2e-3 * np.sqrt((other[inside] ** 2).mean())
