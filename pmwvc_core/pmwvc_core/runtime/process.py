@@ -177,9 +177,11 @@ def _worked(node: Node, build: Callable[[Node], Work], stop: threading.Event) ->
 def _served(node: Node, stop: threading.Event) -> Iterator[list[Exception]]:
     """Serve the node's parameters, services and timers in a thread of its own.
 
-    An exception there ends the node: a loop nobody can talk to must not go on.
+    An exception there ends the node: a loop nobody can talk to must not go on. The executor is
+    shut down once its thread has ended: rclpy takes its guards away under a thread that spins.
     """
     failures: list[Exception] = []
+    ended = threading.Event()
     executor = SingleThreadedExecutor()
     executor.add_node(node)
 
@@ -187,7 +189,8 @@ def _served(node: Node, stop: threading.Event) -> Iterator[list[Exception]]:
         with contextlib.suppress(OSError):  # the loop's own request is the one reported
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
         try:
-            executor.spin()
+            while not ended.is_set():
+                executor.spin_once()
         except ExternalShutdownException:
             stop.set()
         except Exception as error:
@@ -200,8 +203,10 @@ def _served(node: Node, stop: threading.Event) -> Iterator[list[Exception]]:
     try:
         yield failures
     finally:
-        executor.shutdown()
+        ended.set()
+        executor.create_task(lambda: None)  # wakes it
         thread.join()
+        executor.shutdown()
 
 
 @contextmanager
