@@ -11,10 +11,10 @@ one tuning with itself. Parameters that differ from their defaults, or are named
 import dataclasses
 from typing import Any
 
+from pmwvc_analysis.judge.prediction_words import rule_loop
 from pmwvc_core.controllers import Rule, record_of
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import BaselineParams
-from pmwvc_core.rivals.tuning import Loop, loop_of
 from pmwvc_core.simulation.scenario import Scenario, User
 
 RULE, GIVEN = "by its rule", "as given"
@@ -44,7 +44,7 @@ def tuned(scenario: Scenario, *, given: bool = False) -> Scenario:
         if getattr(user.baseline, rule.group) != getattr(BaselineParams(), rule.group):
             return user
         try:
-            params = rule.propose(_loop(user, scenario)).params
+            params = rule.propose(rule_loop(user, scenario)).params
         except ParameterError:  # no damping at all: the rule has no answer
             return user
         group: dict[str, Any] = {rule.group: params}
@@ -64,7 +64,7 @@ def tuning_of(scenario: Scenario) -> str | None:
     ours = all(_by_rule(rule, user, scenario) for user in scenario.users)
     missed: dict[str, float] = {}
     for user in scenario.users:
-        found = rule.check(getattr(user.baseline, rule.group), _loop(user, scenario))
+        found = rule.check(getattr(user.baseline, rule.group), rule_loop(user, scenario))
         for name, margin in found.criteria.items():
             if margin < 0.0:
                 missed[name] = min(margin, missed.get(name, 0.0))
@@ -98,19 +98,7 @@ def _values(flat: dict[str, Any], name: str) -> set[Any]:
 
 def _by_rule(rule: Rule, user: User, scenario: Scenario) -> bool:
     try:
-        proposed = rule.propose(_loop(user, scenario)).params
+        proposed = rule.propose(rule_loop(user, scenario)).params
     except ParameterError:
         return False
     return bool(getattr(user.baseline, rule.group) == proposed)
-
-
-def _loop(user: User, scenario: Scenario) -> Loop:
-    return loop_of(
-        master=user.master,
-        device=user.device,
-        operator=user.operator,
-        server=scenario.server,
-        contact=user.contact,
-        up=user.link_up,
-        down=user.link_down,
-    )

@@ -25,7 +25,7 @@ from pmwvc_analysis.judge.prediction_lag import (
 from pmwvc_analysis.models.linear import left_out, nonlinear
 from pmwvc_core.controllers import has_waves, proofs_hold, record_of
 from pmwvc_core.rivals import tuning
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.wave import aliasing
 from pmwvc_core.wave.impedance import first_axis
 
@@ -90,19 +90,24 @@ def _delay_lines(known: Answer) -> list[str]:
     return [f"Not proved stable at any constant delay: {'; '.join(reasons)}."]
 
 
+def rule_loop(user: User, scenario: Scenario) -> tuning.Loop:
+    """Return what the tuning rules have to know of one user of a scenario."""
+    return tuning.loop_of(
+        master=user.master,
+        device=user.device,
+        operator=user.operator,
+        server=scenario.server,
+        contact=user.contact,
+        up=user.link_up,
+        down=user.link_down,
+    )
+
+
 def _rule_lines(scenario: Scenario) -> list[str]:
     """Return how each user's parameters stand to the tuning rule of a controller without waves."""
     found = []
     for user in scenario.users:
-        loop = tuning.loop_of(
-            master=user.master,
-            device=user.device,
-            operator=user.operator,
-            server=scenario.server,
-            contact=user.contact,
-            up=user.link_up,
-            down=user.link_down,
-        )
+        loop = rule_loop(user, scenario)
         checked = record_of(scenario.controller).check(user.baseline, loop)
         for rule, margin in checked.criteria.items() if checked else ():
             verdict = "met, margin" if margin >= 0.0 else "NOT met, deficit"
