@@ -4,6 +4,7 @@
 
 import json
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -55,14 +56,18 @@ def test_a_replay_reproduces_what_was_felt(recorded, tmp_path, hand):
 
 
 def test_a_simulation_with_other_packet_fates_does_not(recorded):
-    """The control: the scenario alone, without what was recorded, is farther off."""
+    """The control: other fates of the packets move the devices by more than the tolerance.
+
+    One seed alone may lose the same packets that matter, so several are taken.
+    """
     traces, scenario = read_session(recorded), read_scenario(recorded)
-    other = simulate_one(scenario)
     gaps = []
-    for one, two in zip(traces.users, other.users, strict=True):
-        shared = min(len(one.tick), len(two.tick))
-        gaps.append(np.abs(one.x_m[:shared] - two.x_m[:shared]).max())
-    assert max(gaps) > POSITION_M / 2
+    for seed in range(1, 9):
+        other = simulate_one(replace(scenario, seed=seed))
+        for one, two in zip(traces.users, other.users, strict=True):
+            shared = min(len(one.tick), len(two.tick))
+            gaps.append(np.abs(one.x_m[:shared] - two.x_m[:shared]).max())
+    assert max(gaps) > POSITION_M
 
 
 def test_a_replay_with_another_impedance_is_a_session_of_its_own(recorded, tmp_path):

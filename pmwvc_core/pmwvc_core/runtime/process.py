@@ -4,11 +4,13 @@
 
 The main thread owns the loop; a second one serves parameters, services and diagnostics; a third
 waits for signals. SIGINT and SIGTERM set an event and nothing else: ROS stays usable until the
-loop has said goodbye. Exit code 0: asked to stop; 2: a setting, file or device cannot be used, in
+loop has said goodbye. A second signal while the node is still ending writes into its log where
+every thread stands. Exit code 0: asked to stop; 2: a setting, file or device cannot be used, in
 one line; 1: a mistake of ours, with its traceback.
 """
 
 import contextlib
+import faulthandler
 import os
 import signal
 import sys
@@ -38,6 +40,7 @@ _SWITCH_S = 1e-4  # a loop that wakes gets the interpreter after this, not after
 # Below the loops, above other programs: a thread that holds the interpreter must not be put aside
 # by another program while the loop waits for it.
 _PRIORITY = 10
+_TEARDOWN_S = 5.0  # ROS needs some tens of milliseconds to remove a node
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _REFUSALS = (
     PmwvcError,
@@ -82,15 +85,14 @@ def run_node(
             rclpy.try_shutdown()
             return _refused(name, error)
         try:
-            return _worked(node, build, stop)
+            code = _worked(node, build, stop)
         except PmwvcError as error:
-            return _refused(name, error)
+            code = _refused(name, error)
         except Exception:
             traceback.print_exc()
-            return 1
-        finally:
-            node.destroy_node()
-            rclpy.try_shutdown()
+            code = 1
+        _remove(node, code)
+    return code
 
 
 class StartGate:
@@ -160,6 +162,26 @@ def _created(name: str, args: Sequence[str] | None) -> Node:
         raise ParameterError(f"a parameter was given that is an empty list: {error}") from None
 
 
+def _remove(node: Node, code: int) -> None:
+    """Take the node out of the graph; end the process with ``code`` if ROS never returns.
+
+    The work is closed by now: the device is released and the file is complete.
+    """
+    name = node.get_name()
+
+    def give_up() -> None:
+        print(f"{name}: ROS did not remove the node in {_TEARDOWN_S:g} s", file=sys.stderr)
+        faulthandler.dump_traceback(all_threads=True)
+        os._exit(code)
+
+    timer = threading.Timer(_TEARDOWN_S, give_up)
+    timer.daemon = True
+    timer.start()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    timer.cancel()
+
+
 def _worked(node: Node, build: Callable[[Node], Work], stop: threading.Event) -> int:
     gate = StartGate(node)
     work = build(node)
@@ -198,15 +220,19 @@ def _served(node: Node, stop: threading.Event) -> Iterator[list[Exception]]:
             failures.append(error)
             stop.set()
 
-    thread = threading.Thread(target=serve, name="services")
+    thread = threading.Thread(target=serve, name="services", daemon=True)
     thread.start()
     try:
         yield failures
     finally:
         ended.set()
         executor.create_task(lambda: None)  # wakes it
-        thread.join()
-        executor.shutdown()
+        thread.join(_TEARDOWN_S)
+        if thread.is_alive():  # the work is closed all the same: a device must be released
+            print(f"a service did not return within {_TEARDOWN_S:g} s", file=sys.stderr)
+            faulthandler.dump_traceback(all_threads=True)
+        else:
+            executor.shutdown()
 
 
 @contextmanager
@@ -222,7 +248,9 @@ def _signals_set(stop: threading.Event) -> Iterator[None]:
     wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
 
     def watch() -> None:
-        if os.read(reader, 1):
+        while os.read(reader, 1):
+            if stop.is_set():
+                faulthandler.dump_traceback(all_threads=True)
             stop.set()
 
     thread = threading.Thread(target=watch, name="signals", daemon=True)
