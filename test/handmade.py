@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.scenario_reader import parse_scenario
-from pmwvc_core.simulation.traces import (
+from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import (
     FateTraces,
     PacketTraces,
     ServerTraces,

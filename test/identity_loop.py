@@ -14,8 +14,8 @@ from scipy.linalg import null_space
 
 from pmwvc_core.controllers import make_master, make_server
 from pmwvc_core.plant.devices import SimulatedDevice
+from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.cascade import Cascade
-from pmwvc_core.wave.packet import WavePacket
 
 
 def cascades(master):

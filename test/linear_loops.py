@@ -13,8 +13,8 @@ import math
 import numpy as np
 
 from pmwvc_core.plant.forces import RecordedForce
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import LIVE, Conditions
-from pmwvc_core.simulation.scenario_reader import parse_scenario
 from pmwvc_core.simulation.session import SessionBatch
 
 SETTLED = 200  # ticks after which everybody is seated, whatever the delay here

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One user who presses a wall with a given force: linear throughout."""
 
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
 
 
 def wall(**overrides):

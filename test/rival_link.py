@@ -11,7 +11,7 @@ import numpy as np
 
 from pmwvc_core.controllers import make_master, make_server
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
-from pmwvc_core.wave.packet import Packer
+from pmwvc_core.transport.packet import Packer
 
 TICK_S = 0.001
 M = 8

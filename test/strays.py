@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.recover import RawMessage
+from pmwvc_analysis.recording.mcap.recover import RawMessage
 from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import SessionWriter
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime.reference import docs_table, reference_page
-from pmwvc_core.simulation.scenario import DEFAULTS, SHARED_GROUPS, TOP, USER_GROUPS
+from pmwvc_core.scenario.scenario import DEFAULTS, SHARED_GROUPS, TOP, USER_GROUPS
 
 ROOT = Path(__file__).resolve().parents[1]
 

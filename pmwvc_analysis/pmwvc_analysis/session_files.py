@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces
 
 SUMMARY = "summary.json"
 BUDGET = "budget.json"
@@ -47,12 +47,14 @@ def finish(
     RecordingError
         If the folder holds no recording that can be read, or cannot be written.
     """
-    from pmwvc_analysis.judge import budget_summary, cut, endings, events
-    from pmwvc_analysis.judge.budget import budget
-    from pmwvc_analysis.judge.verdicts import summary
+    from pmwvc_analysis.budget import budget_summary
+    from pmwvc_analysis.budget.budget import budget
+    from pmwvc_analysis.events import events
+    from pmwvc_analysis.figures.figures import charts, write_all
     from pmwvc_analysis.recording.reader import read_scenario, read_session
-    from pmwvc_analysis.show.figures import charts, write_all
-    from pmwvc_analysis.show.report import render
+    from pmwvc_analysis.report.report import render
+    from pmwvc_analysis.verdicts import cut, endings
+    from pmwvc_analysis.verdicts.verdicts import summary
 
     folder = Path(folder)
     scenario = scenario or read_scenario(folder)

@@ -14,7 +14,7 @@ from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.variants import defaults_of, settings_of
 from pmwvc_core.controllers import record_of
 from pmwvc_core.errors import ScenarioError
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 CONTROLLER = "controller"
 MOST = 100  # sessions whose traces are held at a time

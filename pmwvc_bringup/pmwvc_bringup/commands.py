@@ -19,7 +19,7 @@ from pmwvc_bringup.output import document
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.plural import count
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 NODES = plan.MODULES
 WIDTH = 99
@@ -165,7 +165,7 @@ def doctor(arguments: argparse.Namespace) -> int:
 
 def _mended(folder: Path, target: Path) -> tuple[list[Any], int]:
     from pmwvc_analysis.doctor import check_recording, exit_code
-    from pmwvc_analysis.recording.recover import mend
+    from pmwvc_analysis.recording.mcap.recover import mend
 
     print(mend(folder, target))
     findings = check_recording(target)
@@ -210,7 +210,7 @@ def _console() -> Console:
 
 def _announce(console: Console, scenario: Scenario, folder: Path, *, live: bool) -> None:
     """Say what begins, and what the numbers promise before it does."""
-    from pmwvc_analysis.judge import prediction_words
+    from pmwvc_analysis.prediction import prediction_words
 
     kind = "live" if live else "simulated"
     users = count(len(scenario.users), "user")
@@ -257,7 +257,7 @@ def _finished(
 
 def _verdict(summary: dict[str, Any]) -> list[str]:
     """Return the result in sentences, one line for the session and one per user."""
-    from pmwvc_analysis.judge import check, environment
+    from pmwvc_analysis.verdicts import check, environment
 
     state = check.state_text(summary["stable"], summary["instability"])
     if summary["stable"] is None:

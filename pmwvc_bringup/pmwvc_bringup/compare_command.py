@@ -124,9 +124,9 @@ def _place(number: int, one: Combination) -> str:
 def _simulated(chosen: list[Combination], places: list[str], folder: Path, show: Any) -> list[Any]:
     """Simulate all, batched; write each as a session without pictures."""
     from pmwvc_analysis.compare.measures import Entry, measured
-    from pmwvc_analysis.judge.verdicts import summary
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_analysis.session_files import write_summary
+    from pmwvc_analysis.verdicts.verdicts import summary
     from pmwvc_core.simulation.session import simulate
 
     traces = simulate(

@@ -14,7 +14,7 @@ from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.options import add_json, add_scenario, add_settings
 from pmwvc_bringup.output import document
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 EXAMPLES = """\
 examples:
@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = files.load(
         arguments.scenario, settings_texts=arguments.settings, users=arguments.users
     )
-    from pmwvc_analysis.models.velocity_filter import answer, judge, sentences
+    from pmwvc_analysis.filters.velocity_filter import answer, judge, sentences
 
     with document(wanted=arguments.json) as write:
         found = judge(scenario)
@@ -71,8 +71,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _written(folder: Path, scenario: Scenario, found: Any, result: Any) -> list[str]:
     """Write figure and numbers; return the names of the files."""
-    from pmwvc_analysis.show import velocity_filter_figure
-    from pmwvc_analysis.show.transparency_figure import save
+    from pmwvc_analysis.figures import velocity_filter_figure
+    from pmwvc_analysis.figures.transparency_figure import save
 
     folder.mkdir(parents=True, exist_ok=True)
     paths = save(velocity_filter_figure.draw(found, scenario), folder, NAME)

@@ -16,11 +16,11 @@ from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.options import add_json, add_model_options
 from pmwvc_bringup.output import document
 from pmwvc_core.errors import PmwvcError, RecordingError
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
-    from pmwvc_analysis.models.map_files import Measured
-    from pmwvc_analysis.models.maps import Axis, Grid
+    from pmwvc_analysis.maps.map_files import Measured
+    from pmwvc_analysis.maps.maps import Axis, Grid
 
 EXAMPLES = """\
 examples:
@@ -73,9 +73,9 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = files.load(
         arguments.scenario, settings_texts=arguments.settings, users=arguments.users
     )
-    from pmwvc_analysis.models.map_files import Unfinished, key_of, write_data
-    from pmwvc_analysis.models.maps import Grid, compute
-    from pmwvc_analysis.show.map_figure import draw
+    from pmwvc_analysis.figures.map_figure import draw
+    from pmwvc_analysis.maps.map_files import Unfinished, key_of, write_data
+    from pmwvc_analysis.maps.maps import Grid, compute
 
     if arguments.workers is not None and arguments.workers < 1:
         raise PmwvcError(f"--workers {arguments.workers}: must be >= 1")
@@ -128,7 +128,7 @@ def axis_of(scenario: Scenario, text: str, option: str) -> "Axis":
     PmwvcError
         If it is neither, or not a number of the scenario.
     """
-    from pmwvc_analysis.models.maps import Axis
+    from pmwvc_analysis.maps.maps import Axis
     from pmwvc_analysis.models.variation import value_of, varied
 
     name, equals, span = text.partition("=")
@@ -180,7 +180,7 @@ def measured_in(folder: Path, grid: "Grid") -> "Measured":
     RecordingError
         If it is no session folder, or has no verdict.
     """
-    from pmwvc_analysis.models.map_files import Measured
+    from pmwvc_analysis.maps.map_files import Measured
     from pmwvc_analysis.models.variation import value_of
     from pmwvc_analysis.recording.reader import read_scenario
 

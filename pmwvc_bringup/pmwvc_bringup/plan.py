@@ -14,8 +14,8 @@ from typing import Any
 import yaml
 
 from pmwvc_core.runtime.parameter_values import to_ros_yaml
-from pmwvc_core.simulation.scenario import Scenario, User
-from pmwvc_core.wave.inboxes import server_times
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.transport.inboxes import server_times
 
 MODULES = {
     "recorder": "pmwvc_analysis.recorder_node",

@@ -14,8 +14,8 @@ from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plant.operators import make_operator
-from pmwvc_core.server.blackbox import plugins as environments
-from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.black_box import plugins as environments
 from pmwvc_master.plugins import PLUGINS as DEVICES
 
 SIMULATED = "simulated"

@@ -95,9 +95,9 @@ def _reported(
     """Write summary, reports and tables; return what ``comparison.json`` holds."""
     from pmwvc_analysis.compare.files import write
     from pmwvc_analysis.compare.measures import Entry, measured
-    from pmwvc_analysis.judge.verdicts import summary
     from pmwvc_analysis.replay.differences import FORCE_N, POSITION_M, reproduced
     from pmwvc_analysis.session_files import finish, write_summary
+    from pmwvc_analysis.verdicts.verdicts import summary
 
     if figures:
         finish(folder, result.replayed, result.scenario)
@@ -148,7 +148,7 @@ def _lead(result: Any, same: bool | None) -> str:
 
 def _lines(found: dict[str, Any]) -> list[str]:
     """Return what a person reads on the terminal."""
-    from pmwvc_analysis.judge.check import state_text
+    from pmwvc_analysis.verdicts.check import state_text
 
     lines = [found["lead"]]
     for session in found["sessions"]:

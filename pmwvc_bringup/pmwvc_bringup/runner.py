@@ -24,7 +24,7 @@ from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.status import Status
 from pmwvc_bringup.surroundings import node_environment, own_domain
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 MEETING_S = 30.0  # patience until all nodes have met; 1.5 s is usual
 GLANCE_S = 0.25

@@ -16,8 +16,8 @@ from typing import Any
 import yaml
 
 from pmwvc_core.errors import ScenarioError
-from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 SUFFIXES = (".yaml", ".yml")
 FILE_NAMES = ("operator.file", "trace_file")  # parameters that name a file

@@ -14,7 +14,7 @@ from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.options import add_json, add_model_options
 from pmwvc_bringup.output import document
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 EXAMPLES = """\
 examples:
@@ -53,17 +53,17 @@ def run(arguments: argparse.Namespace) -> int:
     with document(wanted=arguments.json) as write:
         scenario = _scenario_of(arguments, folder if recorded else None)
         place = _place(scenario, arguments.whose)
-        from pmwvc_analysis.models.frequency import response
         from pmwvc_analysis.models.multirate import build
-        from pmwvc_analysis.models.transparency import pressing, transparency
-        from pmwvc_analysis.models.transparency_answer import answer, sentences
+        from pmwvc_analysis.transparency.frequency import response
+        from pmwvc_analysis.transparency.transparency import pressing, transparency
+        from pmwvc_analysis.transparency.transparency_answer import answer, sentences
 
         measured = model = None
         forces: list[float] = []
         live = arguments.live
         if recorded:
-            from pmwvc_analysis.models.measured import measure, pattern
             from pmwvc_analysis.recording.reader import read_session
+            from pmwvc_analysis.transparency.measured import measure, pattern
 
             traces = read_session(folder)
             live = live or traces.source == "live"
@@ -116,8 +116,8 @@ def _place(scenario: Scenario, name: str | None) -> int:
 def _write(
     folder: Path, found: Any, measured: Any, scenario: Scenario, result: Any, *, live: bool
 ) -> None:
-    from pmwvc_analysis.models.transparency_answer import NAME, arrays_of, write_arrays
-    from pmwvc_analysis.show import transparency_figure
+    from pmwvc_analysis.figures import transparency_figure
+    from pmwvc_analysis.transparency.transparency_answer import NAME, arrays_of, write_arrays
 
     paths = write_arrays(folder, arrays_of(found, measured))
     figure = transparency_figure.draw(found, measured, scenario, live=live)

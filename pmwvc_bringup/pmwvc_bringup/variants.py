@@ -18,9 +18,9 @@ from pmwvc_core import controllers
 from pmwvc_core.controllers import make_master, make_server
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.params import MasterParams, VelocityFilterParams
-from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.wave.velocity_filter_design import chosen
-from pmwvc_core.wave.velocity_filter_response import noise_gain
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.wave.design.velocity_filter_design import chosen
+from pmwvc_core.wave.design.velocity_filter_response import noise_gain
 
 PLAIN: Mapping[str, str] = {
     "controller": "pmwvc",

@@ -27,7 +27,7 @@ from pmwvc_core.numeric import Value, dot
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.messages import TraceBlock
 from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time
-from pmwvc_core.wave.packet import FLAG_DIRECT, WavePacket
+from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 from pmwvc_master.devices import STALE_S, DeviceSample, HapticDevice
 
 # After the frame start: the server's step at 2 ms and two ways through a relay fit in.

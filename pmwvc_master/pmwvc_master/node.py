@@ -23,8 +23,8 @@ from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
-from pmwvc_core.wave.aliasing import warnings_of
-from pmwvc_core.wave.receiver import Verdict
+from pmwvc_core.transport.receiver import Verdict
+from pmwvc_core.wave.design.aliasing import warnings_of
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.plugins import make_device
 from pmwvc_master.profile import warnings_of_device

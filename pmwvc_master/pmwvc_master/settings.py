@@ -28,10 +28,10 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
-from pmwvc_core.simulation.scenario import DEFAULTS, SIDE, TOP
+from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP
+from pmwvc_core.transport.inboxes import inbox
+from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave.impedance import impedance_of
-from pmwvc_core.wave.inboxes import inbox
-from pmwvc_core.wave.packet import Packer
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
 from pmwvc_master.profile import limits_of
 

@@ -17,7 +17,7 @@ from rclpy.qos import qos_profile_sensor_data
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled, offered
-from pmwvc_core.wave.packet import WavePacket
+from pmwvc_core.transport.packet import WavePacket
 from pmwvc_master.devices import DeviceSample
 from pmwvc_master.loop import Block, MasterLoop
 

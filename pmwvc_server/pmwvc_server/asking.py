@@ -20,9 +20,9 @@ from typing import Any
 
 from pmwvc_core.errors import FOREIGN
 from pmwvc_core.params import ServerParams
-from pmwvc_core.server.blackbox.containment import Call, directly
-from pmwvc_core.server.blackbox.faults import Unanswered
-from pmwvc_core.server.blackbox.plugins import LIBRARY
+from pmwvc_core.server.black_box.containment import Call, directly
+from pmwvc_core.server.black_box.faults import Unanswered
+from pmwvc_core.server.black_box.plugins import LIBRARY
 
 SHARE = 0.5  # of the period that the loop waits
 _PRIORITY = 10  # below the loop, above other programs

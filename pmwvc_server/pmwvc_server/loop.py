@@ -18,7 +18,7 @@ from pmwvc_core.plant.task import ShownTarget
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time
 from pmwvc_core.server.service import Presence, Service
-from pmwvc_core.wave.packet import FLAG_DIRECT, WavePacket
+from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 
 PHASE_NS = 2_000_000
 PRIORITY = 20

@@ -20,7 +20,7 @@ from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.server.service import Presence
-from pmwvc_core.wave.receiver import Receiver, Verdict
+from pmwvc_core.transport.receiver import Receiver, Verdict
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene
 from pmwvc_server.settings import declare_settings

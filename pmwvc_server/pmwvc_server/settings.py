@@ -26,11 +26,11 @@ from pmwvc_core.params import (
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
+from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP
 from pmwvc_core.server.service import Service
-from pmwvc_core.simulation.scenario import DEFAULTS, SIDE, TOP
+from pmwvc_core.transport.inboxes import inbox
+from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave.impedance import Impedance, server_impedance
-from pmwvc_core.wave.inboxes import inbox
-from pmwvc_core.wave.packet import Packer
 from pmwvc_server.asking import caller
 
 LARGEST = 8

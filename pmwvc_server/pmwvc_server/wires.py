@@ -14,7 +14,7 @@ from rclpy.node import Node
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled, offered
-from pmwvc_core.wave.packet import WavePacket
+from pmwvc_core.transport.packet import WavePacket
 from pmwvc_server.loop import ServerLoop
 
 

@@ -19,9 +19,9 @@ from rich.table import Table
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.controllers import make_master, make_server
 from pmwvc_core.numeric import Value, signal
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.transport.packet import FLAG_DIRECT, Packer, WavePacket
 from pmwvc_core.wave.impedance import server_impedance
-from pmwvc_core.wave.packet import FLAG_DIRECT, Packer, WavePacket
 
 FRAMES, REPEATS = 125, 5  # a second each
 WAY_M, RATE_RAD_S = 0.0025, 2.0 * math.pi

@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from processes import NodeProcess, ros
 
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.recover import Salvage, messages
+from pmwvc_analysis.recording.mcap.recover import Salvage, messages
 from pmwvc_analysis.recording.sequence import GapCounter, peek
 from pmwvc_analysis.recording.topics import session_topics
 from pmwvc_core.runtime.pacing import Pacer, request_real_time

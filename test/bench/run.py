@@ -25,7 +25,7 @@ from controllers import bench_controllers
 from rich.console import Console
 from rich.table import Table
 
-from pmwvc_analysis.models.maps import Axis, Grid, compute, point
+from pmwvc_analysis.maps.maps import Axis, Grid, compute, point
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.replay.run import replay_traces
 from pmwvc_analysis.session_files import finish

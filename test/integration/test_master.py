@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 from pmwvc_core.params import MasterParams, OperatorParams, SafetyParams, VelocityFilterParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS
-from pmwvc_core.wave.packet import Packer
+from pmwvc_core.transport.packet import Packer
 from pmwvc_msgs.msg import MasterTrace, Wave
 
 pytestmark = [pytest.mark.integration]

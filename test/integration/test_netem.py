@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from pmwvc_core.network import FateKind, Link, stream_of
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.wave.packet import WavePacket, size_bytes
+from pmwvc_core.transport.packet import WavePacket, size_bytes
 from pmwvc_msgs.msg import LinkState, PacketFate, Wave
 
 pytestmark = pytest.mark.integration

@@ -9,12 +9,12 @@ import pytest
 import yaml
 from processes import NodeProcess, ros
 
-from pmwvc_analysis.recording.mcap_check import check_file
+from pmwvc_analysis.recording.mcap.mcap_check import check_file
+from pmwvc_analysis.recording.mcap.recover import Salvage, messages
 from pmwvc_analysis.recording.reader import read_session
-from pmwvc_analysis.recording.recover import Salvage, messages
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime import messages as build
-from pmwvc_core.wave.packet import WavePacket
+from pmwvc_core.transport.packet import WavePacket
 from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
 
 pytestmark = pytest.mark.integration

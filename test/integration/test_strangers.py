@@ -13,9 +13,9 @@ from processes import ros
 from sessions import ROOT, Running
 
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.mcap_check import check_file
-from pmwvc_analysis.recording.recover import Salvage, messages
-from pmwvc_core.wave.packet import FLAG_LEAVING
+from pmwvc_analysis.recording.mcap.mcap_check import check_file
+from pmwvc_analysis.recording.mcap.recover import Salvage, messages
+from pmwvc_core.transport.packet import FLAG_LEAVING
 from pmwvc_msgs.msg import LinkState, MasterTrace, PacketFate, ServerTrace, Wave
 
 pytestmark = pytest.mark.integration

@@ -16,8 +16,8 @@ from rosbags.highlevel import AnyReader
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.mcap_check import check_bytes
-from pmwvc_analysis.recording.recover import Salvage, messages
+from pmwvc_analysis.recording.mcap.mcap_check import check_bytes
+from pmwvc_analysis.recording.mcap.recover import Salvage, messages
 from pmwvc_core.runtime.messages import nanoseconds
 
 DURATION_S = 0.8

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pmwvc_analysis.models.characteristic import (
+from pmwvc_analysis.filters.characteristic import (
     CASES,
     jury_marden,
     loop_polynomial,

@@ -18,13 +18,12 @@ from pmwvc_core.wave import (
     Hold,
     decode_master,
     decode_server,
-    design,
     encode_master,
     encode_server,
-    half_power_hz,
     power,
-    worst_case_gain,
 )
+from pmwvc_core.wave.design.aliasing import worst_case_gain
+from pmwvc_core.wave.design.filter_design import design, half_power_hz
 
 # Fused multiply-add, where a compiler uses it, rounds once instead of twice.
 ROUNDING = 0.0 if platform.machine() in ("x86_64", "AMD64") else 1e-13

@@ -9,7 +9,7 @@ import pytest
 from linear_loops import SETTLED, simulated
 from local_loop import FIRST_ORDER, TABLE_1, TICK_S, Loop
 
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
 
 
 def scenario(loop):

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from linear_loops import scenario
 
-from pmwvc_analysis.judge.prediction import prediction
-from pmwvc_analysis.models import long_delay, stability
+from pmwvc_analysis.delays import long_delay
+from pmwvc_analysis.delays.any_delay import any_delay
+from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.answer import answer
-from pmwvc_analysis.models.any_delay import any_delay
-from pmwvc_analysis.models.transparency import transparency, untouched
 from pmwvc_analysis.models.variation import varied
+from pmwvc_analysis.prediction.prediction import prediction
+from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError
 

@@ -11,7 +11,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate, simulate_one
 
 K, B, GAIN = 500.0, 25.0, 20.0

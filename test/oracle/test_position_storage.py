@@ -9,19 +9,19 @@ import math
 import numpy as np
 import pytest
 
-from pmwvc_analysis.judge.budget import budget
-from pmwvc_analysis.judge.encoder_noise import encoder_noise_w
-from pmwvc_analysis.judge.energy import user_energies
-from pmwvc_analysis.judge.passivity_findings import passivity
-from pmwvc_analysis.judge.passivity_words import verdict
-from pmwvc_analysis.judge.prediction_words import lines
-from pmwvc_analysis.judge.verdicts import separation
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.encoder_noise import encoder_noise_w
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.prediction.prediction_words import lines
+from pmwvc_analysis.verdicts.passivity_findings import passivity
+from pmwvc_analysis.verdicts.passivity_words import verdict
+from pmwvc_analysis.verdicts.verdicts import separation
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.params import MasterParams, PositionParams
-from pmwvc_core.params.baseline import PspmParams
+from pmwvc_core.params.baselines import PspmParams
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.wave.packet import Packer
+from pmwvc_core.transport.packet import Packer
 
 ENCODER = ("device.encoder_step_m=5.5e-5", "device.velocity=euler")
 FIRST_ORDER = "master.filter.kind=first_order"

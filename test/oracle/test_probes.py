@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from pmwvc_analysis.compare.probes import free_space, pressed_stiffness, swing_hz
-from pmwvc_analysis.models.frequency import response
 from pmwvc_analysis.models.multirate import build
-from pmwvc_analysis.models.transparency import transparency, untouched
+from pmwvc_analysis.transparency.frequency import response
+from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_bringup.scenarios import load
 
 LINEAR = (

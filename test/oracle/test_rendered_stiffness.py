@@ -12,15 +12,16 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from pressed_wall import wall
 
-from pmwvc_analysis.judge.outcomes import came_true
-from pmwvc_analysis.judge.prediction import prediction
-from pmwvc_analysis.judge.prediction_lag import lag_s, rendered_stiffness, transformer
-from pmwvc_analysis.judge.prediction_words import lines
-from pmwvc_analysis.judge.verdicts import summary
-from pmwvc_analysis.models import frequency, multirate
+from pmwvc_analysis.models import multirate
 from pmwvc_analysis.models.stability import radii
-from pmwvc_analysis.models.transparency import pressing, transparency, untouched
-from pmwvc_analysis.show.story import story
+from pmwvc_analysis.prediction.prediction import prediction
+from pmwvc_analysis.prediction.prediction_lag import lag_s, rendered_stiffness, transformer
+from pmwvc_analysis.prediction.prediction_words import lines
+from pmwvc_analysis.report.story import story
+from pmwvc_analysis.transparency import frequency
+from pmwvc_analysis.transparency.transparency import pressing, transparency, untouched
+from pmwvc_analysis.verdicts.outcomes import came_true
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 

@@ -13,8 +13,8 @@ from pmwvc_analysis.replay.differences import reproduced
 from pmwvc_analysis.replay.run import replay, replay_traces, scenario_of
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.errors import RecordingError
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import LIVE, Conditions
-from pmwvc_core.simulation.scenario_reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
 
 BASE = {

@@ -9,16 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pmwvc_analysis.judge.prediction_words import lines
-from pmwvc_analysis.judge.stability import verdict
+from pmwvc_analysis.prediction.prediction_words import lines
+from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_bringup.scenarios import load
+from pmwvc_core.baselines import tuning
+from pmwvc_core.baselines.tuning import Loop, loop_of
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import BaselineParams
-from pmwvc_core.params.baseline import PspmParams, TdpaParams, VirtualCouplingParams
-from pmwvc_core.rivals import tuning
-from pmwvc_core.rivals.tuning import Loop, loop_of
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate
 
 PRESS = {

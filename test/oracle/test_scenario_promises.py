@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pmwvc_analysis.compare.feel import feel_of, ideal_feel, measured_feel
-from pmwvc_analysis.judge.consistency import inconsistencies
-from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 

@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from pmwvc_analysis.models import frequency, multirate
-from pmwvc_analysis.models.transparency import transparency
+from pmwvc_analysis.models import multirate
+from pmwvc_analysis.transparency import frequency
+from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_core.params import FilterParams
-from pmwvc_core.simulation.scenario_reader import parse_scenario
-from pmwvc_core.wave import design
+from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_core.wave.design.filter_design import design
 
 TICK_S, M = 1e-3, 20
 BUTTERWORTH = FilterParams(kind="butterworth", pass_hz=25.0, stop_hz=50.0)

@@ -4,8 +4,8 @@
 
 import pytest
 
+from pmwvc_analysis.maps.z_width_simulated import dies_out, simulated_z_width
 from pmwvc_analysis.models.stability import z_width
-from pmwvc_analysis.models.z_width_simulated import dies_out, simulated_z_width
 from pmwvc_core.simulation.session import simulate_one
 from reproduction.scenarios import scenario, wall
 

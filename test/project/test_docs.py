@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from pmwvc_bringup.scenarios import known
-from pmwvc_core.simulation.scenario import shared_specs, user_specs
-from pmwvc_core.simulation.traces import ServerTraces, UserTraces
+from pmwvc_core.scenario.scenario import shared_specs, user_specs
+from pmwvc_core.traces import ServerTraces, UserTraces
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])

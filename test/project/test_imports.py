@@ -16,20 +16,24 @@ PACKAGES = {
     "pmwvc_analysis": {"pmwvc_core", "pmwvc_msgs"},
 }
 # Below each folder of the core: what it may import of the core beside itself.
-BASE = {"errors", "numeric", "params", "plugins", "wave"}
+BASE = {"errors", "numeric", "params", "plugins", "transport", "wave"}
 CORE = {
     "errors": set(),
     "numeric": set(),
     "params": {"errors"},
     "plugins": {"errors"},
+    "traces": {"numeric"},
     "wave": {"errors", "numeric", "params"},
+    "transport": {"errors", "numeric", "params", "wave"},
     "plant": BASE,
     "network": BASE,
     "master": BASE,
     "server": BASE,
-    "rivals": BASE | {"server"},  # the same seats and contacts behind another coupling
-    "controllers": BASE | {"master", "server", "rivals"},
-    "simulation": BASE | {"plant", "network", "master", "server", "rivals", "controllers"},
+    "baselines": BASE | {"server"},  # the same users and contacts behind another coupling
+    "controllers": BASE | {"master", "server", "baselines"},
+    "scenario": BASE | {"controllers", "network"},
+    "simulation": BASE
+    | {"plant", "network", "master", "server", "controllers", "scenario", "traces"},
 }
 CLOCKS = {"rclpy", "time", "threading", "os", "subprocess", "asyncio", "socket", "datetime"}
 

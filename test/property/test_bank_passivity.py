@@ -14,7 +14,7 @@ from pmwvc_core.master.filter_bank import FilterBank
 from pmwvc_core.numeric import squared
 from pmwvc_core.params import BankParams, LocalModelParams, MasterParams
 from pmwvc_core.wave.cascade import Cascade
-from pmwvc_core.wave.filter_design import design
+from pmwvc_core.wave.design.filter_design import design
 
 LOW_REACHING = {
     "high_pass_hz": 4.0,

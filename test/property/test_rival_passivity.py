@@ -12,7 +12,7 @@ from rival_link import TICK_S, M, RivalLink
 
 from pmwvc_core.controllers import make_master
 from pmwvc_core.params import BaselineParams, MasterParams
-from pmwvc_core.params.baseline import PspmParams, TdpaParams, VirtualCouplingParams
+from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
 
 ROUNDING_J = 1e-9
 seeds = st.integers(0, 2**32 - 1)

@@ -16,15 +16,15 @@ from handmade import START_NS
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.doctor import check_recording
-from pmwvc_analysis.judge.budget import budget
-from pmwvc_analysis.judge.consistency import inconsistencies
-from pmwvc_analysis.judge.verdicts import summary
 from pmwvc_analysis.recording.content import content_of
 from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.recording.mcap.recover import Salvage, messages
 from pmwvc_analysis.recording.reader import read_session, session_of
-from pmwvc_analysis.recording.recover import Salvage, messages
 from pmwvc_analysis.session_files import finish
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.errors import PmwvcError
 
 LENGTH_S = 0.24

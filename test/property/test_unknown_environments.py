@@ -12,8 +12,8 @@ from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.environment import HuntCrossleyParams
 from pmwvc_core.params.server import DECODINGS
-from pmwvc_core.server.blackbox.plugins import LIBRARY
-from pmwvc_core.server.unknown import UnknownServer
+from pmwvc_core.server.black_box.plugins import LIBRARY
+from pmwvc_core.server.black_box.port import UnknownServer
 
 PASSIVE_LIBRARY = sorted(set(LIBRARY) - {"active_wall"})
 PAYING = (("corrected", "late"), ("ledger", "late"), ("ledger", "secant"))

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from pmwvc_core.simulation.agenda import Act, Loop, Steps, events
+from pmwvc_core.simulation.event_schedule import Act, Loop, Steps, events
 
 MS = 1_000_000
 

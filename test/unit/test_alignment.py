@@ -9,11 +9,11 @@ import handmade
 import numpy as np
 import pytest
 
-from pmwvc_analysis.judge.passivity_findings import passivity
-from pmwvc_analysis.judge.verdicts import summary
-from pmwvc_analysis.recording import clock
-from pmwvc_analysis.recording.alignment import ECHO, ONE_HOST, align
-from pmwvc_core.simulation.traces import FateTraces
+from pmwvc_analysis.recording.clocks import clock
+from pmwvc_analysis.recording.clocks.alignment import ECHO, ONE_HOST, align
+from pmwvc_analysis.verdicts.passivity_findings import passivity
+from pmwvc_analysis.verdicts.verdicts import summary
+from pmwvc_core.traces import FateTraces
 
 FRAME_NS = 8_000_000
 THETA_NS = 3_600_000_000_000 + 123_456  # hosts started an hour apart

@@ -9,10 +9,10 @@ import handmade
 import numpy as np
 import pytest
 
-from pmwvc_analysis.judge import budget_summary
-from pmwvc_analysis.judge.budget import budget
-from pmwvc_analysis.judge.budget_result import SERVER, TOLERANCE_NOTED
-from pmwvc_analysis.judge.passivity_findings import Passivity
+from pmwvc_analysis.budget import budget_summary
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.budget_result import SERVER, TOLERANCE_NOTED
+from pmwvc_analysis.verdicts.passivity_findings import Passivity
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.simulation.session import simulate_one
 

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pmwvc_analysis.judge.budget import budget
+from pmwvc_analysis.budget.budget import budget
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import SessionBatch
 

@@ -11,8 +11,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import signal
 
-from pmwvc_core.wave.butterworth import bilinear_sections, least_order, matched_sections
-from pmwvc_core.wave.extremum import minimum_between
+from pmwvc_core.wave.design.butterworth import bilinear_sections, least_order, matched_sections
+from pmwvc_core.wave.design.extremum import minimum_between
 
 TICK_S = 1e-3
 ANGLES = np.linspace(0.0, 3.14, 400)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import TICK_S, rate_drops, signals
 
-from pmwvc_analysis.models import channel_energy
+from pmwvc_analysis.filters import channel_energy
 from pmwvc_core.wave.rates import Hold
 
 

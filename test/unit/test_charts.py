@@ -13,14 +13,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pmwvc_analysis.show import colours, figure_blocks, recorded
-from pmwvc_analysis.show.axis import Axis
-from pmwvc_analysis.show.chart import Chart, Dots, Line, Panel
-from pmwvc_analysis.show.chart_data import MOST_NUMBERS, payload, thinned
-from pmwvc_analysis.show.chart_svg import file_svg, panel_svg
-from pmwvc_analysis.show.decimate import envelope, reduced
-from pmwvc_analysis.show.event_list import numbered
-from pmwvc_analysis.show.figures import charts
+from pmwvc_analysis.figures import colours
+from pmwvc_analysis.figures.axis import Axis
+from pmwvc_analysis.figures.chart import Chart, Dots, Line, Panel
+from pmwvc_analysis.figures.chart_data import MOST_NUMBERS, payload, thinned
+from pmwvc_analysis.figures.chart_svg import file_svg, panel_svg
+from pmwvc_analysis.figures.decimate import envelope, reduced
+from pmwvc_analysis.figures.figures import charts
+from pmwvc_analysis.report import figure_blocks, recorded
+from pmwvc_analysis.report.event_list import numbered
 
 SVG = "{http://www.w3.org/2000/svg}"
 # Vienot, Brettel and Mollon as fitted by Machado et al., severity 1, on linear RGB.

@@ -13,7 +13,7 @@ from pmwvc_analysis.models.stability import radii
 from pmwvc_bringup.combinations import combinations
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.controllers import LIBRARY
-from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_core.traces import SessionTraces
 
 BASELINES = tuple(name for name, record in LIBRARY.items() if record.rule)
 

@@ -7,8 +7,8 @@ import pytest
 
 from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.server.blackbox.faults import Unanswered
-from pmwvc_core.server.unknown import UnknownServer
+from pmwvc_core.server.black_box.faults import Unanswered
+from pmwvc_core.server.black_box.port import UnknownServer
 
 B_W = 25.0
 

@@ -14,14 +14,14 @@ from importlib.metadata import EntryPoint
 import pytest
 from command_line import ROOT, call, refused
 
-from pmwvc_analysis.judge import prediction_words
 from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.models.linear import NonlinearError
+from pmwvc_analysis.prediction import prediction_words
 from pmwvc_bringup.scenarios import load
 from pmwvc_core import controllers
 from pmwvc_core.controllers import library
 from pmwvc_core.errors import ParameterError, ScenarioError
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
 
 PRODUCT = [file for folder in ROOT.glob("pmwvc_*") for file in folder.glob("pmwvc_*/**/*.py")]

@@ -5,10 +5,10 @@
 import numpy as np
 import pytest
 
+from pmwvc_core.baselines import DirectMaster
 from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.rivals import DirectMaster
-from pmwvc_core.wave.packet import FLAG_DIRECT
+from pmwvc_core.transport.packet import FLAG_DIRECT
 
 H = 0.008
 

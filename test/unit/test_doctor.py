@@ -11,8 +11,8 @@ import pytest
 from command_line import call
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
+from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.doctor import PROBLEM, WARNING, check_recording, exit_code
-from pmwvc_analysis.judge.consistency import inconsistencies
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_bringup import scenarios as files

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from pmwvc_analysis.models import down_sampler
+from pmwvc_analysis.filters import down_sampler
 from pmwvc_core.simulation.session import simulate_one
 
 SHORT = {"duration_s": 3.0, "operator.frequency_hz": 2.0}

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from handmade import FORCE_N
 
-from pmwvc_analysis.judge import cut
-from pmwvc_analysis.judge.budget import budget
-from pmwvc_analysis.judge.check import reasons
-from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.verdicts import cut
+from pmwvc_analysis.verdicts.check import reasons
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.simulation.session import simulate_one
 
 KILLED = "was ended by SIGKILL"

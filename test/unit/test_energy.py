@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
-from pmwvc_analysis.judge.energy import (
+from pmwvc_analysis.budget.energy import (
     Balance,
     UserEnergy,
     anchored,
     running,
     user_energies,
 )
-from pmwvc_analysis.judge.passivity import TOLERANCE_J
+from pmwvc_analysis.verdicts.passivity import TOLERANCE_J
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.plant.motion import motion
 from pmwvc_core.simulation.session import simulate_one

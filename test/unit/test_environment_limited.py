@@ -7,12 +7,12 @@ import functools
 import numpy as np
 import pytest
 
-from pmwvc_analysis.judge import environment
-from pmwvc_analysis.judge.outcomes import came_true
-from pmwvc_analysis.judge.prediction import prediction
-from pmwvc_analysis.judge.prediction_words import lines
-from pmwvc_analysis.judge.stability import verdict
-from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.prediction.prediction import prediction
+from pmwvc_analysis.prediction.prediction_words import lines
+from pmwvc_analysis.verdicts import environment
+from pmwvc_analysis.verdicts.outcomes import came_true
+from pmwvc_analysis.verdicts.stability import verdict
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 

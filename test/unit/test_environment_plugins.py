@@ -14,9 +14,9 @@ import pytest
 from pmwvc_core.controllers import make_server
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.server.blackbox import EnvironmentSetup, plugins
+from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_core.server.black_box import EnvironmentSetup, plugins
 from pmwvc_core.server.environments import make_environment
-from pmwvc_core.simulation.scenario_reader import parse_scenario
 from pmwvc_core.simulation.session import simulate
 
 

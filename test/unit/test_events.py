@@ -6,8 +6,8 @@ import handmade
 import numpy as np
 import pytest
 
-from pmwvc_analysis.judge.events import complete
-from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.events.events import complete
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 

@@ -9,12 +9,12 @@ import copy
 import numpy as np
 import pytest
 
-from pmwvc_analysis.judge import budget_summary
-from pmwvc_analysis.judge.budget import budget
-from pmwvc_analysis.judge.consistency import inconsistencies
-from pmwvc_analysis.judge.numbers import SMALLEST
-from pmwvc_analysis.judge.passivity_findings import passivity
-from pmwvc_analysis.judge.remainders import unchecked
+from pmwvc_analysis.budget import budget_summary
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.remainders import unchecked
+from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.consistency.numbers import SMALLEST
+from pmwvc_analysis.verdicts.passivity_findings import passivity
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.simulation.session import simulate_one
 

@@ -8,14 +8,14 @@ import handmade
 import numpy as np
 import pytest
 
-from pmwvc_analysis.judge.budget import budget
-from pmwvc_analysis.judge.budget_words import GROUPS, account_words, words_of
-from pmwvc_analysis.judge.energy import user_energies
-from pmwvc_analysis.show import chart_png, style
-from pmwvc_analysis.show.channel_charts import energy, loop, network
-from pmwvc_analysis.show.energy_charts import accounts, whereabouts
-from pmwvc_analysis.show.figures import FIGURES, charts, write_all
-from pmwvc_analysis.show.motion_charts import forces, positions
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.budget_words import GROUPS, account_words, words_of
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.figures import chart_png, style
+from pmwvc_analysis.figures.channel_charts import energy, loop, network
+from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
+from pmwvc_analysis.figures.figures import FIGURES, charts, write_all
+from pmwvc_analysis.figures.motion_charts import forces, positions
 from pmwvc_core.simulation.session import simulate_one
 
 

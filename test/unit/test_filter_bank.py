@@ -15,8 +15,8 @@ from strategies import signals
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.params import BankParams, LocalModelParams
-from pmwvc_core.wave.bank_design import bank_filters
 from pmwvc_core.wave.cascade import Cascade
+from pmwvc_core.wave.design.bank_design import bank_filters
 
 BANKS = ("dissertation", "complementary")
 

@@ -9,14 +9,14 @@ from handmade import FRAME_S
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pmwvc_analysis.judge.balance_holes import hidden
-from pmwvc_analysis.judge.budget import budget
-from pmwvc_analysis.judge.energy import Balance
-from pmwvc_analysis.judge.events import complete
-from pmwvc_analysis.judge.holes import holes
-from pmwvc_analysis.judge.passivity import Unjudged
-from pmwvc_analysis.judge.passivity_findings import passivity
-from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.budget.balance_holes import hidden
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.energy import Balance
+from pmwvc_analysis.events.events import complete
+from pmwvc_analysis.verdicts.holes import holes
+from pmwvc_analysis.verdicts.passivity import Unjudged
+from pmwvc_analysis.verdicts.passivity_findings import passivity
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 

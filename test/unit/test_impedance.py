@@ -10,7 +10,7 @@ from strategies import matrices, signals_of
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import root
 from pmwvc_core.params import ContactParams, MasterParams
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.wave import (
     MatrixImpedance,
     decode_master,

@@ -14,7 +14,7 @@ from pmwvc_core.network import FateKind, Link
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
-from pmwvc_core.wave.packet import WavePacket
+from pmwvc_core.transport.packet import WavePacket
 from pmwvc_netem.lane import Lane, Timing, peek_wave
 
 MS = 1_000_000

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from strategies import signals
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.master import foreign_model
+from pmwvc_core.master import plugin_model as foreign_model
 from pmwvc_core.master.local_model import LocalPort
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.params import LocalModelParams

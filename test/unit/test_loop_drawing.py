@@ -10,12 +10,12 @@ import handmade
 import numpy as np
 import pytest
 
-from pmwvc_analysis.judge.budget import budget
-from pmwvc_analysis.judge.verdicts import summary
-from pmwvc_analysis.show.loop_blocks import blocks, rendered
-from pmwvc_analysis.show.loop_drawing import PLACES, drawing
-from pmwvc_analysis.show.story import story
-from pmwvc_analysis.show.text import article, count, listed
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.report.loop_blocks import blocks, rendered
+from pmwvc_analysis.report.loop_drawing import PLACES, drawing
+from pmwvc_analysis.report.story import story
+from pmwvc_analysis.report.text import article, count, listed
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.simulation.session import simulate_one
 
 OWN = ("device", "port", "filter", "hold", "up", "down")

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
-from pmwvc_analysis.models.map_files import Measured, Unfinished, first_crossing, write_data
-from pmwvc_analysis.models.maps import Axis, Grid, compute, growth_per_s, point
-from pmwvc_analysis.show.map_figure import draw
+from pmwvc_analysis.figures.map_figure import draw
+from pmwvc_analysis.maps.map_files import Measured, Unfinished, first_crossing, write_data
+from pmwvc_analysis.maps.maps import Axis, Grid, compute, growth_per_s, point
 from pmwvc_core.errors import PmwvcError
 
 STIFFNESS = Axis("server.contact_stiffness", tuple(np.linspace(0.0, 3000.0, 7).tolist()))

@@ -14,8 +14,8 @@ from pmwvc_core.master.client import Client
 from pmwvc_core.master.safety import SafetyLimiter, SafetyState
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.pacing import Tick
-from pmwvc_core.wave.packet import FLAG_LEAVING, Packer
-from pmwvc_core.wave.receiver import Receiver
+from pmwvc_core.transport.packet import FLAG_LEAVING, Packer
+from pmwvc_core.transport.receiver import Receiver
 from pmwvc_master import loop as loop_module
 from pmwvc_master.devices import DeviceInfo, DeviceSample
 from pmwvc_master.loop import MasterLoop

@@ -11,8 +11,8 @@ import struct
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from pmwvc_analysis.recording import mcap_records as mcap
-from pmwvc_analysis.recording.mcap_check import check_bytes
+from pmwvc_analysis.recording.mcap import mcap_records as mcap
+from pmwvc_analysis.recording.mcap.mcap_check import check_bytes
 
 MESSAGES = 40
 

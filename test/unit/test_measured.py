@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from pressed_wall import wall
 
-from pmwvc_analysis.models import frequency, multirate
-from pmwvc_analysis.models.measured import TRUSTED, measure, pattern
-from pmwvc_analysis.models.transparency import pressing
+from pmwvc_analysis.models import multirate
+from pmwvc_analysis.transparency import frequency
+from pmwvc_analysis.transparency.measured import TRUSTED, measure, pattern
+from pmwvc_analysis.transparency.transparency import pressing
 from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
 
 GENTLE = {"safety.max_force": 20.0, "safety.max_slew": 20000.0, "operator.force": 0.2}

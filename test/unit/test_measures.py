@@ -15,7 +15,7 @@ from pmwvc_analysis.compare.measures import (
     measures,
 )
 from pmwvc_bringup.scenarios import load
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
 
 BASE = {

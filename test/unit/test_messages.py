@@ -16,7 +16,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.messages import TraceBlock
-from pmwvc_core.wave.packet import FLAG_LEAVING, WavePacket, size_bytes
+from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket, size_bytes
 
 DEFINITIONS = Path(__file__).resolve().parents[2] / "pmwvc_msgs" / "msg"
 STAMP_NS = 1_700_000_000_123_456_789

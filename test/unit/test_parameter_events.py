@@ -14,10 +14,10 @@ from rclpy.serialization import serialize_message
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.recording.mcap.recover import Salvage, messages
 from pmwvc_analysis.recording.parameter_cdr import parameter_change
 from pmwvc_analysis.recording.parameter_events import MOST_EVENTS
 from pmwvc_analysis.recording.reader import read_session
-from pmwvc_analysis.recording.recover import Salvage, messages
 from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import SessionWriter
 

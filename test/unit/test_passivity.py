@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import TICK_S, poles_rad_s
 
-from pmwvc_analysis.models import passivity
+from pmwvc_analysis.delays import passivity
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave.response import response
+from pmwvc_core.wave.design.response import response
 
 FIRST_ORDER = FilterParams(kind="first_order", pole_rad_s=50.0)
 

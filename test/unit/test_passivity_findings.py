@@ -10,12 +10,13 @@ import handmade
 import numpy as np
 import pytest
 
-from pmwvc_analysis.judge import budget_summary, passivity_words
-from pmwvc_analysis.judge.budget import budget
-from pmwvc_analysis.judge.passivity import TOLERANCE_J, Unjudged, judge, together
-from pmwvc_analysis.judge.passivity_findings import Passivity, passivity
-from pmwvc_analysis.judge.verdicts import summary
-from pmwvc_analysis.show.report import render
+from pmwvc_analysis.budget import budget_summary
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.report.report import render
+from pmwvc_analysis.verdicts import passivity_words
+from pmwvc_analysis.verdicts.passivity import TOLERANCE_J, Unjudged, judge, together
+from pmwvc_analysis.verdicts.passivity_findings import Passivity, passivity
+from pmwvc_analysis.verdicts.verdicts import summary
 
 TIME_S = np.array([0.0, 1.0, 2.0])
 HOLE = Unjudged(0.5, 1.5, "not recorded")

@@ -5,7 +5,7 @@
 import dataclasses
 
 from pmwvc_core.runtime.peers import Peers
-from pmwvc_core.wave import Packer, Receiver
+from pmwvc_core.transport import Packer, Receiver
 
 DOWN, UP = "/user1/wave_down", "/user1/wave_up"
 

@@ -5,18 +5,18 @@
 import handmade
 import pytest
 
-from pmwvc_analysis.judge.outcomes import came_true
-from pmwvc_analysis.judge.prediction import (
+from pmwvc_analysis.prediction.prediction import (
     aliasing_gain,
     answer,
     one_step_bound,
     passive,
     prediction,
 )
-from pmwvc_analysis.judge.prediction_lag import lag_s, network_s, step_lag_s
-from pmwvc_analysis.judge.prediction_words import lines
-from pmwvc_analysis.judge.verdicts import summary
-from pmwvc_analysis.models.transparency import transparency
+from pmwvc_analysis.prediction.prediction_lag import lag_s, network_s, step_lag_s
+from pmwvc_analysis.prediction.prediction_words import lines
+from pmwvc_analysis.transparency.transparency import transparency
+from pmwvc_analysis.verdicts.outcomes import came_true
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.params import DeviceParams, FilterParams, MasterParams
 

@@ -14,15 +14,15 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as ForeignWriter
 from rosbags.typesys import Stores, get_typestore
 
-from pmwvc_analysis.judge.events import complete
-from pmwvc_analysis.judge.holes import holes
-from pmwvc_analysis.judge.passivity_findings import passivity
+from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.recording.mcap.recover import Salvage, messages
 from pmwvc_analysis.recording.reader import read_scenario, read_session
-from pmwvc_analysis.recording.recover import Salvage, messages
 from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import SessionWriter
+from pmwvc_analysis.verdicts.holes import holes
+from pmwvc_analysis.verdicts.passivity_findings import passivity
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime.messages import nanoseconds
 

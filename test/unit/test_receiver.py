@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from pmwvc_core.wave import Packer, Receiver, Verdict
+from pmwvc_core.transport import Packer, Receiver, Verdict
 
 PERIOD_S = 0.008
 PERIOD_NS = 8_000_000

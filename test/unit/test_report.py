@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from command_line import ROOT, call
 
-from pmwvc_analysis.judge.verdicts import summary
 from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.report.report import render
+from pmwvc_analysis.report.text import cell, quantity
 from pmwvc_analysis.session_files import finish
-from pmwvc_analysis.show.report import render
-from pmwvc_analysis.show.text import cell, quantity
+from pmwvc_analysis.verdicts.verdicts import summary
 
 VOID = {"meta", "img", "br"}
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from rival_link import FRAME_S, TICK_S, M, RivalLink
 
+from pmwvc_core.baselines.arrivals import Arrivals
+from pmwvc_core.baselines.modulated_spring import ModulatedSpring
+from pmwvc_core.baselines.tdpa import Observer
 from pmwvc_core.controllers import make_master, make_server
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
-from pmwvc_core.params.baseline import PspmParams, TdpaParams, VirtualCouplingParams
-from pmwvc_core.rivals.arrivals import Arrivals
-from pmwvc_core.rivals.modulated_spring import ModulatedSpring
-from pmwvc_core.rivals.tdpa import Observer
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate, simulate_one
-from pmwvc_core.wave.packet import Packer
+from pmwvc_core.transport.packet import Packer
 
 RIVALS = ("direct", "virtual_coupling", "tdpa", "pspm")
 

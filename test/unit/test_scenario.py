@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from pmwvc_core.errors import ScenarioError
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
 
 BASE = {"name": "pair", "duration_s": 5, "controller": "pmwvc", "users": 2}
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from pmwvc_bringup import scenarios
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.network.presets import PRESETS
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
 
 NAMES = list(scenarios.known())
 MINIMAL = "name: mine\nduration_s: 1.0\ncontroller: pmwvc\nusers: 2\n"

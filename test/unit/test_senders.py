@@ -7,8 +7,8 @@ import random
 
 import pytest
 
-from pmwvc_core.wave import FLAG_LEAVING, Packer, Receiver, Verdict
-from pmwvc_core.wave.senders import REMEMBERED
+from pmwvc_core.transport import FLAG_LEAVING, Packer, Receiver, Verdict
+from pmwvc_core.transport.senders import REMEMBERED
 
 PERIOD_NS = 8_000_000
 STRAY_NS = 25_000_000

@@ -17,7 +17,7 @@ from pmwvc_analysis.recording.sequence import (
     peek,
 )
 from pmwvc_core.runtime import messages as build
-from pmwvc_core.wave.packet import WavePacket
+from pmwvc_core.transport.packet import WavePacket
 
 STORE = schemas.typestore(*schemas.OUR_TYPES, "diagnostic_msgs/msg/DiagnosticArray")
 TYPES = build.types_from(STORE.types)

@@ -9,8 +9,8 @@ from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.server.service import Presence, Service
-from pmwvc_core.wave.packet import FLAG_ANEW, FLAG_LEAVING, Packer
-from pmwvc_core.wave.receiver import Receiver
+from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_LEAVING, Packer
+from pmwvc_core.transport.receiver import Receiver
 from pmwvc_server.loop import ServerLoop
 
 PERIOD_S = 0.008

@@ -7,16 +7,16 @@ import functools
 import numpy as np
 import pytest
 
-from pmwvc_analysis.judge.consistency import inconsistencies
-from pmwvc_analysis.judge.prediction import prediction
-from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.prediction.prediction import prediction
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params.server import COUPLINGS
 from pmwvc_core.plant.on_record import ForceOnRecord
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.scenario_reader import parse_scenario
 from pmwvc_core.simulation.session import simulate, simulate_one
 
 TICKS, TICK_S = 450, 0.001

@@ -9,12 +9,12 @@ import gc
 import numpy as np
 import pytest
 
-from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.network.link import Link, stream_of
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate, simulate_one
-from pmwvc_core.wave.packet import size_bytes
+from pmwvc_core.transport.packet import size_bytes
 
 SHORT = {
     "name": "short",

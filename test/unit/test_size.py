@@ -7,7 +7,7 @@ import pytest
 
 from pmwvc_analysis.recording import size
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.recover import Salvage, messages
+from pmwvc_analysis.recording.mcap.recover import Salvage, messages
 
 RECORD = 47
 

@@ -8,9 +8,9 @@ import pytest
 from handmade import oscillating, session
 from scipy import signal
 
-from pmwvc_analysis.judge.oscillation import beyond, motions, strength
-from pmwvc_analysis.judge.stability import OSCILLATION_M_S, verdict
 from pmwvc_analysis.models.stability import radii
+from pmwvc_analysis.verdicts.oscillation import beyond, motions, strength
+from pmwvc_analysis.verdicts.stability import OSCILLATION_M_S, verdict
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pmwvc_core.params import ContactParams, MasterParams
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.stacking import batches, stack, structure_of
 
 BASE = {"name": "pair", "duration_s": 5, "controller": "pmwvc", "users": 2}

@@ -6,9 +6,11 @@ import math
 
 import pytest
 
-from pmwvc_core.master.surplus import Surplus
+from pmwvc_core.master.energy_tank import Surplus
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
-from pmwvc_core.wave import Hold, Packer, worst_case_gain
+from pmwvc_core.transport import Packer
+from pmwvc_core.wave import Hold
+from pmwvc_core.wave.design.aliasing import worst_case_gain
 
 M, TICK_S, FRAME_S = 8, 0.001, 0.008
 WAVE = 0.3

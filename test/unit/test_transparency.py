@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pressed_wall import wall
 
-from pmwvc_analysis.models import frequency, multirate
-from pmwvc_analysis.models.transparency import ideal_of, pressing, transparency
+from pmwvc_analysis.models import multirate
+from pmwvc_analysis.transparency import frequency
+from pmwvc_analysis.transparency.transparency import ideal_of, pressing, transparency
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
 
 

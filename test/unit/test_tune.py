@@ -13,13 +13,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pmwvc_analysis.judge.stability import verdict
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import relative
-from pmwvc_analysis.models.transparency import transparency, untouched
+from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_analysis.tune.criteria import Choice, cost_of, noise_n, rated
 from pmwvc_analysis.tune.search import best_impedance, bounds_of, propose, simulated
 from pmwvc_analysis.tune.words import answer, costs, sentences
+from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import FilterParams

@@ -8,8 +8,8 @@ import pytest
 from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COMPENSATIONS, INTEGRATORS
+from pmwvc_core.server.black_box.port import UnknownServer
 from pmwvc_core.server.compensations import COMPENSATIONS as MADE
-from pmwvc_core.server.unknown import UnknownServer
 
 B_W = 25.0
 

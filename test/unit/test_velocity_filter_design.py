@@ -14,11 +14,11 @@ from strategies import TICK_S, poles_rad_s
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
-from pmwvc_core.wave import velocity_filter_design as design
-from pmwvc_core.wave.branches import margins, switching_gain
-from pmwvc_core.wave.response import response, sections_response
-from pmwvc_core.wave.velocity_filter_design import best_alpha, printed_branches
-from pmwvc_core.wave.velocity_filter_response import branches, noise_gain
+from pmwvc_core.wave.design import velocity_filter_design as design
+from pmwvc_core.wave.design.branches import margins, switching_gain
+from pmwvc_core.wave.design.response import response, sections_response
+from pmwvc_core.wave.design.velocity_filter_design import best_alpha, printed_branches
+from pmwvc_core.wave.design.velocity_filter_response import branches, noise_gain
 
 
 def test_without_the_high_branch_both_conditions_say_the_filter_amplifies_nothing():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from handmade import DRIFT_M, FORCE_N, session
 
-from pmwvc_analysis.judge.verdicts import summary
+from pmwvc_analysis.verdicts.verdicts import summary
 
 KEYS = set(
     "scenario source duration_s controller parameters stable instability active passivity object "

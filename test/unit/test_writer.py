@@ -18,13 +18,13 @@ from mcap.reader import make_reader
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.live import QUEUE_BYTES, BackgroundWriter, Received
-from pmwvc_analysis.recording.mcap_check import check_file
-from pmwvc_analysis.recording.recover import Salvage, messages, recover
+from pmwvc_analysis.recording.mcap.mcap_check import check_file
+from pmwvc_analysis.recording.mcap.recover import Salvage, messages, recover
 from pmwvc_analysis.recording.topics import trace, wave
 from pmwvc_analysis.recording.writer import CHUNK_BYTES, SessionWriter
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime import messages as build
-from pmwvc_core.wave.packet import WavePacket
+from pmwvc_core.transport.packet import WavePacket
 
 SECOND = 1_000_000_000
 TOPIC = wave("/user1/wave_up")

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.models.maps import Axis, Grid, line
+from pmwvc_analysis.maps.maps import Axis, Grid, line
 from pmwvc_analysis.models.stability import k_max
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
 from reproduction import draw_b
 from reproduction.conditions import hold_balance

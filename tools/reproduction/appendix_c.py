@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from pmwvc_analysis.models.characteristic import (
+from pmwvc_analysis.filters.characteristic import (
     CASES,
     jury_marden,
     loop_polynomial,

@@ -4,8 +4,8 @@
 
 import numpy as np
 
-from pmwvc_core.wave.branches import margins
-from pmwvc_core.wave.velocity_filter_design import best_alpha, printed_branches
+from pmwvc_core.wave.design.branches import margins
+from pmwvc_core.wave.design.velocity_filter_design import best_alpha, printed_branches
 from reproduction import draw_d, draw_single
 from reproduction.figure import Figure, Values
 from reproduction.scenarios import wall

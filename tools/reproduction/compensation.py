@@ -9,7 +9,7 @@ import numpy as np
 from pmwvc_analysis.models.variation import varied
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.session import simulate, simulate_one
-from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_core.traces import SessionTraces
 from reproduction.figure import Values
 from reproduction.scenarios import scenario
 from reproduction.traces import curves, last_mean

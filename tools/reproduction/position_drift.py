@@ -9,12 +9,12 @@ the way down, the way up has kept, or its declared storage lends.
 
 import numpy as np
 
-from pmwvc_analysis.judge.energy import user_energies
-from pmwvc_analysis.judge.shape import rms
-from pmwvc_analysis.judge.verdicts import separation
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.verdicts.shape import rms
+from pmwvc_analysis.verdicts.verdicts import separation
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_core.traces import SessionTraces
 from reproduction import draw_position_drift
 from reproduction.figure import Figure, Values
 from reproduction.scenarios import scenario

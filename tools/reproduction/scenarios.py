@@ -5,8 +5,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.scenario_reader import parse_scenario
+from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 FRAME_S = 0.008
 # As far as the limits of force, slew and speed go: what a figure shows is then the controller's.

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.maps.z_width_simulated import simulated_z_width
 from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.stability import z_width
-from pmwvc_analysis.models.transparency import transparency
-from pmwvc_analysis.models.z_width_simulated import simulated_z_width
+from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
 from reproduction.figure import Values
 from reproduction.scenarios import UNLIMITED, scenario

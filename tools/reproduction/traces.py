@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_core.traces import SessionTraces
 
 LAST_S = 0.5  # the end of a session, over which steady values are means
 

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from pmwvc_analysis.compare.measures import Entry
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 CONTROLLER = "controller"
 ALIKE = 0.02  # relative difference below which stiffnesses and masses count as the same

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.compare.probes import pressed_stiffness
-from pmwvc_analysis.models.measured import TRUSTED, Measured, measure
-from pmwvc_analysis.models.transparency import ideal_of, transparency
+from pmwvc_analysis.transparency.measured import TRUSTED, Measured, measure
+from pmwvc_analysis.transparency.transparency import ideal_of, transparency
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces
 
 LOW = 0.8  # of the peak's frequency: below it the series holds
 LEAST = 5  # values to fit a stiffness to

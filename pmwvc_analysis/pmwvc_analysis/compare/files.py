@@ -58,7 +58,8 @@ def write(
         _write_table(folder / TABLE, entries)
         _write_arrays(folder, entries)
         if figures:
-            from pmwvc_analysis.show import comparison_figures, comparison_report
+            from pmwvc_analysis.figures import comparison_figures
+            from pmwvc_analysis.report import comparison_report
 
             pictures = comparison_figures.draw_all(entries, folder / "plots")
             page = comparison_report.render(title, entries, about, pictures)

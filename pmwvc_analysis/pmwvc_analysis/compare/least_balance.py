@@ -8,12 +8,12 @@ a wave, generates energy behind a passive link.
 
 from typing import NamedTuple
 
-from pmwvc_analysis.judge.budget import budget
-from pmwvc_analysis.judge.budget_result import SERVER
-from pmwvc_analysis.judge.passivity_findings import passivity
-from pmwvc_analysis.judge.passivity_words import part_words
-from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.budget_result import SERVER
+from pmwvc_analysis.verdicts.passivity_findings import passivity
+from pmwvc_analysis.verdicts.passivity_words import part_words
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces
 
 
 class Least(NamedTuple):

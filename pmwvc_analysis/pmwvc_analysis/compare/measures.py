@@ -37,13 +37,13 @@ import numpy as np
 from pmwvc_analysis.compare.feel import Feel, feel_of
 from pmwvc_analysis.compare.least_balance import least_balance
 from pmwvc_analysis.compare.probes import free_space
-from pmwvc_analysis.judge import shape, stability
-from pmwvc_analysis.judge.oscillation import beyond
-from pmwvc_analysis.judge.verdicts import COUPLED, separation
+from pmwvc_analysis.verdicts import shape, stability
+from pmwvc_analysis.verdicts.oscillation import beyond
+from pmwvc_analysis.verdicts.verdicts import COUPLED, separation
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 NOISE_HZ = 20.0
 MEASURES = (

@@ -25,11 +25,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_analysis.models.transparency import pressing, untouched
+from pmwvc_analysis.transparency.transparency import pressing, untouched
 from pmwvc_core.numeric import Array
 from pmwvc_core.plant.forces import Operator, RecordedForce
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.scenario import Scenario, User
 from pmwvc_core.simulation.session import simulate_one
 
 FASTEST_HZ, SLOWEST_HZ = 2.0, 0.1  # of the swing

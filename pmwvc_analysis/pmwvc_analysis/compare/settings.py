@@ -3,7 +3,7 @@
 """The parameters with which each controller of a comparison runs: baselines tuned by their printed
 rules, and what to print beside the numbers.
 
-A baseline whose parameters nobody gave gets those of its rule (:mod:`pmwvc_core.rivals.tuning`)
+A baseline whose parameters nobody gave gets those of its rule (:mod:`pmwvc_core.baselines.tuning`)
 for this link, device, hand and contact: a comparison over the delay then compares controllers, not
 one tuning with itself. Parameters that differ from their defaults, or are named, stay as given.
 """
@@ -11,11 +11,11 @@ one tuning with itself. Parameters that differ from their defaults, or are named
 import dataclasses
 from typing import Any
 
-from pmwvc_analysis.judge.prediction_words import rule_loop
+from pmwvc_analysis.prediction.prediction_words import rule_loop
 from pmwvc_core.controllers import Rule, record_of
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import BaselineParams
-from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario, User
 
 RULE, GIVEN = "by its rule", "as given"
 ALWAYS = ("master.impedance", "master.filter.kind", "master.hold", "server.coupling")

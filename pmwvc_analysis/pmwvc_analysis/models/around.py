@@ -17,7 +17,7 @@ from pmwvc_analysis.models.blocks import Block, column
 from pmwvc_analysis.models.sections import Sections
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.velocity_filter_design import high_pass, low_pass
+from pmwvc_core.wave.design.velocity_filter_design import high_pass, low_pass
 
 
 class Part(Protocol):

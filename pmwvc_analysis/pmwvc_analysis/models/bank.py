@@ -12,7 +12,7 @@ from pmwvc_analysis.models.blocks import Block, Kept, column
 from pmwvc_analysis.models.sections import Sections
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.bank_design import bank_filters
+from pmwvc_core.wave.design.bank_design import bank_filters
 
 
 class Bank:

@@ -4,7 +4,7 @@
 
 The equations are those of :mod:`pmwvc_core.server.couplings`, written out for two-sided contacts
 (f = K e + B (xd_s - xd_o), e the deflection of the spring) and applied to rows. ``carried`` is the
-cube of :mod:`pmwvc_core.server.blackbox.touch`: decoded late, then moved by the midpoint rule.
+cube of :mod:`pmwvc_core.server.black_box.touch`: decoded late, then moved by the midpoint rule.
 """
 
 from collections.abc import Callable, Mapping, Sequence

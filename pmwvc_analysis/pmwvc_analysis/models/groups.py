@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario, User
 
 MATTERS = ("master", "baseline", "device", "contact", "link_up", "link_down")
 

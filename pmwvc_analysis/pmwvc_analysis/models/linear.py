@@ -13,7 +13,7 @@ from pmwvc_analysis.models.variation import varied
 from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
-from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario, User
 
 # Environments whose slope a port learns, and what comes nearest: parameter and value.
 LEARNED = {

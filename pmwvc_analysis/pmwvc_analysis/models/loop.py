@@ -20,7 +20,7 @@ from pmwvc_analysis.models.ports import PORTS, Port
 from pmwvc_analysis.models.server import Server
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario, User
 
 LIVE_STEP_S = 0.002
 LIVE_ANSWER_S = 0.004

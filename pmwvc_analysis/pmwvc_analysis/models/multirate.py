@@ -23,7 +23,7 @@ from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.loop import Loop
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 LARGEST_LIFTED = 4000  # users times ticks
 LARGEST_STATES = 3000  # of a model with inputs and outputs: some 10 s and 200 MB

@@ -10,7 +10,7 @@ from pmwvc_analysis.models.around import Feedback, LessVelocity, make_parts
 from pmwvc_analysis.models.blocks import Block, Device, Hold, Kept, column
 from pmwvc_analysis.models.filters import make_filter
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.scenario import User
+from pmwvc_core.scenario.scenario import User
 
 
 class WavePort:

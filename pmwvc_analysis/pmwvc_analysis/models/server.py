@@ -8,7 +8,7 @@ from pmwvc_analysis.models.blocks import column
 from pmwvc_analysis.models.couplings import LAWS, Body, Cube, Seat, Wall, remembered
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario, User
 
 # Laws of environments of which the port knows nothing; none of them is compensated for.
 UNKNOWN: Mapping[str, str] = {

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmwvc_analysis.delays.long_delay import is_long, opened
 from pmwvc_analysis.models import rigid
 from pmwvc_analysis.models.groups import Part, parts
-from pmwvc_analysis.models.long_delay import is_long, opened
 from pmwvc_analysis.models.multirate import transitions
 from pmwvc_analysis.models.variation import stackable, varied, with_stiffness
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 BOUND = 1e6  # [N/m] no contact stiffness above this is looked at
 LOWEST = 0.1  # [N/m]

@@ -15,7 +15,7 @@ import numpy as np
 
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.params import groups, specs
-from pmwvc_core.simulation.scenario import (
+from pmwvc_core.scenario.scenario import (
     SHARED_GROUPS,
     USER_GROUPS,
     Scenario,

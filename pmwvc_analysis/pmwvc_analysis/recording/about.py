@@ -8,7 +8,7 @@ Each is one MCAP metadata record of names and texts.
 import platform
 from importlib import metadata
 
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 PACKAGES = ("pmwvc_core", "rclpy", "numpy", "scipy", "mcap", "rosbags")
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From decoded messages to the arrays of :mod:`pmwvc_core.simulation.traces`.
+"""From decoded messages to the arrays of :mod:`pmwvc_core.traces`.
 
 A publisher that was started again begins new running sums; they are continued here, so that
 energies are sums over the session. Rows are in the order of time.
@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.recording import clock
+from pmwvc_analysis.recording.clocks import clock
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import nanoseconds
-from pmwvc_core.simulation.traces import FateTraces, PacketTraces, ServerTraces, UserTraces
+from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, UserTraces
 
 Integers = NDArray[np.int64]
 Messages = Sequence[Any]

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.mcap_records import MAGIC
+from pmwvc_analysis.recording.mcap.mcap_records import MAGIC
+from pmwvc_analysis.recording.mcap.recover import RawMessage, Salvage
+from pmwvc_analysis.recording.mcap.recover import messages as salvaged
 from pmwvc_analysis.recording.own import keep_own
 from pmwvc_analysis.recording.parameter_cdr import ParameterChange, parameter_change
-from pmwvc_analysis.recording.recover import RawMessage, Salvage
-from pmwvc_analysis.recording.recover import messages as salvaged
 from pmwvc_analysis.recording.sequence import GapCounter, numbered
 from pmwvc_core.errors import RecordingError
 

@@ -25,15 +25,15 @@ from pmwvc_core.controllers import has_waves
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime import messages as build
-from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.traces import (
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import (
     FateTraces,
     PacketTraces,
     ServerTraces,
     SessionTraces,
     UserTraces,
 )
-from pmwvc_core.wave.packet import FLAG_DIRECT, WavePacket
+from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 
 SERVER_EPOCH = 1000
 

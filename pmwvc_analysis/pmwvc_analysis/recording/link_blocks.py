@@ -11,7 +11,7 @@ import numpy as np
 from pmwvc_analysis.recording.losses import DROPPED, DUPLICATE, LOST
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages as build
-from pmwvc_core.simulation.traces import FateTraces
+from pmwvc_core.traces import FateTraces
 
 BLOCK_NS = 500_000_000
 STATE_NS = 1_000_000_000

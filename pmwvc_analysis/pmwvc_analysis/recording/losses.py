@@ -14,7 +14,7 @@ import numpy as np
 
 from pmwvc_analysis.recording.sequence import GapCounter
 from pmwvc_analysis.recording.topics import relayed, source_of
-from pmwvc_core.simulation.traces import FateTraces, PacketTraces
+from pmwvc_core.traces import FateTraces, PacketTraces
 
 # The numbers of PacketFate.msg.
 DELIVERED, LOST, DUPLICATE = 0, 1, 2

@@ -13,16 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording import assemble, clock, schemas
+from pmwvc_analysis.recording import assemble, schemas
+from pmwvc_analysis.recording.clocks import clock
+from pmwvc_analysis.recording.clocks.time_lines import time_lines
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.losses import not_relayed, topic_counts
 from pmwvc_analysis.recording.parameter_events import parameter_changes
-from pmwvc_analysis.recording.time_lines import time_lines
 from pmwvc_analysis.recording.topics import source_of
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime.messages import nanoseconds
-from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.traces import FateTraces, ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import FateTraces, ServerTraces, SessionTraces, UserTraces
 
 
 def read_session(folder: str | Path) -> SessionTraces:
@@ -108,7 +109,7 @@ def read_scenario(folder: str | Path) -> Scenario | None:
         return None
     import yaml
 
-    from pmwvc_core.simulation.scenario_reader import parse_scenario
+    from pmwvc_core.scenario.reader import parse_scenario
 
     return parse_scenario(yaml.safe_load(path.read_text(encoding="utf-8")), source=str(path))
 

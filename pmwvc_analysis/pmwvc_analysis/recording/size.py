@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How much disk a live session takes, from the sizes and rates of its messages."""
 
-from pmwvc_core.simulation.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario, User
 
 COMPRESSED = 0.45  # of the bytes: measured over live sessions of two users
 _RECORD = 47  # bytes around a message: its record and its entry in the index

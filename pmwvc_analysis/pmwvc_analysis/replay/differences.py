@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.judge import shape
+from pmwvc_analysis.verdicts import shape
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.agenda import Integers
-from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_core.simulation.event_schedule import Integers
+from pmwvc_core.traces import SessionTraces
 
 FORCE_N = 0.1
 POSITION_M = 0.5e-3

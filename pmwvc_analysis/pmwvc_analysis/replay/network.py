@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.replay.taken import NEVER_NS, Looks, Sent, bounds
 from pmwvc_core.network import Cause, FateKind, RecordedFate, RecordedLink
-from pmwvc_core.simulation.agenda import Integers
-from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.traces import FateTraces, PacketTraces, SessionTraces
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.event_schedule import Integers
+from pmwvc_core.traces import FateTraces, PacketTraces, SessionTraces
 
 TRANSPORT_NS = 150_000  # from the emulator of a live session to the receiver, usually
 TRAVELLING = (FateKind.DELIVERED, FateKind.DUPLICATE)

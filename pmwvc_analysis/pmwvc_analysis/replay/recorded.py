@@ -22,10 +22,10 @@ from pmwvc_analysis.replay.used import sent_and_used
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.plant.on_record import ForceOnRecord
-from pmwvc_core.simulation.agenda import Integers, Loop, Steps
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import LIVE, Conditions, Phases
-from pmwvc_core.simulation.scenario import Scenario, User
-from pmwvc_core.simulation.traces import SessionTraces, UserTraces
+from pmwvc_core.simulation.event_schedule import Integers, Loop, Steps
+from pmwvc_core.traces import SessionTraces, UserTraces
 
 Hand = Literal["operator", "force"]
 ENDS_TOGETHER = 100  # ticks within which users count as having ended together

@@ -11,9 +11,9 @@ from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.differences import differences
 from pmwvc_analysis.replay.recorded import ANSWER, Hand, Prescription, prescription
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
-from pmwvc_core.simulation.traces import SessionTraces
+from pmwvc_core.traces import SessionTraces
 
 
 @dataclass(frozen=True)

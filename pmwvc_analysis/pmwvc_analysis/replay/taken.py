@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.agenda import Integers
+from pmwvc_core.simulation.event_schedule import Integers
 
 NEVER_NS = int(np.iinfo(np.int64).max)
 NOBODY: list[int] = []

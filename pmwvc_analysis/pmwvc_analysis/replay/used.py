@@ -8,9 +8,9 @@ import numpy as np
 
 from pmwvc_analysis.replay.taken import Looks, Sent
 from pmwvc_core.controllers import has_waves
-from pmwvc_core.simulation.agenda import Act, Integers, Loop, Steps, once_a_frame
-from pmwvc_core.simulation.scenario import Scenario
-from pmwvc_core.simulation.traces import PacketTraces, SessionTraces, UserTraces
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.event_schedule import Act, Integers, Loop, Steps, once_a_frame
+from pmwvc_core.traces import PacketTraces, SessionTraces, UserTraces
 
 FAR_OFF = 3  # packets that may be missing at the end of a recording
 

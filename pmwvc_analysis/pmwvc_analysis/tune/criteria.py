@@ -34,12 +34,12 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from pmwvc_analysis.judge import prediction, prediction_lag
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import relative
-from pmwvc_analysis.models.transparency import transparency, untouched
+from pmwvc_analysis.prediction import prediction, prediction_lag
+from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_core.params import FilterParams
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 NOTICED_N = 0.1  # [N] force noise, root mean square, that counts as one step
 NOTICED = math.log(1.23)  # just noticeable ratio of stiffnesses and of weights

@@ -17,9 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_analysis.judge import prediction, prediction_lag
-from pmwvc_analysis.judge.stability import verdict
 from pmwvc_analysis.models.linear import Element, nonlinear
+from pmwvc_analysis.prediction import prediction, prediction_lag
 from pmwvc_analysis.tune.criteria import (
     Choice,
     Rating,
@@ -28,13 +27,14 @@ from pmwvc_analysis.tune.criteria import (
     rated,
     velocity_step,
 )
+from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.controllers import proofs_hold, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import FilterParams
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.wave.design.velocity_filter_design import chosen as velocity_filter
 from pmwvc_core.wave.impedance import first_axis
-from pmwvc_core.wave.velocity_filter_design import chosen as velocity_filter
 
 LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 STEP = 1.5  # factor between the alternatives

@@ -8,7 +8,7 @@ from typing import Any
 from pmwvc_analysis.models.linear import setting
 from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, Rating, velocity_step
 from pmwvc_analysis.tune.search import LONGEST_S, STABLE, Proposal
-from pmwvc_core.simulation.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario
 
 HEADS = ("b", "lag", "rendered", "mass", "noise", "aliasing", "K max", "cost")
 UNITS = ("N s/m", "ms", "N/m", "kg", "mN", "-", "N/m", "steps")

@@ -6,7 +6,7 @@ from pmwvc_core.controllers.ends import make_master, make_server
 from pmwvc_core.controllers.library import LIBRARY, has_waves, names, proofs_hold, record_of
 from pmwvc_core.controllers.record import Controller, Rule
 from pmwvc_core.master.controller import MasterController
-from pmwvc_core.server.seats import ServerController
+from pmwvc_core.server.user_ports import ServerController
 
 __all__ = [
     "LIBRARY",

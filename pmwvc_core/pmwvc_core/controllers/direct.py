@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The record of ``direct``: velocity up, force down."""
 
+from pmwvc_core.baselines.direct import DirectMaster, DirectServer
 from pmwvc_core.controllers.record import Controller
-from pmwvc_core.rivals.direct import DirectMaster, DirectServer
 
 RECORD = Controller(
     name="direct",

@@ -8,11 +8,11 @@ from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
-from pmwvc_core.server.blackbox.containment import Call, directly
-from pmwvc_core.server.blackbox.interface import EnvironmentSetup
-from pmwvc_core.server.blackbox.plugins import make_black_box
+from pmwvc_core.server.black_box.containment import Call, directly
+from pmwvc_core.server.black_box.interface import EnvironmentSetup
+from pmwvc_core.server.black_box.plugins import make_black_box
 from pmwvc_core.server.factory import make_seats
-from pmwvc_core.server.seats import AS_PUBLISHED, ServerController
+from pmwvc_core.server.user_ports import AS_PUBLISHED, ServerController
 from pmwvc_core.wave.impedance import Impedance
 
 

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The record of ``pspm``: passive set-position modulation."""
 
+from pmwvc_core.baselines import tuning
+from pmwvc_core.baselines.pspm import PspmMaster, PspmServer
 from pmwvc_core.controllers.record import Controller, Rule
 from pmwvc_core.params import BaselineParams, MasterParams
-from pmwvc_core.rivals import tuning
-from pmwvc_core.rivals.pspm import PspmMaster, PspmServer
 
 
 def storage_j(master: MasterParams, baseline: BaselineParams) -> float:

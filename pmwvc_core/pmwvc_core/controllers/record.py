@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from pmwvc_core.baselines.tuning import Loop, Proposal
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
-from pmwvc_core.rivals.tuning import Loop, Proposal
-from pmwvc_core.server.blackbox.containment import Call
-from pmwvc_core.server.blackbox.interface import Environment
-from pmwvc_core.server.seats import Seat, ServerController
+from pmwvc_core.server.black_box.containment import Call
+from pmwvc_core.server.black_box.interface import Environment
+from pmwvc_core.server.user_ports import Seat, ServerController
 
 AVATARS = ("coupling", "device", "explicit", "implicit")
 MasterMaker = Callable[[MasterParams, BaselineParams], MasterController]

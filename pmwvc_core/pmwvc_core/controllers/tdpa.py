@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The record of ``tdpa``: time-domain passivity control."""
 
+from pmwvc_core.baselines import tuning
+from pmwvc_core.baselines.tdpa import TdpaMaster, TdpaServer
 from pmwvc_core.controllers.record import Controller, Rule
-from pmwvc_core.rivals import tuning
-from pmwvc_core.rivals.tdpa import TdpaMaster, TdpaServer
 
 RECORD = Controller(
     name="tdpa",

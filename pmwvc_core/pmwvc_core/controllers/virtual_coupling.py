@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The record of ``virtual_coupling``: a spring and a damper between device and avatar."""
 
+from pmwvc_core.baselines import tuning
+from pmwvc_core.baselines.virtual_coupling import VirtualCouplingMaster, VirtualCouplingServer
 from pmwvc_core.controllers.record import Controller, Rule
-from pmwvc_core.rivals import tuning
-from pmwvc_core.rivals.virtual_coupling import VirtualCouplingMaster, VirtualCouplingServer
 
 RECORD = Controller(
     name="virtual_coupling",

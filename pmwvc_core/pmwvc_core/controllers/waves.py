@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
-from pmwvc_core.server.blackbox.containment import Call
-from pmwvc_core.server.blackbox.interface import Environment
+from pmwvc_core.server.black_box.containment import Call
+from pmwvc_core.server.black_box.interface import Environment
+from pmwvc_core.server.black_box.port import UnknownServer
 from pmwvc_core.server.port import WaveServer
-from pmwvc_core.server.seats import Seat, ServerController
-from pmwvc_core.server.unknown import UnknownServer
+from pmwvc_core.server.user_ports import Seat, ServerController
 
 
 def storage_j(master: MasterParams, baseline: BaselineParams) -> float:

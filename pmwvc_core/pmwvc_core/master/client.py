@@ -10,8 +10,8 @@ packet comes in. Time is an argument (integer nanoseconds of any monotonic clock
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.numeric import Flag, Value, truth
-from pmwvc_core.wave.packet import FLAG_LEAVING, FLAG_LIMITED, Packer, WavePacket
-from pmwvc_core.wave.receiver import Receiver
+from pmwvc_core.transport.packet import FLAG_LEAVING, FLAG_LIMITED, Packer, WavePacket
+from pmwvc_core.transport.receiver import Receiver
 
 
 class Client:

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.packet import WavePacket
+from pmwvc_core.transport.packet import WavePacket
 
 
 class MasterController(Protocol):

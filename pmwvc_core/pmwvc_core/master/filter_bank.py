@@ -28,8 +28,8 @@ from collections.abc import Callable, Mapping
 from pmwvc_core.master.local_model import LocalPort
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.bank_design import bank_filters
 from pmwvc_core.wave.cascade import Cascade
+from pmwvc_core.wave.design.bank_design import bank_filters
 from pmwvc_core.wave.ledger import EnergyLedger
 
 

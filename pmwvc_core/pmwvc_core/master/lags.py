@@ -4,7 +4,7 @@
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import MasterParams
-from pmwvc_core.wave.aliasing import delay_of
+from pmwvc_core.wave.design.aliasing import delay_of
 
 
 def filter_lag_s(params: MasterParams) -> Value:

@@ -24,7 +24,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pmwvc_core.master.foreign_model import ForeignModel
+from pmwvc_core.master.plugin_model import ForeignModel
 from pmwvc_core.numeric import Flag, Value, squared, where
 from pmwvc_core.params import LocalModelParams, MasterParams
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of

@@ -30,7 +30,7 @@ import math
 from collections.abc import Mapping
 
 from pmwvc_core.master.filter_bank import make_bank
-from pmwvc_core.master.parts import Part, make_parts
+from pmwvc_core.master.port_filters import Part, make_parts
 from pmwvc_core.master.position import make_position_feedback
 from pmwvc_core.master.velocity_filter import EquivalentVelocityFilter, make_force_velocity
 from pmwvc_core.numeric import (
@@ -46,9 +46,9 @@ from pmwvc_core.numeric import (
     where,
 )
 from pmwvc_core.params import MasterParams
+from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.filters import AntiAliasing
 from pmwvc_core.wave.impedance import impedance_of
-from pmwvc_core.wave.packet import WavePacket
 from pmwvc_core.wave.rates import Hold
 
 

@@ -17,12 +17,12 @@ start, and the port is passive with this storage.
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from pmwvc_core.master.separation import Rest, Separation
-from pmwvc_core.master.surplus import Surplus
+from pmwvc_core.master.energy_tank import Surplus
+from pmwvc_core.master.position_error import Rest, Separation
 from pmwvc_core.numeric import Value, root, squared, truth
 from pmwvc_core.params import MasterParams
+from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.impedance import impedance_of
-from pmwvc_core.wave.packet import WavePacket
 
 ADAPTED = 0.5  # K_p tau / sqrt(2b) of an adapted gain: docs/theory.md, section 9
 

@@ -9,7 +9,7 @@ exact (App. D Fig. 1)
     v_m = w + s H_HP u_m with w the wave from the server. As u_m = sqrt(2b) xd - v_m this is a
     loop; it is solved. F_m = b (1 - s H)/(1 + s H) xd - sqrt(2b) w/(1 + s H). Its part of the wave
     is spent twice, here and at the low-pass filter behind it: what it gives out that filter pays
-    for where ``|H_LP| + s |H_HP| <= 1`` (:mod:`pmwvc_core.wave.branches`).
+    for where ``|H_LP| + s |H_HP| <= 1`` (:mod:`pmwvc_core.wave.design.branches`).
 equivalent (App. D Fig. 2, Eq. 3 and 2)
     F_m = b (1 - 2 s H_HP) xd - sqrt(2b) v_m, u_m = sqrt(2b) xd - v_m: of the velocity that is
     fed back only the first term of u_m. The wave goes out as before, so more energy leaves on it
@@ -19,7 +19,7 @@ complementary (ours)
     at every tick for s <= 1, as [H_1 H_2] keeps energy; whatever stands behind it.
 
 Every account is the energy that the filter has kept [J]; below zero it has given it out. All
-states are zero at first. Which filters: :mod:`pmwvc_core.wave.velocity_filter_design`.
+states are zero at first. Which filters: :mod:`pmwvc_core.wave.design.velocity_filter_design`.
 """
 
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Value, dot, squared
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.cascade import Cascade
-from pmwvc_core.wave.velocity_filter_design import high_pass, low_pass
+from pmwvc_core.wave.design.velocity_filter_design import high_pass, low_pass
 
 ACCOUNT = "velocity_filter"
 AT_DEVICE = "force_velocity_filter"

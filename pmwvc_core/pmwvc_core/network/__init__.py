@@ -4,9 +4,9 @@
 
 from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
 from pmwvc_core.network.fates import FateBlock, FateLog
+from pmwvc_core.network.in_flight import Cause, Fate, FateKind, LinkCounters
 from pmwvc_core.network.link import Link, stream_of
 from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
-from pmwvc_core.network.transit import Cause, Fate, FateKind, LinkCounters
 
 __all__ = [
     "Cause",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_core.network.transit import Fate
+from pmwvc_core.network.in_flight import Fate
 
 
 @dataclass(frozen=True)

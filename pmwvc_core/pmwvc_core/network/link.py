@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
-from pmwvc_core.network.transit import Cause, Fate, FateKind, Transit
+from pmwvc_core.network.in_flight import Cause, Fate, FateKind, Transit
 from pmwvc_core.params import LinkParams
 
 STANDARD_NORMAL = NormalDist()

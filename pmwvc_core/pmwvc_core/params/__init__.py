@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters as frozen dataclasses: one source for defaults, units, ranges and descriptions."""
 
-from pmwvc_core.params.around import BankParams, PositionParams, VelocityFilterParams
-from pmwvc_core.params.baseline import BaselineParams
+from pmwvc_core.params.baselines import BaselineParams
 from pmwvc_core.params.environment import ActiveWallParams, HuntCrossleyParams
 from pmwvc_core.params.fields import Spec, Validated, groups, specs, whole_ratio
 from pmwvc_core.params.local_model import LocalModelParams
 from pmwvc_core.params.master import FilterParams, MasterParams
 from pmwvc_core.params.network import LinkParams
+from pmwvc_core.params.port_filters import BankParams, PositionParams, VelocityFilterParams
 from pmwvc_core.params.server import ContactParams, ServerParams
 from pmwvc_core.params.user import DeviceParams, OperatorParams, SafetyParams, TaskParams
 

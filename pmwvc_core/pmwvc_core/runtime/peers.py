@@ -9,7 +9,7 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 
-from pmwvc_core.wave.receiver import Receiver, Verdict
+from pmwvc_core.transport.receiver import Receiver, Verdict
 
 PATIENCE_S = 3.0  # without a packet, before it is worth a warning
 REFUSED = [v for v in Verdict if v not in (Verdict.ACCEPTED, Verdict.NEW_EPOCH)]

@@ -3,6 +3,6 @@
 """The server end: wave ports, couplings (the algebraic loop), contact laws, the object."""
 
 from pmwvc_core.server.port import WaveServer
-from pmwvc_core.server.seats import ServerController
+from pmwvc_core.server.user_ports import ServerController
 
 __all__ = ["ServerController", "WaveServer"]

@@ -3,7 +3,7 @@
 """Environments by name: the shared cube, and a wall that does not move.
 
 A wall is the cube nailed down: the same faces and contact laws, no motion. These are the bodies
-whose equations the couplings know; other environments are black boxes (``blackbox``).
+whose equations the couplings know; other environments are black boxes (``black_box``).
 """
 
 from collections.abc import Callable, Mapping

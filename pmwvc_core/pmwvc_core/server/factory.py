@@ -11,7 +11,7 @@ from pmwvc_core.server.contacts import Bilateral, Contact
 from pmwvc_core.server.coupled_axes import CoupledBilateral, CoupledGrip
 from pmwvc_core.server.friction import AnchoredGrip
 from pmwvc_core.server.grip import Grip
-from pmwvc_core.server.seats import AS_PUBLISHED, Seat
+from pmwvc_core.server.user_ports import AS_PUBLISHED, Seat
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of
 
 

@@ -15,7 +15,7 @@ from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings import COUPLINGS, Implicit
 from pmwvc_core.server.environments import make_environment
-from pmwvc_core.server.seats import Seat, ServerController
+from pmwvc_core.server.user_ports import Seat, ServerController
 
 
 class WaveServer(ServerController):

@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from pmwvc_core.numeric import Value
-from pmwvc_core.server.seats import ServerController
-from pmwvc_core.wave.packet import FLAG_ANEW, FLAG_DIRECT, FLAG_LEAVING, Packer, WavePacket
-from pmwvc_core.wave.receiver import Receiver, Verdict
+from pmwvc_core.server.user_ports import ServerController
+from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_DIRECT, FLAG_LEAVING, Packer, WavePacket
+from pmwvc_core.transport.receiver import Receiver, Verdict
 
 
 class Presence(enum.IntEnum):

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.numeric import Array, Value, where
-from pmwvc_core.server.seats import ServerController
-from pmwvc_core.simulation.agenda import Loop
+from pmwvc_core.server.user_ports import ServerController
 from pmwvc_core.simulation.columns import Columns
-from pmwvc_core.simulation.traces import (
+from pmwvc_core.simulation.event_schedule import Loop
+from pmwvc_core.traces import (
     Integers,
     ServerTraces,
     UserTraces,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.plant.operators import Operator
-from pmwvc_core.simulation.agenda import Integers, Steps
+from pmwvc_core.simulation.event_schedule import Integers, Steps
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Conditions:
     first
         Tick of the session with which a user's first frame starts.
     ran_ns
-        When each tick of a user ran; see :class:`pmwvc_core.simulation.agenda.Loop`.
+        When each tick of a user ran; see :class:`pmwvc_core.simulation.event_schedule.Loop`.
     steps
         When the server stepped.
     links

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.paths import Path
-from pmwvc_core.simulation.traces import FateTraces, PacketTraces
-from pmwvc_core.wave.packet import WavePacket
+from pmwvc_core.simulation.links import Path
+from pmwvc_core.traces import FateTraces, PacketTraces
+from pmwvc_core.transport.packet import WavePacket
 
 
 class PacketTable:

@@ -20,22 +20,22 @@ import numpy as np
 
 from pmwvc_core.controllers import make_server
 from pmwvc_core.plant.task import ShownTarget, Task
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.service import Service
-from pmwvc_core.simulation.agenda import Act, Steps, events, turns
 from pmwvc_core.simulation.buffers import (
     ServerBuffer,
     UserBuffer,
 )
 from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.event_schedule import Act, Steps, events, turns
 from pmwvc_core.simulation.garbage import no_garbage
 from pmwvc_core.simulation.network_traces import PacketTable, fate_traces
-from pmwvc_core.simulation.scenario import Scenario, User
-from pmwvc_core.simulation.seat import Seat
 from pmwvc_core.simulation.stacking import batches, stack
-from pmwvc_core.simulation.traces import FateTraces, SessionTraces
+from pmwvc_core.simulation.user import Seat
+from pmwvc_core.traces import FateTraces, SessionTraces
+from pmwvc_core.transport.inboxes import server_times
+from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave.impedance import Impedance, server_impedance
-from pmwvc_core.wave.inboxes import server_times
-from pmwvc_core.wave.packet import Packer
 
 R = TypeVar("R")
 LARGEST_BATCH = 512  # bounds the memory of the traces: 330 MB per user and ten seconds

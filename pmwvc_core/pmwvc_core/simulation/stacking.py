@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from pmwvc_core.params import groups, specs
-from pmwvc_core.simulation.scenario import USER_GROUPS, Scenario
+from pmwvc_core.scenario.scenario import USER_GROUPS, Scenario
 
 P = TypeVar("P")
 # Numbers that decide when things happen, or that are read once per run rather than per tick.

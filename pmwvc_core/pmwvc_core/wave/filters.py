@@ -3,8 +3,8 @@
 """The anti-aliasing filter of the outgoing wave with the rate drop behind it (App. A, App. B).
 
 One call per fast tick, on floats or on arrays ``(runs, dof)``. Coefficients come from
-:mod:`pmwvc_core.wave.filter_design`; what the rate drop makes of them is judged in
-:mod:`pmwvc_core.wave.aliasing`.
+:mod:`pmwvc_core.wave.design.filter_design`; what the rate drop makes of them is judged in
+:mod:`pmwvc_core.wave.design.aliasing`.
 """
 
 from typing import Protocol
@@ -12,7 +12,7 @@ from typing import Protocol
 from pmwvc_core.numeric import Value, exponential
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.cascade import Cascade
-from pmwvc_core.wave.filter_design import design, pole_of
+from pmwvc_core.wave.design.filter_design import design, pole_of
 
 
 class Stage(Protocol):

@@ -8,7 +8,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.messages.types import MessageTypes, axes, scalar, time_message
-from pmwvc_core.wave.packet import WavePacket
+from pmwvc_core.transport.packet import WavePacket
 
 
 def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> Any:

@@ -16,7 +16,7 @@ from pmwvc_core.server.couplings.one_frame_late import OneFrameLate
 from pmwvc_core.server.couplings.one_step_delay import OneStepDelay
 from pmwvc_core.server.couplings.unwrapped import Unwrapped
 from pmwvc_core.server.cube import Body
-from pmwvc_core.server.seats import Seat
+from pmwvc_core.server.user_ports import Seat
 
 __all__ = ["COUPLINGS", "Coupling", "Implicit", "OneFrameLate", "OneStepDelay", "Unwrapped"]
 

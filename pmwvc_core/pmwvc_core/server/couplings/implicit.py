@@ -26,11 +26,11 @@ import numpy as np
 
 from pmwvc_core.numeric import Flag, Value, absolute, maximum, minimum, truth, where
 from pmwvc_core.params import ServerParams
-from pmwvc_core.server.blackbox.faults import Faults, Unsettled
+from pmwvc_core.server.black_box.faults import Faults, Unsettled
 from pmwvc_core.server.contacts import Answer
 from pmwvc_core.server.couplings.coupled_axes import solve_coupled
 from pmwvc_core.server.cube import Body
-from pmwvc_core.server.seats import Seat
+from pmwvc_core.server.user_ports import Seat
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 _ROUNDING = 8.0 * sys.float_info.epsilon

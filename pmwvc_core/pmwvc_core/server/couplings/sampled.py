@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.server.cube import Body
-from pmwvc_core.server.seats import Seat
+from pmwvc_core.server.user_ports import Seat
 
 
 def weights(integrator: str, period: float) -> tuple[float, float]:

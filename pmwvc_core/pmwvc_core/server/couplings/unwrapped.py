@@ -18,7 +18,7 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings.sampled import push_object, weights
 from pmwvc_core.server.cube import Body
-from pmwvc_core.server.seats import Seat
+from pmwvc_core.server.user_ports import Seat
 
 
 class Unwrapped:

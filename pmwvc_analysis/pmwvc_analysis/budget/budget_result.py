@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""An energy budget as numbers over time, whether it closes, and which part was active.
+
+A part whose sum was below zero beyond the tolerance (passivity.py) generated energy: it was
+*active*. What belongs together is judged together: the anti-aliasing filter is there to pay for
+the rate drop and for a velocity filter, and a position feedback that keeps a surplus spends what
+filter, hold and link have kept.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pmwvc_analysis.budget.budget_clock import AtFrames, Series, sum_of
+from pmwvc_analysis.budget.remainders import Remainder
+from pmwvc_analysis.verdicts.passivity import Finding, Unjudged, judge, tolerance
+from pmwvc_core.numeric import Array
+
+TOLERANCE = 1e-9  # of the energy moved
+TOLERANCE_NOTED = 2e-2  # where ``notes`` say why
+SMALLEST_J = 1e-12
+SERVER = "server"
+# What pays for one another, in this order.
+AROUND = ("velocity_filter", "bank", "filter", "filter_and_hold", "rate_drop")
+OBSERVED = ("link", "tdpa_dissipated")
+ENVIRONMENT = ("environment_stored", "environment_heat")
+PAID = ("position_spent", *AROUND, "link_down")
+PAID_PORT = ("late_decoding", "withheld", *ENVIRONMENT)
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Running energies at ``time_s``; by owner (a user, or ``server``), then by part [J]."""
+
+    time_s: Array
+    hands: dict[str, Array]
+    parts: dict[str, dict[str, Array]]
+    residuals: dict[str, Array]
+    at_frames: dict[str, AtFrames] = field(default_factory=dict)  # what is known better then
+    paid: frozenset[str] = frozenset()  # owners that spend only what they have
+    notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
+    declared: dict[str, float] = field(default_factory=dict)  # storage of a paid owner [J]
+    remainders: list[Remainder] = field(default_factory=list)  # what no error shows in
+    # steps of the server that were not recorded: its parts, summed step by step, end at the first
+    server_holes: tuple[Unjudged, ...] = ()
+
+    @property
+    def residual_j(self) -> Array:
+        """What the parts do not explain."""
+        return np.asarray(sum(self.residuals.values()), dtype=float)
+
+    @property
+    def moved_j(self) -> float:
+        """Energy that went through the hands, either way, or was held somewhere: the scale."""
+        hands = sum(float(np.abs(np.diff(sums)).sum()) for sums in self.hands.values())
+        held = (float(np.abs(s).max()) for each in self.parts.values() for s in each.values())
+        return max(hands, *held, SMALLEST_J)
+
+    @property
+    def tolerance_j(self) -> float:
+        """How large a residual may be."""
+        return SMALLEST_J + (TOLERANCE_NOTED if self.notes else TOLERANCE) * self.moved_j
+
+    @property
+    def closes(self) -> bool:
+        """Tell whether the residual was never larger than that."""
+        return bool(np.abs(self.residual_j).max(initial=0.0) <= self.tolerance_j)
+
+    def judged(self) -> Iterator[tuple[str, str, Series]]:
+        """Return owner, part and its sums over time, the way activity is told from them."""
+        for owner, parts in self.parts.items():
+            known = {part: Series(self.time_s, sums) for part, sums in parts.items()}
+            if owner in self.at_frames:
+                time_s, exact = self.at_frames[owner]
+                known |= {part: Series(time_s, sums) for part, sums in exact.items()}
+            for group in (AROUND, OBSERVED, ENVIRONMENT):
+                members = [part for part in group if part in known]
+                if len(members) > 1:
+                    series = [known.pop(part) for part in members]
+                    sums = sum_of([each.sums for each in series])
+                    known["_and_".join(members)] = Series(series[0].time_s, sums)
+            if owner in self.paid:
+                members = [part for part in (*PAID, *PAID_PORT) if part in parts]
+                for part in ("position_spent", "late_decoding", "withheld"):
+                    known.pop(part, None)
+                sums = sum_of([parts[part] for part in members])
+                known["_and_".join(members)] = Series(self.time_s, sums)
+            for part, found in known.items():
+                yield owner, part, found
+
+    @property
+    def findings(self) -> list[Finding]:
+        """Return what the criterion of passivity says of every part."""
+        moved, found = self.moved_j, []
+        for owner, part, (time_s, sums) in self.judged():
+            unjudged = self.server_holes if owner == SERVER else ()
+            known = time_s < min((hole.start_s for hole in unjudged), default=np.inf)
+            judged = judge(
+                owner,
+                part,
+                time_s[known],
+                sums[known],
+                tolerance_j=tolerance(np.full(int(known.sum()), moved)),
+                moved_j=moved,
+                decides=False,
+                unjudged=unjudged,
+                declared_j=self.declared.get(owner, 0.0) if "position_spent" in part else 0.0,
+            )
+            found.append(judged)
+        return found
+
+    @property
+    def active(self) -> list[Finding]:
+        """Return the active parts, the one that gave out most first."""
+        found = [each for each in self.findings if each.passive is False]
+        return sorted(found, key=lambda each: -each.given_j)

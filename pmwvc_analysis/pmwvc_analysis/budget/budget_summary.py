@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""An energy budget as plain numbers (``budget.json``), as a table, and in sentences."""
+
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.budget.budget_result import SERVER, Budget
+from pmwvc_analysis.budget.budget_words import words_of
+from pmwvc_analysis.verdicts.passivity import Finding
+from pmwvc_analysis.verdicts.passivity_findings import Passivity
+from pmwvc_analysis.verdicts.passivity_words import component, joule, verdict
+from pmwvc_core.numeric import Array
+
+DRAWN = 3  # active parts in a figure, which has no room for small ones
+DRAWN_RATIO = 1e-2  # of the energy moved
+
+
+def summary(found: Budget) -> dict[str, Any]:
+    """Return a budget as plain numbers: the contents of ``budget.json``."""
+
+    def last(sums: Array) -> float:
+        return float(sums[-1])
+
+    worst = int(np.argmax(np.abs(found.residual_j)))
+    return {
+        "until_s": float(found.time_s[-1]),
+        "hands_j": sum(last(sums) for sums in found.hands.values()),
+        "moved_j": found.moved_j,
+        "residual_j": last(found.residual_j),
+        "residual_largest_j": float(np.abs(found.residual_j[worst])),
+        "tolerance_j": found.tolerance_j,
+        "closes": found.closes,
+        "users": [
+            {
+                "name": name,
+                "hand_j": last(found.hands[name]),
+                **{f"{part}_j": last(sums) for part, sums in found.parts[name].items()},
+                "residual_j": last(found.residuals[name]),
+                "declared_storage_j": found.declared.get(name, 0.0),
+            }
+            for name in found.hands
+        ],
+        "server": {
+            **{f"{part}_j": last(sums) for part, sums in found.parts[SERVER].items()},
+            "residual_j": last(found.residuals[SERVER]),
+        },
+        "active": [_active(entry) for entry in found.active],
+        "notes": found.notes,
+        "remainders": [
+            {"owner": each.owner, "part": each.part, "hides": each.hides}
+            for each in found.remainders
+        ],
+    }
+
+
+def rows(found: Budget) -> list[tuple[str, list[float | None]]]:
+    """Return the final energies [J] as a table: a label, then one column per user and the server.
+
+    A part that does not exist there is None.
+    """
+    owners = [*found.hands, SERVER]
+    table: list[tuple[str, list[float | None]]] = [
+        ("given by the hand", [*(float(s[-1]) for s in found.hands.values()), None])
+    ]
+    left_over = {each.part for each in found.remainders}
+    parts = list(dict.fromkeys(part for owner in owners for part in found.parts[owner]))
+    for part in parts:
+        sums = [found.parts[owner].get(part) for owner in owners]
+        label = words_of(part) + (" (remainder)" if part in left_over else "")
+        table.append((label, [None if s is None else float(s[-1]) for s in sums]))
+    table.append(("residual", [float(found.residuals[owner][-1]) for owner in owners]))
+    return table
+
+
+def _active(entry: Finding) -> dict[str, Any]:
+    return {
+        "owner": entry.owner,
+        "part": entry.part,
+        "given_j": entry.given_j,
+        "since_s": entry.since_s,
+        "time_s": entry.least_s,
+        "tolerance_j": entry.tolerance_j,
+        "ratio": entry.ratio,
+    }
+
+
+def lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, str]]:
+    """Return in words whether the budget closes and which components generated energy.
+
+    Each line is good or bad; None where the ports, which decide, show that others paid for it.
+    """
+    residual = float(np.abs(found.residual_j).max())
+    said: list[tuple[bool | None, str]]
+    if found.closes:
+        said = [(True, f"The energy budget closes to {joule(residual)}.")]
+    else:
+        said = [(False, f"The energy budget does not close: {joule(residual)} are not explained.")]
+    hidden = {each.part: each.hides for each in found.remainders}
+    for part, hides in hidden.items():
+        words = "given by the hand" if part == "hand" else words_of(part)
+        said.append((None, f"Remainder, not computed for itself: {words}. It hides {hides}."))
+    for port in judged.findings:
+        if port.decides and port.passive is False:
+            said.append((False, f"{port.owner}: {verdict(judged, port.owner)}."))
+    paid = judged.session
+    said += [(None if paid else False, f"{component(each, judged)}.") for each in found.active]
+    if not found.active and paid:
+        limit = found.findings[0].tolerance_j
+        said.append((True, f"No component generated energy beyond {joule(limit)}."))
+    return said
+
+
+def worth_drawing(found: Budget) -> list[Finding]:
+    """Return the few worst active parts that show beside the energy moved."""
+    return [entry for entry in found.active if entry.ratio > DRAWN_RATIO][:DRAWN]

@@ -1,0 +1,212 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Energy balances of each user's channel: what went in, less what came out.
+
+Up, at the time of each server step: what the waves of the master brought, less what the server
+made of them,
+
+    E_up = sum_k |u_m|^2 T_c / 2 - sum_n |u_s|^2 T_VE / 2,
+
+down, likewise, E_down = sum_n |v_s|^2 T_VE / 2 - sum_k |v_m|^2 T_c / 2; and from port to port,
+what the hand gave less what the server got,
+
+    E_hand = sum_k F_k (x_{k+1} - x_k) - sum_n (|u_s|^2 - |v_s|^2) T_VE / 2.
+
+A channel that holds or dissipates energy has a balance >= 0 at every instant; one below zero has
+generated energy. E_hand is judged at the port where the hand is: F is the force applied, held over
+a tick, and x is where the device was (:mod:`.hand_work`). What an encoder, a difference quotient
+or the hold make of a motion is in it. The waves of the master know the measured velocity only: to
+them the noise of an encoder is energy that the hand gave.
+
+What counts when: a tick counts once it has run, a server step counts with its whole period at
+its start. A server step answers packets sent before it, and a master expands values sent before,
+so cause is never behind effect. A late server step is taken at the time it really ran. Gaps in the
+recording and nodes that were started again: :mod:`.stretches`.
+
+Without waves the two directions cannot be told apart; nor can they where something at the device
+answers the outgoing wave at once (velocity filter, filter bank): what goes up and what comes down
+is then partly the same wave. There only E_hand exists.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pmwvc_analysis.budget.hand_work import hand_work
+from pmwvc_analysis.budget.stretches import Stretches, stretches
+from pmwvc_analysis.verdicts.passivity import tolerance
+from pmwvc_core.controllers import record_of
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+
+
+@dataclass(frozen=True)
+class Balance:
+    """One balance over time, and how far below zero rounding may take it."""
+
+    time_s: Array  # (step,)
+    energy_in_j: Array
+    energy_out_j: Array
+
+    @property
+    def balance_j(self) -> Array:
+        """Energy in less energy out [J]."""
+        return self.energy_in_j - self.energy_out_j
+
+    @property
+    def tolerance_j(self) -> Array:
+        """What counts as zero (passivity.py) [J]."""
+        return tolerance(self.energy_in_j)
+
+    @property
+    def violated(self) -> np.typing.NDArray[np.bool_]:
+        """Where more came out than had gone in."""
+        return self.balance_j < -self.tolerance_j
+
+    @property
+    def passive(self) -> bool:
+        """Tell whether the balance never was below zero."""
+        return not bool(self.violated.any())
+
+    @property
+    def minimum_j(self) -> float:
+        """The lowest balance, never above the zero it starts from [J]."""
+        return min(0.0, float(self.balance_j.min(initial=0.0)))
+
+    @property
+    def minimum_time_s(self) -> float | None:
+        """When the balance was lowest, or None when it never went below zero [s]."""
+        return float(self.time_s[int(np.argmin(self.balance_j))]) if self.minimum_j < 0.0 else None
+
+
+@dataclass(frozen=True)
+class UserEnergy:
+    """The balances of one user; ``up`` and ``down`` are None where there are no waves.
+
+    ``joint`` is E_hand. ``resolution_j`` is how far it may be off at the same instants, because an
+    encoder does not tell the motion exactly; zero where the motion is known. ``storage_j`` is
+    what the controller was declared to hold at the start, and may give out.
+    """
+
+    name: str
+    up: Balance | None
+    down: Balance | None
+    joint: Balance
+    resolution_j: Array
+    storage_j: float = 0.0
+    stretches: Stretches = field(default_factory=lambda: Stretches([], []))
+
+    @property
+    def hand_passive(self) -> bool | None:
+        """Tell whether the hand got more than it gave and the declared storage; None where the
+        encoder cannot tell.
+        """
+        limit = -self.joint.tolerance_j - self.storage_j
+        if (self.joint.balance_j + self.resolution_j < limit).any():
+            return False
+        return None if (self.joint.balance_j - self.resolution_j < limit).any() else True
+
+    @property
+    def passive(self) -> bool | None:
+        """Tell whether every balance was above zero, and E_hand above minus the storage; None
+        where the encoder cannot tell.
+        """
+        channel = [part for part in (self.up, self.down) if part is not None]
+        if not all(part.passive for part in channel):
+            return False
+        return self.hand_passive
+
+
+def user_energies(traces: SessionTraces, scenario: Scenario | None = None) -> list[UserEnergy]:
+    """Return the balances of every user that both its own trace and the server's know.
+
+    The scenario tells the declared storage and the step of the encoder; without it there is none.
+    """
+    if traces.server is None:
+        return []
+    known = {user.name: user for user in scenario.users} if scenario else {}
+    return [
+        _of_user(user, traces.server, traces, scenario, known.get(user.name))
+        for user in traces.users
+        if user.name in traces.server.users
+    ]
+
+
+def _of_user(
+    user: UserTraces,
+    server: ServerTraces,
+    traces: SessionTraces,
+    scenario: Scenario | None,
+    known: User | None,
+) -> UserEnergy:
+    place = server.users.index(user.name)
+    times = server.time_s
+    lateness = traces.metadata.get("server_lateness_s")
+    if lateness is not None and len(lateness) == len(times):
+        times = times + lateness
+    stays = stretches(user, server, traces)
+    rows = stays.known(times)
+    u_s, v_s = running(server.energy_u_s[place]), running(server.energy_v_s[place])
+
+    def balance(gained: Array, given: Array) -> Balance:
+        """Return the balance of two sums at all steps; each life begins at zero."""
+        gained, given = gained.copy(), given.copy()
+        for life in stays.lives[1:]:
+            of_life = np.flatnonzero(rows & (times >= life.start_s) & (times <= life.end_s))
+            for sums in (gained, given):
+                sums[of_life] -= sums[of_life[:1]]
+        return Balance(times[rows], gained[rows], given[rows])
+
+    work = hand_work(user, known.device if known else None)
+    at = work.at(user, times)
+    joint = balance(at.sums, u_s - v_s)
+    up = down = None
+    if (user.u_m.any() or user.v_m.any()) and not user.accounts:
+        u_m = anchored(user, half_square(user.u_m) * user.tick_s, user.energy.get("u_m"))
+        v_m = anchored(user, half_square(user.v_m) * user.tick_s, user.energy.get("v_m"))
+        up = balance(_at(times, user, u_m), u_s)
+        down = balance(v_s, _at(times, user, v_m))
+    storage = declared_storage_j(scenario.controller, known) if scenario and known else 0.0
+    return UserEnergy(user.name, up, down, joint, at.resolution[rows], storage, stays)
+
+
+def declared_storage_j(controller: str, user: User) -> float:
+    """Return the energy that a user's controller holds at the start by its parameters [J]."""
+    return record_of(controller).storage_j(user.master, user.baseline)
+
+
+def half_square(wave: Array) -> Array:
+    """Return the power of a wave, |w|^2 / 2 [W], per row."""
+    power: Array = np.sum(wave * wave, axis=-1) / 2.0
+    return power
+
+
+def running(sums: Array) -> Array:
+    """Return sums that only grow, going on where a user that left and came back began at zero."""
+    result = sums.copy()
+    for row in np.flatnonzero(np.diff(sums) < 0.0) + 1:
+        result[row:] += result[row - 1] - (result[row] - sums[row])
+    return result
+
+
+def anchored(user: UserTraces, per_tick: Array, at_block_ends: Array | None) -> Array:
+    """Return the running sum after each tick [J].
+
+    The sums that the master itself kept, at the ends of its blocks, hold; in between the ticks'
+    own values are added. So a block that was not recorded leaves no hole in the energy.
+    """
+    sums: Array = np.cumsum(per_tick)
+    if at_block_ends is None or not len(at_block_ends):
+        return sums
+    last = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s) - 1
+    blocks = np.clip(np.searchsorted(last, np.arange(len(sums))), 0, len(last) - 1)
+    ends = np.clip(last, 0, len(sums) - 1)
+    return sums + (at_block_ends - sums[ends])[blocks]
+
+
+def _at(times: Array, user: UserTraces, sums: Array) -> Array:
+    """Return a sum per tick at other times: of all ticks that ran before (times are rounded)."""
+    ran = np.maximum.accumulate(user.time_s + user.lateness_s)
+    count = np.searchsorted(ran, times - 0.001 * user.tick_s)
+    return np.concatenate([[0.0], sums])[count]

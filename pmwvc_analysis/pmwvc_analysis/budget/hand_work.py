@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The work of the hand at the port where it is: the force applied times the distance moved.
+
+The force F_k is held while the device goes from x_k to x_{k+1}, so the hand gives the sum of
+F_k . (x_{k+1} - x_k), whatever the controller made of the velocity. The master keeps that sum and
+records it at the end of every block, so that gaps in the recording do not matter.
+
+*Which x.* A simulated device knows where it really is, and its master books that: the sum is
+exact, also where the recorded positions are those of an encoder. A real device knows its encoder
+only. With the step q a sum over measured positions may be off, by summation by parts, by up to
+
+    q/2 [|F_n| + sum |F_k - F_{k-1}|]
+
+and it is biased: F follows the last difference of the encoder, which the next one tends to undo,
+so that a grip held between two counts reads as energy that the hand got. Whether a
+recording has the true or the measured motion shows from itself: the sums of the blocks are those
+of the recorded positions, or they are not.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_analysis.budget.stretches import gaps
+from pmwvc_core.numeric import Array
+from pmwvc_core.params import DeviceParams
+from pmwvc_core.traces import UserTraces
+
+SAME_RELATIVE = 1e-9
+SAME_J = 1e-12
+
+
+class At(NamedTuple):
+    """The work of the hand up to some instants, and how far it may be off [J]."""
+
+    sums: Array
+    resolution: Array
+
+
+@dataclass(frozen=True)
+class Work:
+    """The work of the hand over a session, as sums after the rows at which they are known.
+
+    ``ran_s`` is when the last tick of each sum had run.
+    """
+
+    ran_s: Array
+    sums: Array
+    resolution: Array
+
+    def at(self, user: UserTraces, times: Array) -> At:
+        """Return the work of all ticks that ran before some instants."""
+        count = np.searchsorted(self.ran_s, times - 0.001 * user.tick_s)
+        sums = np.concatenate([[0.0], self.sums])[count]
+        return At(sums, np.concatenate([[0.0], self.resolution])[count])
+
+
+def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
+    """Return the work of one user's hand.
+
+    Tick by tick where the recorded positions are what the master counted, else at the ends of
+    blocks. ``device`` tells the step of the encoder; None: taken as exact.
+    """
+    ran = np.maximum.accumulate(user.time_s + user.lateness_s)
+    per_tick = np.sum(user.f_applied * np.diff(user.x_m, axis=0, append=user.x_m[-1:]), axis=-1)
+    counted = np.concatenate([[0.0], np.cumsum(per_tick)])
+    said = user.energy.get("device")
+    if said is None or not len(said):
+        return Work(ran, counted[1:], _resolution(user, device))
+    after = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)
+    there = np.diff(after, prepend=0) > 0
+    said, after = said[there], after[there]
+    before = np.concatenate([[0], after[:-1]])
+    own, said_own = counted[after] - counted[before], np.diff(said, prepend=0.0)
+    follows = _follows(user, before)
+    whole = follows & np.append(follows[1:], False)  # the next position is there as well
+    rounding = SAME_J + 1e-12 * len(per_tick) * np.abs(per_tick).max(initial=0.0)
+    if not np.allclose(own[whole], said_own[whole], rtol=SAME_RELATIVE, atol=rounding):
+        return Work(ran[after - 1], said, np.zeros(len(said)))
+    start = said - np.where(follows, said_own, own)
+    block = np.searchsorted(after, np.arange(len(per_tick)), side="right")
+    block = np.minimum(block, len(after) - 1)
+    sums = start[block] + counted[1:] - counted[before[block]]
+    sums[after - 1] = said
+    return Work(ran, sums, _resolution(user, device))
+
+
+def _follows(user: UserTraces, first: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Tell of each block, by its first row, whether the sums before it are on record."""
+    follows = np.concatenate([[user.tick[0] == 0], np.diff(user.tick)[first[1:] - 1] > 0])
+    return np.asarray(follows & ~np.isin(first - 1, gaps(user)))
+
+
+def _resolution(user: UserTraces, device: DeviceParams | None) -> Array:
+    """Return how far the work may be off after each tick, as the encoder has steps [J]."""
+    step_m = float(device.encoder_step_m) if device is not None else 0.0
+    if step_m <= 0.0:
+        return np.zeros(len(user.time_s))
+    size = np.sum(np.abs(user.f_applied), axis=-1)
+    change = np.sum(np.abs(np.diff(user.f_applied, axis=0, prepend=0.0)), axis=-1)
+    return np.asarray(0.5 * step_m * (size + np.cumsum(change)), dtype=float)

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the energy budget and the consistency checks cannot find, and why.
+
+A *remainder* is a part of the budget that is not computed for itself: it is what the others leave
+over, so that the budget closes with it whatever it is. What is falsified there shows nowhere.
+*Unchecked* are traces that nothing else on record tells.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from pmwvc_core.controllers import has_waves, record_of
+from pmwvc_core.scenario.scenario import Scenario
+
+# Of each remainder: what shows nowhere if it is wrong.
+HIDES: Mapping[str, str] = {
+    "hand": "the work of the hand itself: its force was not recorded",
+    "device_damping": "damping and friction of the device, and errors of its sensors",
+    "filter_and_hold": "what velocity filter, bank and position feedback accounted for",
+    "bank": "what the local model accounted as stored and dissipated",
+    "link": "what the passivity controller accounted as dissipated",
+    "integration": "the energy of the contacts' springs and the heat of their dampers",
+    "environment_heat": "how what the environment took divides into stored and heat",
+}
+
+
+class Remainder(NamedTuple):
+    """A part that the budget does not compute for itself."""
+
+    owner: str
+    part: str
+
+    @property
+    def hides(self) -> str:
+        """What shows nowhere if it is wrong."""
+        return HIDES[self.part]
+
+
+def of_server(scenario: Scenario) -> set[str]:
+    """Return the parts of the server that are remainders."""
+    if not has_waves(scenario.controller):
+        return {"integration"}
+    coupling = scenario.server.coupling
+    if coupling == "unknown":
+        return {"environment_heat"}
+    return set() if coupling == "implicit" else {"integration"}
+
+
+def unchecked(scenario: Scenario) -> dict[str, str]:
+    """Return the traces of a session that nothing else on record tells, and why.
+
+    Names as in :mod:`pmwvc_core.traces`, those of the server after ``server.``, an
+    account after ``accounts.``
+    """
+    return dict(_unchecked(scenario))
+
+
+def _unchecked(scenario: Scenario) -> Iterator[tuple[str, str]]:
+    waves = has_waves(scenario.controller)
+    masters = [user.master for user in scenario.users]
+    around = any(
+        m.velocity_filter.kind != "none" or m.bank.kind != "none" or m.position.is_on
+        for m in masters
+    )
+    own = "what a controller accounts for itself and no signal shows"
+    level = "a level that the balance does not use"
+    record = record_of(scenario.controller)
+    for names, why in ((record.remainder_accounts, own), (record.level_accounts, level)):
+        for name in names:
+            yield f"accounts.{name}", why
+            yield f"server.accounts.{name}", why
+    if not waves:
+        yield "f_m", "nothing but the limits stands between it and the force applied"
+    elif around:
+        answered = any(m.velocity_filter.kind != "none" or m.bank.kind != "none" for m in masters)
+        if answered:
+            yield "f_m", "parts that answer a shortened wave change v_m with it"
+        for name in ("velocity_filter", "force_velocity_filter", "position_spent"):
+            yield f"accounts.{name}", own
+        for name in ("local_stored", "local_dissipated"):
+            yield f"accounts.{name}", own
+        for name in ("bank_low_in", "bank_low_out", "bank_high_in", "bank_high_out"):
+            yield f"accounts.{name}", own
+        for name in ("position_surplus", "position_discarded", "position_owed"):
+            yield f"accounts.{name}", level
+    kinds = {m.filter.kind for m in masters}
+    if waves and (any(m.position.is_on for m in masters) or "integrate_and_dump" in kinds):
+        yield "u_m_lp", "packets are not its samples"
+    if "integration" in of_server(scenario):
+        yield "server.potential", HIDES["integration"]
+        yield "server.dissipated", HIDES["integration"]
+    if waves and scenario.server.coupling == "unknown":
+        for name in ("x_o", "xd_o", "kinetic"):
+            yield f"server.{name}", "what the environment shows, and no account uses"
+        for name in ("tank", "granted", "capped", "debt"):
+            yield f"server.accounts.{name}", level

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The intervals of a session in which a user's energies are known from the recording.
+
+Master and server keep running sums of their energies, so a gap in either record hides nothing but
+what happened inside it: a user is judged again from the end of its first block after the gap. A
+master or server that was started again begins its sums at zero, and what went on in between is
+unknown: the balance begins anew, at zero, once the server has heard the new master.
+"""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_analysis.verdicts.passivity import Unjudged
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+
+GAP = "not recorded"
+AGAIN = "started again"
+
+
+class Interval(NamedTuple):
+    """A part of the session [s]."""
+
+    start_s: float
+    end_s: float
+
+
+class Stretches(NamedTuple):
+    """What of a user's session is judged; each of ``lives`` is a balance of its own."""
+
+    lives: list[Interval]
+    unjudged: list[Unjudged]
+
+    def known(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Tell which instants are judged."""
+        inside = np.zeros(len(times), dtype=bool)
+        for life in self.lives:
+            inside |= (times >= life.start_s) & (times <= life.end_s)
+        for hole in self.unjudged:
+            inside &= (times <= hole.start_s) | (times >= hole.end_s)
+        return inside
+
+
+def stretches(user: UserTraces, server: ServerTraces, traces: SessionTraces) -> Stretches:
+    """Return what of a session is judged for one user."""
+    ran = user.time_s + user.lateness_s
+    steps = np.diff(user.tick)
+    begins = [0, *(np.flatnonzero(steps < 0) + 1).tolist()]
+    ends = [*(row - 1 for row in begins[1:]), len(user.tick) - 1]
+    lives, unjudged = [], []
+    for first, last in zip(begins, ends, strict=True):
+        start = _start_s(user, first, traces)
+        end_s = float(ran[last] + 1.5 * user.tick_s)
+        if last + 1 < len(user.tick):
+            end_s = min(end_s, float(user.time_s[last + 1] - 0.5 * user.tick_s))
+        lives.append(Interval(start, end_s))
+    for before, after in itertools.pairwise(lives):
+        unjudged.append(Unjudged(before.end_s, after.start_s, AGAIN))
+    for row in gaps(user):
+        back_s = _block_end_s(user, float(user.time_s[row + 1]))
+        unjudged.append(Unjudged(float(ran[row] + 0.5 * user.tick_s), back_s, GAP))
+    for row in np.flatnonzero(np.diff(server.step) < 0):
+        at_s = float(server.time_s[row + 1])
+        lives = [part for life in lives for part in _split(life, at_s)]
+        unjudged.append(Unjudged(float(server.time_s[row]), at_s, AGAIN))
+    return Stretches(lives, unjudged)
+
+
+def gaps(user: UserTraces) -> NDArray[np.intp]:
+    """Return the rows of ticks behind which blocks are missing in the record.
+
+    Ticks that the loop itself left out are no gap: its last force was held on, and its sums hold.
+    """
+    rows = np.flatnonzero(np.diff(user.tick) > 1)
+    if len(user.block_number) != len(user.block_time_s):
+        return rows
+    block = np.searchsorted(user.block_time_s, user.time_s + 0.5 * user.tick_s)
+    number = user.block_number[np.minimum(block, len(user.block_number) - 1)]
+    return rows[number[rows + 1] - number[rows] > 1]
+
+
+def _start_s(user: UserTraces, first: int, traces: SessionTraces) -> float:
+    """Return from when a life of a master that begins with a row is judged [s]."""
+    if user.tick[first] > 0:  # the recorder found it only when it was running
+        return _block_end_s(user, float(user.time_s[first]))
+    if first == 0:
+        return -np.inf
+    begun = float(user.time_s[first])
+    heard = [time_s for time_s in first_packets(traces, user.name) if time_s >= begun]
+    return max(_block_end_s(user, begun), min(heard, default=begun))
+
+
+def _block_end_s(user: UserTraces, time_s: float) -> float:
+    """Return the end of the block with the tick at a time [s]."""
+    later = user.block_time_s[user.block_time_s > time_s + 0.5 * user.tick_s]
+    return float(later.min(initial=time_s if not len(later) else np.inf))
+
+
+def _split(life: Interval, at_s: float) -> list[Interval]:
+    if not life.start_s < at_s <= life.end_s:
+        return [life]
+    return [Interval(life.start_s, at_s - 1e-9), Interval(at_s, life.end_s)]
+
+
+def first_packets(traces: SessionTraces, name: str) -> list[float]:
+    """Return when the first packet of each start of a master came to the server [s]."""
+    packets = traces.packets.get(f"/server/{name}/wave_up")
+    if packets is None:
+        return []
+    _, first = np.unique(packets.epoch, return_index=True)
+    return [float(packets.time_s[row]) for row in first]

@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Findings of balances between two hosts, within what the alignment of their clocks leaves open.
+
+The sums of a master are compared with those of the server at instants that may be off by the
+uncertainty of the alignment. A balance that is below the limit at every alignment within it is a
+violation; one that is below at some is neither that nor a proof: it is not judged.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_analysis.budget.energy import Balance, UserEnergy
+from pmwvc_analysis.verdicts.passivity import Finding
+from pmwvc_core.numeric import Array
+
+STEPS = 9  # alignments that are tried within the uncertainty
+
+
+def within(found: Finding, entry: UserEnergy, uncertain_s: float) -> Finding:
+    """Return a finding as it is with the uncertainty of the alignment [s]."""
+    balance = {"up": entry.up, "down": entry.down, "hand_port": entry.joint}[found.part]
+    if found.passive is not False or uncertain_s <= 0.0 or balance is None:
+        return found
+    for shift_s in np.linspace(-uncertain_s, uncertain_s, STEPS):
+        limit = balance.tolerance_j + found.declared_j
+        shifted, known = _shifted(balance, found.part, float(shift_s))
+        if known.any() and (shifted >= -limit)[known].all():
+            why = (
+                f"the clocks of both ends are aligned within {uncertain_s * 1e3:.3g} ms, which "
+                f"explains the least balance of {found.least_j * 1e3:.3g} mJ"
+            )
+            return replace(found, passive=None, why=why)
+    return found
+
+
+def _shifted(balance: Balance, part: str, shift_s: float) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the balance with the master's clock moved [J], and where it is known."""
+    times = balance.time_s
+    known = (times - shift_s >= times[0]) & (times - shift_s <= times[-1])
+    master = balance.energy_out_j if part == "down" else balance.energy_in_j
+    moved = np.interp(times - shift_s, times, master)
+    sums = balance.energy_in_j - moved if part == "down" else moved - balance.energy_out_j
+    return np.asarray(sums), np.asarray(known)

@@ -1,0 +1,162 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the numbers of the server's record fit each other."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_analysis.budget.energy import running
+from pmwvc_analysis.consistency.numbers import differs, not_finite
+from pmwvc_core.controllers import record_of
+from pmwvc_core.numeric import root
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.couplings.sampled import weights
+from pmwvc_core.traces import ServerTraces
+
+COUPLED = 2
+EXACT_COUPLINGS = ("implicit", "unwrapped")
+LATE_DECODING = "one_step_delay"
+
+
+def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> list[str]:
+    """Return every contradiction in words."""
+    found = not_finite("server", {"x_o": traces.x_o, "xd_o": traces.xd_o})
+    users = {user.name: user for user in scenario.users} if scenario else {}
+    exact = scenario is not None and scenario.server.coupling in EXACT_COUPLINGS
+    for place, name in enumerate(traces.users):
+        if waves:
+            found += _server_port(traces, place, users.get(name), exact=exact)
+            found += _server_sums(traces, place)
+        else:
+            found += _flow(traces, place)
+        if scenario is not None:
+            found += _motion(traces, place, scenario)
+            if waves and scenario.server.coupling == LATE_DECODING and name in users:
+                found += _late(traces, place, users[name])
+    if scenario is not None and scenario.server.environment == "cube":
+        found += _object(traces, scenario, waves=waves)
+    if "withheld" in traces.accounts:
+        found += _booked(traces)
+    return found
+
+
+def _together(server: ServerTraces, place: int) -> NDArray[np.bool_]:
+    """Tell which steps follow one on record, with the user coupled in both."""
+    follows = np.diff(server.step, prepend=server.step[:1] - 2) == 1
+    coupled = server.state[place] == COUPLED
+    return np.asarray(follows & coupled & np.concatenate([[False], coupled[:-1]]))
+
+
+def _motion(server: ServerTraces, place: int, scenario: Scenario) -> list[str]:
+    """Check that the avatar moves with its velocity, as the coupling has it."""
+    h, params = server.period_s, scenario.server
+    avatar = record_of(scenario.controller).avatar
+    if avatar == "device":
+        return []  # it stands where the device was
+    coupling = params.coupling if avatar == "coupling" else avatar
+    if coupling in ("explicit", "one_frame_late"):
+        old, new = h, 0.0
+    elif coupling == "implicit":
+        old, new = 0.0, h
+    else:
+        old, new = weights(params.integrator, h)
+    x, xd = server.x_s[place], server.xd_s[place]
+    rows = _together(server, place)[1:]
+    moved = np.diff(x, axis=0)
+    expected = old * xd[:-1] + new * xd[1:]
+    if (gap := differs(moved[rows], expected[rows])) is not None:
+        return [
+            f"{server.users[place]}: the avatar does not move with its velocity, {gap:.3g} m off"
+        ]
+    return []
+
+
+def _late(server: ServerTraces, place: int, known: User) -> list[str]:
+    """Check the velocity that was decoded with the force of the step before."""
+    b = known.server_impedance
+    expected = root(2.0 / b) * server.u_s[place][1:] - server.f_s[place][:-1] / b
+    rows = _together(server, place)[1:]
+    if (gap := differs(server.xd_s[place][1:][rows], expected[rows])) is not None:
+        return [
+            f"{server.users[place]}: xd is not decoded from u and the force before at the server, "
+            f"{gap:.3g} m/s off"
+        ]
+    return []
+
+
+def _object(server: ServerTraces, scenario: Scenario, *, waves: bool) -> list[str]:
+    """Check the object's energy of motion against its velocity."""
+    if waves and scenario.server.coupling == "unknown":
+        return []  # it is what a foreign environment shows
+    kinetic = 0.5 * scenario.server.object_mass * np.sum(server.xd_o**2, axis=-1)
+    if (gap := differs(server.kinetic, kinetic)) is not None:
+        return [f"server: the energy of motion is not m |xd|^2/2 of the object, {gap:.3g} J off"]
+    return []
+
+
+def _flow(server: ServerTraces, place: int) -> list[str]:
+    """Check what flowed to an avatar without waves against its force and velocity."""
+    own = np.sum(server.f_s[place] * server.xd_s[place], axis=-1) * server.period_s
+    said = np.diff(server.energy_u_s[place]) - np.diff(server.energy_v_s[place])
+    rows = _together(server, place)[1:]
+    if (gap := differs(own[1:][rows], said[rows])) is not None:
+        return [f"{server.users[place]}: the work at the avatar is not its sum, {gap:.3g} J off"]
+    return []
+
+
+def _server_port(
+    server: ServerTraces, place: int, known: User | None, *, exact: bool
+) -> list[str]:
+    """Check the port, but for steps in which a compensation changed the wave that goes back; its
+    power only where velocity and force are of the same step.
+    """
+    withheld = server.accounts.get("withheld", np.zeros(len(server.time_s)))
+    changed = np.diff(withheld, prepend=0.0) != 0.0
+    rows = (server.state[place] == COUPLED) & ~changed
+    u_s, v_s = server.u_s[place][rows], server.v_s[place][rows]
+    f_s, xd_s = server.f_s[place][rows], server.xd_s[place][rows]
+    name, found = server.users[place], []
+    waves = (np.sum(u_s**2, axis=-1) - np.sum(v_s**2, axis=-1)) / 2.0
+    if exact and (gap := differs(np.sum(f_s * xd_s, axis=-1), waves)) is not None:
+        found.append(f"{name}: F xd is not (|u|^2 - |v|^2)/2 at the server, {gap:.3g} W off")
+    if known is not None:
+        force = root(known.server_impedance / 2.0) * (u_s - v_s)
+        if (gap := differs(f_s, force)) is not None:
+            found.append(f"{name}: F is not sqrt(b/2) (u - v) at the server, {gap:.3g} N off")
+    return found
+
+
+def _booked(server: ServerTraces) -> list[str]:
+    """Check the accounts of a port to an unknown environment against waves, forces and motion."""
+    power = np.zeros(len(server.time_s))
+    for u, v, f, xd in zip(server.u_s, server.v_s, server.f_s, server.xd_s, strict=True):
+        power += 0.5 * np.nansum(u**2 - v**2, axis=-1) - np.nansum(f * xd, axis=-1)
+    said = server.accounts["late_decoding"] + server.accounts["withheld"]
+    next_to = np.diff(server.step, prepend=0) == 1
+    found = []
+    if gap := differs((power * server.period_s)[next_to], np.diff(said, prepend=0.0)[next_to]):
+        found.append(
+            f"server: late decoding and compensation are not as accounted, {gap:.3g} J off"
+        )
+    taken = server.accounts["environment"] + server.accounts["contained"]
+    into = np.sum([running(sums) for sums in server.energy_u_s], axis=0)
+    into = into - np.sum([running(sums) for sums in server.energy_v_s], axis=0)
+    if gap := differs(into, said + taken):
+        found.append(f"server: its accounts are not what went in at the ports, {gap:.3g} J off")
+    if gap := differs(server.dissipated, taken - server.potential):
+        found.append(f"server: stored and heat are not what was taken, {gap:.3g} J off")
+    return found
+
+
+def _server_sums(server: ServerTraces, place: int) -> list[str]:
+    found, name = [], server.users[place]
+    follows = np.diff(server.step, prepend=server.step[:1] - 1) == 1
+    for wave, sums in (("u_s", server.energy_u_s), ("v_s", server.energy_v_s)):
+        values = np.nan_to_num(getattr(server, wave)[place])
+        own = np.sum(values**2, axis=-1) * server.period_s / 2.0
+        said = np.diff(sums[place], prepend=0.0)
+        rows = follows & (server.state[place] == COUPLED)
+        rows[0] = rows[0] and server.step[0] == 1
+        if (gap := differs(own[rows], said[rows])) is not None:
+            found.append(f"{name}: the energy of {wave} is not its sum, {gap:.3g} J off")
+    return found

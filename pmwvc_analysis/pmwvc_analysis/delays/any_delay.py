@@ -1,0 +1,219 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Stability at any constant delay: a proof from the gains of both ends of the link, or why not.
+
+G_i(Theta) is the packet-to-packet response of user i's end (:mod:`.ends`: held device, controller,
+filter, rate drop and hold), S(Theta) that of the server's end. Delays turn packets, they add no
+gain. If both ends are stable by themselves and
+
+    largest singular value of sqrt|G| S sqrt|G| <= 1    at all frequencies, |G| = diag(|G_i|),
+
+then I - t S G D(Theta) is regular for every delay D and 0 <= t < 1: no eigenvalue ever crosses the
+unit circle (Nyquist), the session is stable with any constant delays ("loop rule", while all
+contacts touch as the linear model has it). If moreover every |G_i| <= 1 and the server returns no
+more energy than it received whatever touches (``implicit``, which conserves energy exactly; a
+ledger without allowance), contacts may come and go ("parts rule").
+
+A device held over a tick has |G|^2 - 1 = (2 b T/m)/|1 + b Y|^2 > 0 by itself, so each condition is
+one on the whole end: what filter and rate drop lose must cover it at every frequency.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_analysis.delays.ends import Complex, System, master_end, server_end
+from pmwvc_analysis.models.linear import nonlinear
+from pmwvc_analysis.models.loop import answer_phase
+from pmwvc_core.controllers import proofs_hold
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.wave.impedance import eigenvalues
+
+TOLERANCE = 1e-9  # of a gain: below what the exact model calls growth
+POINTS = 500
+LOWEST = 1e-5  # [rad per packet]
+AROUND = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0])  # widths of a pole at which gains are taken
+# Parameters of elements that the parts rule covers, or a passive server.
+SERVER_OR_MATRIX = ("impedance_matrix", "compensation", "environment", "server.decoding")
+ROUNDS = 4  # of refinement around each maximum
+NEAR = 1e-2  # of a gain below the largest: maxima that are refined
+
+
+@dataclass(frozen=True)
+class AnyDelay:
+    """What is known of stability at any constant delay.
+
+    Attributes
+    ----------
+    proved
+        Whether it is proved; False says only that it is not.
+    touching
+        Whether the proof holds only while all contacts touch.
+    gain, at_hz
+        Largest gain once around the loop (1 is the limit), and where; None where none was formed.
+    reasons
+        Why it is not proved, with amounts.
+    """
+
+    proved: bool
+    touching: bool
+    gain: float | None
+    at_hz: float | None
+    reasons: tuple[str, ...]
+
+
+def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
+    """Return what is known of a scenario at any constant delay; None for controllers
+    that the proofs of wave ports do not hold for.
+    """
+    if not proofs_hold(scenario.controller):
+        return None
+    reasons = _outside(scenario)
+    if reasons:
+        return AnyDelay(False, False, None, None, tuple(reasons))
+    period_s = scenario.server.period_s
+    ends = [
+        [
+            master_end(user, b, tick_s=scenario.tick_s, phase=answer_phase(user, live=live))
+            for b in eigenvalues(user.impedance)
+        ]
+        for user in scenario.users
+    ]
+    for user, several in zip(scenario.users, ends, strict=True):
+        if not all(_settles(end) for end in several):
+            load = max(eigenvalues(user.impedance)) * scenario.tick_s / float(user.device.mass)
+            reasons.append(
+                f"{user.name}'s end is unstable by itself (b T/m = {load:.3g}; a held device "
+                "needs less than 2)"
+            )
+    linear = not nonlinear(scenario)
+    server = server_end(scenario) if linear else None
+    if server is not None and not _settles(server):
+        largest = float(np.abs(server.poles()).max())
+        reasons.append(
+            f"the server's end is unstable by itself (it grows {largest:.4g}-fold a step)"
+        )
+    if reasons:
+        return AnyDelay(False, False, None, None, tuple(reasons))
+    angle = _angles([end for several in ends for end in several] + ([server] if server else []))
+    masters = Gains(ends, None)
+    worst, at = masters.peak(angle)
+    at_hz = at / (2.0 * np.pi * period_s)
+    if worst <= 1.0 + TOLERANCE and _passive_server(scenario):
+        return AnyDelay(True, False, worst, at_hz, ())
+    text = f"the users' ends return up to {worst:.7g} times the wave they receive ({at_hz:.3g} Hz)"
+    if server is None:
+        said = [text] if worst > 1.0 + TOLERANCE else []
+        if not _passive_server(scenario):
+            said.append("no bound is known for the server's coupling")
+        return AnyDelay(False, False, None, None, tuple(said))
+    gain, at = Gains(ends, server).peak(angle)
+    at_hz = at / (2.0 * np.pi * period_s)
+    if gain <= 1.0 + TOLERANCE:
+        return AnyDelay(True, True, gain, at_hz, ())
+    return AnyDelay(
+        False,
+        False,
+        gain,
+        at_hz,
+        (f"the gain around the loop is up to 1 + {gain - 1.0:.2g} ({at_hz:.3g} Hz); {text}",),
+    )
+
+
+class Gains:
+    """Gains over frequency: of the users' ends, or once around where there is a server."""
+
+    def __init__(self, ends: list[list[System]], server: System | None) -> None:
+        self._ends, self._server = ends, server
+
+    def at(self, angle: Array) -> Array:
+        """Return the gain at angles per packet [rad]."""
+        z: Complex = np.exp(1j * angle)
+        single = np.stack(
+            [
+                np.max([np.abs(end.response(z)[:, 0, 0]) for end in several], axis=0)
+                for several in self._ends
+            ],
+            axis=1,
+        )
+        if self._server is None:
+            return np.asarray(single.max(axis=1))
+        root = np.sqrt(single)
+        around = root[:, :, np.newaxis] * self._server.response(z) * root[:, np.newaxis, :]
+        found: Array = np.linalg.norm(around, 2, axis=(1, 2))
+        return found
+
+    def peak(self, angle: Array) -> tuple[float, float]:
+        """Return the largest gain and the angle where it is, refined beyond the given angles."""
+        values = self.at(angle)
+        best = int(np.argmax(values))
+        found = float(values[best]), float(angle[best])
+        inner = np.flatnonzero(
+            (values >= np.roll(values, 1))
+            & (values >= np.roll(values, -1))
+            & (values > found[0] - NEAR)
+        )
+        for place in inner.tolist():
+            low, high = angle[max(place - 1, 0)], angle[min(place + 1, len(angle) - 1)]
+            for _ in range(ROUNDS):
+                finer = np.linspace(low, high, 21)
+                sizes = self.at(finer)
+                top = int(np.argmax(sizes))
+                found = max(found, (float(sizes[top]), float(finer[top])))
+                low, high = finer[max(top - 1, 0)], finer[min(top + 1, 20)]
+        return found
+
+
+def _angles(systems: list[System]) -> Array:
+    """Return angles up to pi, denser around every pole."""
+    found = [np.geomspace(LOWEST, np.pi, POINTS)]
+    for system in systems:
+        poles = system.poles()
+        width = np.maximum(np.abs(1.0 - np.abs(poles)), LOWEST)
+        near = np.abs(np.angle(poles))[:, np.newaxis] + np.multiply.outer(
+            width, np.concatenate([-AROUND, AROUND])
+        )
+        found.append(near.ravel())
+    angle = np.unique(np.concatenate(found))
+    return np.asarray(angle[(angle >= LOWEST) & (angle <= np.pi)])
+
+
+def _settles(system: System) -> bool:
+    poles = system.poles()
+    return bool(len(poles) == 0 or np.abs(poles).max() < 1.0)
+
+
+def _passive_server(scenario: Scenario) -> bool:
+    """Tell whether the server returns no more energy than it received, whatever touches."""
+    server = scenario.server
+    if server.coupling == "unknown":
+        return server.compensation == "ledger" and min(server.allowance_w, server.allowance_j) == 0
+    return server.coupling == "implicit"
+
+
+def _outside(scenario: Scenario) -> list[str]:
+    """Return what neither rule covers."""
+    found = [
+        f"{element.said} is not linear"
+        for element in nonlinear(scenario)
+        if not element.name.endswith(SERVER_OR_MATRIX)
+    ]
+    for user in scenario.users:
+        master, period = user.master, scenario.period_ticks
+        if master.position.is_on and master.position.feedback == "printed":
+            found.append(f"{user.name}: the printed position feedback generates energy")
+        if master.rate_drop != period:
+            found.append(
+                f"{user.name}: a packet every {master.rate_drop} ticks and a server step every "
+                f"{period} repeat or skip packets, which can multiply their energy by up to "
+                f"{_repeats(master.rate_drop, period):.3g}"
+            )
+    return list(dict.fromkeys(found))
+
+
+def _repeats(frame: int, period: int) -> float:
+    """Return the largest energy gain of taking the newest packet, once around."""
+    up = -(-frame // period) * period / frame
+    down = -(-period // frame) * frame / period
+    return up * down

@@ -1,0 +1,210 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How many eigenvalues of a loop with long delays lie outside a circle (argument principle).
+
+The zeros of det(I - L(Z)), L(Z) = H(Z) diag(Z^-q), outside |Z| = r are as many as the poles of H
+there less the windings of the eigenvalues of L around 1 along the circle. A winding is a crossing
+of the real axis beyond 1. Z^-q turns fast and evenly, H slowly: with phase(L) = phase(H) - q theta
+from a grid that is fine enough for H, the crossings between two points are counted, not looked
+for, so that the work does not grow with q. Only where |L| passes 1 the angle is bisected.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_analysis.delays.ends import Complex, System
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.numeric import Array
+
+POINTS = 250
+LOWEST = 1e-8  # [rad]
+PER_TURN = 10  # points for each turn of a difference of delays
+MOST = 200_000  # points
+WIDTHS = np.array([0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0])  # of a pole, where points are added
+BISECTIONS = 45
+BEYOND = 1e-9  # ln(radius) of a circle that motions with eigenvalue 1 are inside of
+ASIDE = 1e-13  # how far a circle is moved off a pole that lies on it
+ON_AXIS = 1e-6  # of a turn
+FINE = 1e-10  # relative, of ln(radius)
+
+
+class Loci:
+    """The eigenvalues of L along circles.
+
+    Parameters
+    ----------
+    system
+        H.
+    delays
+        q of every input, above zero.
+    at_one
+        Eigenvalues of the loop that are 1 by a rigid motion; they do not count.
+
+    Raises
+    ------
+    PmwvcError
+        If delays differ by so much that the grid would be too large.
+    """
+
+    def __init__(self, system: System, delays: NDArray[np.int64], at_one: int) -> None:
+        self._system, self._at_one = system, at_one
+        self._least = int(delays.min())
+        self._more = delays - self._least
+        self._longest = int(delays.max())
+        self._poles = system.poles()
+        turns = int(self._more.max())
+        if turns * PER_TURN > MOST:
+            raise PmwvcError(
+                f"delays of the users differ by {turns} hyperperiods, more than "
+                f"{MOST // PER_TURN}: there is no answer for these"
+            )
+        self._even = np.linspace(0.0, np.pi, max(POINTS, PER_TURN * turns))
+
+    def outside(self, log_r: float) -> int:
+        """Return how many eigenvalues of the loop are longer than exp(log_r)."""
+        angle = self._angles(math.exp(log_r))
+        try:
+            values = self._values(angle, log_r)
+        except np.linalg.LinAlgError:
+            return self.outside(log_r + ASIDE)
+        windings = sum(
+            self._crossings(angle, values[:, locus], log_r) for locus in range(values.shape[1])
+        )
+        poles = int(np.count_nonzero(np.abs(self._poles) > math.exp(log_r)))
+        return poles - round(2.0 * windings) - (self._at_one if log_r < 0.0 else 0)
+
+    def log_radius(self) -> float:
+        """Return ln of the length of the longest eigenvalue."""
+        least = -600.0 / self._longest
+        low, high, step = BEYOND, BEYOND, 1e-6
+        if self.outside(BEYOND) == 0:
+            while self.outside(low) <= 0:
+                if low <= least:
+                    return least
+                high, low, step = low, max(low - step, least), 4.0 * step
+        else:
+            while self.outside(high) > 0:
+                low, high, step = high, high + step, 4.0 * step
+        while high - low > FINE * max(abs(low), abs(high), 1e-6):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self.outside(middle) > 0 else (low, middle)
+        return 0.5 * (low + high)
+
+    def angle_at(self, log_r: float) -> float | None:
+        """Return the angle of an eigenvalue outside the circle, where there is one."""
+        angle = self._angles(math.exp(log_r))
+        values = self._values(angle, log_r)
+        size = np.log(np.abs(values)) - self._least * log_r
+        phase = np.unwrap(np.angle(values), axis=0) - self._least * angle[:, np.newaxis]
+        turns = np.floor(phase / (2.0 * np.pi))
+        over = (turns[1:] != turns[:-1]) & (np.maximum(size[1:], size[:-1]) > 0.0)
+        at = np.argwhere(over)
+        if not len(at):
+            return None
+        best = max(at.tolist(), key=lambda place: max(size[place[0], place[1]], -1.0))
+        return float(0.5 * (angle[best[0]] + angle[best[0] + 1]))
+
+    def _angles(self, r: float) -> Array:
+        width = np.maximum(np.abs(np.abs(self._poles) - r), 1e-9)
+        near = np.abs(np.angle(self._poles))[:, np.newaxis] + np.multiply.outer(
+            width, np.concatenate([-WIDTHS, WIDTHS])
+        )
+        every = [self._even, np.geomspace(LOWEST, np.pi, POINTS), near.ravel()]
+        found = np.unique(np.concatenate(every))
+        return np.asarray(found[(found >= 0.0) & (found <= np.pi)])
+
+    def _values(self, angle: Array, log_r: float) -> Complex:
+        """Return the eigenvalues of L Z^q, q the least delay, matched from point to point."""
+        z: Complex = np.exp(log_r + 1j * angle)
+        found = self._system.response(z)
+        if found.shape[-1] == 1:
+            single: Complex = found[:, :, 0]
+            return single
+        late = np.exp(-np.multiply.outer(log_r + 1j * angle, self._more))
+        return _matched(np.linalg.eigvals(found * late[:, np.newaxis, :]))
+
+    def _crossings(self, angle: Array, values: Complex, log_r: float) -> float:
+        """Return the signed crossings of the real axis beyond 1 on the upper half circle; one at
+        its ends counts half.
+        """
+        size = np.log(np.maximum(np.abs(values), 1e-300)) - self._least * log_r
+        phase = np.unwrap(np.angle(values))
+        turn = (phase - self._least * angle) / (2.0 * np.pi)
+        level = np.floor(turn)
+        for end in (0, -1):
+            nearest = round(float(turn[end]))
+            if abs(turn[end] - nearest) < ON_AXIS:
+                level[end] = nearest - 0.5
+        above = size > 0.0
+        both = above[1:] & above[:-1]
+        total = float(np.sum((level[1:] - level[:-1])[both]))
+        change = np.flatnonzero(above[1:] != above[:-1])
+        if len(change):
+            edge = np.floor(self._edges(angle, values, phase, change, log_r) / (2.0 * np.pi))
+            falls = above[change]
+            total += float(np.sum(np.where(falls, edge - level[change], 0.0)))
+            total += float(np.sum(np.where(falls, 0.0, level[change + 1] - edge)))
+        return total
+
+    def _edges(
+        self,
+        angle: Array,
+        values: Complex,
+        phase: Array,
+        change: NDArray[np.int64],
+        log_r: float,
+    ) -> Array:
+        """Return the phase of L where |L| passes 1, in each of several intervals."""
+        low, high = angle[change], angle[change + 1]
+        at_low, at_high = values[change], values[change + 1]
+        rising = np.abs(at_high) > np.abs(at_low)
+        longer = np.where(rising, at_high, at_low)
+        begin = np.where(rising, phase[change + 1], phase[change])
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            here = self._nearest(middle, log_r, 0.5 * (at_low + at_high))
+            beyond = np.log(np.maximum(np.abs(here), 1e-300)) - self._least * log_r > 0.0
+            back = beyond == rising
+            high, at_high = np.where(back, middle, high), np.where(back, here, at_high)
+            low, at_low = np.where(back, low, middle), np.where(back, at_low, here)
+        turned = np.angle(np.where(rising, at_high, at_low) * longer.conj())
+        found: Array = begin + turned - self._least * 0.5 * (low + high)
+        return found
+
+    def _nearest(self, angle: Array, log_r: float, near: Complex) -> Complex:
+        """Return the eigenvalue of L Z^q at each angle that is nearest to a value."""
+        z: Complex = np.exp(log_r + 1j * angle)
+        found = self._system.response(z)
+        if found.shape[-1] == 1:
+            single: Complex = found[:, 0, 0]
+            return single
+        late = np.exp(-np.multiply.outer(log_r + 1j * angle, self._more))
+        values = np.linalg.eigvals(found * late[:, np.newaxis, :])
+        place = np.argmin(np.abs(values - near[:, np.newaxis]), axis=1)
+        chosen: Complex = values[np.arange(len(values)), place]
+        return chosen
+
+
+def _matched(values: Complex) -> Complex:
+    """Return eigenvalues ``(points, m)`` in an order in which each goes on to the nearest one."""
+    apart = np.abs(values[:-1, :, np.newaxis] - values[1:, np.newaxis, :])
+    nearest = apart.argmin(axis=2)  # from each to one of the next point
+    clear = (np.sort(nearest, axis=1) == np.arange(values.shape[1])).all(axis=1)
+    order = np.arange(values.shape[1])
+    found = values.copy()
+    for point in range(len(nearest)):
+        order = (nearest[point] if clear[point] else _greedy(apart[point]))[order]
+        found[point + 1] = values[point + 1, order]
+    return found
+
+
+def _greedy(apart: Array) -> NDArray[np.int64]:
+    """Return a permutation that takes the shortest distances first."""
+    apart, found = apart.copy(), np.zeros(len(apart), dtype=np.int64)
+    for _ in range(len(apart)):
+        row, column = np.unravel_index(int(np.argmin(apart)), apart.shape)
+        found[row] = column
+        apart[row, :] = apart[:, column] = np.inf
+    return found

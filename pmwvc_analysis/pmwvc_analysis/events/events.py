@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The list of events of a session: every change of state of safety, contact and membership.
+
+One list for live, simulated and replayed sessions: what reader and session runner noted, and what
+the traces show. An event is ``{"time_s": float | None, "who": str, "kind": str, "what": str}``;
+kinds:
+
+===============  ===============================================================================
+``join, leave``  a user at the server; ``restart``: a node was started again
+``ended``        a node ended before the session did
+``grip``         or ``contact``: an avatar touches; ``release``: no longer, or the safety limits
+                 let go of the hand, with the cause
+``damping``      the safety limits leave only damping, or the server holds an avatar; and back
+``limit``        the safety limits shortened the force of a coupled device
+``stall``        a loop did not run, though nothing is missing in the recording
+``recording``    messages are missing; nothing is judged there
+``link``         a link delivered nothing for a while
+``stranger``     a publisher that is not of this session
+``parameter``    a parameter changed in flight
+``environment``  the environment failed or was limited
+===============  ===============================================================================
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+from pmwvc_analysis.events import events_links, events_membership, events_safety
+from pmwvc_analysis.events.event import Event, event
+from pmwvc_analysis.verdicts import environment, holes
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces
+
+KIND_OF = {"recorder": "recording"}  # of events that were noted without a kind, by who
+
+
+def complete(traces: SessionTraces, scenario: Scenario | None) -> list[Event]:
+    """Return all events of a session in the order of time, those without a time first.
+
+    Idempotent: what is in ``traces.events`` already is not repeated.
+    """
+    noted = [_with_kind(each) for each in traces.events]
+    seen = {_key(each) for each in noted}
+    found = noted + [each for each in _derived(traces, scenario) if _key(each) not in seen]
+    return sorted(found, key=lambda each: (each["time_s"] is not None, each["time_s"] or 0.0))
+
+
+def _with_kind(noted: dict[str, Any]) -> Event:
+    if "kind" in noted:
+        return noted
+    kind = "ended" if "code" in noted else KIND_OF.get(str(noted.get("who")), "ended")
+    return {**noted, "kind": kind}
+
+
+def _key(each: Event) -> tuple[Any, ...]:
+    return each["time_s"], each.get("who"), each["kind"], each.get("what")
+
+
+def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event]:
+    for user in traces.users:
+        yield from events_safety.of_user(user)
+        yield from events_membership.of_master(user)
+    if traces.server is not None:
+        grips = scenario is not None and any(u.contact.contact == "grip" for u in scenario.users)
+        yield from events_membership.of_server(traces, grips=grips)
+    yield from events_links.silences(traces)
+    yield from environment.events(traces, scenario)
+    for hole in holes.holes(traces):
+        unit = "steps" if hole.owner == holes.SERVER else "blocks"
+        what = (
+            f"trace of {hole.owner} not recorded from {hole.start_s:.3f} to {hole.end_s:.3f} s "
+            f"({hole.missing} {unit})"
+        )
+        yield event(hole.start_s, "recorder", "recording", what)

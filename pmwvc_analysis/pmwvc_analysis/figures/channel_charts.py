@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of the links between the users: energy balance, packets, timing of the loops."""
+
+import numpy as np
+
+from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
+from pmwvc_analysis.figures.chart import DASHES, Band, Chart, Dots, Line, Note, Panel
+from pmwvc_analysis.figures.colours import user_tint
+from pmwvc_analysis.figures.style import spans
+from pmwvc_analysis.recording.losses import DROPPED, LOST
+from pmwvc_analysis.report import recorded
+from pmwvc_analysis.report.text import quantity
+from pmwvc_core.numeric import Array
+from pmwvc_core.plural import count
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import FateTraces, SessionTraces
+
+JOIN_S = 0.1  # violations closer than that are marked as one
+LOST_AT = -0.07  # of the largest delay: where packets that never came are drawn
+
+
+def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
+    """Return the energy balances of every user, violations marked."""
+    balances, names = user_energies(traces), recorded.names(traces)
+    if not balances:
+        return None
+    largest = max(float(np.abs(b.balance_j).max()) for e in balances for _, b, _ in _ways(e))
+    unit, scale = ("J", 1.0) if largest >= 1.0 else ("mJ", 1e3)
+    panels = []
+    for entry in balances:
+        tint = user_tint(names.index(entry.name))
+        lines, bands, notes = [], recorded.bands(traces), []
+        for order, (label, balance, dash) in enumerate(_ways(entry)):
+            period = 3.0 * traces.server.period_s if traces.server else 0.0  # steps come late
+            sums = balance.balance_j * scale
+            lines.append(Line(label, balance.time_s, sums, tint, dash, 1.8 - 0.2 * order, period))
+            bands += [
+                Band(f"{label}: more out than in", each)
+                for each in spans(balance.violated, balance.time_s, join_s=JOIN_S)
+            ]
+            notes += _lowest(balance, scale)
+        panels.append(
+            Panel(
+                f"balance [{unit}]",
+                lines=lines,
+                bands=bands,
+                notes=notes,
+                title=entry.name,
+                tint=tint,
+                with_zero=True,
+                height=150.0,
+            )
+        )
+    return Chart(
+        "energy",
+        "Energy balance of the links",
+        "Energy that entered each direction less the energy that left it. A passive link stays at "
+        "or above zero; where it does not, the time is shaded.",
+        panels,
+    )
+
+
+def _ways(entry: UserEnergy) -> list[tuple[str, Balance, tuple[float, ...]]]:
+    if entry.up is None or entry.down is None:
+        return [("both directions", entry.joint, ())]
+    return [("up, to the server", entry.up, ()), ("down, to the device", entry.down, (6, 4))]
+
+
+def _lowest(balance: Balance, scale: float) -> list[Note]:
+    if balance.passive or balance.minimum_time_s is None:
+        return []
+    text = f"▼ {quantity(balance.minimum_j, 'J')}"
+    return [Note(text, balance.minimum_time_s, balance.minimum_j * scale)]
+
+
+def network(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
+    """Return the delay of every packet and which were lost, a panel per link."""
+    order = sorted(traces.fates, key=lambda name: (name.rpartition("/")[0], name.endswith("down")))
+    links = {name: traces.fates[name] for name in order if len(traces.fates[name].number)}
+    if not links:
+        return None
+    names, zeros = recorded.names(traces), traces.metadata.get("fate_zero_ns", {})
+    panels = []
+    for name, fates in links.items():
+        user, _, way = name.rpartition("/")
+        time_s = (fates.time_in_ns - zeros.get(name, 0)) * 1e-9
+        tint = user_tint(names.index(user)) if user in names else "object"
+        lost = int((fates.fate == LOST).sum())
+        panels.append(
+            Panel(
+                "delay [ms]",
+                dots=_packets(fates, time_s, tint),
+                title=f"{user} {way}: {count(len(fates.number), 'packet')}, {lost} lost",
+                tint=tint,
+                with_zero=True,
+                height=90.0,
+            )
+        )
+    return Chart(
+        "network",
+        "Packet delay and loss",
+        "Each dot is a packet: the time at which it entered the link, and its delay. Marks below "
+        "zero are packets that were lost (×) or dropped (+).",
+        panels,
+    )
+
+
+def _packets(fates: FateTraces, time_s: Array, tint: str) -> list[Dots]:
+    out = fates.time_out_ns > 0
+    delay = (fates.time_out_ns - fates.time_in_ns)[out].astype(float) * 1e-6
+    found = [Dots("delivered", time_s[out], delay, tint)]
+    top = max(1.0, 1.15 * float(delay.max(initial=0.0)))
+    for label, kinds, mark in (("lost", (LOST,), "cross"), ("dropped", DROPPED, "plus")):
+        rows = np.isin(fates.fate, kinds)
+        if rows.any():
+            level: Array = np.full(int(rows.sum()), LOST_AT * top)
+            found.append(Dots(label, time_s[rows], level, "alarm", mark))
+    return found
+
+
+def loop(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
+    """Return how late the ticks of the force loops were, over time and how often."""
+    users = [user for user in traces.users if user.lateness_s.any()]
+    if not users:
+        return None
+    names = recorded.names(traces)
+    largest = max(float(user.lateness_s.max()) for user in users) * 1e6
+    bins = np.geomspace(1.0, max(10.0, 1.05 * largest), 90)
+    centres = np.sqrt(bins[1:] * bins[:-1])
+    dots, often = [], []
+    for order, user in enumerate(users):
+        tint = user_tint(names.index(user.name))
+        late: Array = np.clip(user.lateness_s * 1e6, 1.0, None)
+        dots.append(Dots(user.name, user.time_s, late, tint))
+        counts, _ = np.histogram(late, bins)
+        median, most = np.percentile(late, (50, 99))
+        label = f"{user.name}: median {median:.0f} µs, 99th percentile {most:.0f} µs"
+        seen = np.where(counts > 0, counts, np.nan).astype(float)
+        often.append(Line(label, centres, seen, tint, DASHES[order % len(DASHES)]))
+    return Chart(
+        "loop",
+        "Lateness of the force loop",
+        "Wake-up of each tick behind its deadline. Deadlines are absolute, so lateness does not "
+        "accumulate.",
+        [
+            Panel("lateness [µs]", dots=dots, y_log=True, height=170.0),
+            Panel("ticks", lines=often, x_label="lateness [µs]", x_log=True, y_log=True),
+        ],
+    )

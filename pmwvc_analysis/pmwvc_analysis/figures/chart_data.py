@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The numbers behind the figures of a report, for ``chart.js``: every point while the report stays
+small, else the lowest and the highest of each stretch of time.
+"""
+
+import base64
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.figures.chart import Chart, Panel, Span
+from pmwvc_analysis.figures.decimate import Places, envelope, segments
+from pmwvc_core.numeric import Array
+
+MOST_NUMBERS = 320_000  # in all figures together: 1.7 MB of text
+LEAST_POINTS = 2_000  # of a curve, however many there are
+
+
+class Pool:
+    """Arrays of a report, each stored once; evenly stepped ones as start, step and count."""
+
+    def __init__(self) -> None:
+        self.stored: list[Any] = []
+        self._known: dict[bytes, int] = {}
+
+    def put(self, values: Array) -> int:
+        """Store an array and return its number."""
+        single = np.ascontiguousarray(values, dtype="<f4")
+        content = single.tobytes()
+        if content not in self._known:
+            self._known[content] = len(self.stored)
+            self.stored.append(_even(np.asarray(values)) or base64.b64encode(content).decode())
+        return self._known[content]
+
+
+def _even(values: Array) -> list[float] | None:
+    if len(values) < 8 or not np.isfinite(values).all():
+        return None
+    step = float(values[-1] - values[0]) / (len(values) - 1)
+    even = float(values[0]) + step * np.arange(len(values))
+    if step <= 0.0 or np.abs(values - even).max() > 1e-4 * step:
+        return None
+    return [float(values[0]), step, len(values)]
+
+
+def payload(
+    charts: Sequence[Chart], span: Span, events: Sequence[Sequence[Any]]
+) -> tuple[dict[str, Any], bool]:
+    """Return the data of all figures, and whether every point is there."""
+    curves = [len(x) for chart in charts for panel in chart.panels for x, _ in panel.curves()]
+    most = _longest(curves)
+    pool = Pool()
+    found = [
+        {"name": chart.name, "panels": [_panel(panel, pool, most) for panel in chart.panels]}
+        for chart in charts
+    ]
+    data = {"span": span, "events": events, "charts": found, "arrays": pool.stored}
+    return data, all(length <= most for length in curves)
+
+
+def _longest(lengths: Iterable[int]) -> int:
+    """Return how many points a curve may have: all, while all together are few enough."""
+    left, waiting = MOST_NUMBERS, sorted(lengths)
+    for place, length in enumerate(waiting):
+        fair = left // (2 * (len(waiting) - place))
+        if length > fair:
+            return max(LEAST_POINTS, fair)
+        left -= 2 * length
+    return max(waiting, default=0)
+
+
+def thinned(x: Array, y: Array, *, period: float, most: int) -> Places:
+    """Return the places of at most ``most`` points or so, extremes and ends of gaps included."""
+    if len(x) <= most:
+        return np.arange(len(x))
+    rows = np.flatnonzero(np.isfinite(x))
+    column = float(x[rows].max() - x[rows].min()) / max(1, most // 4)
+    parts = [
+        envelope(x, y, part, column=column) for part in segments(x, y, longest_step=1.5 * period)
+    ]
+    gaps = np.flatnonzero(~np.isfinite(y))  # keep one of each hole, so that it stays one
+    gaps = gaps[np.diff(gaps, prepend=-9) > 1]
+    return np.unique(np.concatenate([gaps, *parts]))
+
+
+def _panel(panel: Panel, pool: Pool, most: int) -> dict[str, Any]:
+    lines = []
+    for line in panel.lines:
+        rows = thinned(line.x, line.y, period=line.period, most=most)
+        # what was thinned has longer steps: only a gap beyond them is one
+        step = line.period if len(rows) == len(line.x) else _step(line.x, most, line.period)
+        lines.append(
+            {
+                "n": line.label, "x": pool.put(line.x[rows]), "y": pool.put(line.y[rows]),
+                "c": line.tint, "d": line.dash, "w": line.width, "p": step,
+            }
+        )  # fmt: skip
+    dots = []
+    for each in panel.dots:
+        rows = thinned(each.x, each.y, period=math.inf, most=most)
+        x, y = pool.put(each.x[rows]), pool.put(each.y[rows])
+        dots.append({"n": each.label, "x": x, "y": y, "c": each.tint, "m": each.mark})
+    layers = [
+        {
+            "n": layer.label, "x": pool.put(layer.x), "l": pool.put(layer.low),
+            "h": pool.put(layer.high), "c": layer.tint, "k": layer.hatch,
+        }
+        for layer in panel.layers
+    ]  # fmt: skip
+    return {
+        "height": panel.height,
+        "xLabel": panel.x_label,
+        "time": panel.of_time,
+        "xLog": panel.x_log,
+        "yLog": panel.y_log,
+        "zero": panel.with_zero,
+        "lines": lines,
+        "dots": dots,
+        "layers": layers,
+        "bands": [[*band.span, band.label, band.tint] for band in panel.bands],
+        "levels": [[level.y, level.tint] for level in panel.levels],
+        "notes": [[note.text, note.x, note.y] for note in panel.notes],
+    }
+
+
+def _step(x: Array, most: int, period: float) -> float:
+    """Return the longest step between neighbours of a thinned curve that is no gap, over 1.5."""
+    if period <= 0.0:
+        return 0.0
+    return max(period, float(np.nanmax(x) - np.nanmin(x)) / max(1, most // 4))

@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of the energy budget over time, and of the accounts that controllers keep."""
+
+import numpy as np
+
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.budget_result import SERVER, Budget
+from pmwvc_analysis.budget.budget_summary import worth_drawing
+from pmwvc_analysis.budget.budget_words import GROUPS, account_words, words_of
+from pmwvc_analysis.figures.chart import DASHES, Chart, Layer, Line, Panel
+from pmwvc_analysis.figures.colours import user_tint
+from pmwvc_analysis.report import recorded
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces
+
+ORDER = (
+    "devices", "sampling and safety", "filters and holds", "links", "server's computation",
+    "contacts", "object", "controller",
+)  # fmt: skip
+MOST_POINTS = 1500
+
+
+def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
+    """Return the energy of the hands and where it is, stacked; below, the parts that generated
+    energy.
+    """
+    found = budget(traces, scenario)
+    if found is None or len(found.time_s) < 2:
+        return None
+    kept = slice(None, None, max(1, len(found.time_s) // MOST_POINTS))
+    given = np.asarray(sum(found.hands.values()), dtype=float)
+    groups = _groups(found)
+    unit, scale = _unit(np.concatenate([*groups.values(), given]))
+    time_s = found.time_s[kept]
+    hands = Line("given by the hands", time_s, given[kept] * scale, "object", (), 1.8)
+    panels = [
+        Panel(
+            f"energy [{unit}]",
+            lines=[hands],
+            layers=_stack(time_s, {name: sums[kept] * scale for name, sums in groups.items()}),
+            with_zero=True,
+            height=280.0,
+        )
+    ]
+    active = [(entry.owner, entry.part) for entry in worth_drawing(found)]
+    if active:
+        panels.append(_active(found, active, kept))
+    return Chart(
+        "budget",
+        "Energy budget",
+        "Energy given by the hands (black) and where it is: stored, dissipated, or in flight. "
+        "Areas below zero are energy that was generated; components that did so have a panel of "
+        "their own.",
+        panels,
+    )
+
+
+def _stack(time_s: Array, groups: dict[str, Array]) -> list[Layer]:
+    """Return the groups stacked: what is positive upwards, what is negative downwards."""
+    layers = []
+    rises, falls = np.zeros(len(time_s)), np.zeros(len(time_s))
+    for place, name in enumerate(ORDER):
+        if name not in groups:
+            continue
+        up, down = np.maximum(groups[name], 0.0), np.minimum(groups[name], 0.0)
+        tint = user_tint(place)
+        layers.append(Layer(name, time_s, rises.copy(), rises + up, tint, place))
+        if down.any():
+            layers.append(Layer(name, time_s, falls + down, falls.copy(), tint, place))
+        rises, falls = rises + up, falls + down
+    return layers
+
+
+def _active(found: Budget, active: list[tuple[str, str]], kept: slice) -> Panel:
+    judged = {(owner, part): series for owner, part, series in found.judged()}
+    unit, scale = _unit(np.concatenate([judged[each].sums for each in active]))
+    lines = []
+    for place, (owner, part) in enumerate(active):
+        series = judged[owner, part]
+        sums = series.sums[kept] * scale
+        label = f"{owner}: {words_of(part)}"
+        lines.append(Line(label, series.time_s[kept], sums, user_tint(place), DASHES[place]))
+    title = "Components that generated energy"
+    return Panel(f"energy taken in [{unit}]", lines=lines, title=title, with_zero=True)
+
+
+def _groups(found: Budget) -> dict[str, Array]:
+    """Return the energies of all owners by group; groups that never hold any are left out."""
+    sums: dict[str, Array] = {}
+    for parts in found.parts.values():
+        for part, series in parts.items():
+            name = next(
+                (name for name, members in GROUPS.items() if part in members), "controller"
+            )
+            sums[name] = sums.get(name, 0.0) + series
+    smallest = 1e-4 * max(float(np.abs(series).max()) for series in sums.values())
+    return {name: series for name, series in sums.items() if np.abs(series).max() > smallest}
+
+
+def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
+    """Return the energies that controllers account for themselves, a panel per owner."""
+    server, names = traces.server, recorded.names(traces)
+    owners = [(user.name, user.block_time_s, user.accounts) for user in traces.users]
+    if server is not None:
+        owners.append((SERVER, server.time_s, server.accounts))
+    panels = []
+    for name, time_s, own in owners:
+        if not own:
+            continue
+        unit, scale = _unit(np.concatenate(list(own.values())))
+        lines = [
+            Line(
+                account_words(account),
+                time_s,
+                sums * scale,
+                user_tint(place),
+                DASHES[place % len(DASHES)],
+                1.8 - 0.8 * (place // len(DASHES)),
+            )
+            for place, (account, sums) in enumerate(own.items())
+        ]
+        tint = user_tint(names.index(name)) if name in names else "object"
+        panels.append(
+            Panel(f"energy [{unit}]", lines=lines, title=name, tint=tint, with_zero=True)
+        )
+    if not panels:
+        return None
+    return Chart(
+        "controller",
+        "Energy accounts of the controller",
+        "Energies that the controller keeps account of: taken in, given out, withheld, stored.",
+        panels,
+    )
+
+
+def _unit(values: Array) -> tuple[str, float]:
+    """Return the unit in which values are read best, and its factor."""
+    return ("J", 1.0) if np.nanmax(np.abs(values), initial=0.0) >= 1.0 else ("mJ", 1e3)

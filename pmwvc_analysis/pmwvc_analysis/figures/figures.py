@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The figures of a session, in reading order. One whose signals were not recorded is left out."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pmwvc_analysis.figures import chart_png, style
+from pmwvc_analysis.figures.channel_charts import energy, loop, network
+from pmwvc_analysis.figures.chart import Chart
+from pmwvc_analysis.figures.chart_svg import file_svg
+from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
+from pmwvc_analysis.figures.motion_charts import forces, positions
+from pmwvc_analysis.report import recorded
+from pmwvc_analysis.report.event_list import numbered
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces
+
+Draw = Callable[[SessionTraces, Scenario | None], Chart | None]
+FIGURES: Sequence[Draw] = (positions, forces, energy, whereabouts, accounts, network, loop)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure on disk, and how to read it."""
+
+    name: str
+    path: Path
+    heading: str
+    caption: str
+
+
+def charts(traces: SessionTraces, scenario: Scenario | None) -> list[Chart]:
+    """Return every figure that the traces allow."""
+    events = [
+        (event.time_s, event.number) for event in numbered(traces) if event.time_s is not None
+    ]
+    note = style.note(traces, scenario)
+    return [
+        replace(chart, title=style.title(chart.heading, scenario), note=note, events=events)
+        for draw in FIGURES
+        if (chart := draw(traces, scenario)) is not None
+    ]
+
+
+def write_all(drawn: Sequence[Chart], traces: SessionTraces, folder: Path) -> None:
+    """Write figures as ``NAME.png`` and ``NAME.svg``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    span = recorded.span(traces)
+    for chart in drawn:
+        chart_png.write(chart, folder / f"{chart.name}.png", span)
+        (folder / f"{chart.name}.svg").write_text(file_svg(chart, span), encoding="utf-8")

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The figure of a stability map: regions, boundary, and sessions as points."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.figures import style
+from pmwvc_analysis.maps.map_files import Measured
+from pmwvc_analysis.maps.maps import Grid, growth_per_s
+from pmwvc_analysis.report.text import users
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import shared_specs, user_specs
+
+SMOOTH = 12  # rows and columns from which a boundary is drawn as a line
+SPREAD_PER_S = 10.0  # growth rates over which colour goes, either way
+
+
+def draw(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> list[Path]:
+    """Write a map as PNG and SVG; return the files."""
+    import matplotlib
+
+    with matplotlib.rc_context({**style.SETTINGS, "axes.grid": False}):
+        figure = _figure(grid, radius, measured)
+        paths = [folder / "map.png", folder / "map.svg"]
+        for path in paths:
+            style.save(figure, path)
+    return paths
+
+
+def _figure(grid: Grid, radius: Array, measured: list[Measured]) -> Any:
+    figure, (axes,) = style.canvas(
+        1,
+        title=style.title("Stability", grid.scenario),
+        note=_note(grid),
+        row_in=4.6,
+    )
+    x, y = np.array(grid.x.values), np.array(grid.y.values)
+    mesh = axes.pcolormesh(
+        _edges(x),
+        _edges(y),
+        growth_per_s(grid, radius),
+        cmap=_colours(),
+        vmin=-SPREAD_PER_S,
+        vmax=SPREAD_PER_S,
+        rasterized=True,
+    )
+    figure.colorbar(mesh, ax=axes, extend="both", label="growth rate [1/s] (stable: up to 0)")
+    # Between few rows (delays in whole frames) a line would show what is not there.
+    if min(radius.shape) >= SMOOTH and radius.min() <= 1.0 < radius.max():
+        axes.contour(x, y, radius, levels=[1.0], colors="black", linewidths=1.6)
+        axes.plot([], [], color="black", lw=1.6, label="boundary")
+    for flag, marker, face, label in (
+        (True, "o", "white", "session, stable"),
+        (False, "X", style.ALARM, "session, not stable"),
+    ):
+        at = [(point.x, point.y) for point in measured if point.stable is flag]
+        if at:
+            axes.scatter(
+                *zip(*at, strict=True),
+                marker=marker,
+                s=70,
+                facecolor=face,
+                edgecolor="black",
+                label=label,
+                zorder=3,
+                clip_on=False,
+            )
+    axes.set_xlabel(label_of(grid.x.name))
+    axes.set_ylabel(label_of(grid.y.name))
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left", bbox_to_anchor=(0.0, 1.1), ncols=3, borderaxespad=0.0)
+    return figure
+
+
+def _colours() -> Any:
+    """Return blue for stable, orange to red for not stable, with an edge at zero; the darker, the
+    farther from it.
+    """
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    below = colormaps["Blues_r"](np.linspace(0.25, 0.95, 128))
+    above = colormaps["YlOrRd"](np.linspace(0.35, 1.0, 128))
+    return ListedColormap(np.vstack([below, above]))
+
+
+def label_of(name: str) -> str:
+    """Return a parameter's name with its unit."""
+    leaf = name.split(".", 1)[1] if name.startswith("user") else name
+    known = {**shared_specs(), **user_specs()}
+    spec = known.get(leaf) or known.get(leaf.replace("link.", "link.up.", 1))
+    unit = spec.unit if spec is not None else ""
+    return f"{name} [{unit}]" if unit and unit != "-" else name
+
+
+def _edges(values: Array) -> Array:
+    """Return the borders of cells around grid points."""
+    if len(values) == 1:
+        half = 0.05 * abs(values[0]) or 0.5
+        return np.array([values[0] - half, values[0] + half])
+    middles = 0.5 * (values[1:] + values[:-1])
+    first, last = 2.0 * values[0] - middles[0], 2.0 * values[-1] - middles[-1]
+    return np.concatenate([[first], middles, [last]])
+
+
+def _note(grid: Grid) -> str:
+    scenario = grid.scenario
+    user = scenario.users[0]
+    varied = (grid.x.name.rpartition(".")[2], grid.y.name.rpartition(".")[2])
+    parts = [
+        ("", "exact model" + (", phases of a live session" if grid.live else "")),
+        ("", users(len(scenario.users))),
+        ("", f"controller {scenario.controller}"),
+        ("impedance", f"b = {user.impedance:.4g} N s/m"),
+        ("rate_drop", f"M = {user.master.rate_drop}"),
+        ("", f"filter {user.master.filter.kind.replace('_', ' ')}"),
+        ("", f"hold {user.master.hold}"),
+        ("", f"coupling {scenario.server.coupling.replace('_', ' ')}"),
+        ("contact_stiffness", f"K = {user.contact.contact_stiffness:g} N/m"),
+        ("contact_damping", f"B = {user.contact.contact_damping:g} N s/m"),
+        ("delay_s", f"delay {user.link_up.delay_s * 1e3:g}/{user.link_down.delay_s * 1e3:g} ms"),
+    ]
+    return " · ".join(text for name, text in parts if name not in varied)

@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a velocity filter (App. D) is worth: margins over frequency, noise, and what it fails.
+
+Conditions: :mod:`pmwvc_core.wave.design.branches`; which filter: ``velocity_filter_design`` there.
+The equivalent form is judged by what it is at the device, too. With the low-pass branch behind it,
+F/(b xd) = (1 - R H_LP)/(1 + R H_LP) - 2 s H_HP, whose real part is least for the R that makes
+R H_LP = |H_LP|:
+
+    (1 - |H_LP|)/(1 + |H_LP|) - 2 s Re H_HP >= 0    at all frequencies.
+
+A pair that keeps energy (complementary) adds nothing to what anti-aliasing filter and rate drop do
+by themselves: its switching gain is the larger of s and their g.
+"""
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pmwvc_core.controllers import proofs_hold
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.numeric import Array
+from pmwvc_core.params import MasterParams, VelocityFilterParams
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.wave.design.aliasing import worst_case_gain
+from pmwvc_core.wave.design.branches import TOLERANCE, Margins, margins, switching_gain
+from pmwvc_core.wave.design.velocity_filter_design import chosen
+from pmwvc_core.wave.design.velocity_filter_response import branches, noise_gain, velocity_gain
+
+POINTS = 4001
+FOLDED_POINTS = 129  # frequencies at which the images of a rate drop are looked at
+LOWEST = 1e-4  # of half the tick rate
+
+
+@dataclass(frozen=True)
+class VelocityFilter:
+    """A filter and what it is worth; arrays over ``margins["frequency_hz"]``."""
+
+    master: MasterParams  # with alpha or cutoff_hz said
+    designed: str  # given, or by which rule
+    margins: Margins
+    port: Array  # Re F/(b xd) at worst, of the equivalent form
+    gain: Array  # |F_m/(b xd)| while nothing comes back
+    switching_gain: float
+    noise_gain: float
+
+    @property
+    def port_margin(self) -> float | None:
+        """Least real part at the device [of b]; None but for the equivalent form."""
+        own = self.master.velocity_filter
+        return float(self.port.min()) if own.kind == "equivalent" else None
+
+    @property
+    def flags(self) -> list[str]:
+        """Return the names of the conditions that are not met."""
+        port = self.port_margin
+        met = {
+            "in_phase": self.margins["in_phase_margin"] >= -TOLERANCE,
+            "any_environment": self.margins["any_environment_margin"] >= -TOLERANCE,
+            "switching": self.switching_gain <= 1.0 + TOLERANCE,
+            "port": port is None or port >= -TOLERANCE,
+        }
+        return [name for name, holds in met.items() if not holds]
+
+
+def judge(scenario: Scenario, *, user: int = 0) -> VelocityFilter:
+    """Return the velocity filter of a user and what it is worth; of a user without one, that of
+    the exact form with the same numbers.
+
+    Raises
+    ------
+    PmwvcError
+        If the scenario has no waves, or no such filter exists.
+    """
+    if not proofs_hold(scenario.controller):
+        raise PmwvcError(
+            f"controller = {scenario.controller}: has no velocity filter; must be pmwvc"
+        )
+    master = scenario.users[user].master
+    if master.velocity_filter.kind == "none":
+        own = dataclasses.replace(master.velocity_filter, kind="exact")
+        master = dataclasses.replace(master, velocity_filter=own)
+    (whole,) = chosen(master)
+    half_hz = 0.5 / whole.tick_s
+    frequency_hz = np.concatenate(
+        [np.geomspace(LOWEST * half_hz, half_hz, POINTS), [whole.velocity_filter.cutoff_hz or 1.0]]
+    )
+    frequency_hz.sort()
+    low, high = branches(whole, frequency_hz)
+    share = whole.velocity_filter.share
+    size = np.abs(low)
+    return VelocityFilter(
+        master=whole,
+        designed=_rule(master.velocity_filter),
+        margins=margins(low, high, frequency_hz, share=share),
+        port=(1.0 - size) / (1.0 + size) - 2.0 * share * high.real,
+        gain=np.abs(velocity_gain(whole, frequency_hz)),
+        switching_gain=_switching(whole),
+        noise_gain=noise_gain(whole),
+    )
+
+
+def _rule(own: VelocityFilterParams) -> str:
+    if own.alpha is not None or own.cutoff_hz is not None:
+        return "given"
+    if own.kind == "complementary":
+        return "half the packet rate"
+    return "flattest in phase" if own.order == 1 else "lowest cut-off for any environment"
+
+
+def _switching(master: MasterParams) -> float:
+    own, tick_s, ratio = master.velocity_filter, master.tick_s, master.rate_drop
+    if own.kind == "complementary":
+        squared = float(worst_case_gain(master.filter, tick_s=tick_s, rate_drop=ratio))
+        return max(float(own.share), float(np.sqrt(squared)))
+    turn = np.linspace(0.0, 0.5 / ratio, FOLDED_POINTS)
+    images = np.add.outer(turn, np.arange(ratio) / ratio) / tick_s
+    low, high = branches(master, images)
+    return switching_gain(np.abs(low), own.share * np.abs(high))
+
+
+def answer(scenario: Scenario, found: VelocityFilter, *, user: int = 0) -> dict[str, Any]:
+    """Return the document of ``--json``."""
+    own, of = found.master.velocity_filter, found.margins
+    return {
+        "scenario": scenario.name,
+        "user": scenario.users[user].name,
+        "kind": own.kind,
+        "order": own.order,
+        "share": float(own.share),
+        "alpha": own.alpha,
+        "cutoff_hz": own.cutoff_hz,
+        "designed": found.designed,
+        "in_phase_margin": of["in_phase_margin"],
+        "in_phase_worst_hz": of["in_phase_worst_hz"],
+        "any_environment_margin": of["any_environment_margin"],
+        "any_environment_worst_hz": of["any_environment_worst_hz"],
+        "switching_gain": found.switching_gain,
+        "port_margin": found.port_margin,
+        "noise_gain": found.noise_gain,
+        "flags": found.flags,
+    }
+
+
+def sentences(result: dict[str, Any]) -> list[str]:
+    """Return an answer for a terminal."""
+    where = (
+        f"(z - 1)/(z - {result['alpha']:.5f})"
+        if result["alpha"] is not None
+        else f"Butterworth of order {result['order']} at {result['cutoff_hz']:.4g} Hz"
+    )
+    lines = [
+        f"{result['scenario']}, {result['user']}: {result['kind']} velocity filter, {where}, "
+        f"feedback share {result['share']:g} ({result['designed']})",
+        f"  encoder noise in the force: {result['noise_gain']:.3g} of that without the filter "
+        f"(power lower by a factor of {1.0 / max(result['noise_gain'], 1e-9) ** 2:.0f})",
+        f"  margin, environment in phase (Eq. 14): {_left(result['in_phase_margin'])}, least at "
+        f"{result['in_phase_worst_hz']:.3g} Hz",
+        f"  margin, any environment: {_left(result['any_environment_margin'])}, least at "
+        f"{result['any_environment_worst_hz']:.3g} Hz",
+        f"  gain for a switching passive environment behind the rate drop: "
+        f"{result['switching_gain']:.4f} (at most 1 is passive)",
+    ]
+    if result["port_margin"] is not None:
+        lines.append(
+            f"  at the device (equivalent form): {_left(result['port_margin'])} b of damping"
+        )
+    flags = ", ".join(result["flags"])
+    return [*lines, f"  conditions not met: {flags}" if flags else "  all conditions are met"]
+
+
+def _left(margin: float) -> str:
+    """Return a margin to four digits, without a sign on zero."""
+    return f"{round(margin, 4) + 0.0:+.4f}"

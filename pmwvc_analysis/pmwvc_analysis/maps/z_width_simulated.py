@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Z-width without a model: the largest stable stiffness from sessions that are simulated.
+
+It needs no linearity, so it also covers what the exact model refuses (energetic compensation, a
+ledger, one-sided contacts). A small constant force pushes the device; a session is stable where
+the motion dies out: its RMS velocity in the last quarter is ``dying`` times that of the quarter
+before or less, and no safety limit had to act. For a linear loop that is a number just below one;
+what is not linear may swing on at the same size for ever, so there it has to fall clearly, and
+long sessions keep the bias small.
+
+The interval between a stable and an unstable stiffness is divided into equal parts again and
+again, all parts of all dampings as one batch.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pmwvc_analysis.models.variation import varied
+from pmwvc_core.numeric import Array
+from pmwvc_core.params import OperatorParams, TaskParams
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.session import simulate
+from pmwvc_core.traces import SessionTraces
+
+PUSH_N = 0.01  # so small that growth shows long before a limit acts
+AT_REST_M_S = 1e-9
+DYING = 0.995  # quarter over quarter, linear
+
+
+class Bracket(NamedTuple):
+    """The largest stable stiffness lies between: ``low`` was stable, ``high`` was not [N/m].
+
+    ``low`` is zero where nothing was stable, ``high`` None where everything looked at was.
+    """
+
+    low: float
+    high: float | None
+
+
+def simulated_z_width(
+    scenario: Scenario,
+    damping: Sequence[float],
+    *,
+    highest: float,
+    parts: int = 8,
+    rounds: int = 4,
+    duration_s: float = 6.0,
+    dying: float = DYING,
+) -> list[Bracket]:
+    """Return a bracket of the largest stable stiffness for each contact damping.
+
+    Parameters
+    ----------
+    scenario
+        Everything else; what the hand does is replaced by the small push.
+    damping
+        Contact damping [N s/m].
+    highest
+        Largest stiffness looked at [N/m].
+    parts, rounds
+        The bracket is ``highest / parts**rounds`` wide in the end.
+    duration_s
+        Length of each session.
+    dying
+        Ratio of RMS velocities below which a motion dies out.
+    """
+    base = _pushed(scenario, duration_s)
+    brackets = [Bracket(0.0, None)] * len(damping)
+    for turn in range(rounds):
+        wanted: list[tuple[int, Array]] = []
+        for place, bracket in enumerate(brackets):
+            if turn and bracket.high is None:
+                continue  # all of the range was stable
+            top = highest if bracket.high is None else bracket.high
+            points = np.linspace(bracket.low, top, parts + 1)[1:]
+            wanted.append((place, points if turn == 0 else points[:-1]))
+        runs = [
+            varied(
+                varied(base, "server.contact_damping", float(damping[place])),
+                "server.contact_stiffness",
+                float(stiffness),
+            )
+            for place, points in wanted
+            for stiffness in points
+        ]
+        with np.errstate(over="ignore", invalid="ignore"):  # some run away beyond all numbers
+            flags = iter(simulate(runs, keep=lambda traces: dies_out(traces, dying=dying)))
+        for place, points in wanted:
+            good = [bool(next(flags)) for _ in points]
+            brackets[place] = _narrowed(brackets[place], points, good)
+    return brackets
+
+
+def _narrowed(bracket: Bracket, points: Array, good: list[bool]) -> Bracket:
+    """Return the part of a bracket in which stability is lost first."""
+    if all(good):
+        return Bracket(float(points[-1]), bracket.high)
+    first = good.index(False)
+    return Bracket(float(points[first - 1]) if first else bracket.low, float(points[first]))
+
+
+def _pushed(scenario: Scenario, duration_s: float) -> Scenario:
+    users = tuple(
+        dataclasses.replace(
+            user, operator=OperatorParams(kind="constant", force=-user.side * PUSH_N)
+        )
+        for user in scenario.users
+    )
+    return dataclasses.replace(
+        scenario, users=users, duration_s=duration_s, task=TaskParams(kind="free")
+    )
+
+
+def dies_out(traces: SessionTraces, *, dying: float = DYING) -> bool:
+    """Tell whether the motion of a session dies out, without help from the safety limits."""
+    if any(int(user.safety_events) for user in traces.users):
+        return False
+    before, after = 0.0, 0.0
+    for user in traces.users:
+        power = np.sum(user.xd_m**2, axis=-1)
+        quarter = len(power) // 4
+        before += float(np.mean(power[-2 * quarter : -quarter]))
+        after += float(np.mean(power[-quarter:]))
+    if not np.isfinite(after):
+        return False
+    return after <= AT_REST_M_S**2 or after < dying**2 * before

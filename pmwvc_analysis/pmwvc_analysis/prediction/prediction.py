@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a scenario's numbers promise: stability, aliasing, and what the link renders.
+
+Whether a session is stable, its spectral radius and the largest contact stiffness come from the
+exact model of the loop (:mod:`pmwvc_analysis.models`): hands off, all contacts touching, every
+packet after its constant delay. What is not linear has no such model; then only a proof for any
+constant delay (:mod:`pmwvc_analysis.delays.any_delay`) is a promise, and only while the linear
+relative does not contradict it. One answer is behind the sentences, the summary and the exit code.
+
+Lag, stiffness and mass: :mod:`pmwvc_analysis.prediction.prediction_lag`.
+"""
+
+import functools
+from typing import Any, NamedTuple
+
+from pmwvc_analysis.delays.any_delay import AnyDelay, any_delay
+from pmwvc_analysis.models import stability
+from pmwvc_analysis.models.linear import Relative, left_out, relative
+from pmwvc_analysis.prediction import prediction_environment
+from pmwvc_analysis.prediction.prediction_environment import decodes_late
+from pmwvc_analysis.prediction.prediction_lag import (
+    feels_as_its_lag,
+    lag_s,
+    rendered_stiffness,
+)
+from pmwvc_core.controllers import proofs_hold
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.wave.design import aliasing
+from pmwvc_core.wave.impedance import first_axis, smallest
+
+ALIASING_BOUND = 1.1  # of an aliasing gain: from here on it is warned of
+# Compensation, environment and decoding that are one_step_delay.
+UNTREATED = ("none", "wall", "late")
+
+
+class Exact(NamedTuple):
+    """What the exact model says."""
+
+    spectral_radius: float
+    stable: bool
+    limit: stability.Limit
+
+
+class Answer(NamedTuple):
+    """All that is known of a scenario's stability.
+
+    Attributes
+    ----------
+    exact
+        Of the scenario; None where it has no exact model.
+    near, likeness
+        The nearest linear scenario and its exact model, where the scenario is not linear.
+    at_any_delay
+        What is proved for any constant delay; None without waves.
+    limited
+        Whether a server port will limit its environment; None where that is not known.
+    """
+
+    exact: Exact | None
+    near: Relative | None
+    likeness: Exact | None
+    at_any_delay: AnyDelay | None
+    limited: bool | None
+
+    @property
+    def proved(self) -> bool:
+        """Tell whether stability at any constant delay is proved, and no model contradicts it."""
+        models = [model for model in (self.exact, self.likeness) if model is not None]
+        return (
+            self.at_any_delay is not None
+            and self.at_any_delay.proved
+            and self.limited is False
+            and all(model.stable for model in models)
+        )
+
+    @property
+    def stable(self) -> bool | None:
+        """What is promised: None where nothing is."""
+        if self.exact is not None:
+            return self.exact.stable
+        return True if self.proved else None
+
+
+@functools.lru_cache(maxsize=64)
+def exact(scenario: Scenario, *, live: bool) -> Exact | None:
+    """Return what the exact model says; None where there is none."""
+    try:
+        radius = float(stability.radii(scenario, live=live)[0])
+        limit = stability.k_max(scenario, live=live)
+    except PmwvcError:
+        return None
+    return Exact(radius, stability.stable(radius), limit)
+
+
+@functools.lru_cache(maxsize=64)
+def answer(scenario: Scenario, *, live: bool) -> Answer:
+    """Return what is known of a scenario's stability."""
+    near = relative(scenario)
+    return Answer(
+        exact(scenario, live=live) if near is None else None,
+        near,
+        exact(near.scenario, live=live) if near is not None else None,
+        any_delay(scenario, live=live),
+        prediction_environment.limited(scenario),
+    )
+
+
+def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
+    """Return the ``prediction`` of a summary; the user who is worst off counts.
+
+    ``k_max`` is None where no contact stiffness up to ``stability.BOUND`` is unstable, and all
+    three of ``spectral_radius``, ``stable`` and ``k_max`` where there is no exact model (unless
+    stability at any constant delay is proved: then ``stable`` is True all the same).
+    ``any_delay`` tells whether that is proved, ``loop_gain`` is the largest gain once around the
+    loop by which it is judged (None without waves or without such a gain). ``k_felt`` and
+    ``mass_felt`` are None where more than the lag decides them; ``left_out`` names the effects of
+    the links that no prediction has.
+    """
+    found = answer(scenario, live=live)
+    model, proof = found.exact, found.at_any_delay
+    values: dict[str, Any] = {
+        "spectral_radius": model.spectral_radius if model else None,
+        "stable": found.stable,
+        "k_max": model.limit.first if model else None,
+        "any_delay": found.proved if proof else None,
+        "loop_gain": proof.gain if proof else None,
+        "aliasing_gain": None,
+        "k_felt": None,
+        "mass_felt": None,
+        "environment_limited": None,
+        "left_out": left_out(scenario),
+    }
+    if not proofs_hold(scenario.controller):
+        return values
+    values["environment_limited"] = found.limited
+    values["aliasing_gain"] = max(aliasing_gain(user) for user in scenario.users)
+    if found.limited or not all(feels_as_its_lag(user, scenario) for user in scenario.users):
+        return values
+    values["k_felt"] = min(
+        rendered_stiffness(user, lag_s(user, scenario, live=live)) for user in scenario.users
+    )
+    values["mass_felt"] = max(
+        first_axis(user.impedance) * lag_s(user, scenario, live=live, touching=False) / 2.0
+        for user in scenario.users
+    )
+    return values
+
+
+def passive(scenario: Scenario, *, live: bool = False) -> bool:
+    """Tell whether stability at any constant delay is proved from the gains of both ends, whether
+    or not a server port has to limit its environment for it.
+    """
+    found = any_delay(scenario, live=live)
+    return found is not None and found.proved
+
+
+def aliasing_gain(user: User) -> float:
+    """Return the largest ratio of a packet's energy to that of the wave it samples."""
+    master = user.master
+    return float(
+        aliasing.worst_case_gain(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
+    )
+
+
+def one_step_bound(user: User, scenario: Scenario) -> bool | None:
+    """Tell whether K T_VE + 2B <= b holds, None where it does not apply."""
+    server = scenario.server
+    treated = (server.compensation, server.environment, server.decoding) != UNTREATED
+    if server.coupling == "unknown" and treated:
+        return None
+    if not decodes_late(user, scenario) or server.integrator != "backward_euler":
+        return None
+    return least_impedance(user, scenario) <= smallest(user.server_impedance)
+
+
+def least_impedance(user: User, scenario: Scenario) -> float:
+    """Return K T_VE + 2B, with which decoding a step late is passive [N s/m]."""
+    contact = user.contact
+    stiff = float(contact.contact_stiffness) * scenario.server.period_s
+    return stiff + 2.0 * float(contact.contact_damping)

@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the port of an unknown environment will have to limit it, from the numbers alone.
+
+A wall takes and returns no more than it got if and only if (backward Euler; theory: section 5)
+
+    K T_VE + 2B <= b + G
+
+with G = 0 where it is decoded with the force of the step before, as every wall with K T_VE <= b/2
+is, and G = K T_VE where the port uses the slope that it has learned. Where that does not hold the
+energy of decoding has to come from somewhere: a compensation takes it from the returning waves,
+and the rendered wall yields. Until a slope is learned (the first steps of the first contact) the
+rule is that without G.
+"""
+
+from typing import NamedTuple
+
+from pmwvc_core.controllers import has_waves
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.black_box.secant import SOFT
+from pmwvc_core.wave.impedance import smallest
+
+SLOPED = ("wall_with_slope", "hunt_crossley")  # unknown environments that tell their slope
+LIMITING = ("corrected", "ledger")  # compensations that shorten waves
+
+
+class Rule(NamedTuple):
+    """K T_VE + 2B of a wall, b and G of its port [N s/m]."""
+
+    needed: float
+    b: float
+    slope: float
+
+    @property
+    def met(self) -> bool:
+        """Tell whether the wall is not limited once its slope is learned."""
+        return self.needed <= self.b + self.slope
+
+    @property
+    def met_untaught(self) -> bool:
+        """Tell whether it is not limited before, either."""
+        return self.needed <= self.b
+
+
+def rule(user: User, scenario: Scenario) -> Rule | None:
+    """Return the rule of a user's port that may limit; None where none is known.
+
+    Known for a wall that does not tell its slope, with backward Euler.
+    """
+    server = scenario.server
+    if not may_limit(scenario) or server.environment != "wall":
+        return None
+    if server.integrator != "backward_euler":
+        return None
+    stiff, b = _stiff(user, scenario), smallest(user.server_impedance)
+    slope = 0.0 if decodes_late(user, scenario) else stiff
+    return Rule(stiff + 2.0 * float(user.contact.contact_damping), b, slope)
+
+
+def decodes_late(user: User, scenario: Scenario) -> bool:
+    """Tell whether a user's port decodes with the force of the step before."""
+    server = scenario.server
+    if server.coupling != "unknown" or not has_waves(scenario.controller):
+        return server.coupling == "one_step_delay"
+    if server.environment in SLOPED:
+        return False
+    soft = _stiff(user, scenario) <= SOFT * smallest(user.server_impedance)
+    return server.decoding == "late" or (server.environment == "wall" and soft)
+
+
+def late_steps_s(user: User, scenario: Scenario) -> float:
+    """Return what the lag may differ by where the port learns the slope of its environment [s].
+
+    Force that is built up before the slope is known is decoded a step late: it moves the avatar
+    F T_VE/b further in, a lag of -2 T_VE; force built up later does not. Negative where the lag
+    counts all force as known, positive where it counts all as late, 0 where nothing is learned.
+    """
+    server = scenario.server
+    if server.coupling != "unknown" or server.decoding != "secant" or server.environment in SLOPED:
+        return 0.0
+    return (2.0 if decodes_late(user, scenario) else -2.0) * server.period_s
+
+
+def _stiff(user: User, scenario: Scenario) -> float:
+    return float(user.contact.contact_stiffness) * scenario.server.period_s
+
+
+def may_limit(scenario: Scenario) -> bool:
+    """Tell whether the server port may shorten waves at all."""
+    server = scenario.server
+    unknown = has_waves(scenario.controller) and server.coupling == "unknown"
+    return unknown and server.compensation in LIMITING
+
+
+def limited(scenario: Scenario) -> bool | None:
+    """Tell whether some environment will be limited; None where no rule is known."""
+    server = scenario.server
+    solved = server.environment == "wall_with_slope" and server.integrator == "backward_euler"
+    if not may_limit(scenario) or solved:
+        return False
+    rules = [rule(user, scenario) for user in scenario.users]
+    if any(found is not None and not found.met for found in rules):
+        return True
+    return False if all(found is not None and found.met_untaught for found in rules) else None
+
+
+def lines(scenario: Scenario) -> list[str]:
+    """Return a sentence for each user whose rule is not met."""
+    found = []
+    for user in scenario.users:
+        own = rule(user, scenario)
+        if own is None or own.met_untaught:
+            continue
+        said = f"{user.name}: K T + 2B = {own.needed:.3g} N s/m"
+        if own.met:
+            found.append(
+                f"{said}, above b = {own.b:.3g} N s/m: the server port may limit the environment "
+                "until it has learned its slope; from then on it is passive."
+            )
+        else:
+            plus = f" + G = {own.b + own.slope:.3g}" if own.slope else f" = {own.b:.3g}"
+            found.append(
+                f"{said}, above b{plus} N s/m: the server port will limit the environment. The "
+                "rendered stiffness is then lower, or the wall is lost."
+            )
+    if may_limit(scenario) and any(rule(user, scenario) is None for user in scenario.users):
+        if limited(scenario) is None:
+            found.append("Whether the server port will limit the environment is not known.")
+    return found

@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The lag of a wave link and how it is rendered: stiffness, mass, distance of device and avatar.
+
+The lag tau, once around (filter, rate drop, network both ways, hold), acts like a spring 2 b/tau
+and a mass b tau/2 at the device, b the master's impedance. Ends of different impedance are a
+lossless transformer. With n^2 = b_s/b_m, for slow motion,
+
+    F_s = n F_m,                            x_m = n x_s + F_m tau/(2 b_m),
+    1/k_felt = n^2/K + tau/(2 b_m),         mass_felt = b_m tau/2,
+
+so the device moves n times as far as its avatar: only for n = 1 is the distance between them
+F tau/(2 b), the lead of a steady press.
+
+With ``one_step_delay`` the avatar moves by the force of the step before: once the force F_s has
+been built up it stands F_s T_VE/b_s further in than its waves say, at the device n F_s T_VE/b_s =
+F_m T_VE/b_m: a lag of -2 T_VE.
+
+A zero-order hold comes back as steps through device and filter, which is sampled at their end and
+not at their mean. While a wave rises evenly, tick j of a frame is j - (M-1)/2 ticks older than the
+mean; what device and filter leave of that at a sample makes the lag longer where something is
+touched, and shorter by as much where nothing is: the wave comes back with the other sign. Nothing
+is left behind ``integrate_and_dump``.
+"""
+
+import functools
+import math
+
+import numpy as np
+
+from pmwvc_analysis.models.channel import Times, delay_ticks
+from pmwvc_analysis.models.loop import answer_phase, hyperframe_ticks, serve_phase
+from pmwvc_analysis.models.server import UNKNOWN
+from pmwvc_analysis.prediction.prediction_environment import decodes_late
+from pmwvc_core.numeric import Value, flatten
+from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
+from pmwvc_core.plant.motion import motion
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.wave.design import aliasing
+from pmwvc_core.wave.design.velocity_filter_response import slow_lags
+from pmwvc_core.wave.filters import AntiAliasing
+from pmwvc_core.wave.impedance import first_axis, transformation
+
+SAME = 1e-9  # of a ratio of impedances
+SETTLED = 1e-12  # change per frame [ticks] at which a filter's response to steps is periodic
+LONGEST = 10000  # frames for that
+
+
+def felt_stiffness(contact: float, impedance: float, tau: float, ratio: float = 1.0) -> float:
+    """Return contact and link in series [N/m]; ``ratio`` is n^2 = b_s/b_m."""
+    if contact <= 0.0:
+        return 0.0
+    return 1.0 / (ratio / contact + tau / (2.0 * impedance))
+
+
+def rendered_stiffness(user: User, tau: float) -> float:
+    """Return the stiffness at a user's device, the contact being known [N/m]."""
+    contact, b = float(user.contact.contact_stiffness), first_axis(user.impedance)
+    return felt_stiffness(contact, b, tau, transformer(user))
+
+
+def transformer(user: User) -> float:
+    """Return n^2 = b_s/b_m of a user's ends, for a force along the first axis."""
+    return transformation(user.impedance, user.server_impedance)
+
+
+def feels_as_its_lag(user: User, scenario: Scenario) -> bool:
+    """Tell whether the lag alone decides what is rendered: not with a local model that answers at
+    once, nor with position feedback, nor where the contact is not known.
+    """
+    master, server = user.master, scenario.server
+    if server.coupling == "unknown" and server.environment not in UNKNOWN:
+        return False
+    return master.bank.kind != "dissertation" and not master.position.is_on
+
+
+def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) -> float:
+    """Return tau, the lag of slow motion once around the wave path [s]; a velocity filter makes
+    another one of it where nothing is touched. A complementary bank adds 1/a each way.
+    """
+    master = user.master
+    lag = aliasing.delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
+    lag += slow_lags(master)[0 if touching else 1]
+    if master.bank.kind == "complementary":
+        lag += 2.0 / float(master.bank.split_rad_s)
+    lag += master.tick_s  # the packet leaves one tick after the output it carries
+    hold = master.frame_s - master.tick_s
+    lag += hold if master.hold == "foh" else hold / 2.0
+    phase = answer_phase(user, live=live)
+    steps = step_lag_s(master, user.device, first_axis(user.impedance), phase)
+    lag += steps if touching else -steps
+    lag += network_s(user, scenario, live=live)
+    if decodes_late(user, scenario):  # the avatar runs F T/b ahead: see module
+        lag -= 2.0 * scenario.server.period_s
+    return float(lag)
+
+
+@functools.lru_cache(maxsize=256)
+def step_lag_s(
+    master: MasterParams, device: DeviceParams, impedance: float, phase: int = 0
+) -> float:
+    """Return by how much the steps of a zero-order hold make the lag longer in contact [s].
+
+    ``phase``: tick of the frame at which the hold steps; the filter is sampled at its start.
+    Without velocity filter and filter bank; with one of them it is not known and taken as zero.
+    """
+    plain = master.velocity_filter.kind == "none" and master.bank.kind == "none"
+    load = impedance * master.tick_s / device.mass
+    if master.hold != "zoh" or not plain or load >= 2.0:
+        return 0.0
+    m, tick_s = master.rate_drop, master.tick_s
+    stage = AntiAliasing(master.filter, tick_s=tick_s, rate_drop=m)
+    moves = motion(device.mass, device.damping, tick_s)
+    left, root = 0.0, math.sqrt(2.0 * impedance)
+    xd: Value = 0.0
+    for _ in range(LONGEST):
+        before = left
+        for tick in range(m):
+            v = 0.5 * (m - 1) - (tick - phase) % m
+            stage.step(root * xd - v)
+            xd = moves.xd_xd * xd - moves.f_xd * (impedance * xd - root * v)
+        left = float(flatten(stage.sample())[0])
+        if abs(left - before) < SETTLED:
+            break
+    return left * tick_s
+
+
+def network_s(user: User, scenario: Scenario, *, live: bool) -> float:
+    """Return how old packets are when they are taken, both ways together [s].
+
+    Receivers take the newest packet at their own times; the mean counts. With jitter the mean is
+    half a period on top of the delay.
+    """
+    m, period, ticks = user.master.rate_drop, scenario.period_ticks, hyperframe_ticks(scenario)
+    sent, served = Times(m, 0), Times(period, serve_phase(scenario, live=live))
+    taken = Times(m, answer_phase(user, live=live))
+    up = _age_s(user.link_up, sent, served, ticks, scenario.tick_s, live=live)
+    return up + _age_s(user.link_down, served, taken, ticks, scenario.tick_s, live=live)
+
+
+def _age_s(
+    link: LinkParams, sent: Times, taken: Times, ticks: int, tick_s: float, *, live: bool
+) -> float:
+    if link.jitter != "none":
+        least = (taken.phase - sent.phase) * tick_s if live else 0.0
+        return max(least, link.delay_s + 0.5 * taken.period * tick_s)
+    delay = delay_ticks(link, tick_s=tick_s, live=live)
+    looks = np.arange(taken.phase, taken.phase + min(ticks, 20000), taken.period)
+    ages = [look - sent.last(look - delay) for look in looks.tolist()]
+    return float(np.mean(ages)) * tick_s

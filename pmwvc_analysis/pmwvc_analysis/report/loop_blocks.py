@@ -1,0 +1,166 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The blocks of one user's loop with the session's own numbers: parameters, and the energy that
+each took in by the end (negative: generated).
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from pmwvc_analysis.budget.budget_result import SERVER, Budget
+from pmwvc_analysis.prediction.prediction_lag import feels_as_its_lag, lag_s, rendered_stiffness
+from pmwvc_analysis.report.text import article
+from pmwvc_core.controllers import has_waves, proofs_hold
+from pmwvc_core.params import FilterParams, LinkParams
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.wave.design.filter_design import pole_of
+from pmwvc_core.wave.impedance import first_axis
+
+PARTS: Mapping[str, tuple[str, ...]] = {
+    "device": ("device_kinetic", "device_damping", "sample_hold", "safety"),
+    "filter": ("filter", "rate_drop", "filter_and_hold"),
+    "hold": ("hold",),
+    "up": ("link_up", "link"),
+    "down": ("link_down",),
+    "decoder": ("late_decoding", "integration", "withheld", "contained"),
+    "contact": ("contact_damping", "contact_stored", "environment_stored", "environment_heat"),
+    "object": ("object_kinetic", "object_damping"),
+}
+ALL_USERS = ("decoder", "contact", "object")
+
+
+class Block(NamedTuple):
+    """One block: its title, its numbers, and the energy it took in [J] (None: not known)."""
+
+    title: str
+    lines: list[str]
+    energy_j: float | None = None
+
+
+def blocks(scenario: Scenario, user: User, energies: Budget | None) -> dict[str, Block]:
+    """Return the blocks of one user's loop by name."""
+    taken = _energies(user.name, energies)
+    return {
+        name: Block(title, lines, taken.get(name))
+        for name, (title, lines) in _texts(scenario, user).items()
+    }
+
+
+def _texts(scenario: Scenario, user: User) -> dict[str, tuple[str, list[str]]]:
+    master, server, contact, device = user.master, scenario.server, user.contact, user.device
+    waves = has_waves(scenario.controller)
+    port = [f"{_hertz(1.0 / master.tick_s)}"]
+    decoder = [f"{_hertz(1.0 / server.period_s)}", server.coupling.replace("_", " ")]
+    if waves:
+        port = [f"b = {_number(first_axis(user.impedance))} N s/m", *port, *_around(user)]
+        decoder.insert(0, f"b = {_number(first_axis(user.server_impedance))} N s/m")
+    title = "wave port" if proofs_hold(scenario.controller) else scenario.controller
+    rate = f"1 of {master.rate_drop}, {_hertz(1.0 / (master.tick_s * master.rate_drop))}"
+    limits = f"limits: {_number(user.safety.max_force)} N"
+    object_lines = [f"{_number(server.object_mass)} kg"] if server.environment == "cube" else []
+    contact_lines = [
+        f"K = {_number(contact.contact_stiffness)} N/m",
+        f"B = {_number(contact.contact_damping)} N s/m",
+    ]
+    if server.environment in ("hunt_crossley", "active_wall"):
+        contact_lines = []
+    found = {
+        "hand": ("hand", [_operator(user)]),
+        "device": ("device and limits", [f"{_number(device.mass)} kg", limits]),
+        "port": (title.replace("_", " "), port),
+        "filter": (
+            "filter, rate drop" if waves else "rate drop",
+            [*([_filter(master.filter)] if waves else []), rate],
+        ),
+        "hold": ("hold", [{"zoh": "zero order", "foh": "first order"}[master.hold]]),
+        "up": ("link up", _link(user.link_up)),
+        "down": ("link down", _link(user.link_down)),
+        "decoder": ("server port", decoder),
+        "contact": ("contact", contact_lines),
+        "object": (server.environment.replace("_", " "), object_lines),
+    }
+    return found
+
+
+def _operator(user: User) -> str:
+    if user.operator.kind == "hand":
+        return f"arm {_number(user.operator.mass)} kg"
+    return user.operator.kind.replace("_", " ")
+
+
+def _around(user: User) -> list[str]:
+    master, found = user.master, []
+    if master.velocity_filter.kind != "none":
+        found.append(f"velocity filter: {master.velocity_filter.kind}")
+    if master.bank.kind != "none":
+        found.append(f"local model: {master.bank.kind}")
+    if master.position.is_on:
+        found.append(f"position: {master.position.feedback}")
+    return found
+
+
+def _filter(known: FilterParams) -> str:
+    words = known.kind.replace("_", " ")
+    if known.kind == "first_order":
+        return f"{words}, {_number(float(pole_of(known)))} rad/s"
+    return words
+
+
+def _link(link: LinkParams) -> list[str]:
+    found = [f"{_number(link.delay_s * 1e3)} ms"]
+    if link.jitter != "none":
+        found[0] += f", {link.jitter} jitter"
+    if link.loss > 0.0:
+        found.append(f"loss {_number(link.loss * 100.0)} %")
+    if link.rate_limit_bps > 0.0:
+        found.append(f"{_number(link.rate_limit_bps / 1e3)} kbit/s")
+    return found
+
+
+def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
+    """Return round trip and rendered stiffness in a sentence; empty where it is unknown."""
+    if not proofs_hold(scenario.controller):
+        return ""
+    tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
+    said = f"Round trip {tau * 1e3:.1f} ms"
+    if tau <= 0.0 or not feels_as_its_lag(user, scenario):
+        return f"{said}."
+    stiffness = rendered_stiffness(user, tau)
+    free = lag_s(user, scenario, live=live, touching=False)
+    spring = f"{2.0 * b / tau:.0f}"
+    return (
+        f"{said}; the link feels like {article(spring)} {spring} N/m spring and a "
+        f"{b * free / 2.0:.2f} kg mass. Rendered stiffness, in series with the contact: "
+        f"{stiffness:.0f} N/m."
+    )
+
+
+def _energies(name: str, energies: Budget | None) -> dict[str, float]:
+    if energies is None or name not in energies.hands:
+        return {}
+    own, shared = energies.parts[name], energies.parts[SERVER]
+    last = {part: float(sums[-1]) for part, sums in own.items()}
+    last |= {part: float(sums[-1]) for part, sums in shared.items()}
+    found = {
+        block: sum(last[part] for part in parts if part in last)
+        for block, parts in PARTS.items()
+        if any(part in last for part in parts)
+    }
+    rest = [part for part in own if not _known(part)]
+    if rest:
+        found["port"] = sum(last[part] for part in rest)
+    found["hand"] = float(energies.hands[name][-1])
+    return found
+
+
+def _known(part: str) -> bool:
+    groups: Iterable[tuple[str, ...]] = PARTS.values()
+    return any(part in members for members in groups)
+
+
+def _hertz(value: float) -> str:
+    return f"{value / 1e3:.4g} kHz" if value >= 999.5 else f"{value:.4g} Hz"
+
+
+def _number(value: float) -> str:
+    return f"{float(value):.4g}"

@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which users a session has, from when to when, and where its recording has holes."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_analysis.figures.chart import Band, Span
+from pmwvc_analysis.verdicts import holes
+from pmwvc_core.numeric import Array
+from pmwvc_core.traces import SessionTraces
+
+WORTH_A_BAND_S = 0.05
+
+
+def names(traces: SessionTraces) -> list[str]:
+    """Return the users in the order of their colours: the server's, then the others."""
+    found = list(traces.server.users) if traces.server else []
+    return found + [user.name for user in traces.users if user.name not in found]
+
+
+def end_s(traces: SessionTraces) -> float:
+    """Return when the last user ended; without any, when the server did [s]."""
+    ends = [float(user.time_s[-1]) for user in traces.users if len(user.time_s)]
+    if not ends and traces.server is not None and len(traces.server.time_s):
+        ends = [float(traces.server.time_s[-1])]
+    return max(ends, default=traces.duration_s)
+
+
+def until_users_end(traces: SessionTraces) -> NDArray[np.bool_]:
+    """Return which steps of the server are not later than the last tick of all users."""
+    assert traces.server is not None
+    found: NDArray[np.bool_] = traces.server.time_s <= end_s(traces) + 1e-9
+    return found
+
+
+def span(traces: SessionTraces) -> Span:
+    """Return the time from the first to the last row of any trace [s]."""
+    starts = [float(user.time_s[0]) for user in traces.users if len(user.time_s)]
+    if traces.server is not None and len(traces.server.time_s):
+        starts.append(float(traces.server.time_s[0]))
+    low, high = min(starts, default=0.0), end_s(traces)
+    return (low, high) if high > low else (low, low + 1.0)
+
+
+def bands(traces: SessionTraces) -> list[Band]:
+    """Return the intervals that were not recorded, and those in which a loop did not run."""
+    missing = holes.holes(traces)
+    found = [
+        Band(f"{each.owner}: not recorded", (each.start_s, each.end_s), "soft") for each in missing
+    ]
+    loops = [(user.name, user.time_s, user.tick_s) for user in traces.users]
+    if traces.server is not None:
+        loops.append((holes.SERVER, traces.server.time_s, traces.server.period_s))
+    for owner, time_s, period_s in loops:
+        known = [each for each in missing if each.owner == owner]
+        found += [
+            Band(f"{owner}: did not run", pause, "alarm")
+            for pause in pauses(time_s, period_s)
+            if not any(each.start_s < pause[1] and pause[0] < each.end_s for each in known)
+        ]
+    return found
+
+
+def pauses(time_s: Array, period_s: float) -> list[Span]:
+    """Return where neighbouring rows are further apart than ``WORTH_A_BAND_S`` [s]."""
+    places = np.flatnonzero(np.diff(time_s) > max(WORTH_A_BAND_S, 1.5 * period_s))
+    return [(float(time_s[row]), float(time_s[row + 1])) for row in places]

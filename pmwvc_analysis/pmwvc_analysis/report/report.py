@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The report of a session: one self-contained HTML file, verdict first.
+
+Everything it says is in the summary or the traces already; here it is put into words and laid out.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from pmwvc_analysis.budget import budget_summary
+from pmwvc_analysis.budget.budget_result import Budget
+from pmwvc_analysis.figures import chart_svg
+from pmwvc_analysis.figures.chart import Chart
+from pmwvc_analysis.prediction import prediction_words
+from pmwvc_analysis.report import event_list, figure_blocks
+from pmwvc_analysis.report.loop_blocks import blocks, rendered
+from pmwvc_analysis.report.loop_drawing import drawing
+from pmwvc_analysis.report.page import filled
+from pmwvc_analysis.report.story import story
+from pmwvc_analysis.verdicts import cut
+from pmwvc_analysis.verdicts.passivity_findings import passivity
+from pmwvc_core.controllers import has_waves
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces
+
+TEMPLATE = "report_template.html"
+MOST_EVENTS = 60
+
+
+def render(
+    traces: SessionTraces,
+    scenario: Scenario | None,
+    summary: dict[str, Any],
+    charts: Sequence[Chart],
+    energies: Budget | None = None,
+) -> str:
+    """Return the report as HTML; parts that the session does not have are left out."""
+    found = passivity(cut.until(traces, summary["judged_until_s"]), scenario, energies)
+    traces = replace(traces, events=summary["events"])
+    events = event_list.numbered(traces)
+    chart_data, complete = figure_blocks.data(charts, traces, events)
+    return filled(
+        TEMPLATE,
+        title=scenario.name if scenario else "recorded session",
+        description=scenario.description if scenario else "",
+        summary=summary,
+        story=story(traces, scenario, summary, energies),
+        loops=_loops(traces, scenario, energies),
+        verdicts=[(line["ok"], line["text"]) for line in summary["verdict"]],
+        budget_owners=[*energies.hands, "server"] if energies else [],
+        budget_rows=budget_summary.rows(energies) if energies else [],
+        budget_lines=budget_summary.lines(energies, found) if energies else [],
+        budget_notes=energies.notes if energies else [],
+        events=events[:MOST_EVENTS],
+        more_events=max(0, len(events) - MOST_EVENTS),
+        predicted=prediction_words.lines(scenario, live=traces.source == "live")
+        if scenario
+        else [],
+        outcome=[(entry["hit"], entry["text"]) for entry in summary["outcomes"]],
+        figures=figure_blocks.figure_blocks(charts, traces),
+        hatches=chart_svg.hatches(),
+        chart_data=chart_data,
+        complete=complete,
+        parameters=scenario.flat() if scenario else {},
+        software=traces.metadata.get("software", {}),
+    )
+
+
+def _loops(
+    traces: SessionTraces, scenario: Scenario | None, energies: Budget | None
+) -> list[tuple[str, str, str]]:
+    """Return name, drawing and a sentence of every user's loop."""
+    if scenario is None:
+        return []
+    waves, live = has_waves(scenario.controller), traces.source == "live"
+    return [
+        (
+            user.name,
+            drawing(blocks(scenario, user, energies), name=user.name, waves=waves),
+            rendered(scenario, user, live=live),
+        )
+        for user in scenario.users
+    ]

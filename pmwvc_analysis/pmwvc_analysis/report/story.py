@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What happened in a session, in one paragraph with its numbers."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.budget.budget_result import Budget
+from pmwvc_analysis.budget.budget_words import GROUPS
+from pmwvc_analysis.report import recorded
+from pmwvc_analysis.report.text import listed, quantity
+from pmwvc_core.plural import count
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import ServerTraces, SessionTraces
+
+TOGETHER_S = 0.1  # first contacts closer than that have one time
+MOVED_M = 1e-3
+TOLD = ("release", "damping", "ended", "stranger")  # the first of these events is told
+WORTH = 0.02  # of the energy given or held: what is worth a word
+WORDS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight")
+
+
+def story(
+    traces: SessionTraces,
+    scenario: Scenario | None,
+    summary: dict[str, Any],
+    energies: Budget | None,
+) -> str:
+    """Return the paragraph; what the traces do not tell is left out."""
+    sentences: list[str] = []
+    if traces.server is not None and len(traces.server.time_s):
+        sentences += _contact(traces, traces.server, scenario)
+    sentences += _forces(summary)
+    if energies is not None:
+        sentences += _energy(energies)
+    sentences += _offsets(summary)
+    sentences += _safety(traces, summary)
+    return " ".join(sentences)
+
+
+def _contact(
+    traces: SessionTraces, server: ServerTraces, scenario: Scenario | None
+) -> Iterator[str]:
+    rows = recorded.until_users_end(traces)
+    times = server.time_s[rows]
+    first: dict[str, float] = {}
+    for name, touches in zip(server.users, server.contact, strict=True):
+        places = np.flatnonzero(touches[rows])
+        if len(places):
+            first[name] = float(times[places[0]])
+    name = "the object"
+    if scenario is not None:
+        wall = scenario.server.environment != "cube"
+        name = "the wall" if "wall" in scenario.server.environment else "the object"
+        name = "the cube" if not wall else name
+    if not first:
+        yield f"No user touched {name}."
+        return
+    who = _who(list(first), len(server.users))
+    grips = scenario is not None and all(u.contact.contact == "grip" for u in scenario.users)
+    verb = "gripped" if grips and name == "the cube" else "touched"
+    yield f"{who} {verb} {name} {_when(list(first.values()))}{_moved(server, rows)}."
+
+
+def _who(names: Sequence[str], users: int) -> str:
+    if len(names) == users or len(names) > 3:
+        return f"{WORDS[len(names)]} user{'' if len(names) == 1 else 's'}"
+    return listed(names)
+
+
+def _when(times: Sequence[float]) -> str:
+    if max(times) < TOGETHER_S:
+        return "from the start"
+    if max(times) - min(times) < TOGETHER_S:
+        return f"at {min(times):.1f} s"
+    if len(times) <= 3:
+        return f"at {listed([f'{each:.1f} s' for each in times])}"
+    return f"between {min(times):.1f} s and {max(times):.1f} s"
+
+
+def _moved(server: ServerTraces, rows: Any) -> str:
+    path = server.x_o[rows]
+    away = np.linalg.norm(path - path[0], axis=-1)
+    if not np.isfinite(away).all() or away.max() < MOVED_M:
+        return ""
+    most, last = away.max() * 1e3, away[-1] * 1e3
+    if last > 0.9 * most:
+        return f" and moved it {last:.0f} mm"
+    return f" and moved it up to {most:.0f} mm ({last:.0f} mm at the end)"
+
+
+def _forces(summary: dict[str, Any]) -> Iterator[str]:
+    found = {user["name"]: user["force_final_n"] for user in summary["users"]}
+    found = {
+        name: float(np.linalg.norm(force))
+        for name, force in found.items()
+        if force is not None and None not in np.atleast_1d(force)
+    }
+    peak = max((user["force_peak_n"] or 0.0 for user in summary["users"]), default=0.0)
+    if not found or peak < 0.05:
+        return
+    sizes = [f"{force:.2f} N" for force in found.values()]
+    if len(sizes) > 3:
+        sizes = [f"{min(found.values()):.2f} to {max(found.values()):.2f} N"]
+    devices = "The device" if len(found) == 1 else "The devices"
+    end = "" if len(found) == 1 else "s"
+    yield f"{devices} rendered up to {peak:.2f} N; force{end} at the end: {listed(sizes)}."
+
+
+def _energy(energies: Budget) -> Iterator[str]:
+    given = float(sum(sums[-1] for sums in energies.hands.values()))
+    groups: dict[str, float] = {}
+    for parts in energies.parts.values():
+        for part, sums in parts.items():
+            name = next((g for g, members in GROUPS.items() if part in members), "controller")
+            groups[name] = groups.get(name, 0.0) + float(sums[-1])
+    largest = sorted(groups.items(), key=lambda each: -each[1])[:3]
+    least = WORTH * max(abs(given), *(abs(value) for value in groups.values()))
+    taken = [f"{quantity(value, 'J')} in {name}" for name, value in largest if value > least]
+    made = [
+        f"{quantity(-value, 'J')} in {name}" for name, value in groups.items() if value < -least
+    ]
+    if not np.isfinite(given) or not taken:
+        return
+    hands = f"The hand{'' if len(energies.hands) == 1 else 's'}"
+    said = f"{hands} {'gave' if given >= 0.0 else 'took back'} {quantity(abs(given), 'J')}"
+    made_words = f"; generated: {listed(made)}" if made else ""
+    yield f"{said}; at the end, stored or dissipated: {listed(taken)}{made_words}."
+
+
+def _offsets(summary: dict[str, Any]) -> Iterator[str]:
+    known = [
+        each
+        for each in summary.get("outcomes", [])
+        if each["what"] == "offset" and each["predicted"] is not None
+    ]
+    said = [
+        f"{each['owner']} predicted {each['predicted'] * 1e3:+.2f} mm, measured "
+        f"{each['measured'] * 1e3:+.2f} mm{'' if each['hit'] else ' (missed)'}"
+        for each in known[:3]
+    ]
+    if said:
+        yield f"Offset of the device from its avatar: {'; '.join(said)}."
+
+
+def _safety(traces: SessionTraces, summary: dict[str, Any]) -> Iterator[str]:
+    for each in traces.events:
+        if each.get("kind") in TOLD and each["time_s"] is not None:
+            yield f"At {each['time_s']:.1f} s {each['who']}: {each['what']}."
+            break
+    total = sum(user["safety_events"] or 0 for user in summary["users"])
+    if total:
+        yield f"The safety limits acted: {count(total, 'safety event')}."

@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Transmitted admittance as measured: from the force and the position that a session recorded.
+
+Broad-band forces (a chirp): cross spectrum of force and position over the power spectrum of the
+force, both averaged over overlapping stretches (Welch), with the coherence
+
+    gamma^2 = |S_fx|^2 / (S_ff S_xx),
+
+1 where position follows from force linearly and without noise. A single sine: the ratio of both at
+its frequency, stretch by stretch; their coherence is |mean(X F*)|^2 / (mean |X|^2 mean |F|^2).
+
+Both take the force as given. A hand answers to the motion: what else moves the device (another
+hand, noise, a contact that parts) is then in the force as well, and the ratio is biased without a
+loss of coherence. Such sessions are refused, as are those in which another user answers or pushes
+in a way of its own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.traces import UserTraces
+
+Complex = NDArray[np.complex128]
+STRETCH_S = 8.0  # of the force, for spectra
+LEAST_STRETCHES = 3
+SETTLE_S = 1.0  # of a sine, before it counts
+ANSWERING = ("hand", "playback_motion")  # operators whose force depends on the device's motion
+ALIKE = 0.01  # of a user's force: what another's may differ from a multiple of it
+TOLD = 1e-3  # of the largest power of the force: below it nothing was asked
+TRUSTED = 0.9  # coherence above which a value is worth comparing
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Admittance of one user from a recording."""
+
+    user: str
+    frequency_hz: Array  # (points,)
+    admittance: Complex  # (points,) [m/N]
+    coherence: Array  # (points,) 0..1
+    stretches: int  # averaged over
+
+
+def measure(user: UserTraces, known: User) -> Measured:
+    """Return the admittance that a session with a chirp, a sine or a recorded force shows.
+
+    Raises
+    ------
+    PmwvcError
+        If the force is not given from outside, was not recorded, ticks are missing, or there is
+        too little of it.
+    """
+    _require_given(known)
+    force, position = user.f_h[:, 0], user.x_m[:, 0]
+    if not np.isfinite(force).all():
+        raise PmwvcError(
+            f"{user.name}: the hand's force was not recorded; an admittance needs a simulated "
+            "hand or a force sensor"
+        )
+    acts = np.flatnonzero(force)
+    if not len(acts):
+        raise PmwvcError(
+            f"{user.name}: no hand acted; use operator.kind=chirp (or sinusoid) to measure"
+        )
+    rows = slice(int(acts[0]), int(acts[-1]) + 1)
+    if np.any(np.diff(user.tick[rows]) != 1):
+        raise PmwvcError(f"{user.name}: ticks are missing in the recording of the hand's force")
+    force, position = force[rows], position[rows]
+    if known.operator.kind == "sinusoid":
+        return _at_one_frequency(user, force, position, float(known.operator.frequency_hz))
+    return _over_frequency(user, force, position, known)
+
+
+def pattern(users: Sequence[UserTraces], scenario: Scenario, place: int) -> list[float]:
+    """Return what every user pushed per unit of the force of the one looked at.
+
+    Raises
+    ------
+    PmwvcError
+        If another hand answers to the motion, was not recorded, or pushed in a way of its own:
+        then the position is not that one user's doing.
+    """
+    own = {user.name: user for user in users}
+    ticks, force = _swing(own[scenario.users[place].name])
+    power = float(force @ force)
+    found = []
+    for number, known in enumerate(scenario.users):
+        if number == place:
+            found.append(1.0)
+            continue
+        _require_given(known)
+        other = own.get(known.name)
+        at, pushed = (ticks, 0.0 * force) if other is None else _swing(other)
+        _, here, there = np.intersect1d(ticks, at, return_indices=True)
+        ratio = float(force[here] @ pushed[there]) / power if power > 0.0 else 0.0
+        rest = pushed[there] - ratio * force[here]
+        if not np.isfinite(rest).all() or rest @ rest > ALIKE**2 * power:
+            raise PmwvcError(
+                f"{known.name}: its force is not a multiple of that of "
+                f"{scenario.users[place].name}, so position and force of one user alone do not "
+                f"tell the admittance; set {known.name}.operator.kind=none"
+            )
+        found.append(ratio)
+    return found
+
+
+def _swing(user: UserTraces) -> tuple[NDArray[np.int64], Array]:
+    """Return ticks and force without its mean, from where the hand acts."""
+    force = user.f_h[:, 0]
+    acts = np.flatnonzero(force)
+    rows = slice(int(acts[0]), int(acts[-1]) + 1) if len(acts) else slice(None)
+    return user.tick[rows], force[rows] - force[rows].mean()
+
+
+def _require_given(known: User) -> None:
+    if known.operator.kind in ANSWERING or known.device.plugin != "simulated":
+        who = "a person" if known.device.plugin != "simulated" else known.operator.kind
+        raise PmwvcError(
+            f"{known.name}: the hand ({who}) answers to the motion of the device: force and "
+            "position form a closed loop, in which another hand, noise or a lost contact moves "
+            "both, and their ratio is not the admittance; measure with operator.kind=chirp (or "
+            "sinusoid), whose force is given"
+        )
+
+
+def _over_frequency(user: UserTraces, force: Array, position: Array, known: User) -> Measured:
+    from scipy import signal
+
+    length = int(min(STRETCH_S / user.tick_s, 2 * len(force) / (LEAST_STRETCHES + 1)))
+    if length * user.tick_s < 0.5:
+        raise PmwvcError(
+            f"{user.name}: the hand acted for {len(force) * user.tick_s:.2f} s only, too short "
+            "for spectra; make the session longer"
+        )
+    options = {"fs": 1.0 / user.tick_s, "nperseg": length, "detrend": "linear"}
+    frequency, power = signal.welch(force, **options)
+    _, moved = signal.welch(position, **options)
+    _, cross = signal.csd(force, position, **options)
+    asked = power > TOLD * power.max()
+    if known.operator.kind == "chirp":
+        low, high = sorted((known.operator.frequency_hz, known.operator.frequency_end_hz))
+        asked &= (frequency >= low) & (frequency <= high)
+    asked[:2] = False  # what detrending took
+    quiet = np.maximum(power * moved, np.finfo(float).tiny)
+    return Measured(
+        user=user.name,
+        frequency_hz=frequency[asked],
+        admittance=(cross / np.maximum(power, np.finfo(float).tiny))[asked],
+        coherence=np.minimum(np.abs(cross) ** 2 / quiet, 1.0)[asked],
+        stretches=int((len(force) - length) // (length // 2)) + 1,
+    )
+
+
+def _at_one_frequency(
+    user: UserTraces, force: Array, position: Array, frequency_hz: float
+) -> Measured:
+    """Return the one value, from stretches of whole periods."""
+    settled = round(SETTLE_S / user.tick_s)
+    force, position = force[settled:], position[settled:]
+    duration = len(force) * user.tick_s
+    if frequency_hz <= 0.0 or duration * frequency_hz < LEAST_STRETCHES:
+        raise PmwvcError(
+            f"{user.name}: less than {LEAST_STRETCHES} periods of {frequency_hz:g} Hz were "
+            "recorded; make the session longer"
+        )
+    per_stretch = max(1, int(duration * frequency_hz) // 8)
+    length = round(per_stretch / frequency_hz / user.tick_s)
+    stretches = len(force) // length
+    angle = 2.0 * np.pi * frequency_hz * user.tick_s * np.arange(length)
+    basis = np.stack([np.cos(angle), np.sin(angle), np.ones(length), np.arange(length)], axis=1)
+
+    def lines(values: Array) -> Complex:
+        """Fit sine, level and drift to every stretch; return amplitude and phase of the sine."""
+        parts = values[: stretches * length].reshape(stretches, length)
+        (cosine, sine, *_), *_ = np.linalg.lstsq(basis, parts.T, rcond=None)
+        return np.asarray(cosine - 1j * sine)
+
+    asked, moved = lines(force), lines(position)
+    cross = np.mean(moved * asked.conj())
+    power, size = np.mean(np.abs(asked) ** 2), np.mean(np.abs(moved) ** 2)
+    return Measured(
+        user=user.name,
+        frequency_hz=np.array([frequency_hz]),
+        admittance=np.array([cross / power]),
+        coherence=np.array([min(1.0, float(np.abs(cross) ** 2 / (power * size)))]),
+        stretches=stretches,
+    )

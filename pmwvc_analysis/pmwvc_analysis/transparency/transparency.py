@@ -1,0 +1,257 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a user feels through the link: transmitted admittance, beside that of an ideal coupling.
+
+**Transmitted admittance** (App. A Eq. 23): position of the device per force of the hand, x/f
+[m/N], from the exact multirate model at the frequency of the force. With a cube the users press
+against each other: user i with 1 N, the users on the other side with as much together, so that the
+object stays in balance; a user without anyone opposite pushes alone. The impedance is f per
+velocity, 1/(j w x/f) [N s/m].
+
+**Ideal**: the same device, contact and object with direct coupling at every tick and no delay.
+
+**What it feels like**:
+
+* stiffness 1/(x/f) at rest [N/m]. With waves 1/k = 1/K_contact + tau/(2b), tau the lag of the link
+  once around (docs/theory.md);
+* damping: slope of Im(f/x) over w at low frequency, pressing [N s/m];
+* mass: -Re(f/x)/w^2 at low frequency with nothing touched, device included [kg]; the link's own
+  share is b tau/2.
+
+All three are limits at rest, extrapolated from four low frequencies.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_analysis.models.multirate import MultirateModel, build, spectral_radius
+from pmwvc_analysis.transparency.frequency import (
+    Complex,
+    first_peak_hz,
+    limit_at_rest,
+    low_frequencies,
+    response,
+)
+from pmwvc_core.controllers import has_waves
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.numeric import Array
+from pmwvc_core.params import LinkParams
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.wave.impedance import transformation
+
+STABLE = 1.0 + 1e-9
+HIGHEST = 0.25  # of the tick rate; x/f falls to nothing at half of it
+LEAST_PERIOD_S = 1e-3  # of a server; with a shorter tick the ideal steps at its next multiple
+STEADY = 0.05  # relative change per octave by which a limit is told from free motion
+
+
+@dataclass(frozen=True)
+class Felt:
+    """What one coupling feels like; None where there is no such limit."""
+
+    admittance_dc: float | None  # [m/N]
+    k_felt: float | None  # [N/m]
+    b_felt: float | None  # [N s/m]
+    mass_felt: float | None  # [kg]
+    first_peak_hz: float | None
+
+
+@dataclass(frozen=True)
+class Transparency:
+    """Transmitted admittance of one user, of the link and of the ideal coupling."""
+
+    user: str
+    frequency_hz: Array  # (points,)
+    admittance: Complex  # (points,) [m/N]
+    ideal_admittance: Complex  # NaN where the ideal coupling is not stable
+    felt: Felt
+    ideal: Felt
+    notes: list[str]
+
+    @property
+    def impedance(self) -> Complex:
+        """Force per velocity, (points,) [N s/m]."""
+        found: Complex = 1.0 / (2j * np.pi * self.frequency_hz * self.admittance)
+        return found
+
+
+def transparency(
+    scenario: Scenario,
+    frequency_hz: Array | None = None,
+    *,
+    user: int = 0,
+    live: bool = False,
+) -> Transparency:
+    """Return what one user feels in a scenario.
+
+    Parameters
+    ----------
+    scenario
+        Linear but for grip contacts, which are taken as touching.
+    frequency_hz
+        Where; by default 0.1 Hz to a quarter of the tick rate.
+    user
+        Whose device.
+    live
+        Phases of a live session instead of the simulator's.
+
+    Raises
+    ------
+    PmwvcError
+        If the session is not stable, or something in it is not linear.
+    """
+    if frequency_hz is None:
+        frequency_hz = np.geomspace(0.1, HIGHEST / scenario.tick_s, 300)
+    forces = pressing(scenario, user)
+    model = build(scenario, live=live)
+    radius = spectral_radius(model)
+    if radius > STABLE:
+        raise PmwvcError(
+            f"{scenario.name} is not stable (spectral radius {radius:.5g}): it has no frequency "
+            f"response; 'pmwvc stability' tells the largest stiffness, {_remedy(scenario)}"
+        )
+    perfect = build(ideal_of(scenario))
+    ideal_stable = spectral_radius(perfect) <= STABLE
+    felt = _felt(model, scenario, user, forces, live=live)
+    balanced = felt.admittance_dc is not None
+    notes = [*model.notes, _how(scenario, user, forces, balanced=balanced)]
+    notes += _scale_notes(scenario, user)
+    if ideal_stable:
+        alike = pressing(ideal_of(scenario), user)
+        ideal = _felt(perfect, ideal_of(scenario), user, alike)
+        ideal_values = response(perfect, frequency_hz, user=user, forces=alike)
+    else:
+        notes.append(
+            "The ideal coupling is not stable at this tick: it has no frequency response."
+        )
+        ideal = Felt(None, None, None, None, None)
+        ideal_values = np.full(len(frequency_hz), np.nan + 0j)
+    if not balanced:
+        notes.append("Under a steady force the device keeps moving: there is no static stiffness.")
+    return Transparency(
+        user=scenario.users[user].name,
+        frequency_hz=np.asarray(frequency_hz, dtype=float),
+        admittance=response(model, frequency_hz, user=user, forces=forces),
+        ideal_admittance=ideal_values,
+        felt=felt,
+        ideal=ideal,
+        notes=notes,
+    )
+
+
+def pressing(scenario: Scenario, user: int) -> list[float]:
+    """Return the forces that keep the object in balance while one user presses with 1 N.
+
+    Ends of different impedance are a transformer: a force f of the device is n f at the object,
+    n^2 = b_server/b_master.
+    """
+    forces = [0.0] * len(scenario.users)
+    forces[user] = 1.0
+    if scenario.server.environment != "cube":
+        return forces
+    scale = [1.0] * len(forces)
+    if has_waves(scenario.controller):
+        pairs = [(other.impedance, other.server_impedance) for other in scenario.users]
+        scale = [math.sqrt(transformation(*pair)) for pair in pairs]
+    side = scenario.users[user].side
+    opposite = [place for place, other in enumerate(scenario.users) if other.side != side]
+    for place in opposite:
+        forces[place] = -scale[user] / (scale[place] * len(opposite))
+    return forces
+
+
+def ideal_of(scenario: Scenario) -> Scenario:
+    """Return the scenario with direct coupling at every tick, without delay."""
+    tick_s = scenario.tick_s
+
+    def direct(user: User) -> User:
+        return dataclasses.replace(
+            user,
+            master=dataclasses.replace(user.master, rate_drop=1),
+            link_up=LinkParams(),
+            link_down=LinkParams(),
+        )
+
+    ticks = math.ceil(LEAST_PERIOD_S / tick_s - 1e-9)
+    server = dataclasses.replace(scenario.server, period_s=ticks * tick_s)
+    users = tuple(direct(user) for user in scenario.users)
+    return dataclasses.replace(scenario, controller="direct", users=users, server=server)
+
+
+def untouched(scenario: Scenario) -> Scenario:
+    """Return the scenario with contacts that exert no force."""
+    users = tuple(
+        dataclasses.replace(
+            user,
+            contact=dataclasses.replace(user.contact, contact_stiffness=0.0, contact_damping=0.0),
+        )
+        for user in scenario.users
+    )
+    return dataclasses.replace(scenario, users=users)
+
+
+def _felt(
+    model: MultirateModel,
+    scenario: Scenario,
+    user: int,
+    forces: list[float],
+    *,
+    live: bool = False,
+) -> Felt:
+    peak = first_peak_hz(model, user=user, forces=forces)
+    frequency = low_frequencies(peak)
+    omega = 2.0 * np.pi * frequency
+    pressed = response(model, frequency, user=user, forces=forces)
+    dc = damping = mass = None
+    if abs(pressed[1] - pressed[0]) <= STEADY * abs(pressed[0]):
+        dc = limit_at_rest(pressed.real)
+        damping = limit_at_rest((1.0 / pressed).imag / omega)
+    free = build(untouched(scenario), live=live)
+    if spectral_radius(free) <= STABLE:
+        moved = response(free, frequency, user=user)
+        mass = limit_at_rest(-(1.0 / moved).real / omega**2)
+    return Felt(
+        admittance_dc=dc,
+        k_felt=None if dc is None or dc <= 0.0 else 1.0 / dc,
+        b_felt=damping,
+        mass_felt=mass,
+        first_peak_hz=peak,
+    )
+
+
+def _remedy(scenario: Scenario) -> str:
+    if not has_waves(scenario.controller):
+        return "the controller 'pmwvc' allows more"
+    return "the coupling 'implicit' and more filtering allow more"
+
+
+def _scale_notes(scenario: Scenario, user: int) -> list[str]:
+    """Return a note where the ends of a user's link are a transformer."""
+    if not has_waves(scenario.controller):
+        return []
+    own = scenario.users[user]
+    scale = math.sqrt(transformation(own.impedance, own.server_impedance))
+    if math.isclose(scale, 1.0):
+        return []
+    return [
+        f"The ends have different impedance: the device moves {scale:.3g} times as far as its "
+        f"avatar, with 1/{scale:.3g} of its force; the ideal coupling does not."
+    ]
+
+
+def _how(scenario: Scenario, user: int, forces: list[float], *, balanced: bool) -> str:
+    name = scenario.users[user].name
+    if scenario.server.environment != "cube":
+        return f"{name} presses against the wall."
+    others = [
+        other.name for other, force in zip(scenario.users, forces, strict=True) if force < 0.0
+    ]
+    if not others:
+        return f"{name} pushes the object alone."
+    against = f"{name} presses against {' and '.join(others)}"
+    if not balanced:
+        return f"{against}; their forces do not balance at the object."
+    return f"{against}, so the object stays at rest."

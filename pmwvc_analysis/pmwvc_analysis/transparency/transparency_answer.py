@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a transparency analysis found: as plain numbers, in sentences, as files of arrays."""
+
+import csv
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.transparency.frequency import Complex
+from pmwvc_analysis.transparency.measured import TRUSTED, Measured
+from pmwvc_analysis.transparency.transparency import Transparency
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.numeric import Array
+
+NAME = "transparency"
+RENDERED = (
+    ("stiffness", "k_felt", "N/m"),
+    ("damping", "b_felt", "N s/m"),
+    ("mass", "mass_felt", "kg"),
+)
+
+
+def answer(
+    name: str, found: Transparency, measured: Measured | None = None, model: Complex | None = None
+) -> dict[str, Any]:
+    """Return the document of ``--json``.
+
+    Parameters
+    ----------
+    name
+        Of the scenario.
+    found
+        What the model says.
+    measured, model
+        What a recording shows, and the model at the same frequencies.
+    """
+    document: dict[str, Any] = {
+        "scenario": name,
+        "user": found.user,
+        **dataclasses.asdict(found.felt),
+        "ideal": dataclasses.asdict(found.ideal),
+        "measured": None,
+        "notes": list(found.notes),
+    }
+    if measured is not None and model is not None:
+        document["measured"] = _compared(measured, model)
+    return document
+
+
+def _compared(measured: Measured, model: Complex) -> dict[str, Any]:
+    trusted = measured.coherence >= TRUSTED
+    error = np.abs(measured.admittance - model) / np.abs(model)
+    return {
+        "points": len(measured.frequency_hz),
+        "trusted": int(trusted.sum()),
+        "stretches": measured.stretches,
+        "from_hz": float(measured.frequency_hz.min()),
+        "to_hz": float(measured.frequency_hz.max()),
+        "coherence_median": float(np.median(measured.coherence)),
+        "error_median": float(np.median(error[trusted])) if trusted.any() else None,
+    }
+
+
+def sentences(document: dict[str, Any]) -> list[str]:
+    """Return the same for people."""
+    user, ideal = document["user"], document["ideal"]
+    found = []
+    for who, felt in ((f"{user}, through the link", document), ("ideal", ideal)):
+        parts = [
+            f"{name} {felt[key]:.4g} {unit}"
+            for name, key, unit in RENDERED
+            if felt[key] is not None
+        ]
+        peak = felt["first_peak_hz"]
+        parts.append("no resonance" if peak is None else f"first resonance {peak:.4g} Hz")
+        found.append(f"{who}: {', '.join(parts)}")
+    seen = document["measured"]
+    if seen is not None:
+        error = "unknown" if seen["error_median"] is None else f"{seen['error_median']:.2%}"
+        found.append(
+            f"measured: {seen['points']} frequencies from {seen['from_hz']:.3g} to "
+            f"{seen['to_hz']:.3g} Hz, median coherence {seen['coherence_median']:.3f}, median "
+            f"deviation from the model {error}"
+        )
+    return found + [f"  {note}" for note in document["notes"]]
+
+
+def arrays_of(found: Transparency, measured: Measured | None) -> dict[str, Array]:
+    """Return all curves by name; complex ones as real and imaginary part."""
+    curves: dict[str, Any] = {
+        "frequency_hz": found.frequency_hz,
+        "admittance": found.admittance,
+        "impedance": found.impedance,
+        "ideal_admittance": found.ideal_admittance,
+    }
+    if measured is not None:
+        curves |= {
+            "measured_frequency_hz": measured.frequency_hz,
+            "measured_admittance": measured.admittance,
+            "measured_coherence": measured.coherence,
+        }
+    arrays: dict[str, Array] = {}
+    for name, values in curves.items():
+        if np.iscomplexobj(values):
+            arrays |= {f"{name}_real": values.real, f"{name}_imag": values.imag}
+        else:
+            arrays[name] = values
+    return arrays
+
+
+def write_arrays(folder: Path, arrays: dict[str, Array]) -> list[Path]:
+    """Write NPZ, MAT and CSV (the model's curves; the measured ones in a CSV of their own)."""
+    from scipy.io import savemat
+
+    paths = [folder / f"{NAME}.npz", folder / f"{NAME}.mat"]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(paths[0], allow_pickle=False, **arrays)
+        savemat(paths[1], arrays, do_compression=True)
+        for name, wanted in ((NAME, False), (f"{NAME}_measured", True)):
+            columns = {k: v for k, v in arrays.items() if k.startswith("measured") is wanted}
+            if columns:
+                paths.append(folder / f"{name}.csv")
+                with paths[-1].open("w", encoding="utf-8", newline="") as file:
+                    writer = csv.writer(file)
+                    writer.writerow(columns)
+                    writer.writerows(
+                        [f"{value:.10g}" for value in row]
+                        for row in zip(*columns.values(), strict=True)
+                    )
+    except OSError as error:
+        raise PmwvcError(f"cannot write into {folder}: {error.strerror or error}") from error
+    return paths

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The traces of a session up to an instant."""
+
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_core.traces import (
+    FateTraces,
+    PacketTraces,
+    ServerTraces,
+    SessionTraces,
+    UserTraces,
+)
+
+BLOCKS = ("block_time_s", "state", "block_number", "epoch")
+
+
+def until(traces: SessionTraces, end_s: float) -> SessionTraces:
+    """Return what there was before ``end_s``; the same object where that is everything.
+
+    A user of whom nothing is left is left out.
+    """
+    if end_s >= traces.duration_s:
+        return traces
+    zeros = traces.metadata.get("fate_zero_ns", {})
+    late = traces.metadata.get("server_lateness_s")
+    server, metadata = traces.server, dict(traces.metadata)
+    if server is not None:
+        kept = server.time_s < end_s
+        if late is not None and len(late) == len(kept):
+            metadata["server_lateness_s"] = late[kept]
+        server = _server(server, kept) if kept.any() else None
+    return replace(
+        traces,
+        duration_s=end_s,
+        users=[_user(user, end_s) for user in traces.users if user.block_time_s[0] <= end_s],
+        server=server,
+        packets={topic: _packets(each, end_s) for topic, each in traces.packets.items()},
+        fates={
+            link: _fates(each, round(end_s * 1e9) + zeros.get(link, 0))
+            for link, each in traces.fates.items()
+        },
+        metadata=metadata,
+    )
+
+
+def _user(user: UserTraces, end_s: float) -> UserTraces:
+    """Return the ticks of the whole blocks that ended by then."""
+    blocks = user.block_time_s <= end_s + 1e-9
+    last_s = float(user.block_time_s[blocks][-1])
+    ticks = user.time_s < last_s - 0.5 * user.tick_s
+    changed: dict[str, Any] = {}
+    for each in fields(user):
+        values = getattr(user, each.name)
+        if each.name in BLOCKS:
+            changed[each.name] = values[blocks] if len(values) else values
+        elif isinstance(values, np.ndarray):
+            changed[each.name] = values[ticks]
+        elif isinstance(values, dict):
+            changed[each.name] = {name: sums[blocks] for name, sums in values.items()}
+    changed["reason"] = [text for text, kept in zip(user.reason, blocks, strict=True) if kept]
+    return replace(user, **changed)
+
+
+def _server(server: ServerTraces, kept: NDArray[np.bool_]) -> ServerTraces:
+    changed: dict[str, Any] = {}
+    for each in fields(server):
+        values = getattr(server, each.name)
+        if isinstance(values, np.ndarray):
+            changed[each.name] = values[kept]
+        elif isinstance(values, dict):
+            changed[each.name] = {name: sums[kept] for name, sums in values.items()}
+        elif isinstance(values, list) and each.name != "users":
+            changed[each.name] = [part[kept] for part in values]
+    return replace(server, **changed)
+
+
+def _packets(packets: PacketTraces, end_s: float) -> PacketTraces:
+    kept = packets.time_s < end_s
+    rows = {
+        each.name: getattr(packets, each.name)[kept]
+        for each in fields(packets)
+        if each.name != "topic"
+    }
+    return replace(packets, **rows)
+
+
+def _fates(fates: FateTraces, end_ns: int) -> FateTraces:
+    kept = fates.time_in_ns < end_ns
+    rows = {
+        each.name: getattr(fates, each.name)[kept] for each in fields(fates) if each.name != "link"
+    }
+    return replace(fates, **rows)

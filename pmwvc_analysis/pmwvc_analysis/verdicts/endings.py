@@ -1,0 +1,139 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What ended before the session did, and until when the session is judged.
+
+A server or an emulator that ended takes the loop with it: everything is judged up to there. A
+master that ended takes its user with it: that user is judged up to there, the others go on.
+
+When a node ended is told by the session runner where it saw that (with the signal), else by its
+trace: it breaks off while others go on. A trace that breaks off while the packets of its node go
+on is a hole of the recording, not the end of the node.
+"""
+
+import math
+from typing import NamedTuple
+
+from pmwvc_analysis.events.event import Event
+from pmwvc_analysis.recording.topics import relayed as topic_relayed
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces, UserTraces
+
+EARLY_S = 0.5  # before the end of the session
+ABSENT = 0
+LOOP = ("server", "netem")  # nodes that everybody needs
+
+
+class Ending(NamedTuple):
+    """A node that ended early: ``user`` is its user's name, empty for a node of everybody's."""
+
+    who: str
+    user: str
+    time_s: float
+    what: str
+    recorded: bool = True  # False: only the recording of it ended
+
+    @property
+    def text(self) -> str:
+        """Return it in words."""
+        return f"{self.who} {self.what} at {self.time_s:.2f} s"
+
+
+def endings(traces: SessionTraces, events: list[Event], scenario: Scenario | None) -> list[Ending]:
+    """Return what ended before the end of the session, earliest first."""
+    end_s = session_end_s(traces, scenario)
+    found: dict[str, Ending] = {}
+    for each in events:
+        who, time_s = str(each.get("who", "")), each["time_s"]
+        user = who.removesuffix(" master") if who.endswith(" master") else ""
+        ended = each["kind"] == "ended" and (user or who in LOOP)
+        if ended and time_s is not None and time_s < end_s - EARLY_S:
+            last_s = min(float(time_s), _last_s(traces, who))
+            found.setdefault(who, Ending(who, user, last_s, str(each["what"])))
+    for master in traces.users:
+        who = f"{master.name} master"
+        if who not in found and (ending := _of_master(traces, master, end_s)):
+            found[who] = ending
+    if "server" not in found and (ending := _of_server(traces)):
+        found["server"] = ending
+    return sorted(found.values(), key=lambda ending: ending.time_s)
+
+
+def _last_s(traces: SessionTraces, who: str) -> float:
+    """Return when the last that a node of everybody's published is from [s]: a runner sees its end
+    a little later.
+    """
+    server = traces.server
+    if who == "server" and server is not None and len(server.time_s):
+        return float(server.time_s[-1]) + server.period_s
+    relayed = [
+        float(packets.time_s[-1])
+        for topic, packets in traces.packets.items()
+        if who == "netem" and topic_relayed(topic) and len(packets.time_s)
+    ]
+    return max(relayed, default=math.inf)
+
+
+def session_end_s(traces: SessionTraces, scenario: Scenario | None) -> float:
+    """Return when the session was over: the last tick of any user, or what outlived them all."""
+    end_s = traces.duration_s
+    if traces.server is not None and len(traces.server.time_s):
+        server = traces.server
+        for state in server.state:
+            there = server.time_s[state != ABSENT]
+            end_s = max(end_s, float(there[-1])) if len(there) else end_s
+    return end_s if scenario is None else min(end_s, max(scenario.duration_s, traces.duration_s))
+
+
+def _of_master(traces: SessionTraces, user: UserTraces, end_s: float) -> Ending | None:
+    last_s = float(user.time_s[-1]) + user.tick_s
+    if last_s > end_s - EARLY_S:
+        return None
+    who = f"{user.name} master"
+    if _left(traces, user.name, last_s):
+        return None  # it took its leave: a change of membership
+    packets = traces.packets.get(f"/{user.name}/wave_up")
+    if packets is not None and len(packets.time_s):
+        sent_s = float(packets.time_s[-1])
+        if sent_s > last_s + EARLY_S:
+            return Ending(who, user.name, last_s, "was last recorded", recorded=False)
+    return Ending(who, user.name, last_s, "ended")
+
+
+def _left(traces: SessionTraces, name: str, last_s: float) -> bool:
+    server = traces.server
+    if server is None or name not in server.users:
+        return False
+    after = server.state[server.users.index(name)][server.time_s > last_s]
+    soon = after[: max(2, round(0.2 / server.period_s))]
+    return bool(len(soon) and soon[-1] == ABSENT)
+
+
+def _of_server(traces: SessionTraces) -> Ending | None:
+    server = traces.server
+    if server is None or not len(server.time_s):
+        return None
+    last_s = float(server.time_s[-1]) + server.period_s
+    if last_s > traces.duration_s - EARLY_S:
+        return None
+    sent = [
+        float(packets.time_s[-1])
+        for topic, packets in traces.packets.items()
+        if topic.startswith("/server/") and topic.endswith("/wave_down") and len(packets.time_s)
+    ]
+    if max(sent, default=0.0) > last_s + EARLY_S:
+        return Ending("server", "", last_s, "was last recorded", recorded=False)
+    return Ending("server", "", last_s, "ended")
+
+
+def judged_until_s(traces: SessionTraces, found: list[Ending]) -> float:
+    """Return until when a session is judged [s]: a node that everybody needs ended, or the end."""
+    return min([traces.duration_s, *(ending.time_s for ending in found if not ending.user)])
+
+
+def shortened(traces: SessionTraces, scenario: Scenario | None) -> str:
+    """Return in words by how much a session is shorter than its scenario; empty where not."""
+    if scenario is None or traces.source == "simulated":
+        return ""
+    if traces.duration_s > scenario.duration_s - EARLY_S:
+        return ""
+    return f"the session ended after {traces.duration_s:.1f} of {scenario.duration_s:g} s"

@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far the server port limited an unknown environment.
+
+A compensation that shortens a returning wave from v = u - sqrt(2/b) F to v' takes energy from the
+user, and moves the device away from its avatar::
+
+    energy_j   = sum (|v|^2 - |v'|^2) T_VE/2
+    position_m = largest |sum (v' - v) T_VE (2 b_m)^(-1/2)|
+
+The environment is lost where this displacement is most of the device's depth. With the avatar's
+travel p in its present contact and the distance s between device and avatar, of which q is the
+displacement above, the environment and the delay of the link alone explain |p| + |s - q|. Means
+over 0.5 s; lost where for a whole second
+
+    |q| > 2 mm + 3 (|p| + |s - q|).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_core.controllers import has_waves
+from pmwvc_core.numeric import Array, root
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+
+LEAST_J = 1e-9  # below this a returning wave was not shortened
+WINDOW_S = 0.5
+LASTING_S = 1.0
+LOST_M = 2e-3
+LOST_RATIO = 3.0
+
+
+class Limited(NamedTuple):
+    """What the port withheld from one user."""
+
+    energy_j: float
+    position_m: float
+    first_s: float  # time of the first wave that was shortened
+    lost_s: float | None  # time from which the environment is lost; None: never
+
+    @property
+    def summary(self) -> dict[str, float]:
+        """The entry of ``summary.json``."""
+        return {"energy_j": self.energy_j, "position_m": self.position_m}
+
+
+def limited(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Limited]:
+    """Return the users whose environment was limited, by name.
+
+    Empty also where it cannot be told: without a scenario or a trace of the server.
+    """
+    server = traces.server
+    if scenario is None or server is None or not has_waves(scenario.controller):
+        return {}
+    if "withheld" not in server.accounts:
+        return {}
+    known = {user.name: user for user in scenario.users}
+    found = {}
+    for user in traces.users:
+        if user.name in server.users and user.name in known:
+            place = server.users.index(user.name)
+            entry = _of_user(user, server, place, known[user.name])
+            if entry is not None:
+                found[user.name] = entry
+    return found
+
+
+def lost(traces: SessionTraces, scenario: Scenario | None) -> str:
+    """Return whose environment is lost, in words; empty where nobody's is."""
+    for name, entry in limited(traces, scenario).items():
+        if entry.lost_s is not None:
+            return (
+                f"{name}: the environment is lost from {entry.lost_s:.2f} s on: the energy limit "
+                f"of the server port displaced the device by {entry.position_m * 1e3:.1f} mm"
+            )
+    return ""
+
+
+def events(traces: SessionTraces, scenario: Scenario | None) -> list[dict[str, Any]]:
+    """Return an event where the port first limits an environment, and one where it is lost."""
+    found: list[dict[str, Any]] = []
+    for name, entry in limited(traces, scenario).items():
+        whole = f"{entry.energy_j * 1e3:.3g} mJ, {entry.position_m * 1e3:.3g} mm by the end"
+        times = [(entry.first_s, f"environment limited by the server port ({whole})")]
+        if entry.lost_s is not None:
+            times.append((entry.lost_s, "environment lost"))
+        found += [{"time_s": t, "who": name, "kind": "environment", "what": w} for t, w in times]
+    return found
+
+
+def words(entry: dict[str, float]) -> str:
+    """Return an entry of the summary in words."""
+    return (
+        f"environment limited: {entry['energy_j'] * 1e3:.3g} mJ, "
+        f"{entry['position_m'] * 1e3:.3g} mm"
+    )
+
+
+def _of_user(user: UserTraces, server: ServerTraces, place: int, known: User) -> Limited | None:
+    b, there = known.server_impedance, server.state[place] > 0
+    u, v = np.nan_to_num(server.u_s[place]), np.nan_to_num(server.v_s[place])
+    whole = u - root(2.0 / b) * np.nan_to_num(server.f_s[place])
+    half = 0.5 * server.period_s
+    withheld = np.where(there, half * np.sum(whole**2 - v**2, axis=-1), 0.0)
+    energy = float(withheld.sum())
+    if not energy > LEAST_J:
+        return None
+    taken = np.where(there[:, np.newaxis], (v - whole) / root(2.0 * known.impedance), 0.0)
+    moved = server.period_s * np.cumsum(taken, axis=0)
+    first = int(np.argmax(withheld > 0.01 * LEAST_J))
+    return Limited(
+        energy,
+        float(_length(moved).max()),
+        float(server.time_s[first]),
+        _lost_s(user, server, place, moved),
+    )
+
+
+def _lost_s(user: UserTraces, server: ServerTraces, place: int, moved: Array) -> float | None:
+    """Return when the environment is lost first; an avatar of a later stay begins anew."""
+    there = server.state[place] > 0
+    stays = np.split(np.arange(len(there)), np.flatnonzero(np.diff(there.astype(int)) > 0) + 1)
+    for stay in stays:
+        rows = stay[there[stay]]
+        if not len(rows):
+            continue
+        ticks = np.searchsorted(user.time_s, server.time_s[rows] - 0.5 * user.tick_s)
+        apart = user.x_m[np.clip(ticks, 0, len(user.time_s) - 1)] - server.x_s[place][rows]
+        apart, own = apart - apart[0], moved[rows] - moved[rows[0]]
+        natural = _length(_mean(_travel(server, place, rows), server.period_s))
+        natural = natural + _length(_mean(apart - own, server.period_s))
+        gone = _length(_mean(own, server.period_s)) > LOST_M + LOST_RATIO * natural
+        count = max(1, round(LASTING_S / server.period_s))
+        sums = np.concatenate([[0], np.cumsum(gone)])
+        lasting = np.flatnonzero(sums[count:] - sums[:-count] == count)
+        if len(lasting):
+            return float(server.time_s[rows[lasting[0]]])
+    return None
+
+
+def _travel(server: ServerTraces, place: int, rows: NDArray[np.intp]) -> Array:
+    """Return the avatar's way relative to the object since its present contact began [m]."""
+    way = (server.x_s[place] - server.x_o)[rows]
+    touching = np.asarray(server.contact[place])[rows]
+    begins = touching & ~np.concatenate([[False], touching[:-1]])
+    before = np.maximum(np.arange(len(rows)) - 1, 0)
+    since = np.maximum.accumulate(np.where(begins, before, 0))
+    return np.where(touching[:, np.newaxis], way - way[since], 0.0)
+
+
+def _mean(values: Array, period_s: float) -> Array:
+    """Return the mean over the last 0.5 s; before that, of a pause in front of what there is."""
+    count = max(1, round(WINDOW_S / period_s))
+    sums = np.cumsum(values, axis=0)
+    before = np.concatenate([np.zeros_like(sums[:count]), sums[:-count]])[: len(sums)]
+    return np.asarray((sums - before) / count)
+
+
+def _length(vectors: Array) -> Array:
+    return np.asarray(np.linalg.norm(vectors, axis=-1))

@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Holes in the recording: intervals of which the messages of a publisher are missing.
+
+A publisher numbers what it sends: a master its blocks, the server its steps. Where a number is
+missing, the recording has a hole. Where the numbers go on and only time has passed, nothing is
+missing: the loop did not run (:mod:`.events` calls that a stall).
+
+What happened in a hole is not known, and nothing is judged there. Running sums go on across it:
+the energies at both of its ends are known.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pmwvc_analysis.verdicts.passivity import Unjudged
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+
+WHY = "not recorded"
+SERVER = "server"
+
+
+class Hole(NamedTuple):
+    """An interval of which a publisher's messages are missing [s], and how many."""
+
+    owner: str  # a user, or ``server``
+    start_s: float
+    end_s: float
+    missing: int  # blocks of a master, steps of the server
+
+    @property
+    def unjudged(self) -> Unjudged:
+        """Return the interval as one that is not judged."""
+        return Unjudged(self.start_s, self.end_s, f"{WHY} ({self.owner})")
+
+
+def holes(traces: SessionTraces) -> list[Hole]:
+    """Return every hole of a recording, in the order of time."""
+    found = [hole for user in traces.users for hole in of_user(user)]
+    if traces.server is not None:
+        found += of_server(traces.server)
+    return sorted(found, key=lambda hole: (hole.start_s, hole.owner))
+
+
+def of_user(user: UserTraces) -> list[Hole]:
+    """Return the holes in the trace of one master."""
+    if not len(user.time_s):
+        return []
+    if not len(user.block_number):
+        return _by_ticks(user)
+    found = []
+    starts = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)
+    begins = np.concatenate([[0], starts[:-1]])
+    first_s = user.time_s[np.minimum(begins, len(user.time_s) - 1)]
+    for row, number in enumerate(user.block_number.tolist()):
+        follows = row > 0 and (not len(user.epoch) or user.epoch[row] == user.epoch[row - 1])
+        missing = number - (int(user.block_number[row - 1]) if follows else 0) - 1
+        if missing > 0:
+            start_s = float(user.block_time_s[row - 1]) if row else 0.0
+            found.append(Hole(user.name, start_s, float(first_s[row]), missing))
+    return found
+
+
+def _by_ticks(user: UserTraces) -> list[Hole]:
+    """Return the holes where blocks carry no numbers: ticks that neither ran nor were skipped."""
+    jumps = np.flatnonzero(np.diff(user.tick) > 1)
+    lost = np.diff(user.tick)[jumps] - 1
+    if int(lost.sum()) <= user.missed:
+        return []
+    return [
+        Hole(
+            user.name,
+            float(user.time_s[row] + user.tick_s),
+            float(user.time_s[row + 1]),
+            int(ticks),
+        )
+        for row, ticks in zip(jumps.tolist(), lost.tolist(), strict=True)
+    ]
+
+
+def of_server(server: ServerTraces) -> list[Hole]:
+    """Return the holes in the trace of the server."""
+    found = []
+    if len(server.step) and server.step[0] > 1:
+        found.append(Hole(SERVER, 0.0, float(server.time_s[0]), int(server.step[0]) - 1))
+    jumps = np.diff(server.step)
+    for row in np.flatnonzero(jumps > 1).tolist():
+        start_s = float(server.time_s[row] + server.period_s)
+        found.append(Hole(SERVER, start_s, float(server.time_s[row + 1]), int(jumps[row]) - 1))
+    return found
+
+
+def merged(found: Sequence[Hole]) -> list[tuple[float, float]]:
+    """Return the intervals in which something is missing, overlapping ones as one."""
+    result: list[tuple[float, float]] = []
+    for hole in sorted(found, key=lambda each: each.start_s):
+        if result and hole.start_s <= result[-1][1]:
+            result[-1] = (result[-1][0], max(result[-1][1], hole.end_s))
+        else:
+            result.append((hole.start_s, hole.end_s))
+    return result

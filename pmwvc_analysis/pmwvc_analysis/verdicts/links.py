@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What each emulated link did, in numbers: from its packet fates, else from its own counts."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_analysis.recording.link_blocks import reordered
+from pmwvc_analysis.recording.losses import DELIVERED, DROPPED, DUPLICATE, LOST
+from pmwvc_analysis.verdicts.shape import number, percentiles
+from pmwvc_core.numeric import Array
+from pmwvc_core.traces import FateTraces, SessionTraces
+
+
+def link_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
+    """Return the entries of ``links`` of a summary."""
+    found = [_from_fates(fates) for fates in traces.fates.values()]
+    found += [
+        _from_states(link, states, traces.duration_s)
+        for link, states in traces.link_states.items()
+        if link not in traces.fates
+    ]
+    return sorted(found, key=lambda entry: str(entry["name"]))
+
+
+def _from_fates(fates: FateTraces) -> dict[str, Any]:
+    out = np.isin(fates.fate, (DELIVERED, DUPLICATE)) & (fates.time_out_ns > 0)
+    return {
+        "name": fates.link,
+        "sent": int((fates.fate != DUPLICATE).sum()),
+        "received": int(out.sum()),
+        "lost": int((fates.fate == LOST).sum()),
+        "duplicated": int((fates.fate == DUPLICATE).sum()),
+        "reordered": int(reordered(fates).sum()),
+        "dropped": int(np.isin(fates.fate, DROPPED).sum()),
+        "delay_s": percentiles((fates.time_out_ns - fates.time_in_ns)[out].astype(float) * 1e-9),
+        "rate_hz": _rate_hz(fates.time_out_ns[out]),
+    }
+
+
+def _rate_hz(times_ns: NDArray[np.int64]) -> float | None:
+    """Return the mean rate between the first and the last of these times."""
+    if len(times_ns) < 2:
+        return None
+    span_s = float(times_ns.max() - times_ns.min()) * 1e-9
+    return number((len(times_ns) - 1) / span_s) if span_s > 0.0 else None
+
+
+def _from_states(link: str, states: dict[str, Array], duration_s: float) -> dict[str, Any]:
+    """Return what the last counts say; percentiles of the delay are not known from them."""
+    last = {
+        name: int(states[name][-1])
+        for name in ("in_count", "out_count", "lost", "duplicated", "reordered", "dropped")
+    }
+    return {
+        "name": link,
+        "sent": last["in_count"],
+        "received": last["out_count"],
+        "lost": last["lost"],
+        "duplicated": last["duplicated"],
+        "reordered": last["reordered"],
+        "dropped": last["dropped"],
+        "delay_s": {"p50": None, "p99": None, "max": number(states["delay_max"].max())},
+        "rate_hz": number(last["out_count"] / duration_s) if duration_s > 0.0 else None,
+    }

@@ -1,0 +1,241 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How strong the motion is that nobody makes on purpose.
+
+What is made on purpose: everything below ``band_hz`` of the operator, in which hands move on
+purpose (for a target that rests, below half a hertz), and what an environment of the library is
+driven with. A hand that moves in steps, an object let go or contact made for the first time give
+short bursts of fast motion; a median over quarter-second windows passes over them. Motion is
+judged from the middle of the session, or from the last time that contact was made or lost if that
+is later; less than a second after it, it cannot be told whether the vibration dies out.
+
+Packets and server steps make images of purposeful motion: of motion at f sampled at f_s and held,
+one at f_s - f with f/(f_s - f) of its size. That much beyond the band is no oscillation of the
+loop.
+
+Where rows are missing, or the loop did not run, the motion is not known: it is filtered piece by
+piece, and where less than half of the windows of the end or the middle are known, nothing is told.
+
+Not known: what drives an environment of somebody else's. Its motion counts as the loop's.
+"""
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_core.numeric import Array
+from pmwvc_core.params import OperatorParams, ServerParams
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.traces import SessionTraces
+
+WINDOW_S = 0.25
+PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
+SETTLE_S = 1.0  # after contact is made or lost, until an oscillation can be told from a transient
+CHATTER = 4  # changes of contact in half a session: more are the loop's own
+DEFAULT_BAND_HZ = 8.0
+REST_BAND_HZ = 0.5
+HARMONICS = 3.5  # of a sinusoid that makes and breaks contact
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A velocity to be judged, ``(row, dof)`` [m/s], and what in it is on purpose or noise.
+
+    ``images`` is the largest ratio of sampling images to purposeful motion, ``since_s`` when the
+    last disturbance was that is no fault of the loop [s].
+    """
+
+    name: str
+    time_s: Array
+    period_s: float
+    velocity: Array
+    band_hz: float
+    noise_m_s: float = 0.0
+    images: float = 0.0
+    since_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Strength:
+    """Median RMS velocity beyond the band late in the judged span [m/s], and its last third over
+    its first.
+
+    ``known`` tells whether enough of both was recorded, ``settled`` whether the span is long
+    enough, ``purposeful_m_s`` is the median RMS velocity within the band.
+    """
+
+    late_m_s: float
+    growth: float
+    known: bool = True
+    settled: bool = True
+    purposeful_m_s: float = 0.0
+
+
+def strength(motion: Motion, duration_s: float) -> Strength:
+    """Return how strong motion beyond the band is, and whether it grows or dies out."""
+    windows = max(1, round(WINDOW_S / motion.period_s))
+    pieces = _pieces(motion)
+    if len(motion.velocity) // windows < 6 or not np.isfinite(motion.velocity).all():
+        return Strength(0.0, 0.0, known=len(pieces) <= 1)
+    found = [_levels(motion, piece, windows) for piece in pieces]
+    middles, levels, slow = (np.concatenate(each) for each in zip(*found, strict=True))
+    start_s = min(max(0.5 * duration_s, motion.since_s), duration_s)
+    third_s = (duration_s - start_s) / 3.0
+
+    def rows(of: Array, first: int, last: int) -> Array:
+        """Return the windows of some thirds of the judged span."""
+        inside = middles >= start_s + first * third_s
+        found: Array = (
+            of[inside & (middles < start_s + last * third_s)] if last < 3 else of[inside]
+        )
+        return found
+
+    def median(of: Array, first: int, last: int) -> float:
+        own = rows(of, first, last)
+        return float(np.median(own)) if len(own) else 0.0
+
+    expected = 0.5 * third_s / (windows * motion.period_s) - 1.0
+    known = min(len(rows(levels, third, third + 1)) for third in range(3))
+    late, early = median(levels, 2, 3), median(levels, 0, 1)
+    return Strength(
+        min(late, median(levels, 1, 3)),
+        late / early if early > 0.0 else math.inf,
+        known=len(pieces) <= 1 or known >= expected,
+        settled=motion.since_s <= 0.5 * duration_s or 3.0 * third_s >= SETTLE_S,
+        purposeful_m_s=median(slow, 1, 3),
+    )
+
+
+def _pieces(motion: Motion) -> list[slice]:
+    """Return the rows between pauses that are too long to filter across."""
+    pauses = np.diff(motion.time_s) > max(PAUSE_S, PAUSE_PERIODS * motion.period_s)
+    edges = [0, *(np.flatnonzero(pauses) + 1).tolist(), len(motion.time_s)]
+    return [slice(start, end) for start, end in itertools.pairwise(edges) if end > start]
+
+
+def _levels(motion: Motion, piece: slice, windows: int) -> tuple[Array, Array, Array]:
+    """Return middle [s], RMS velocity beyond the band and within it [m/s] of every window."""
+    velocity = motion.velocity[piece]
+    count = len(velocity) // windows
+    fast = beyond(velocity, motion.period_s, motion.band_hz)
+    times = motion.time_s[piece][: count * windows].reshape(count, windows)
+
+    def rms(part: Array) -> Array:
+        squares = np.sum(part * part, axis=-1)[: count * windows].reshape(count, windows)
+        levels: Array = np.sqrt(squares.mean(axis=1))
+        return levels
+
+    return times.mean(axis=1), rms(fast), rms(velocity - fast)
+
+
+def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:
+    """Return the part of a velocity above a frequency: a Butterworth high pass of order 4 forwards
+    and backwards, no delay, by its response f^8/(f^8 + band^8).
+
+    The ends are continued by reflection in their last point, so that they do not ring.
+    """
+    rows = len(velocity)
+    if band_hz * period_s >= 0.45 or rows < 30:
+        return np.zeros_like(velocity)
+    pad = min(rows - 1, round(3.0 / (band_hz * period_s)))
+    before = 2.0 * velocity[:1] - velocity[pad:0:-1]
+    after = 2.0 * velocity[-1:] - velocity[-2 : -pad - 2 : -1]
+    whole = np.concatenate([before, velocity, after])
+    ratio = np.fft.rfftfreq(len(whole), period_s) / band_hz
+    passed = ratio**8 / (1.0 + ratio**8)
+    spectrum = np.fft.rfft(whole, axis=0) * passed.reshape(-1, *[1] * (velocity.ndim - 1))
+    found: Array = np.fft.irfft(spectrum, len(whole), axis=0)[pad : pad + rows]
+    return found
+
+
+def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: bool) -> float:
+    """Return the frequency below which this operator moves on purpose.
+
+    A minimum-jerk move of duration D has next to nothing above 6/D. A sinusoid brings harmonics
+    where contact is made and broken. A recorded person moves and trembles up to 10 Hz.
+    """
+    if operator.kind == "hand":
+        return max(2.0, 6.0 / move_rise_s) if moves else REST_BAND_HZ
+    if operator.kind == "sinusoid":
+        return max(REST_BAND_HZ, HARMONICS * operator.frequency_hz)
+    if operator.kind == "chirp":
+        return 1.5 * max(operator.frequency_hz, operator.frequency_end_hz)
+    if operator.kind.startswith("playback"):
+        return 10.0
+    return REST_BAND_HZ
+
+
+def environment_band_hz(server: ServerParams) -> float:
+    """Return the frequency below which the environment moves by itself, 0 where it does not."""
+    driven = server.environment == "active_wall" and server.active_wall.amplitude_m > 0.0
+    return HARMONICS * server.active_wall.frequency_hz if driven else 0.0
+
+
+def _bands(scenario: Scenario | None) -> tuple[float, float]:
+    """Return the band of the session [Hz], that of the fastest hand and of the environment, and
+    the largest ratio of sampling images to purposeful motion.
+    """
+    if scenario is None:
+        return DEFAULT_BAND_HZ, 0.0
+    moves = scenario.task.kind == "carry"
+    rise = scenario.task.move_rise_s
+    band = max(operator_band_hz(user.operator, rise, moves=moves) for user in scenario.users)
+    band = max(band, environment_band_hz(scenario.server))
+    drives = (user.operator.frequency_hz for user in scenario.users)
+    driven = all(user.operator.kind == "sinusoid" for user in scenario.users)
+    highest = max(drives) if driven else band
+    slowest = max(scenario.server.period_s, *(user.master.frame_s for user in scenario.users))
+    return band, highest / max(1.0 / slowest - highest, highest)
+
+
+def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
+    """Return what is judged of a session: the motion of every device and of the object."""
+    server = traces.server
+    band, images = _bands(scenario)
+    since_s = _disturbed_s(traces)
+    known = {user.name: user for user in scenario.users} if scenario else {}
+    found = [
+        Motion(
+            f"{user.name}'s device",
+            user.time_s,
+            user.tick_s,
+            user.xd_m,
+            band,
+            _noise(known.get(user.name)),
+            images,
+            since_s,
+        )
+        for user in traces.users
+    ]
+    if server is not None:
+        moved = server.time_s, server.period_s, server.xd_o, band
+        found.append(Motion("the object", *moved, images=images, since_s=since_s))
+    return found
+
+
+def _disturbed_s(traces: SessionTraces) -> float:
+    """Return when contact was made or lost last, by whichever user [s]; 0 where it never was, or
+    where it comes and goes: that is the loop's own motion.
+    """
+    server = traces.server
+    if server is None:
+        return 0.0
+    latest = 0.0
+    for contact in server.contact:
+        times = server.time_s[1:][np.diff(contact.astype(int)) != 0]
+        if 0 < len(times) and np.sum(times > 0.5 * traces.duration_s) <= CHATTER:
+            latest = max(latest, float(times[-1]))
+    return latest
+
+
+def _noise(user: User | None) -> float:
+    """Return twice the RMS of the velocity that an encoder's steps alone make [m/s].
+
+    The difference of two positions, each uniform within a step q, over one tick: q / (tick sqrt
+    6).
+    """
+    if user is None or user.device.velocity != "euler":
+        return 0.0
+    return 2.0 * user.device.encoder_step_m / (user.master.tick_s * math.sqrt(6.0))

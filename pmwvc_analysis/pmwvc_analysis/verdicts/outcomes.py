@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Predictions beside what was measured: each a hit or a miss, with numbers and tolerance."""
+
+import math
+from typing import Any, NamedTuple
+
+from pmwvc_analysis.prediction.prediction_environment import late_steps_s
+from pmwvc_analysis.prediction.prediction_lag import SAME, lag_s, transformer
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.wave.impedance import first_axis
+
+LEAST_FORCE_N = 0.2  # below that, an offset is not that of a grip
+OFFSET_M = 0.3e-3  # tolerance of an offset, and
+OFFSET_RATIO = 0.15  # that of its prediction
+
+
+class Outcome(NamedTuple):
+    """One prediction; numbers are null where the prediction is none of a number."""
+
+    what: str
+    hit: bool | None  # None: nothing was promised, or nothing can be told
+    text: str
+    owner: str = ""
+    predicted: float | None = None
+    measured: float | None = None
+    tolerance: float | None = None
+    unit: str = ""
+
+
+def outcomes(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
+    """Return what became of every prediction of a summary."""
+    found = [_stability(summary)]
+    if summary["prediction"]["mass_felt"] is None:
+        return found
+    live = summary["source"] == "live"
+    entries = {entry["name"]: entry for entry in summary["users"]}
+    for user in scenario.users:
+        entry = entries.get(user.name, {})
+        force, drift = entry.get("force_final_n"), entry.get("drift_m")
+        if not isinstance(force, float) or not isinstance(drift, float):
+            continue
+        if abs(force) < LEAST_FORCE_N:
+            continue
+        if abs(transformer(user) - 1.0) > SAME:
+            scale = math.sqrt(transformer(user))
+            text = (
+                f"{user.name}: no offset of device and avatar is predicted: the ends have "
+                f"different impedance, the device moves {scale:.3g} times as far."
+            )
+            found.append(Outcome("offset", None, text, user.name))
+            continue
+        per_lag = force / (2.0 * first_axis(user.impedance))
+        lag = lag_s(user, scenario, live=live)
+        spread = late_steps_s(user, scenario)
+        if spread:
+            found.append(_offset_between(user.name, per_lag * lag, per_lag * spread, drift))
+        else:
+            found.append(_offset(user.name, per_lag * lag, drift))
+    return found
+
+
+def came_true(scenario: Scenario, summary: dict[str, Any]) -> list[str]:
+    """Return the same in sentences."""
+    return [each.text for each in outcomes(scenario, summary)]
+
+
+def _stability(summary: dict[str, Any]) -> Outcome:
+    predicted, was = summary["prediction"]["stable"], summary["stable"]
+    if was is None:
+        return Outcome("stability", None, "Stability was not judged: the prediction is open.")
+    if predicted is None and summary["prediction"]["environment_limited"] is True:
+        limited = any(user["environment_limited"] for user in summary["users"])
+        text = "it did." if limited else "it did not have to."
+        text = f"Predicted that the server port limits the environment: {text}"
+        return Outcome("environment", True if limited else None, text)
+    if predicted is None:
+        state = "stable" if was else "not stable"
+        return Outcome("stability", None, f"No stability was predicted; the session was {state}.")
+    if predicted and was:
+        return Outcome("stability", True, "Predicted stable: it was.")
+    if predicted:
+        text = "Predicted stable, but it was not (missed): see the events."
+        return Outcome("stability", False, text)
+    if was:
+        text = (
+            "Predicted unstable, but it was stable: hands damp, contacts can part, and a short "
+            "session may end before it shows."
+        )
+        return Outcome("stability", None, text)
+    return Outcome("stability", True, "Predicted unstable: it was.")
+
+
+def _offset_between(name: str, edge: float, width: float, was: float) -> Outcome:
+    """Return the outcome of an offset of which only two bounds are predicted [m]."""
+    low, high = sorted((edge, edge + width), key=abs)
+    tolerance = OFFSET_M + OFFSET_RATIO * abs(high)
+    hit = min(low, high) - tolerance <= was <= max(low, high) + tolerance
+    text = (
+        f"{name}: offset of the device from its avatar at the end: predicted "
+        f"{low * 1e3:+.2f} to {high * 1e3:+.2f} mm, by how late the slope was learned; measured "
+        f"{was * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; tolerance {tolerance * 1e3:.2f} mm)."
+    )
+    return Outcome("offset", hit, text, name, None, was, tolerance, "m")
+
+
+def _offset(name: str, expected: float, was: float) -> Outcome:
+    tolerance = OFFSET_M + OFFSET_RATIO * abs(expected)
+    hit = abs(was - expected) <= tolerance
+    text = (
+        f"{name}: offset of the device from its avatar at the end: predicted "
+        f"{expected * 1e3:+.2f} mm, measured {was * 1e3:+.2f} mm "
+        f"({'hit' if hit else 'missed'}; tolerance {tolerance * 1e3:.2f} mm)."
+    )
+    return Outcome("offset", hit, text, name, expected, was, tolerance, "m")

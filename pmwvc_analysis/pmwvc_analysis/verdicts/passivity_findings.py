@@ -1,0 +1,186 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that is judged for passivity in one session (criterion: :mod:`.passivity`).
+
+Ports decide the verdict:
+
+=============  ================================================================================
+``up``         of a user: from the wave of its device to that at the server (energy.py)
+``down``       and back
+``hand_port``  what the force applied did on the way of the device, less what the server got: both
+               directions as one, judged where the hand is (hand_work.py)
+``server``     of the server: what it and its environment took in at the ports of all users
+=============  ================================================================================
+
+Parts of the energy budget are components between these ports. One that gave out energy that it
+had not taken in is named with its amount; the verdict is that of the ports, where it shows if
+nothing else paid for it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.budget import energy
+from pmwvc_analysis.budget.balance_holes import hidden
+from pmwvc_analysis.budget.budget_result import SERVER, Budget
+from pmwvc_analysis.consistency import clock_findings
+from pmwvc_analysis.verdicts.holes import Hole, holes
+from pmwvc_analysis.verdicts.passivity import (
+    Finding,
+    Unjudged,
+    judge,
+    not_judged,
+    together,
+    tolerance,
+)
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces
+
+NO_SERVER = "the server's trace is missing"
+PASSIVE_ENVIRONMENTS = ("cube", "wall", "wall_with_slope", "hunt_crossley")
+
+
+@dataclass(frozen=True)
+class Passivity:
+    """All findings of a session."""
+
+    findings: tuple[Finding, ...]
+
+    def of(self, owner: str) -> list[Finding]:
+        """Return the ports of one owner."""
+        return [each for each in self.findings if each.owner == owner and each.decides]
+
+    def passive(self, owner: str) -> bool | None:
+        """Return the verdict of one user, or of the server."""
+        return together(self.of(owner))
+
+    @property
+    def session(self) -> bool | None:
+        """Return the verdict of the session: of all ports."""
+        return together([each for each in self.findings if each.decides])
+
+    @property
+    def components(self) -> list[Finding]:
+        """Return the components that generated energy, the one that gave out most first."""
+        found = [each for each in self.findings if not each.decides and each.passive is False]
+        return sorted(found, key=lambda each: -each.given_j)
+
+
+def passivity(
+    traces: SessionTraces, scenario: Scenario | None, energies: Budget | None
+) -> Passivity:
+    """Judge every port and every component of a session."""
+    balances = {entry.name: entry for entry in energy.user_energies(traces, scenario)}
+    missing = [hole for hole in holes(traces) if hole.owner == SERVER]
+    found: list[Finding] = []
+    for user in traces.users:
+        entry = balances.get(user.name)
+        if entry is None:
+            found.append(not_judged(user.name, "hand_port", NO_SERVER))
+        else:
+            clock = traces.metadata.get("alignment", {}).get(user.name, {})
+            uncertain_s = float(clock.get("uncertainty_s", 0.0))
+            found += [
+                clock_findings.within(each, entry, uncertain_s)
+                for each in _of_user(entry, missing)
+            ]
+    if traces.server is not None and len(traces.server.time_s):
+        found.append(_of_server(traces, scenario, missing))
+    if energies is not None:
+        found += energies.findings
+    return Passivity(tuple(found))
+
+
+def _of_user(entry: energy.UserEnergy, missing: Sequence[Hole]) -> list[Finding]:
+    ports = {"up": entry.up, "down": entry.down}
+    unknown = [*entry.stretches.unjudged, *(hole.unjudged for hole in missing)]
+    found = [
+        _port(entry, part, balance, unjudged=hidden(balance, unknown))
+        for part, balance in ports.items()
+        if balance is not None
+    ]
+    return [*found, _of_hand(entry, unknown)]
+
+
+def _port(entry: energy.UserEnergy, part: str, balance: energy.Balance, **more: Any) -> Finding:
+    return judge(
+        entry.name,
+        part,
+        balance.time_s,
+        balance.balance_j,
+        tolerance_j=balance.tolerance_j + more.pop("open_j", 0.0),
+        moved_j=_moved_j(balance.energy_in_j, balance.energy_out_j),
+        decides=True,
+        **more,
+    )
+
+
+def _of_hand(entry: energy.UserEnergy, unknown: Sequence[Unjudged]) -> Finding:
+    """Judge the port of the hand; not where the steps of an encoder leave the work open."""
+    found = _port(
+        entry,
+        "hand_port",
+        entry.joint,
+        declared_j=entry.storage_j,
+        open_j=entry.resolution_j,
+        unjudged=unknown,
+    )
+    if found.passive and entry.hand_passive is None:
+        most_mj = 1e3 * float(entry.resolution_j.max())
+        why = f"the steps of the encoder leave the work of the hand open by up to {most_mj:.3g} mJ"
+        return replace(found, passive=None, why=why)
+    return found
+
+
+def _of_server(
+    traces: SessionTraces, scenario: Scenario | None, missing: Sequence[Hole]
+) -> Finding:
+    server = traces.server
+    assert server is not None
+    taken = np.sum([energy.running(sums) for sums in server.energy_u_s], axis=0)
+    given = np.sum([energy.running(sums) for sums in server.energy_v_s], axis=0)
+    found = judge(
+        SERVER,
+        SERVER,
+        server.time_s,
+        taken - given,
+        tolerance_j=tolerance(taken),
+        moved_j=_moved_j(taken, given),
+        declared_j=_allowance_j(scenario),
+        decides=True,
+        unjudged=[hole.unjudged for hole in missing],
+    )
+    excuse = _own_energy(scenario)
+    if found.passive is False and excuse:
+        return replace(found, passive=None, why=f"it gave out {found.given_j:.3g} J; {excuse}")
+    return found
+
+
+def _moved_j(came: Array, went: Array) -> float:
+    """Return the energy that a balance is small or large beside [J]."""
+    return float(max(np.abs(came).max(initial=0.0), np.abs(went).max(initial=0.0)))
+
+
+def _allowance_j(scenario: Scenario | None) -> float:
+    """Return what a port ledger may give out without having received it [J]."""
+    if scenario is None:
+        return 0.0
+    server = scenario.server
+    allowed = server.coupling == "unknown" and server.compensation == "ledger"
+    return float(server.allowance_j) if allowed and server.allowance_w > 0.0 else 0.0
+
+
+def _own_energy(scenario: Scenario | None) -> str:
+    """Return why an environment may give out energy of its own; empty where it has none."""
+    if scenario is None:
+        return "without the scenario its environment is not known"
+    server = scenario.server
+    if server.environment == "active_wall":
+        return "its environment is driven" if server.active_wall.amplitude_m > 0.0 else ""
+    if server.environment not in PASSIVE_ENVIRONMENTS:
+        return f"whether environment {server.environment!r} has energy of its own is not known"
+    return ""

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The findings of passivity as text: every verdict with its amount and its tolerance."""
+
+import math
+
+from pmwvc_analysis.budget.budget_result import SERVER
+from pmwvc_analysis.budget.budget_words import words_of
+from pmwvc_analysis.verdicts.passivity import Finding
+from pmwvc_analysis.verdicts.passivity_findings import Passivity
+
+PORTS = {
+    "up": "link from the device to the server",
+    "down": "link from the server to the device",
+    "joint": "link in both directions",
+    "hand_port": "port of the hand",
+    SERVER: "server with its environment",
+}
+SMALLEST = 1e-4  # a smaller ratio would print as zero
+_UNITS = ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"))
+
+
+def joule(value: float) -> str:
+    """Return an energy with three digits and an SI prefix."""
+    size = abs(value)
+    if not math.isfinite(value):
+        return "an energy that is not a number"
+    if size < 1e-9:
+        return "0 J"
+    factor, unit = next(each for each in _UNITS if size >= each[0] or each is _UNITS[-1])
+    return f"{value / factor:.3g} {unit}"
+
+
+def verdict(found: Passivity, owner: str) -> str:
+    """Return the verdict of one user, or of the server, in one clause."""
+    ports = found.of(owner)
+    if not ports:
+        return "passivity not judged"
+    violated = [port for port in ports if port.passive is False]
+    if violated:
+        worst = min(violated, key=lambda port: port.least_j)
+        return f"NOT passive: {part_words(worst)}, {amount(worst)}"
+    unknown = [port for port in ports if port.passive is None]
+    if unknown:
+        return f"passivity not judged: {unknown[0].why}"
+    return f"passive: {amount(min(ports, key=lambda port: port.least_j))}"
+
+
+def amount(finding: Finding) -> str:
+    """Return least balance, its ratio to the energy moved, tolerance and declared storage."""
+    said = f"least balance {joule(finding.least_j)}"
+    if finding.passive is False:
+        said += f" at {finding.least_s:.2f} s" if finding.least_s is not None else ""
+        said += f" ({_beside_moved(finding)})"
+    said += f", tolerance {joule(finding.tolerance_j)}"
+    if finding.declared_j > 0.0:
+        said += f", declared storage {joule(finding.declared_j)}"
+    return said
+
+
+def components(found: Passivity) -> list[str]:
+    """Return the components that generated energy, each with its amount, worst first."""
+    return [component(each, found) for each in found.components]
+
+
+def component(finding: Finding, found: Passivity) -> str:
+    """Return what one component generated, and whether the ports, which decide, show it."""
+    where = "server" if finding.owner == SERVER else finding.owner
+    return (
+        f"{where}: {words_of(finding.part)} generated {joule(finding.given_j)} "
+        f"({_beside_moved(finding)}) by {finding.least_s:.2f} s, "
+        f"first at {finding.since_s:.2f} s; tolerance {joule(finding.tolerance_j)}"
+    ) + (f"; {_covered(found)}" if found.session else "")
+
+
+def _covered(found: Passivity) -> str:
+    """Return what took in the energy of a component where every port is passive."""
+    storage = any(each.declared_j > 0.0 for each in found.findings if each.decides)
+    others = "other components or the declared storage" if storage else "other components"
+    return f"the ports decide and all are passive: {others} covered it"
+
+
+def _beside_moved(finding: Finding) -> str:
+    """Return the energy given out as a ratio to the energy moved."""
+    if not finding.moved_j > 0.0:
+        return "no energy moved"
+    moved = f"{joule(finding.moved_j)} moved"
+    if 0.0 < finding.ratio < SMALLEST:
+        return f"less than {100.0 * SMALLEST:g} % of {moved}"
+    return f"{100.0 * finding.ratio:.2f} % of {moved}"
+
+
+def part_words(finding: Finding) -> str:
+    """Return a port in words."""
+    return PORTS.get(finding.part, finding.part.replace("_", " "))

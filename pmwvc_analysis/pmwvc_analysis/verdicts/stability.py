@@ -1,0 +1,211 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a session was stable, judged from the motion itself, not from a model.
+
+In this order:
+
+``diverged``
+    a signal is not finite, a wave is longer than any that a receiver takes, or a device, avatar or
+    the object is more than half the workspace outside of it, or the oscillation (below) grows: at
+    least twice as strong at the end as in the middle, and beyond 50 mm/s.
+``limited by safety``
+    a safety layer reached its fault state; fell back to damping for speed three times or more in
+    the second half of the session or for more than a twentieth of it; or shortened the force of a
+    coupled device again and again: in more than a twentieth of the second half, in three or more
+    separate events.
+``environment lost``
+    the energy limit of an unknown environment's port displaced the device so far that most of its
+    depth is neither the environment's nor the link's (environment.py).
+``sustained oscillation``
+    motion faster than anybody's on purpose, the environment's own included, that does not die out:
+    in most of the last two thirds of the judged span its RMS velocity is beyond 1 mm/s and beyond
+    the sampling images of the purposeful motion, and it does not halve from the first third to the
+    last. Where contact was made or lost less than a second before the end, that is not judged.
+
+What is on purpose, and how the rest is measured: oscillation.py.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_analysis.verdicts import environment
+from pmwvc_analysis.verdicts.oscillation import motions, strength
+from pmwvc_core.controllers import has_waves
+from pmwvc_core.plural import count
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces, UserTraces
+from pmwvc_core.wave.limits import largest_wave
+
+OSCILLATION_M_S = 1e-3
+GROWN_M_S = 50e-3
+DEFAULT_WORKSPACE_M = 0.2
+COUPLED, DAMPING, FAULT = 1, 2, 3
+SPEED = ("faster than", "soft start")  # reasons that are the motion's and not the network's
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Stable or the kind of instability, what showed it, the strongest late oscillation [m/s].
+
+    ``judged`` is False where nothing was found in a recording that lacks too much to tell.
+    """
+
+    instability: str | None
+    why: str
+    oscillation_m_s: float
+    judged: bool = True
+
+    @property
+    def stable(self) -> bool | None:
+        """Tell whether no instability was found; None where that cannot be told."""
+        if self.instability is None and not self.judged:
+            return None
+        return self.instability is None
+
+
+def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
+    """Judge one session."""
+    outside = _outside(traces, scenario) or _beyond(traces, scenario)
+    strengths = [
+        (strength(motion, traces.duration_s), motion) for motion in motions(traces, scenario)
+    ]
+    strongest = max((s.late_m_s for s, _ in strengths), default=0.0)
+    if outside:
+        return Verdict("diverged", outside, strongest)
+    for found, motion in strengths:
+        if found.late_m_s > GROWN_M_S and found.growth >= 2.0:
+            why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
+            return Verdict("diverged", why, strongest)
+    limited = _limited(traces)
+    if limited:
+        return Verdict("limited by safety", limited, strongest)
+    lost = environment.lost(traces, scenario)
+    if lost:
+        return Verdict("environment lost", lost, strongest)
+    for found, motion in strengths:
+        images = motion.images * found.purposeful_m_s
+        lasting = found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s, images)
+        if not lasting or found.growth <= 0.5:
+            continue
+        if not found.settled:
+            why = (
+                f"contact was made or lost {traces.duration_s - motion.since_s:.2f} s before the "
+                f"end; {motion.name} still moved with {found.late_m_s * 1e3:.1f} mm/s"
+            )
+            return Verdict(None, why, strongest, judged=False)
+        why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
+        return Verdict("sustained oscillation", why, strongest)
+    unknown = [motion.name for found, motion in strengths if not found.known]
+    if unknown:
+        why = f"too little of the motion of {', '.join(unknown)} was recorded"
+        return Verdict(None, why, strongest, judged=False)
+    return Verdict(None, "motion faster than the voluntary band decays", strongest)
+
+
+def _beyond(traces: SessionTraces, scenario: Scenario | None) -> str:
+    """Return whose waves are longer than any that a receiver takes, in words; else empty."""
+    if scenario is None or not has_waves(scenario.controller):
+        return ""
+    known = {user.name: user for user in scenario.users}
+    sent = [(user.name, f"{user.name}'s master", user.u_m, user.time_s) for user in traces.users]
+    server = traces.server
+    if server is not None:
+        rows = zip(server.users, server.v_s, strict=True)
+        sent += [(name, f"{name}'s server port", v, server.time_s) for name, v in rows]
+    for name, end, wave, time_s in sent:
+        if name not in known:
+            continue
+        both = known[name].impedance, known[name].server_impedance
+        longest = max(largest_wave(b, waves=True) for b in both)
+        far = np.flatnonzero(np.linalg.norm(np.nan_to_num(wave), axis=-1) > longest)
+        if len(far):
+            return (
+                f"{end} sent waves beyond {longest:.3g} sqrt(W), which receivers reject, from "
+                f"{time_s[far[0]]:.2f} s on"
+            )
+    return ""
+
+
+def _outside(traces: SessionTraces, scenario: Scenario | None) -> str:
+    """Return what is not finite or far outside the workspace, in words; empty when nothing is."""
+    workspace = DEFAULT_WORKSPACE_M
+    if scenario is not None:
+        workspace = max(user.device.workspace_m for user in scenario.users)
+    positions = [(f"{user.name}'s device", user.x_m, user.time_s) for user in traces.users]
+    if traces.server is not None:
+        server = traces.server
+        positions.append(("the object", server.x_o, server.time_s))
+        for name, x_s, state in zip(server.users, server.x_s, server.state, strict=True):
+            present = state > 0
+            positions.append((f"{name}'s avatar", x_s[present], server.time_s[present]))
+    for name, x, time_s in positions:
+        if not np.isfinite(x).all():
+            return f"{name}: a position is not a number"
+        far = np.flatnonzero(np.abs(x).max(axis=-1, initial=0.0) > 1.5 * workspace)
+        if len(far):
+            return (
+                f"{name} left the workspace (+-{workspace * 1e3:.0f} mm) at {time_s[far[0]]:.2f} s"
+            )
+    return ""
+
+
+def _limited(traces: SessionTraces) -> str:
+    """Return which safety layer took over, in words; empty when none did."""
+    for user in traces.users:
+        faults = np.flatnonzero(user.state == FAULT)
+        if len(faults):
+            reason = user.reason[faults[0]] or "no reason given"
+            return f"{user.name}: safety fault at {user.block_time_s[faults[0]]:.2f} s ({reason})"
+        braked, share = _braked(user, traces.duration_s)
+        if braked >= 3 or share > 0.05:
+            return (
+                f"{user.name}: for {share:.0%} of the second half the speed limit damped the "
+                "device, or the force was ramping up after it"
+            )
+        share, events = _shortened(user, traces.duration_s)
+        if share > 0.05 and events >= 3:
+            return (
+                f"{user.name}: the force was limited {count(events, 'time')}, "
+                f"{share:.0%} of the second half"
+            )
+    return ""
+
+
+def _braked(user: UserTraces, duration_s: float) -> tuple[int, float]:
+    """Return how often, in the second half, a coupled device was braked for its speed, and in
+    which share of it it was, or its force was returning from zero after it.
+
+    Braking can be shorter than a block; what is seen then is the return alone.
+    """
+    late = user.block_time_s > duration_s / 2
+    coupled = np.flatnonzero(user.state == COUPLED)
+    if not late.any() or not len(coupled):
+        return 0, 0.0
+    blocks = np.arange(len(late))
+    out = (user.state != COUPLED) & (blocks > coupled[0])
+    edges = np.flatnonzero(np.diff(out.astype(int), prepend=0, append=0))
+    times, count = 0, 0
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        if all(reason.startswith(SPEED) for reason in user.reason[start:end]):
+            times += int(late[start])
+            count += int(late[start:end].sum())
+    return times, count / int(late.sum())
+
+
+def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:
+    """Return in which share of the second half the force was limited, and how often anew."""
+    asked, applied = (
+        np.linalg.norm(user.f_m, axis=-1),
+        np.linalg.norm(user.f_m - user.f_applied, axis=-1),
+    )
+    block = np.clip(
+        np.searchsorted(user.block_time_s, user.time_s, side="right"), 0, len(user.state) - 1
+    )
+    half = (user.time_s > duration_s / 2) & (user.state[block] == COUPLED)
+    limited = (applied > 0.01 * asked + 1e-3) & half
+    if not half.any():
+        return 0.0, 0
+    return float(limited.sum() / half.sum()), int(
+        (np.diff(limited.astype(int)) > 0).sum() + limited[0]
+    )

@@ -1,0 +1,273 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``summary.json``: the verdicts and numbers of one session, the same keys whatever its source.
+
+Vectors are a number for one axis and a list for several; what cannot be told is null.
+``*_final_*`` are means over the last 0.5 s of a user's own ticks: a server goes on a little after
+the users have left.
+
+=============================  ====================================================================
+``stable``, ``instability``    stability.py
+``active``                     components of the energy budget that generated energy, in sentences
+                               with amount and tolerance, worst first; null without a budget
+``passivity``                  all findings of passivity_findings.py: ``passive`` of the session,
+                               the ports that decide it, the components
+``passive``                    of a user: its ports; null where they are not judged
+``energy_up_min_j``            lowest energy balance of the way up; null without waves
+``energy_down_min_j``          the same for the way down
+``energy_balance_j``           what the channel had kept or turned to heat at the end, both ways
+``force_final_n``, ``_peak_``  force rendered by the device (f_applied); the peak is a length
+``avatar_force_final_n``       contact force on the avatar
+``coherency_rms_m``            RMS of x_m - x_s at the server's steps while the user is coupled
+``drift_m``                    mean of x_m - x_s over the last 0.5 s of the user
+``ticks_missing``              ticks between the first and the last that are not in the recording
+``environment_limited``        energy withheld from a user's returning waves, and the displacement
+                               of the device by that (environment.py); null where nothing was
+``velocity_rms_m_s``           of the object, over the session
+``path_error_rms_m``           RMS of object less target, over the session
+=============================  ====================================================================
+
+Where device and avatar start apart (grip), that constant distance is taken out of ``coherency``
+and ``drift``.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.budget import energy
+from pmwvc_analysis.budget.budget_result import Budget
+from pmwvc_analysis.budget.stretches import first_packets
+from pmwvc_analysis.events import events
+from pmwvc_analysis.verdicts import (
+    check,
+    cut,
+    endings,
+    environment,
+    holes,
+    passivity_words,
+    shape,
+    stability,
+)
+from pmwvc_analysis.verdicts.links import link_summaries
+from pmwvc_analysis.verdicts.outcomes import outcomes
+from pmwvc_analysis.verdicts.passivity import Finding
+from pmwvc_analysis.verdicts.passivity_findings import Passivity, passivity
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+
+COUPLED = 2
+PREDICTION_KEYS = (
+    "spectral_radius",
+    "stable",
+    "k_max",
+    "any_delay",
+    "loop_gain",
+    "aliasing_gain",
+    "k_felt",
+    "mass_felt",
+    "environment_limited",
+    "left_out",
+)
+
+
+def summary(
+    traces: SessionTraces, scenario: Scenario | None, energies: Budget | None = None
+) -> dict[str, Any]:
+    """Return the summary of a single run."""
+    from pmwvc_analysis.prediction.prediction import prediction
+
+    whole, seen = traces, events.complete(traces, scenario)
+    ended = endings.endings(traces, seen, scenario)
+    traces = cut.until(traces, endings.judged_until_s(traces, ended))
+    judged = stability.verdict(traces, scenario)
+    found = passivity(traces, scenario, energies)
+    balances = {entry.name: entry for entry in energy.user_energies(traces)}
+    limited = environment.limited(traces, scenario)
+    shorter = endings.shortened(whole, scenario)
+    missing = holes.holes(traces)
+    result: dict[str, Any] = {
+        "scenario": scenario.name if scenario else None,
+        "source": traces.source,
+        "duration_s": whole.duration_s,
+        "judged_until_s": traces.duration_s,
+        "interrupted": [ending.text for ending in ended] + ([shorter] if shorter else []),
+        "strangers": [str(each["what"]) for each in seen if each["kind"] == "stranger"],
+        "controller": scenario.controller if scenario else None,
+        "parameters": scenario.flat() if scenario else {},
+        "stable": judged.stable,
+        "instability": judged.instability,
+        "stability": {"text": judged.why, "oscillation_m_s": shape.number(judged.oscillation_m_s)},
+        "active": passivity_words.components(found) if energies else None,
+        "passivity": _passivity(found),
+        "object": _object(traces),
+        "users": [
+            _user(
+                user,
+                traces,
+                found.passive(user.name),
+                balances.get(user.name),
+                limited.get(user.name),
+            )
+            for user in traces.users
+        ],
+        "links": link_summaries(traces),
+        "prediction": prediction(scenario, live=traces.source == "live")
+        if scenario
+        else dict.fromkeys(PREDICTION_KEYS),
+        "recording": {
+            "messages": {topic: count["messages"] for topic, count in traces.counts.items()},
+            "missing": {topic: count["missing"] for topic, count in traces.counts.items()},
+            "holes": [hole._asdict() for hole in missing],
+            "not_recorded_s": [list(interval) for interval in holes.merged(missing)],
+            "not_relayed": {
+                topic: count["not_relayed"]
+                for topic, count in traces.counts.items()
+                if "not_relayed" in count
+            },
+        },
+        "alignment": traces.metadata.get("alignment", {}),
+        "events": seen,
+    }
+    for user in result["users"]:
+        own = [ending for ending in ended if ending.user == user["name"]]
+        user["ended"] = own[0].text if own else None
+    result["outcomes"] = (
+        [each._asdict() for each in outcomes(scenario, result)] if scenario else []
+    )
+    result["verdict"] = check.verdict_lines(result)
+    reasons = check.reasons(result)
+    result["check"] = {"passed": not reasons, "reasons": reasons}
+    return result
+
+
+def _object(traces: SessionTraces) -> dict[str, Any]:
+    server = traces.server
+    if server is None:
+        return {"position_final_m": None, "velocity_rms_m_s": None, "path_error_rms_m": None}
+    return {
+        "position_final_m": shape.final(server.x_o, server.time_s, _end_s(traces.users, server)),
+        "velocity_rms_m_s": shape.rms(server.xd_o),
+        "path_error_rms_m": shape.rms(server.x_o - server.target),
+    }
+
+
+def _passivity(found: Passivity) -> dict[str, Any]:
+    return {
+        "passive": found.session,
+        "ports": [_finding(each) for each in found.findings if each.decides],
+        "components": [_finding(each) for each in found.components],
+        "text": {
+            owner: passivity_words.verdict(found, owner)
+            for owner in dict.fromkeys(each.owner for each in found.findings if each.decides)
+        },
+    }
+
+
+def _finding(found: Finding) -> dict[str, Any]:
+    return {
+        "owner": found.owner,
+        "part": found.part,
+        "passive": found.passive,
+        "least_balance_j": shape.number(found.least_j),
+        "least_s": found.least_s,
+        "since_s": found.since_s,
+        "tolerance_j": shape.number(found.tolerance_j),
+        "declared_j": found.declared_j,
+        "moved_j": shape.number(found.moved_j),
+        "judged_s": [list(interval) for interval in found.judged_s],
+        "not_judged": [asdict(each) for each in found.unjudged],
+        "why": found.why,
+    }
+
+
+def _user(
+    user: UserTraces,
+    traces: SessionTraces,
+    passive: bool | None,
+    balance: energy.UserEnergy | None,
+    limited: environment.Limited | None,
+) -> dict[str, Any]:
+    server, end_s = traces.server, float(user.time_s[-1])
+    place = server.users.index(user.name) if server and user.name in server.users else None
+    apart = None
+    if server is not None and place is not None:
+        apart = separation(user, server, place, joins_s=first_packets(traces, user.name))
+    return {
+        "name": user.name,
+        "passive": passive,
+        "energy_up_min_j": balance.up.minimum_j if balance and balance.up else None,
+        "energy_down_min_j": balance.down.minimum_j if balance and balance.down else None,
+        "energy_balance_j": _last_balance(balance),
+        "force_final_n": shape.final(user.f_applied, user.time_s, end_s),
+        "force_peak_n": shape.number(np.linalg.norm(user.f_applied, axis=-1).max()),
+        "avatar_force_final_n": shape.final(server.f_s[place], server.time_s, end_s)
+        if server is not None and place is not None
+        else None,
+        "coherency_rms_m": shape.rms(apart[1]) if apart else None,
+        "drift_m": shape.final(apart[1], apart[0], end_s) if apart else None,
+        "ticks": len(user.tick),
+        "ticks_missing": ticks_missing(user),
+        "tick_rate_hz": tick_rate_hz(user),
+        "lateness_us": shape.percentiles(user.lateness_s, 1e6),
+        "compute_us": shape.percentiles(user.compute_s, 1e6),
+        "safety_events": int(user.safety_events),
+        "environment_limited": limited.summary if limited else None,
+    }
+
+
+def _end_s(users: Sequence[UserTraces], server: ServerTraces) -> float:
+    """Return when the last user ended; without any, when the server did [s]."""
+    return max((float(user.time_s[-1]) for user in users), default=float(server.time_s[-1]))
+
+
+def _last_balance(balance: energy.UserEnergy | None) -> float | None:
+    """Return what is left in the channel at the end, both ways [J]."""
+    if balance is None:
+        return None
+    parts = [part for part in (balance.up, balance.down) if part is not None] or [balance.joint]
+    ends = [float(part.balance_j[-1]) for part in parts if len(part.balance_j)]
+    return shape.number(sum(ends)) if len(ends) == len(parts) else None
+
+
+def separation(
+    user: UserTraces, server: ServerTraces, place: int, *, joins_s: Sequence[float] = ()
+) -> tuple[Array, Array] | None:
+    """Return the times of the server's steps with the user there, and x_m - x_s then [m].
+
+    A user that joins again (at ``joins_s``, or after having been absent) has a new avatar: in each
+    stay the distance at its first coupled step is taken out, and what is before that is left out.
+    """
+    times, state = server.time_s, server.state[place]
+    there = (state > 0) & (times >= user.time_s[0]) & (times <= user.time_s[-1])
+    starts = np.flatnonzero(np.diff(there.astype(int), prepend=0) > 0)
+    starts = np.union1d(starts, np.searchsorted(times, np.asarray(joins_s) - 0.5 * user.tick_s))
+    ticks = np.searchsorted(user.time_s, times - 0.5 * user.tick_s)
+    apart = user.x_m[np.clip(ticks, 0, len(user.time_s) - 1)] - server.x_s[place]
+    kept = np.zeros(len(times), dtype=bool)
+    for stay in np.split(np.arange(len(times)), starts.astype(int)):
+        coupled = np.flatnonzero(there[stay] & (state[stay] == COUPLED))
+        if len(coupled):
+            since = stay[coupled[0] :]
+            apart[since] -= apart[since[0]].copy()
+            kept[since] = there[since]
+    return (times[kept], apart[kept]) if kept.any() else None
+
+
+def ticks_missing(user: UserTraces) -> int:
+    """Return how many ticks fell into holes of the recording; those that a loop skipped do not."""
+    steps, middles = np.diff(user.tick), 0.5 * (user.time_s[1:] + user.time_s[:-1])
+    inside = np.zeros(len(steps), dtype=bool)
+    for hole in holes.of_user(user):
+        inside |= (middles > hole.start_s - user.tick_s) & (middles < hole.end_s)
+    return int((steps[inside & (steps > 1)] - 1).sum())
+
+
+def tick_rate_hz(user: UserTraces) -> float | None:
+    """Return the mean rate of recorded ticks, pauses of a master that was not running left out."""
+    gaps = np.diff(user.time_s)
+    running = gaps[gaps < 0.1]
+    return shape.number(len(running) / running.sum()) if len(running) else None

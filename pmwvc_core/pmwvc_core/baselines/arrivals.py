@@ -1,0 +1,27 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What arrives of a peer's energy: the growth of the running sum that its packets carry.
+
+A sum makes loss, duplicates and reordering harmless: the newest packet contains all earlier ones.
+What a peer's earlier life had sent, and what it had sent before we first heard of it, is
+forgotten: lost, never gained.
+"""
+
+from pmwvc_core.numeric import Value, maximum
+from pmwvc_core.transport.packet import WavePacket
+
+
+class Arrivals:
+    """The receiving end of one peer's running sum [J]."""
+
+    def __init__(self) -> None:
+        self._epoch: int | None = None
+        self._sum: Value = 0.0
+
+    def take(self, packet: WavePacket) -> Value:
+        """Return the energy that this packet brings beyond all before it [J]."""
+        if packet.epoch != self._epoch:
+            self._epoch, self._sum = packet.epoch, packet.energy
+        gained = maximum(packet.energy - self._sum, 0.0)
+        self._sum = self._sum + gained
+        return gained

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Direct coupling: position and velocity go up each frame, the contact force comes back, held.
+
+What networked haptics did before wave variables, and what App. B compares with (Fig. 3). It is not
+passive: the force is as old as the way there and back.
+
+::
+
+    f_s(n) = K [x_m + offset - x_o(n)] + B [xd_m - xd_o(n)],    F_m = f_s as last received
+"""
+
+from pmwvc_core.baselines.avatar_end import AvatarEnd
+from pmwvc_core.baselines.device_end import DeviceEnd
+from pmwvc_core.numeric import Value
+from pmwvc_core.server.user_ports import Seat
+
+
+class DirectServer(AvatarEnd):
+    """Avatars that stand where the devices stood when they last reported.
+
+    ``xd_s`` is the velocity as reported.
+    """
+
+    def _meet(self, i: int, position: Value, velocity: Value) -> None:
+        """Put the avatar where the device is and form the force."""
+        seat = self.seats[i]
+        place = position + seat.offset
+        lost = seat.contact.slide(place - self._place(seat))
+        seat.x_s, seat.xd_s = place, velocity
+        rate = velocity - self.body.xd
+        seat.f_s = seat.contact.force(rate)
+        self._book(seat, rate, lost)
+
+    def _answer(self, seat: Seat) -> Value:
+        """Return the force [N]."""
+        return seat.f_s
+
+
+class DirectMaster(DeviceEnd):
+    """The device's end: send where it is, apply the force as last received."""
+
+    def __init__(self, *, tick_s: float) -> None:
+        super().__init__(tick_s=tick_s)
+        self._force: Value = 0.0
+
+    def receive(self, wave: Value) -> None:
+        """Take the newest force [N]."""
+        self._force = wave
+
+    def silence(self) -> None:
+        """Let go: no force until the next answer."""
+        self._force = 0.0 * self._force
+
+    def step(self, x: Value, xd: Value) -> Value:
+        """Return the held force [N]."""
+        self.measure(x, xd)
+        return self._force

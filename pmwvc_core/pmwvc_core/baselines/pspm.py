@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Passive set-position modulation (Lee and Huang 2010): device and avatar hang on set points that
+follow each other as far as energy allows.
+
+::
+
+    F_m = B xd_m + K (x_m - q_m),    f_s = K (q_s - x_s) - B xd_s
+
+q_m goes towards the avatar and q_s towards the device, as last received; how far, see
+:mod:`.modulated_spring`. B damps to ground, and what it turns to heat pays for the next moves.
+Neither end ever gives out more than it had, took in and received: passive with any delay, loss and
+order of packets, for B > K T_c/2 at the device (its spring is held over a tick; at the server
+force and motion are solved together). The price is B, felt at both ends.
+"""
+
+from collections.abc import Mapping, Sequence
+
+from pmwvc_core.baselines.avatar_end import AvatarEnd
+from pmwvc_core.baselines.device_end import DeviceEnd
+from pmwvc_core.baselines.modulated_spring import ModulatedSpring
+from pmwvc_core.numeric import Value, dot
+from pmwvc_core.params import ServerParams
+from pmwvc_core.params.baselines import PspmParams
+from pmwvc_core.server.user_ports import Seat
+from pmwvc_core.transport.packet import WavePacket
+
+
+class PspmServer(AvatarEnd):
+    """Avatars on modulated set points."""
+
+    def __init__(self, params: ServerParams, seats: Sequence[Seat]) -> None:
+        super().__init__(params, seats)
+        self.springs = [ModulatedSpring(seat.baseline.pspm) for seat in seats]
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        """Of all users together."""
+        return {
+            "pspm_tank": sum((each.tank for each in self.springs), 0.0),
+            "pspm_spring": sum((each.spring for each in self.springs), 0.0),
+        }
+
+    def join(self, i: int, position: Value) -> None:
+        """Seat a user with the set point at the avatar."""
+        super().join(i, position)
+        self.springs[i].let_go(self.seats[i].x_s)
+
+    def _meet(self, i: int, position: Value, velocity: Value) -> None:
+        """Move the set point, then the avatar."""
+        seat, spring = self.seats[i], self.springs[i]
+        params = seat.baseline.pspm
+        if seat.heard is not None:
+            spring.hear(seat.heard)
+        spring.aim(position + seat.offset, seat.x_s)
+        self._pull(seat, spring.q, 0.0, params.stiffness, params.damping)
+        spring.moved(seat.x_s, -self._period * dot(seat.f_s, seat.xd_s))
+        spring.share()
+        seat.account = spring.sent
+
+    def _answer(self, seat: Seat) -> Value:
+        """Return where the avatar is, in the device's frame [m]."""
+        return seat.x_s - seat.offset
+
+
+class PspmMaster(DeviceEnd):
+    """The device's end.
+
+    Parameters
+    ----------
+    params
+        Spring, damper and tank; numbers may be ``(runs, 1)``.
+    tick_s
+        Period of the force loop [s].
+    """
+
+    def __init__(self, params: PspmParams, *, tick_s: float) -> None:
+        super().__init__(tick_s=tick_s)
+        self.spring = ModulatedSpring(params)
+        self._stiffness = params.stiffness
+        self._damping = params.damping
+        self._force: Value = 0.0  # [N] as applied
+        self._coupled = False
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        """Where the energy of this end is."""
+        return {"pspm_tank": self.spring.tank, "pspm_spring": self.spring.spring}
+
+    def account(self) -> Value:
+        """Send the sum of what was above the cap."""
+        return self.spring.sent
+
+    def hear(self, packet: WavePacket) -> None:
+        """Take in what the server sent."""
+        self.spring.hear(packet)
+
+    def receive(self, wave: Value) -> None:
+        """Move the set point towards the avatar [m]."""
+        self._coupled = True
+        self.spring.aim(wave, self._x)
+
+    def silence(self) -> None:
+        """Let go: no force until the next answer."""
+        self._coupled = False
+        self.spring.let_go(self._x)
+
+    def measure(self, x: Value, xd: Value) -> None:
+        """Note the motion; the force applied last has done its work until here."""
+        before = self._x
+        super().measure(x, xd)
+        if not self._coupled:
+            self.spring.q = self._x
+        self.spring.moved(self._x, dot(self._force, self._x - before))
+
+    def send(self) -> Value:
+        """Share the tank, then return the velocity [m/s]."""
+        self.spring.share()
+        return super().send()
+
+    def step(self, x: Value, xd: Value) -> Value:
+        """Return B xd + K (x - q) [N]."""
+        self.measure(x, xd)
+        if not self._coupled:
+            return 0.0 * self._x
+        return self._damping * self._xd + self._stiffness * (self._x - self.spring.q)
+
+    def applied(self, f: Value) -> None:
+        """Note the force [N] that safety let through."""
+        super().applied(f)
+        self._force = f

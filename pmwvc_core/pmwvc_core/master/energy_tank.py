@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The energy that a master has taken in and not given out, as far as it is free to be spent.
+
+In come packets (with the energy that their sender says it has sent so far, lost ones included) and
+the hand; out go packets. What filter and hold may still give out is not free::
+
+    free = [packets heard - |v|^2 T_c/2 of the ticks - T_c (M-1)/4 |v|^2]     hold, at each packet
+         + [|u|^2 T_c/2 of the ticks - packets sent - tau |y|^2/2]            filter, at each send
+         + min(0, F xd of the device less what the channel got of it)         parts, limits
+         + storage declared - spent - discarded
+
+with v the wave that the hold gives out, u the one that comes back from the device, y the filter's
+output, tau its group delay less (M-1)/2 T_c: the wave that is in the filter when a packet has just
+been sent. The first line never falls while packets come in time. Where a hold gives out what no
+packet brought, what is saved pays; ``owed_j`` counts the rest, at most M T_c/2 |v|^2 for each load
+of a packet heard before, and later packets pay that first. A packet that the rest cannot pay for
+is shortened. So at every packet
+
+    storage + heard + F xd - sent >= - owed
+
+with any parts that are passive, for any filter. F xd is what the waves know: behind an encoder it
+books energy that nobody gave. What is *spent* is bounded by the work of the hand as well, force
+held times distance measured,
+
+    spent <= storage + heard + sum F_k (x_{k+1} - x_k) - sent, with the reserves above
+
+in which an encoder errs to the safe side (docs/theory.md, section 13): a grip held between two of
+its counts leaves nothing to spend. Not here: what the energy is spent on.
+"""
+
+from pmwvc_core.master.lags import filter_lag_s, hold_lag_s
+from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squared, where
+from pmwvc_core.params import MasterParams
+from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.wave.ledger import EnergyLedger, PortLedger
+
+SPREAD_S = 0.1  # what is there is given out over this time: at once it would be felt as a knock
+
+
+class Surplus:
+    """The account of one master; it begins with the storage that the parameters declare.
+
+    Attributes
+    ----------
+    saved_j
+        Free but for parts and limits [J]; below zero while the reserves are not covered.
+    spent_j
+        Spent since the start, less what came back [J].
+    owed_j
+        What the hold gave out, no packet has brought yet and nothing saved could pay [J].
+    discarded_j
+        What was more than the account may hold [J].
+    """
+
+    def __init__(self, params: MasterParams) -> None:
+        self.saved_j: Value = params.position.storage_j
+        self.spent_j: Value = 0.0
+        self.owed_j: Value = 0.0
+        self.discarded_j: Value = 0.0
+        self._played = EnergyLedger()  # v
+        self._taken = EnergyLedger()  # u
+        self._device = PortLedger()
+        self._work: Value = 0.0  # of the hand, by force held and distance
+        self._x: Value | None = None
+        self._f: Value = 0.0
+        self._heard: Value = 0.0
+        self._said: tuple[int, int, Value] = (0, 0, 0.0)  # epoch, number, energy of the newest
+        self._v: Value = 0.0
+        self._y: Value = 0.0
+        self._of_hold: Value = 0.0  # first line when it was last looked at
+        self._of_u: Value = 0.0
+        self.configure(params)
+
+    def configure(self, params: MasterParams) -> None:
+        """Take other parameters over; what was saved stays."""
+        self._tick_s = params.tick_s
+        self._frame_s = params.frame_s
+        self._hold_s = hold_lag_s(params)
+        self._filter_s = maximum(filter_lag_s(params), 0.0)
+        self._most = params.position.most_j
+
+    @property
+    def free_j(self) -> Value:
+        """What may be spent now [J]."""
+        by_work = self.saved_j + self.discarded_j + (self._work - self._channel())
+        return maximum(minimum(self.saved_j + self._lacking(), by_work), 0.0)
+
+    def hear(self, packet: WavePacket) -> None:
+        """Settle the frame that ends, then take the newest packet in."""
+        of_hold = self._heard - self._played.energy_j - 0.5 * self._hold_s * squared(self._v)
+        change = of_hold - self._of_hold
+        self._of_hold = of_hold
+        gained, lost = maximum(change, 0.0), maximum(-change, 0.0)
+        repaid = minimum(self.owed_j, gained)
+        drawn = minimum(maximum(self.saved_j, 0.0), lost)
+        self.owed_j = self.owed_j + (lost - drawn) - repaid
+        self._save(gained - repaid - drawn)
+        epoch, seq, said = self._said
+        if packet.epoch != epoch:
+            said = packet.energy - squared(packet.wave) * (0.5 * packet.period)
+        elif packet.seq <= seq:
+            return
+        self._heard = self._heard + maximum(packet.energy - said, 0.0)
+        self._said = packet.epoch, packet.seq, packet.energy
+
+    def move(self, x: Value) -> None:
+        """Count the work of the force held until the device is at x [m]."""
+        if self._x is not None:
+            self._work = self._work + dot(self._f, x - self._x)
+        self._x = x
+
+    def play(self, v: Value) -> None:
+        """Note what the hold gives out in a tick [sqrt(W)]."""
+        self._v = v
+        self._played.add(v, self._tick_s)
+
+    def spend(self, v: Value, wanted: Value) -> Value:
+        """Return as much of a change wanted of the wave v as can be paid for [sqrt(W)].
+
+        That is the longest s w, s <= 1, with (|v + s w|^2 - |v|^2)/2 <= free/0.1 s. A change that
+        makes the wave smaller brings energy.
+        """
+        along, size = dot(v, wanted), squared(wanted)
+        power = self.free_j * (2.0 / SPREAD_S)
+        cost = 2.0 * along + size
+        if anywhere(cost > power):
+            share = (root(along * along + size * power) - along) / where(size > 0.0, size, 1.0)
+            share = where(cost > power, minimum(share, 1.0), 1.0)
+            wanted = share * wanted
+            cost = share * (2.0 * along + share * size)
+        cost = cost * (0.5 * self._tick_s)
+        self.spent_j = self.spent_j + cost
+        self._save(-cost)
+        return wanted
+
+    def take(self, u: Value, f: Value, xd: Value) -> None:
+        """Note what came back in a tick [sqrt(W)], and the device's force and velocity."""
+        self._taken.add(u, self._tick_s)
+        self._device.add(f, xd, self._tick_s)
+        self._f = f
+
+    def send(self, y: Value) -> Value:
+        """Return the filter's output y, or as much of it as can be paid for [sqrt(W)]."""
+        taken = self._taken.energy_j - self._of_u
+        self._of_u = self._taken.energy_j
+        before = taken + 0.5 * self._filter_s * squared(self._y)
+        energy = squared(y) * (0.5 * self._frame_s)
+        allowed = maximum(self.saved_j + before + self._lacking(), 0.0)
+        self._y = y
+        sent = y
+        if anywhere(energy > allowed):
+            share = root(minimum(allowed / where(energy > 0.0, energy, 1.0), 1.0))
+            sent, energy = share * y, minimum(energy, allowed)
+        self._save(before - 0.5 * self._filter_s * squared(y) - energy)
+        return sent
+
+    def _lacking(self) -> Value:
+        """Return what parts and limits gave out more than they got [J], as a number below zero."""
+        return minimum(self._device.energy_j - self._channel(), 0.0)
+
+    def _channel(self) -> Value:
+        """Return what the waves took in at the device [J]."""
+        return self._taken.energy_j - self._played.energy_j - self.spent_j
+
+    def _save(self, energy: Value) -> None:
+        """Put energy [J] on the account; what is more than it may hold is gone."""
+        saved = self.saved_j + energy
+        self.saved_j = minimum(saved, self._most)
+        self.discarded_j = self.discarded_j + (saved - self.saved_j)

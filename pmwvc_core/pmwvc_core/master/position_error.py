@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far device and avatar are apart, and how much of that the waves on their way explain.
+
+At either port xd = (u + v)/sqrt(2b), so with U, V the integrals of the waves
+
+    sqrt(2b) (x_m - x_s - x_ref) = (U_m - U_s) - (V_s - V_m),
+
+what is on its way to the server less what is on its way back. Known of it are the wave in the
+filter (group delay tau, sampled at frame ends), those sent after the packet that the server has
+answered (its echo names it), the packet that is about to be played, and the wave in the hold::
+
+    lag = [tau - (M-1)/2 T_c] y + integral of u since + (U_tx - U_tx(echo)) - w T - (M-1)/2 T_c v
+
+(the last term for the first-order hold). The rest is what was lost or distorted: packets, what
+limits cut off, aliasing. ``x_ref`` makes the rest zero when the first packet of an avatar is
+heard: where it stood then (before the face of the object, late) does not count.
+
+Only what both ends know enters; the way's delay may change. It takes equal impedances at both
+ends: with others the avatar moves on another scale.
+"""
+
+from typing import Any
+
+from pmwvc_core.master.lags import filter_lag_s, hold_lag_s
+from pmwvc_core.numeric import Value, root, truth
+from pmwvc_core.params import MasterParams
+from pmwvc_core.transport.packet import FLAG_ANEW, WavePacket
+from pmwvc_core.wave.impedance import impedance_of
+
+KEPT = 1024  # packets sent whose integral is remembered
+SMOOTHED_S = 0.5  # time constant of the round trip as packets show it
+
+
+class Separation:
+    """x_m - x_s - x_ref, with x_s of the newest packet [m].
+
+    Zero until an avatar's first packet, and where the echo is of a packet not remembered.
+    """
+
+    def __init__(self, params: MasterParams) -> None:
+        self._integral: Value = 0.0  # U_tx
+        self._sent: dict[int, Value] = {}  # number of a packet: U_tx with it
+        self._since: Value = 0.0
+        self._y: Value = 0.0
+        self._v: Value = 0.0
+        self._avatar: tuple[int, int] | None = None
+        self._packet: WavePacket | None = None
+        self._fresh = False
+        self._reference: Value | None = None
+        self._newest = 0  # number of the packet last sent
+        self.round_trip_s: Value = 0.0  # lag of slow motion once around, 0: not known yet
+        self.configure(params)
+
+    def configure(self, params: MasterParams) -> None:
+        """Take other parameters over; the reference stays."""
+        self._tick_s = params.tick_s
+        self._frame_s = params.frame_s
+        self._scale: Any = root(2.0 * impedance_of(params))
+        self._hold_s = hold_lag_s(params)
+        self._filter_s = filter_lag_s(params)
+
+    def send(self, y: Value, sent: Value, seq: int) -> None:
+        """Note the filter's output, and what of it packet number ``seq`` carries [sqrt(W)]."""
+        self._newest = seq
+        self._y, self._since = y, 0.0
+        self._integral = self._integral + sent * self._frame_s
+        self._sent[seq] = self._integral
+        self._sent.pop(seq - KEPT, None)
+
+    def take(self, u: Value) -> None:
+        """Note the wave that goes to the filter in a tick [sqrt(W)]."""
+        self._since = self._since + u * self._tick_s
+
+    def hear(self, packet: WavePacket) -> None:
+        """Note the newest packet."""
+        newest = self._packet
+        if newest and (packet.epoch, packet.seq) == (newest.epoch, newest.seq):
+            return
+        avatar = packet.epoch, packet.flags & FLAG_ANEW
+        if avatar != self._avatar:
+            self._avatar, self._reference = avatar, None
+        self._packet, self._fresh = packet, True
+        if packet.echo_seq in self._sent:
+            self._time(packet)
+
+    def _time(self, packet: WavePacket) -> None:
+        """Note how long a wave goes around: filter, packets that are not answered, hold."""
+        frames = self._newest - packet.echo_seq
+        waiting = self._filter_s + 0.5 * self._frame_s + frames * self._frame_s
+        now = waiting + packet.period + self._hold_s
+        share = packet.period / SMOOTHED_S if truth(self.round_trip_s > 0.0) else 1.0
+        self.round_trip_s = self.round_trip_s + min(share, 1.0) * (now - self.round_trip_s)
+
+    def step(self, x: Value, v: Value) -> Value:
+        """Return what is to be corrected, for the device at x; v is the hold's wave of the tick.
+
+        Once a tick.
+        """
+        before, self._v = self._v, v
+        packet, fresh = self._packet, self._fresh
+        if packet is None:
+            return 0.0
+        self._fresh = False
+        apart = x - packet.position
+        rest = None
+        if fresh and packet.echo_seq in self._sent:
+            rest = apart - self._lag(packet, before)
+            if self._reference is None:
+                self._reference = rest
+        if self._reference is None:
+            return 0.0
+        return self._chosen(apart, rest, self._reference)
+
+    def _chosen(self, apart: Value, rest: Value | None, reference: Value) -> Value:
+        return apart - reference
+
+    def _lag(self, packet: WavePacket, v: Value) -> Value:
+        """Return what the waves on their way explain [m]; v is that of the last tick."""
+        up = self._filter_s * self._y + self._since
+        up = up + (self._integral - self._sent[packet.echo_seq])
+        down = packet.wave * packet.period + self._hold_s * v
+        lag: Value = (up - down) / self._scale
+        return lag
+
+
+class Rest(Separation):
+    """What of it no wave on its way explains [m]: looked at with each packet, kept for its frame.
+
+    Zero after a frame that brought no packet: nothing is known then.
+    """
+
+    def __init__(self, params: MasterParams) -> None:
+        super().__init__(params)
+        self._ticks = params.rate_drop
+        self._rest: Value = 0.0
+        self._left = 0
+
+    def _chosen(self, apart: Value, rest: Value | None, reference: Value) -> Value:
+        if rest is not None:
+            self._rest, self._left = rest - reference, self._ticks
+        self._left -= 1
+        return self._rest if self._left >= 0 else 0.0 * apart

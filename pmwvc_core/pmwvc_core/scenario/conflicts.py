@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What can be wrong between groups of a scenario that are each right."""
+
+from typing import TYPE_CHECKING
+
+from pmwvc_core.controllers.library import record_of
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import whole_ratio
+from pmwvc_core.params.matrix import matrix_conflicts
+
+if TYPE_CHECKING:
+    from pmwvc_core.scenario.scenario import Scenario
+
+
+def conflicts(scenario: "Scenario") -> list[str]:
+    """Return every contradiction in words."""
+    found = []
+    try:
+        record_of(scenario.controller)
+    except ParameterError as error:
+        found.append(str(error))
+    ticks = {user.master.tick_s for user in scenario.users}
+    if len(ticks) > 1:
+        found.append(f"master.tick_s: {sorted(ticks)}: all users share one tick")
+    period, tick = scenario.server.period_s, scenario.tick_s
+    if whole_ratio(period, tick) is None:
+        found.append(
+            f"server.period_s = {period}: must be a whole multiple of master.tick_s = {tick} s "
+            f"(it is {period / tick:.6g} ticks)"
+        )
+    if scenario.task.sideways_m and scenario.dof == 1:
+        found.append(
+            f"task.sideways_m = {scenario.task.sideways_m}: there is one axis only; raise dof"
+        )
+    for user in scenario.users:
+        for group, port in (("master", user.master), ("server", user.contact)):
+            wrong = matrix_conflicts(port.impedance_matrix, scenario.dof)
+            found += [f"{user.name}.{group}.{mistake}" for mistake in wrong]
+        if user.operator.kind.startswith("playback") and not user.operator.file:
+            found.append(
+                f"{user.name}.operator.file is missing: {user.operator.kind} needs a recording"
+            )
+        for way, link in (("up", user.link_up), ("down", user.link_down)):
+            if link.jitter == "trace" and not link.trace_file:
+                found.append(
+                    f"{user.name}.link.{way}.trace_file is missing: jitter = trace needs a file"
+                )
+    return found

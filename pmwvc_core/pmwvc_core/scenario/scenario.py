@@ -1,0 +1,210 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A scenario: everything that defines a session, as nested frozen dataclasses.
+
+Reading one from a mapping (a YAML file, ``--set`` options) is in
+:mod:`pmwvc_core.scenario.reader`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pmwvc_core.controllers.library import LIBRARY, installed
+from pmwvc_core.errors import ScenarioError
+from pmwvc_core.params import (
+    BaselineParams,
+    ContactParams,
+    DeviceParams,
+    LinkParams,
+    MasterParams,
+    OperatorParams,
+    SafetyParams,
+    ServerParams,
+    Spec,
+    TaskParams,
+    groups,
+    specs,
+)
+from pmwvc_core.scenario.conflicts import conflicts
+from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
+
+TOP: Mapping[str, Spec] = {
+    "name": Spec(str, description="name of the scenario; also part of the session folder's name"),
+    "description": Spec(str, description="one sentence: what happens, what one should see"),
+    "duration_s": Spec(float, "s", above=0.0, high=86400.0, description="length of the session"),
+    "seed": Spec(int, "-", low=0, high=2**31 - 1, description="seed of all random numbers"),
+    "controller": Spec(
+        str,
+        choices=tuple(LIBRARY),
+        plugins=installed,
+        description="controller between the users and the server",
+    ),
+    "dof": Spec(int, "-", low=1, high=6, description="axes of motion"),
+    "users": Spec(int, "-", low=1, high=8, description="number of users"),
+}
+REQUIRED = ("name", "duration_s", "controller", "users")
+DEFAULTS: Mapping[str, Any] = {"description": "", "seed": 1, "dof": 1}
+
+# Dotted prefix -> (attribute, dataclass): what each user has for itself, and what all share.
+USER_GROUPS: Mapping[str, tuple[str, type]] = {
+    "master": ("master", MasterParams),
+    "baseline": ("baseline", BaselineParams),
+    "device": ("device", DeviceParams),
+    "operator": ("operator", OperatorParams),
+    "safety": ("safety", SafetyParams),
+    "server": ("contact", ContactParams),
+    "link.up": ("link_up", LinkParams),
+    "link.down": ("link_down", LinkParams),
+}
+SHARED_GROUPS: Mapping[str, tuple[str, type]] = {
+    "server": ("server", ServerParams),
+    "task": ("task", TaskParams),
+}
+SIDE = Spec(
+    int, "-", low=-1, high=1, description="side of the object the user is on: -1 pushes towards +x"
+)
+
+
+@dataclass(frozen=True)
+class User:
+    """One user: device, hand, limits, wave port, contact at the server, and the link both ways."""
+
+    name: str
+    side: int
+    master: MasterParams
+    baseline: BaselineParams
+    device: DeviceParams
+    operator: OperatorParams
+    safety: SafetyParams
+    contact: ContactParams
+    link_up: LinkParams
+    link_down: LinkParams
+
+    @property
+    def impedance(self) -> Impedance:
+        """Wave impedance of this user's master [N s/m]."""
+        return impedance_of(self.master)
+
+    @property
+    def server_impedance(self) -> Impedance:
+        """Wave impedance of this user's port at the server [N s/m]."""
+        return server_impedance(self.contact, self.master)
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A complete session: users, server, task, controller, duration and seed.
+
+    Raises
+    ------
+    ScenarioError
+        If groups that are each right contradict one another.
+    """
+
+    name: str
+    description: str
+    duration_s: float
+    seed: int
+    controller: str
+    dof: int
+    users: tuple[User, ...]
+    server: ServerParams
+    task: TaskParams
+
+    def __post_init__(self) -> None:
+        """Check what holds between groups."""
+        problems = conflicts(self)
+        if problems:
+            raise ScenarioError(self.name, problems)
+
+    @property
+    def tick_s(self) -> float:
+        """Period of every force loop [s]."""
+        return self.users[0].master.tick_s
+
+    @property
+    def period_ticks(self) -> int:
+        """Force-loop ticks per server step."""
+        return round(self.server.period_s / self.tick_s)
+
+    def flat(self) -> dict[str, Any]:
+        """Return every parameter by its dotted name.
+
+        A per-user parameter that is the same for all stands once, without the user's name;
+        otherwise one entry a user.
+        """
+        values: dict[str, Any] = {
+            "name": self.name,
+            "description": self.description,
+            "duration_s": self.duration_s,
+            "seed": self.seed,
+            "controller": self.controller,
+            "dof": self.dof,
+            "users": len(self.users),
+        }
+        for prefix, (attribute, _) in SHARED_GROUPS.items():
+            values |= flatten_group(prefix, getattr(self, attribute))
+        each = [flatten_user(user) for user in self.users]
+        for name in each[0]:
+            if all(user[name] == each[0][name] for user in each):
+                values[name] = each[0][name]
+            else:
+                values |= {
+                    f"{u.name}.{name}": v[name] for u, v in zip(self.users, each, strict=True)
+                }
+        sides = {f"{user.name}.side": user.side for user in self.users}
+        return values | sides
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the complete scenario as nested plain dictionaries, the form of a YAML file."""
+        nested: dict[str, Any] = {}
+        for name, value in self.flat().items():
+            *path, leaf = name.split(".")
+            place = nested
+            for part in path:
+                place = place.setdefault(part, {})
+            place[leaf] = value
+        return nested
+
+
+def flatten_group(prefix: str, owner: Any) -> dict[str, Any]:
+    """Return the values of a parameter dataclass, nested groups included, by dotted name."""
+    values = {f"{prefix}.{name}": getattr(owner, name) for name in specs(owner)}
+    for name in groups(owner):
+        values |= flatten_group(f"{prefix}.{name}", getattr(owner, name))
+    return values
+
+
+def flatten_user(user: User) -> dict[str, Any]:
+    """Return what one user has for itself by dotted name, without the user's name."""
+    values: dict[str, Any] = {}
+    for prefix, (attribute, _) in USER_GROUPS.items():
+        values |= flatten_group(prefix, getattr(user, attribute))
+    return values
+
+
+def group_specs(prefix: str, kind: type) -> dict[str, Spec]:
+    """Return the declarations of a parameter dataclass, nested groups included, by dotted name."""
+    found = {f"{prefix}.{name}": spec for name, spec in specs(kind).items()}
+    for name, nested in groups(kind).items():
+        found |= group_specs(f"{prefix}.{name}", nested)
+    return found
+
+
+def user_specs() -> dict[str, Spec]:
+    """Return the declarations of everything a user has for itself, by dotted name without the
+    user's name.
+    """
+    found: dict[str, Spec] = {"side": SIDE}
+    for prefix, (_, kind) in USER_GROUPS.items():
+        found |= group_specs(prefix, kind)
+    return found
+
+
+def shared_specs() -> dict[str, Spec]:
+    """Return the declarations of everything all users share, by dotted name."""
+    found = dict(TOP)
+    for prefix, (_, kind) in SHARED_GROUPS.items():
+        found |= group_specs(prefix, kind)
+    return found

@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One exchange with a foreign environment, and what is wrong with its answer.
+
+The port asks once per step; whatever the environment does wrong, the port renders a matched damper
+for that step and goes on. Waiting is not decided here: a ``Call`` runs the exchange, directly in a
+simulation, in a thread of its own in a live server, and raises ``faults.Unanswered`` where it will
+not wait any longer.
+"""
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeAlias, TypeVar
+
+import numpy as np
+
+from pmwvc_core.numeric import Array, Flags
+from pmwvc_core.server.black_box.faults import BadAnswer
+from pmwvc_core.server.black_box.interface import Environment, Shown, Sloped, Storing
+
+LARGEST_N = 1e6  # more is no force
+R = TypeVar("R")
+Call: TypeAlias = Callable[[Callable[[], Any]], Any]
+
+
+def directly(exchange: Callable[[], R]) -> R:
+    """Ask and wait as long as it takes."""
+    return exchange()
+
+
+class Reply(NamedTuple):
+    """What came back."""
+
+    velocity: Array  # (users, ..., dof) [m/s] of the avatars, as decoded
+    force: Array  # (users, ..., dof) [N]; zero where it is not good
+    good: Flags  # (users, ..., 1): where the force can be used
+    stored: Any  # energy in the environment [J] or None
+    shown: tuple[Array, Array] | None  # position and velocity of an object (..., dof)
+
+
+class Asked:
+    """An environment and what it still has to be told.
+
+    ``tell`` is called by the port's thread, ``exchange`` perhaps by another one.
+    """
+
+    def __init__(self, environment: Environment) -> None:
+        self.environment = environment
+        self._news: deque[tuple[str, tuple[Any, ...]]] = deque()
+
+    def tell(self, call: str, *arguments: Any) -> None:
+        """Have ``join`` or ``leave`` called before the next step, where there is one."""
+        if hasattr(self.environment, call):
+            self._news.append((call, arguments))
+
+    def exchange(
+        self,
+        place: Array,
+        velocity: Array,
+        *,
+        period: float,
+        weight: float,
+        decode: Callable[[Array, Array], Array],
+    ) -> Reply:
+        """Tell the news, solve the loop with the local slope where there is one, and step.
+
+        Parameters
+        ----------
+        place
+            Where the avatars are without their new velocity ``(users, ..., dof)`` [m].
+        velocity
+            Their new velocity without knowledge of a slope [m/s].
+        period, weight
+            Time step, and by how much of it the new velocity moves them [s].
+        decode
+            From F0 and G to the new velocity.
+        """
+        environment = self.environment
+        while self._news:
+            name, arguments = self._news.popleft()
+            getattr(environment, name)(*arguments)
+        if isinstance(environment, Sloped):
+            line = np.broadcast_arrays(place, *environment.local(place, weight))[1:]
+            force, slope = (_signal(each, place, "local") for each in line)
+            if not np.isfinite(force + slope).all():
+                raise BadAnswer("returned a slope from local that is not finite")
+            velocity = decode(force, np.maximum(slope, 0.0))
+        position = place + weight * velocity
+        position.flags.writeable = velocity.flags.writeable = False
+        force = _signal(environment.step(position, velocity, period), place)
+        good = np.all(np.abs(force) <= LARGEST_N, axis=-1, keepdims=True)  # false for NaN
+        return Reply(
+            velocity,
+            np.where(good, force, 0.0),
+            good,
+            _stored(environment),
+            self.shown(place.shape[1:]),
+        )
+
+    def shown(self, shape: tuple[int, ...]) -> tuple[Array, Array] | None:
+        """Return position [m] and velocity [m/s] of the object, None where it shows none."""
+        if not isinstance(self.environment, Shown):
+            return None
+        found = self.environment.position, self.environment.velocity
+        try:
+            position, velocity = (np.array(np.broadcast_to(each, shape), float) for each in found)
+        except (TypeError, ValueError):
+            raise BadAnswer(f"shows its object otherwise than by an array {shape}") from None
+        if not np.isfinite(position + velocity).all():
+            raise BadAnswer(f"shows its object at {position}: must be finite")
+        return position, velocity
+
+
+def _signal(value: Any, like: Array, name: str = "step") -> Array:
+    try:
+        array = np.asarray(value)
+        if np.iscomplexobj(array):
+            raise BadAnswer(f"returned complex numbers from {name}")
+        array = np.asarray(array, dtype=float)
+    except (TypeError, ValueError):
+        raise BadAnswer(f"returned {type(value).__name__} from {name}") from None
+    if array.shape != like.shape:
+        raise BadAnswer(f"returned shape {array.shape} from {name}, not {like.shape}")
+    return array
+
+
+def _stored(environment: Environment) -> Any:
+    if not isinstance(environment, Storing):
+        return None
+    energy = np.asarray(environment.energy, dtype=float)
+    if not np.isfinite(energy).all():
+        raise BadAnswer(f"gave energy = {energy}: must be finite")
+    energy = np.maximum(energy, 0.0)
+    return energy if energy.size > 1 else energy.item()

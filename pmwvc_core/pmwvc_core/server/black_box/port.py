@@ -1,0 +1,250 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server's end for an environment of which nothing is known but its answers (App. C).
+
+::
+
+    xd(n) = [sqrt(2/b) u(n) - F0/b]/(1 + G/b)         with the line F' = F0 + G xd
+    F(n)  = environment(x(n), xd(n)),   v(n) = u(n) - sqrt(2/b) F(n)
+
+The line is the environment's own where it tells its slope; else the one that the port learned
+(``secant``), or the force of the step before, F' = F(n-1) (``late``). In each case (|u|^2 -
+|v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the power of decoding with another
+force than F. What is done about it has a name (``compensations``), and so there are these
+accounts, of all users together: ``environment`` sum F . xd h; ``late_decoding`` sum d h;
+``withheld`` what the compensation took from the returning waves (negative: added); ``contained``
+sum |u|^2 h/2 while the environment did not answer and the port was a matched damper (v = 0). Their
+sum is what went in at the ports.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from pmwvc_core.errors import FOREIGN
+from pmwvc_core.numeric import Array, Flag, Value, dot, squared, where
+from pmwvc_core.params import ServerParams
+from pmwvc_core.server.black_box.containment import Asked, Call, Reply, directly
+from pmwvc_core.server.black_box.faults import BadAnswer, Faults
+from pmwvc_core.server.black_box.interface import Environment, Sloped
+from pmwvc_core.server.black_box.secant import Secant, decoded
+from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.compensations.interface import Wave
+from pmwvc_core.server.couplings.sampled import weights
+from pmwvc_core.server.environments import Wall
+from pmwvc_core.server.user_ports import Seat, ServerController
+from pmwvc_core.wave.impedance import MatrixImpedance, smallest
+from pmwvc_core.wave.reflection import reflection
+
+
+class UnknownServer(ServerController):
+    """Avatars behind wave ports around a black box.
+
+    Parameters
+    ----------
+    params, seats
+        As for the other couplings; the contacts only say where avatars begin.
+    environment
+        What is asked.
+    call
+        How it is asked.
+    """
+
+    def __init__(
+        self,
+        params: ServerParams,
+        seats: Sequence[Seat],
+        environment: Environment,
+        *,
+        call: Call = directly,
+    ) -> None:
+        super().__init__(Wall(), seats)  # the body is what is shown
+        self._faults = self.trouble = Faults("server.environment", params.environment)
+        self._asked = Asked(environment)
+        self._call = call
+        self._compensation = COMPENSATIONS[params.compensation](params, len(seats))
+        self._period = params.period_s
+        self._old, self._new = weights(params.integrator, params.period_s)
+        self._learns = params.decoding == "secant" and not isinstance(environment, Sloped)
+        self._secant: Secant | None = None  # made once the shape of signals is known
+        self._shape: tuple[int, ...] = (1,)  # of one user's signal
+        self._plain = True  # one axis, one run: floats
+        self._stored: Value | None = None
+        self._sums: dict[str, Value] = dict.fromkeys(
+            ("environment", "late_decoding", "withheld", "contained"), 0.0
+        )
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        """See the module, and the compensation."""
+        return {**self._sums, **self._compensation.accounts}
+
+    def join(self, i: int, position: Value) -> None:
+        """Seat user ``i``; the environment is told before its next step."""
+        self._plain = not isinstance(position, np.ndarray)
+        self._shape = np.shape(np.atleast_1d(position))
+        if not any(self.present):
+            try:
+                self._show(self._asked.shown(self._shape))
+            except FOREIGN as error:  # whatever a foreign environment raises
+                self._faults.note(error)
+        super().join(i, position)
+        place = self._rows([self.seats[i].x_s])[0]
+        if self._learns and self._secant is None:
+            least = [_least(seat.b) / self._period for seat in self.seats]
+            self._secant = Secant(self._rows(least)[..., :1], self._shape)
+        if self._secant is not None:
+            self._secant.join(i, place)
+        self._asked.tell("join", i, place)
+
+    def leave(self, i: int) -> None:
+        """Take user ``i`` out; the environment is told before its next step."""
+        if self.seats[i].present:
+            self._asked.tell("leave", i)
+        super().leave(i)
+
+    def step(self, received: Sequence[Value]) -> list[Value]:
+        """Go one step on with a wave ``(..., dof)`` [sqrt(W)] per user; return waves to send."""
+        for seat, wave in zip(self.seats, received, strict=True):
+            if seat.present:
+                seat.u_s = wave
+        place = [seat.x_s + self._old * seat.xd_s for seat in self.seats]
+        reply = self._reply(self._rows(place))
+        waves = []
+        for user, seat in enumerate(self.seats):
+            if seat.present:
+                waves.append(self._taken(user, seat, reply))
+                seat.x_s = place[user] + self._new * seat.xd_s
+        returned = self._compensation.step(waves, self._held())
+        for taken, v in zip(waves, returned, strict=True):
+            seat = self.seats[taken.user]
+            seat.v_s = v
+            self._add("withheld", squared(taken.v) - squared(v), 0.5)
+            seat.energy_u_s = seat.energy_u_s + 0.5 * self._period * squared(seat.u_s)
+            seat.energy_v_s = seat.energy_v_s + 0.5 * self._period * squared(v)
+        spent = self._sums["environment"] + self._sums["contained"]
+        self.dissipated = spent - self.potential
+        return self.v_s
+
+    def _reply(self, place: Array) -> Reply | None:
+        """Return the environment's answer; None where there is none to be used."""
+        velocity = self._guess(place)
+        try:
+            reply: Reply = self._call(
+                lambda: self._asked.exchange(
+                    place,
+                    velocity,
+                    period=self._period,
+                    weight=self._new,
+                    decode=self._decoded,
+                )
+            )
+        except FOREIGN as error:  # whatever a foreign environment raises
+            self._faults.note(error)
+            return None
+        if not reply.good.all():
+            who = [user for user, good in enumerate(reply.good) if not good.all()]
+            text = f"returned no usable force (not finite, or beyond 1e6 N) for users {who}"
+            self._faults.note(BadAnswer(text))
+        if self._secant is not None:
+            self._secant.learn(place + self._new * reply.velocity, reply.force, reply.good)
+        self._stored = reply.stored
+        self._show(reply.shown)
+        return reply
+
+    def _guess(self, place: Array) -> Array:
+        """Return the velocities decoded with the learned line, or with the last force."""
+        if self._secant is None:
+            late = [seat.ratio * seat.u_s - seat.f_s / seat.b for seat in self.seats]
+            return self._rows(late)
+        drive = self._rows([seat.b * (seat.ratio * seat.u_s) for seat in self.seats])
+        b = np.stack([self._matrix(seat) for seat in self.seats])
+        velocity, expected = decoded(self._secant.line(place, self._new), drive, b)
+        self._secant.expect(expected)
+        return velocity
+
+    def _matrix(self, seat: Seat) -> Array:
+        """Return a port's impedance as matrices ``(..., dof, dof)``."""
+        dof = self._shape[-1]
+        if isinstance(seat.b, MatrixImpedance):
+            return np.broadcast_to(seat.b.matrix, (*self._shape, dof))
+        b = np.broadcast_to(np.asarray(seat.b, float), (*self._shape[:-1], 1))
+        return np.asarray(b[..., np.newaxis] * np.eye(dof))
+
+    def _taken(self, user: int, seat: Seat, reply: Reply | None) -> Wave:
+        """Give a seat its velocity and force; return its waves, zero where it is contained."""
+        damped = 0.5 * (seat.ratio * seat.u_s)
+        if reply is None:
+            good: Flag = False
+            velocity, force = damped, seat.b * damped
+        else:
+            good = self._flag(reply.good[user])
+            velocity = where(good, self._value(reply.velocity[user]), damped)
+            force = where(good, self._value(reply.force[user]), seat.b * damped)
+        seat.xd_s, seat.f_s = velocity, force
+        u = where(good, seat.u_s, 0.0 * seat.u_s)
+        v = where(good, seat.u_s - seat.ratio * force, 0.0 * seat.u_s)
+        late = where(good, dot(force, seat.ratio * seat.u_s - force / seat.b - velocity), 0.0)
+        self._add("environment", where(good, dot(force, velocity), 0.0), 1.0)
+        self._add("late_decoding", late, 1.0)
+        self._add("contained", squared(seat.u_s) - squared(u), 0.5)
+        return Wave(user, u, v, late)
+
+    def _held(self) -> Value | None:
+        """Return what can still come out: the environment's energy and that of late decoding [J].
+
+        Decoding with F(n-1) takes |F|^2 h/(2b) while a force builds up and gives it out again;
+        with a slope it gives out up to G/b times what the environment does.
+        """
+        held = self._stored
+        if held is not None:
+            if self._secant is not None:
+                most = self._secant.ratio.max(axis=0) * self._new / self._period
+                held = held * (1.0 + self._value(most))
+            for seat in self.seats:
+                held = held + 0.5 * self._period * dot(seat.f_s, seat.f_s / seat.b)
+        return held
+
+    def _decoded(self, force: Array, slope: Array) -> Array:
+        """Return xd = sqrt(2/b) u - (F0 + G xd)/b of every user."""
+        return self._rows(
+            [
+                reflection(seat.b).solve(seat.u_s, self._value(f0), self._value(g))[1]
+                for seat, f0, g in zip(self.seats, force, slope, strict=True)
+            ]
+        )
+
+    def _show(self, shown: tuple[Array, Array] | None) -> None:
+        """Note where the environment says that its object is."""
+        if shown is not None:
+            self.body.x, self.body.xd = map(self._value, shown)
+
+    def _add(self, name: str, power: Value, factor: float) -> None:
+        self._sums[name] = self._sums[name] + factor * self._period * power
+
+    def _rows(self, values: Sequence[Value]) -> Array:
+        """Return signals of users as one array ``(users, ..., dof)``."""
+        return np.stack([np.broadcast_to(np.asarray(v, float), self._shape) for v in values])
+
+    def _value(self, row: Array) -> Value:
+        """Return one user's part of such an array in the form of a signal."""
+        return float(row[0]) if self._plain else row
+
+    def _flag(self, row: Any) -> Flag:
+        return bool(row[0]) if self._plain else row
+
+    @property
+    def contact(self) -> list[Flag]:
+        """Whose avatar feels a force."""
+        return [squared(seat.f_s) > 0.0 if seat.present else False for seat in self.seats]
+
+    @property
+    def potential(self) -> Value:
+        """Energy in the environment, zero where it does not say [J]."""
+        return 0.0 if self._stored is None else self._stored
+
+
+def _least(impedance: Any) -> Value:
+    """Return a port's smallest impedance; a batch has a number per run [N s/m]."""
+    return smallest(impedance) if isinstance(impedance, MatrixImpedance) else impedance

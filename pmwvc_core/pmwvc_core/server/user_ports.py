@@ -1,0 +1,224 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The users at the server: one seat each, joining, leaving, and what traces read.
+
+Common to every controller. Positions of avatar and device share one frame up to ``offset``,
+constant from joining on: zero for a two-sided contact; for a grip what it takes to start at the
+gap before the face.
+
+Joining stores no energy: the contact begins without force. Leaving drops what its spring holds. A
+user who comes back joins anew. Not here: what is done with the signals of a step (``port``,
+``baselines.direct``).
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+from pmwvc_core.numeric import Flag, Value, root
+from pmwvc_core.params import BaselineParams
+from pmwvc_core.server.black_box.faults import Faults
+from pmwvc_core.server.contacts import Contact
+from pmwvc_core.server.cube import Body
+from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.wave.impedance import Impedance
+
+AS_PUBLISHED = BaselineParams()
+NO_ACCOUNTS: Mapping[str, Value] = MappingProxyType({})
+
+
+class Seat:
+    """One user's end: wave impedance ``b`` [N s/m], contact, and the signals of the last step.
+
+    ``account`` is the running sum that goes into the user's packets [J]; None: that of the waves.
+    """
+
+    __slots__ = (
+        "account",
+        "b",
+        "baseline",
+        "contact",
+        "energy_u_s",
+        "energy_v_s",
+        "f_s",
+        "heard",
+        "offset",
+        "present",
+        "ratio",
+        "u_s",
+        "v_s",
+        "x_s",
+        "xd_s",
+    )
+
+    def __init__(
+        self, impedance: Impedance, contact: Contact, baseline: BaselineParams = AS_PUBLISHED
+    ) -> None:
+        self.b: Any = impedance  # acts like a number, also where it is a matrix
+        self.baseline = baseline
+        self.account: Value | None = None
+        self.heard: WavePacket | None = None
+        self.ratio: Any = root(2.0 / impedance)  # [1/sqrt(N s/m)]
+        self.contact = contact
+        self.present = False
+        self.offset: Value = 0.0  # [m] avatar minus device
+        self.x_s: Value = 0.0  # [m]
+        self.xd_s: Value = 0.0  # [m/s]
+        self.f_s: Value = 0.0  # [N] on the object
+        self.u_s: Value = 0.0  # [sqrt(W)]
+        self.v_s: Value = 0.0  # [sqrt(W)]
+        self.energy_u_s: Value = 0.0  # [J] since the start
+        self.energy_v_s: Value = 0.0  # [J]
+
+    def silence(self, zero: Value) -> None:
+        """Forget the signals of the last step; the energies stay."""
+        self.xd_s = self.f_s = self.u_s = self.v_s = zero
+
+
+class ServerController(ABC):
+    """The users around one object behind any controller; a controller adds ``step``.
+
+    All attributes and properties give the state after the last step; lists are in the order of the
+    users.
+    """
+
+    flags = 0  # of outgoing packets
+    trouble: Faults | None = None  # with an environment, or with the solution of a step
+
+    def __init__(self, body: Body, seats: Sequence[Seat]) -> None:
+        self.body = body
+        self.seats = list(seats)
+        self.dissipated: Value = 0.0  # [J] heat of contacts and ground, springs let go
+
+    @abstractmethod
+    def step(self, received: Sequence[Any]) -> list[Value]:
+        """Go one step of the environment on.
+
+        Parameters
+        ----------
+        received : sequence
+            Per user what the controller's master sent: a wave ``(..., dof)`` [sqrt(W)] or, for
+            direct coupling, a pair of position [m] and velocity [m/s]. Ignored for users who are
+            not seated.
+
+        Returns
+        -------
+        list
+            Per user what goes back: a wave [sqrt(W)] or a force [N]; 0.0 for users who are not
+            seated.
+        """
+
+    def hear(self, i: int, packet: WavePacket) -> None:
+        """Note the newest packet of user ``i`` before a step, for what is beside its wave."""
+        self.seats[i].heard = packet
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        """Energies that only this controller keeps, by name [J]; always the same names."""
+        return NO_ACCOUNTS
+
+    def join(self, i: int, position: Value) -> None:
+        """Seat user ``i`` with an avatar at the device's position [m]; no force, no energy.
+
+        A user already present leaves first.
+        """
+        seat = self.seats[i]
+        if seat.present:
+            self.leave(i)
+        zero = 0.0 * position  # gives signals and object their shape
+        seat.silence(zero)
+        self.body.x = self.body.x + zero
+        self.body.xd = self.body.xd + zero
+        seat.contact.attach(position - self.body.x)
+        seat.x_s = self._place(seat)
+        seat.offset = seat.x_s - position
+        seat.present = True
+
+    def leave(self, i: int) -> None:
+        """Take user ``i`` out; the energy of the spring is dropped."""
+        seat = self.seats[i]
+        if seat.present:
+            self.dissipated = self.dissipated + seat.contact.detach()
+            seat.silence(0.0 * seat.f_s)
+            seat.present = False
+
+    def _place(self, seat: Seat) -> Value:
+        return self.body.x + (seat.contact.rest + seat.contact.deflection)
+
+    def _seated(self) -> list[Seat]:
+        return [seat for seat in self.seats if seat.present]
+
+    @property
+    def present(self) -> list[bool]:
+        """Who is seated."""
+        return [seat.present for seat in self.seats]
+
+    @property
+    def contact(self) -> list[Flag]:
+        """Whose avatar touches the object."""
+        return [seat.contact.touching if seat.present else False for seat in self.seats]
+
+    @property
+    def offset(self) -> list[Value]:
+        """Avatar minus device at the moment of joining [m]."""
+        return [seat.offset for seat in self.seats]
+
+    @property
+    def x_o(self) -> Value:
+        """Position of the object [m]."""
+        return self.body.x
+
+    @property
+    def xd_o(self) -> Value:
+        """Velocity of the object [m/s]."""
+        return self.body.xd
+
+    @property
+    def x_s(self) -> list[Value]:
+        """Positions of the avatars [m]."""
+        return [seat.x_s for seat in self.seats]
+
+    @property
+    def xd_s(self) -> list[Value]:
+        """Velocities of the avatars [m/s]."""
+        return [seat.xd_s for seat in self.seats]
+
+    @property
+    def f_s(self) -> list[Value]:
+        """Contact forces on the object [N]."""
+        return [seat.f_s for seat in self.seats]
+
+    @property
+    def u_s(self) -> list[Value]:
+        """Waves used [sqrt(W)]."""
+        return [seat.u_s for seat in self.seats]
+
+    @property
+    def v_s(self) -> list[Value]:
+        """Waves returned [sqrt(W)]."""
+        return [seat.v_s for seat in self.seats]
+
+    @property
+    def energy_u_s(self) -> list[Value]:
+        """Energies received since the start [J]."""
+        return [seat.energy_u_s for seat in self.seats]
+
+    @property
+    def energy_v_s(self) -> list[Value]:
+        """Energies returned since the start [J]."""
+        return [seat.energy_v_s for seat in self.seats]
+
+    @property
+    def kinetic(self) -> Value:
+        """Kinetic energy of the object [J]."""
+        return self.body.kinetic
+
+    @property
+    def potential(self) -> Value:
+        """Energy of all contact springs [J]."""
+        energy: Value = 0.0
+        for seat in self.seats:
+            if seat.present:
+                energy = energy + seat.contact.energy
+        return energy

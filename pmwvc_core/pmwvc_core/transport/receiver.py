@@ -1,0 +1,257 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a receiver makes of the packets that come in: judged, counted, the newest kept.
+
+This is the hold-last receiver of the dissertation: the newest wave is used until a newer one
+comes. It guards against broken and stray packets, not against the energy that holding creates.
+It follows one sender at a time: another epoch takes over only when the sender followed is silent
+or has left, and only as one that sends as fast as a sender does (:mod:`.senders`).
+Time is an argument (integer nanoseconds of this end's monotonic clock).
+"""
+
+import enum
+import math
+import sys
+
+import numpy as np
+
+from pmwvc_core.numeric import Value, squared
+from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket
+from pmwvc_core.transport.senders import INSIST, Run, Senders
+
+LARGEST = sys.float_info.max
+WINDOW = 256  # packet numbers below the newest of which we know whether they came
+KNOWN = (1 << WINDOW) - 1
+RETIRED = 16  # former epochs remembered, so that a straggler cannot bring one back
+LONGEST_ROUND_TRIP_NS = 600 * 10**9
+
+
+class Verdict(enum.Enum):
+    """What became of a packet. Only the first two change what the receiver gives out."""
+
+    ACCEPTED = "accepted"
+    NEW_EPOCH = (
+        "new epoch"  # accepted as a beginning: first packet, restarted sender, new baseline
+    )
+    DUPLICATE = "duplicate"
+    REORDERED = "reordered"  # older than the newest
+    STALE = "stale"  # of an epoch that is over, or newer by number but older by the sender's clock
+    STRANGER = "of another sender"  # of another epoch, while the sender followed is there
+    MALFORMED = "malformed"  # not a packet, or fields of the wrong type
+    NOT_FINITE = "not finite"
+    WRONG_LENGTH = "wrong length"
+    WRONG_PERIOD = "wrong period"
+    TOO_LARGE = "too large"
+
+    __hash__ = object.__hash__  # that of Enum takes the hash of the name, in Python
+
+
+ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
+OUT_OF_PLACE = (Verdict.REORDERED, Verdict.STALE, Verdict.STRANGER)  # right but for their order
+
+
+class Receiver:
+    """The receiving end of one direction.
+
+    One bad packet cannot lock the receiver: a wild number makes the true packets look old, but
+    once nothing was accepted for the time of silence, 8 of them in a row are believed. The very
+    first packet is accepted on its own; its sender gives way to a credible one until it is
+    credible itself.
+
+    Parameters
+    ----------
+    dof
+        Values per packet; in a batch the length of the last axis.
+    period_s
+        What every packet must say it stands for [s].
+    timeout_s
+        Silence begins after this or three periods, whichever is longer [s].
+    max_wave
+        Longest wave that a legal device can emit [sqrt(W)]; no limit by default.
+    """
+
+    def __init__(
+        self, dof: int, *, period_s: float, timeout_s: float, max_wave: float = math.inf
+    ) -> None:
+        self.dof = dof
+        self.period_s = period_s
+        self.max_wave = max_wave
+        self.counts = dict.fromkeys(Verdict, 0)
+        self.lost = 0  # numbers skipped and not come since
+        self.held = 0  # takes that found nothing new
+        self.skipped = 0  # packets that a newer one replaced before they were taken
+        self.newest: WavePacket | None = None
+        self.round_trip_s: float | None = None
+        self._silence_ns = round(max(timeout_s, 3.0 * period_s) * 1e9)
+        self._accepted_ns = 0
+        self._waiting = 0
+        self._seen = 0  # bit i: number newest.seq - i has come
+        self._retired: list[int] = []
+        self.others = Senders(self._silence_ns)
+        self._own: Run | None = None  # of the sender followed, until it is credible
+
+    def push(self, packet: WavePacket, now_ns: int) -> Verdict:
+        """Judge a packet that has come in; whatever it is, the answer is a verdict."""
+        ordinary = type(packet) is WavePacket and self._ordinary(packet)
+        verdict = (None if ordinary else self._unfit(packet)) or self._placed(packet)
+        if verdict is not ACCEPTED:
+            if verdict in OUT_OF_PLACE and self._believed(packet, verdict, now_ns):
+                verdict = Verdict.NEW_EPOCH
+            if verdict is not Verdict.NEW_EPOCH:
+                self.counts[verdict] += 1
+                if verdict in OUT_OF_PLACE and packet.epoch != self.epoch:
+                    self.others.refuse(packet.epoch)
+                return verdict
+        self.counts[verdict] += 1
+        self._accept(packet, now_ns, fresh=verdict is not ACCEPTED)
+        return verdict
+
+    def take(self, now_ns: int) -> Value:
+        """Return the newest wave [sqrt(W)]; zero before the first packet."""
+        if self.newest is None:
+            return 0.0
+        if self._waiting:
+            self.skipped += self._waiting - 1
+            self._waiting = 0
+        else:
+            self.held += 1
+        return self.newest.wave
+
+    def position(self) -> Value:
+        """Return the position that came with the newest wave [m]; zero before the first packet."""
+        return 0.0 if self.newest is None else self.newest.position
+
+    @property
+    def epoch(self) -> int:
+        """The sender followed; 0 before the first packet."""
+        return 0 if self.newest is None else self.newest.epoch
+
+    def heard(self) -> bool:
+        """Tell whether any packet was ever accepted."""
+        return self.newest is not None
+
+    def silent(self, now_ns: int) -> bool:
+        """Tell whether nothing was accepted for too long (also before the first packet)."""
+        return self.newest is None or now_ns - self._accepted_ns > self._silence_ns
+
+    def silence_s(self, now_ns: int) -> float:
+        """Return the time since the last accepted packet [s]; infinite before the first."""
+        return math.inf if self.newest is None else (now_ns - self._accepted_ns) * 1e-9
+
+    def echo(self, now_ns: int) -> tuple[int, int, int]:
+        """Return number, sender's clock and holding time [ns] of the newest packet, for the next
+        one that goes back; zeros before the first.
+        """
+        if self.newest is None:
+            return 0, 0, 0
+        return self.newest.seq, self.newest.sent_ns, now_ns - self._accepted_ns
+
+    def _unfit(self, packet: WavePacket) -> Verdict | None:
+        """Judge a packet by itself."""
+        if not isinstance(packet, WavePacket) or not _well_typed(packet):
+            return Verdict.MALFORMED
+        values = (packet.wave, packet.integral, packet.energy, packet.position, packet.period)
+        if not all(map(_finite, values)):
+            return Verdict.NOT_FINITE
+        if not all(map(self._fits, (packet.wave, packet.integral, packet.position))):
+            return Verdict.WRONG_LENGTH
+        if not math.isclose(packet.period, self.period_s, rel_tol=1e-6):
+            return Verdict.WRONG_PERIOD
+        if self.max_wave < math.inf and np.any(squared(packet.wave) > self.max_wave**2):
+            return Verdict.TOO_LARGE
+        return None
+
+    def _ordinary(self, packet: WavePacket) -> bool:
+        """Tell at a glance that nothing is wrong with a packet of one axis, as nearly always."""
+        p = packet
+        return (
+            self.dof == 1
+            and type(p.wave) is type(p.integral) is type(p.energy) is type(p.position) is float
+            and type(p.epoch) is type(p.seq) is type(p.sent_ns) is type(p.flags) is int
+            and type(p.echo_seq) is type(p.echo_sent_ns) is type(p.echo_hold_ns) is int
+            and 1 <= p.seq < 1 << 32
+            and p.period == self.period_s
+            and -self.max_wave <= p.wave <= self.max_wave
+            and math.isfinite(p.wave + p.integral + p.energy + p.position)
+        )
+
+    def _fits(self, value: Value) -> bool:
+        """Tell whether a value has our number of axes; the zero of a start has any number."""
+        if isinstance(value, np.ndarray):
+            return value.ndim > 0 and value.shape[-1] == self.dof
+        return self.dof == 1 or value == 0.0
+
+    def _placed(self, packet: WavePacket) -> Verdict:
+        """Judge a fit packet by those before it."""
+        newest = self.newest
+        if newest is None:
+            return Verdict.NEW_EPOCH
+        if packet.epoch != newest.epoch:
+            return Verdict.STALE if packet.epoch in self._retired else Verdict.STRANGER
+        if packet.seq > newest.seq:
+            return Verdict.STALE if packet.sent_ns < newest.sent_ns else ACCEPTED
+        behind = newest.seq - packet.seq
+        if self._seen >> behind & 1:
+            return Verdict.DUPLICATE
+        if behind < WINDOW:
+            self._seen |= 1 << behind
+            self.lost -= 1
+        return Verdict.REORDERED
+
+    def _believed(self, packet: WavePacket, verdict: Verdict, now_ns: int) -> bool:
+        """Tell whether a packet that is out of place becomes the new baseline."""
+        run = self.others.add(packet.epoch, packet.seq, now_ns)
+        if verdict is not Verdict.STRANGER:
+            return run.count >= INSIST and self.silent(now_ns)
+        if self.newest is not None and self.newest.flags & FLAG_LEAVING:
+            return True
+        return run.credible and (self._own is not None or self.silent(now_ns))
+
+    def _accept(self, packet: WavePacket, now_ns: int, *, fresh: bool) -> None:
+        before = self.newest
+        if fresh:
+            if before is not None and before.epoch != packet.epoch:
+                self._retired = [*self._retired[-RETIRED + 1 :], before.epoch]
+            self._seen = 1
+            self._own = self.others.followed(packet.epoch, packet.seq, now_ns)
+        elif before is not None:
+            ahead = packet.seq - before.seq
+            self.lost += ahead - 1
+            self._seen = (self._seen << (ahead if ahead < WINDOW else WINDOW) | 1) & KNOWN
+            if self._own is not None:
+                self._own.add(packet.seq, now_ns)
+        if self._own is not None and self._own.credible:
+            self._own = None
+        self.others.forget(packet.epoch if self._own else None)
+        self.newest = packet
+        self._accepted_ns = now_ns
+        self._waiting += 1
+        if packet.echo_seq > 0:
+            round_trip_ns = now_ns - packet.echo_sent_ns - packet.echo_hold_ns
+            if 0 <= round_trip_ns <= LONGEST_ROUND_TRIP_NS:
+                self.round_trip_s = round_trip_ns * 1e-9
+
+
+def _well_typed(packet: WavePacket) -> bool:
+    numbers = (packet.epoch, packet.seq, packet.sent_ns, packet.flags)
+    echo = (packet.echo_seq, packet.echo_sent_ns, packet.echo_hold_ns)
+    values = (packet.wave, packet.integral, packet.energy, packet.position)
+    return (
+        all(isinstance(number, int) for number in numbers + echo)
+        and 1 <= packet.seq < 1 << 32  # uint32 in the message
+        and isinstance(packet.period, (float, int))
+        and all(_is_value(value) for value in values)
+    )
+
+
+def _is_value(value: object) -> bool:
+    if isinstance(value, np.ndarray):
+        return bool(value.dtype == np.float64)
+    return isinstance(value, (float, int))
+
+
+def _finite(value: Value) -> bool:
+    """As :func:`pmwvc_core.numeric.finite`, also for whole numbers beyond any float."""
+    if isinstance(value, np.ndarray):
+        return bool(np.isfinite(value).all())
+    return -LARGEST <= value <= LARGEST

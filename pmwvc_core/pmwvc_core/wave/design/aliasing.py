@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a filter lets through when the rate drop follows it: gain, delay, and a word of warning.
+
+A rate drop folds the spectrum: the frequencies theta + 2 pi j / M of the fast signal fall onto one
+another. With H the filter at the tick rate, the packets of energy M T_c sum |u_tx|^2 carry at most
+
+    g^2 = max over theta of sum_{j=0}^{M-1} |H(theta + 2 pi j / M)|^2
+
+times the energy T_c sum |u|^2 that went into the filter: the largest eigenvalue of "filter, then
+drop" times its adjoint, which is a convolution at the packet rate. Passive over infinite time
+means g^2 <= 1; a filter divided by g always is. It says nothing of the energy on the way.
+"""
+
+import functools
+import math
+
+import numpy as np
+
+from pmwvc_core.numeric import Array, Value
+from pmwvc_core.params import FilterParams
+from pmwvc_core.wave.design.extremum import minimum_between
+from pmwvc_core.wave.design.filter_design import design, half_power_hz, runs_of
+from pmwvc_core.wave.design.response import sections_response
+
+GRID = 65536  # frequencies looked at before the largest one is refined
+
+
+def worst_case_gain(params: FilterParams, *, tick_s: float, rate_drop: int) -> Value:
+    """Return the largest possible ratio g^2 of packet energy to filter-input energy.
+
+    First order: M (1-p)/(1+p) (1+p^M)/(1-p^M), at rest. ``integrate_and_dump``: 1 by the
+    Cauchy-Schwarz inequality. ``none``: M, a spike at the sampling instant.
+
+    Returns
+    -------
+    float or ndarray
+        ``(runs, 1)`` with such parameters.
+    """
+    if params.kind == "none":
+        return float(rate_drop)
+    if params.kind == "integrate_and_dump":
+        return 1.0
+    gains = [_folded_peak(one, tick_s, rate_drop) for one in runs_of(params)]
+    return _as_given(params, gains)
+
+
+def delay_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> Value:
+    """Return the group delay at low frequency [s] of the filter alone.
+
+    It is counted from a tick's wave to the output after the same tick: p/(1-p) ticks for the first
+    order, (M-1)/2 for ``integrate_and_dump``, none for ``none``. Packets, holds and network come
+    on top.
+    """
+    if params.kind == "integrate_and_dump":
+        return 0.5 * (rate_drop - 1) * tick_s
+    if params.kind == "none":
+        return 0.0
+    delays = [_delay_ticks(design(one, tick_s=tick_s)) * tick_s for one in runs_of(params)]
+    return _as_given(params, delays)
+
+
+def warnings_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> list[str]:
+    """Return, in words, why aliasing must be expected (an empty list where it need not be).
+
+    The packets can tell frequencies up to half their rate; a filter whose -3 dB frequency lies
+    above lets more through, and what is folded down can be energy that no hand has given.
+    """
+    if rate_drop == 1 or params.kind == "integrate_and_dump":
+        return []
+    half_rate_hz = 0.5 / (rate_drop * tick_s)
+    found = []
+    for one in runs_of(params):
+        edge_hz = half_power_hz(one, tick_s=tick_s)
+        if edge_hz <= half_rate_hz:
+            continue
+        edge = "none: there is no filter" if math.isinf(edge_hz) else f"{edge_hz:.4g} Hz (-3 dB)"
+        gain = worst_case_gain(one, tick_s=tick_s, rate_drop=rate_drop)
+        found.append(
+            f"the edge of the anti-aliasing filter ({edge}) is above half the packet rate "
+            f"({half_rate_hz:.4g} Hz): in the worst case packets carry {gain:.4g} times the "
+            f"energy that went in"
+        )
+    return list(dict.fromkeys(found))
+
+
+def _as_given(params: FilterParams, values: list[float]) -> Value:
+    """Return one value, or one per run ``(runs, 1)`` where the parameters are."""
+    return values[0] if runs_of(params) == [params] else np.array(values)[:, np.newaxis]
+
+
+@functools.lru_cache(maxsize=1024)
+def _folded_peak(params: FilterParams, tick_s: float, rate_drop: int) -> float:
+    """Return the largest value over frequency of the folded squared gain."""
+    sos = design(params, tick_s=tick_s)
+    images = 2.0 * np.pi * np.arange(rate_drop) / rate_drop
+
+    def folded(theta: Array | float) -> Array:
+        values = sections_response(sos, np.add.outer(np.atleast_1d(theta), images))
+        return np.asarray((values.real**2 + values.imag**2).sum(axis=-1))
+
+    end = np.pi / rate_drop  # the fold is even and has period 2 pi / M
+    theta = np.linspace(0.0, end, max(GRID // rate_drop, 64))
+    gains = folded(theta)
+    peak = int(np.argmax(gains))
+    around = float(theta[max(peak - 1, 0)]), float(theta[min(peak + 1, len(theta) - 1)])
+    refined = minimum_between(lambda t: -float(folded(t)[0]), *around, within=1e-9 * end)
+    return float(max(gains[peak], -refined.value))
+
+
+def _delay_ticks(sos: Array) -> float:
+    """Return the group delay at rest: the mean age of each numerator, less that of each
+    denominator.
+    """
+    age = np.arange(3)
+    numerators, denominators = sos[:, :3], sos[:, 3:]
+    ages = numerators @ age / numerators.sum(axis=1) - denominators @ age / denominators.sum(
+        axis=1
+    )
+    return float(ages.sum())

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The filters of a bank that splits a wave in two and puts two waves together (App. E).
+
+``dissertation`` (E Table 1): a high pass HP on the way to the local model and a low pass LP2 on
+the way back; the low branch goes on as it is, to the anti-aliasing filter LP1 of the packets. The
+amplitudes of the table are attenuations, as in App. A, and a high pass stops below: HP has 40 dB
+at 40 Hz and 20 dB at 70 Hz, LP2 has 1 dB at 300 Hz and 40 dB at 600 Hz. 600 Hz lies above half
+the tick rate, so the order is the least *analogue* Butterworth order (HP 5, LP2 8); the loss
+of the pass band is met exactly by the sampled filter (bilinear, pre-warped at its edge).
+
+``complementary``: H1 = a/(s + a) and H2 = s/(s + a), split and put together by the same two,
+v = H1 v1 + H2 v2. |H1|^2 + |H2|^2 = 1, which the bilinear transform keeps, so the split neither
+makes nor takes energy and putting together makes none.
+"""
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.numeric import Array, Value
+from pmwvc_core.params import BankParams
+from pmwvc_core.wave.design.butterworth import bilinear_sections
+from pmwvc_core.wave.design.filter_design import least_order, runs_of, stacked, warped_rad_s
+
+
+class BankFilters(NamedTuple):
+    """Second-order sections ``(sections, 6)``, or ``(sections, 6, runs, 1)``; None: a wire."""
+
+    low_up: Array | None  # of the wave to the server
+    high_up: Array  # of the wave to the local model
+    low_down: Array | None  # of the wave from the server
+    high_down: Array  # of the wave from the local model
+
+
+def bank_filters(params: BankParams, *, tick_s: float) -> BankFilters:
+    """Return the filters of the bank ``params.kind`` names.
+
+    Raises
+    ------
+    ParameterError
+        If an edge is not below half the tick rate, or two are too close together.
+    """
+    if params.kind == "complementary":
+        low, high = complementary(params.split_rad_s, tick_s=tick_s)
+        return BankFilters(low, high, low, high)
+    runs = runs_of(params)
+    high = stacked([_butterworth("high", *_edges(one, "high"), tick_s) for one in runs])
+    low = stacked([_butterworth("low", *_edges(one, "low"), tick_s) for one in runs])
+    if runs == [params]:
+        return BankFilters(None, high[..., 0, 0], None, low[..., 0, 0])
+    return BankFilters(None, high, None, low)
+
+
+def complementary(pole_rad_s: Value, *, tick_s: float) -> tuple[Array, Array]:
+    """Return H1 = a/(s + a) and H2 = s/(s + a) by the bilinear transform, a = ``pole_rad_s``."""
+    c = pole_rad_s * (0.5 * tick_s)
+    zero = 0.0 * c
+    one = 1.0 + zero
+    pole = (c - 1.0) / (1.0 + c)
+    low = np.array([[c / (1.0 + c), c / (1.0 + c), zero, one, pole, zero]])
+    high = np.array([[one / (1.0 + c), -one / (1.0 + c), zero, one, pole, zero]])
+    return low, high
+
+
+def _edges(params: BankParams, side: str) -> tuple[float, float, float, float]:
+    names = ("pass_hz", "pass_db", "stop_hz", "stop_db")
+    pass_hz, pass_db, stop_hz, stop_db = (getattr(params, f"{side}_{name}") for name in names)
+    return pass_hz, pass_db, stop_hz, stop_db
+
+
+@functools.lru_cache(maxsize=512)
+def _butterworth(
+    side: str, pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, tick_s: float
+) -> Array:
+    """Return the sections of a filter; not to be written to."""
+    if pass_hz * tick_s >= 0.5:
+        raise ParameterError(
+            f"bank.{side}_pass_hz = {pass_hz}: must be < {0.5 / tick_s:g} Hz, half the tick rate"
+        )
+    order = least_order(pass_hz, pass_db, stop_hz, stop_db, prefix=f"bank.{side}_")
+    edge = warped_rad_s(pass_hz, tick_s)
+    ratio = (10.0 ** (0.1 * pass_db) - 1.0) ** (0.5 / order)  # of edge and cut-off
+    cutoff = edge / ratio if side == "low" else edge * ratio
+    return bilinear_sections(order, cutoff, tick_s, side)

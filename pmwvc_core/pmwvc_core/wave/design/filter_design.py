@@ -1,0 +1,191 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From the parameters of the anti-aliasing filter to its coefficients (App. A, App. B).
+
+A cut-off can be said in several ways; here each becomes a pole or second-order sections. The
+filter that runs is in :mod:`pmwvc_core.wave.filters`.
+"""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.numeric import Array, Value, exponential
+from pmwvc_core.params import FilterParams, Validated, specs
+from pmwvc_core.wave.design import butterworth
+
+P = TypeVar("P", bound=Validated)
+DEFAULT_POLE_RAD_S = 50.0  # the filter of App. B
+HIGHEST_ORDER = 20
+PASS_THROUGH = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)  # a section that changes nothing
+
+
+def pole_of(params: FilterParams) -> Value:
+    """Return the pole a [rad/s] of a first-order filter a/(s + a), whichever way it is said.
+
+    From |H|^2 = a^2/(a^2 + w^2): half the power (-3 dB) at w = a; a hundredth (-20 dB) at
+    w = a sqrt(99).
+    """
+    if params.cutoff_hz is not None:
+        return 2.0 * math.pi * params.cutoff_hz
+    if params.stop_hz is not None:
+        return 2.0 * math.pi * params.stop_hz / math.sqrt(99.0)
+    return DEFAULT_POLE_RAD_S if params.pole_rad_s is None else params.pole_rad_s
+
+
+def order_of(params: FilterParams, *, tick_s: float) -> int:
+    """Return the least order of a Butterworth filter with the attenuations asked for.
+
+    ``bilinear``: the least order of the sampled filter, from both edges pre-warped. A stop edge at
+    or above half the tick rate has no place there; then, and for ``matched``, it is the least
+    order of the analogue filter.
+
+    Raises
+    ------
+    ParameterError
+        If the edges are so close that the filter would not compute well.
+    """
+    assert params.stop_hz is not None  # a Butterworth filter has one
+    pass_edge, stop_edge = params.pass_hz, params.stop_hz
+    if params.discretisation == "bilinear" and stop_edge * tick_s < 0.5:
+        pass_edge, stop_edge = warped_rad_s(pass_edge, tick_s), warped_rad_s(stop_edge, tick_s)
+    order = butterworth.least_order(pass_edge, params.pass_db, stop_edge, params.stop_db)
+    if order > HIGHEST_ORDER:
+        raise _too_close(params.pass_hz, params.pass_db, params.stop_hz, params.stop_db, order)
+    return order
+
+
+def least_order(
+    pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, *, prefix: str = ""
+) -> int:
+    """Return the least order of an analogue Butterworth filter, low-pass or high-pass.
+
+    ``prefix`` stands before the names of the parameters in what is raised.
+
+    Raises
+    ------
+    ParameterError
+        If the edges are so close that the filter would not compute well.
+    """
+    order = butterworth.least_order(pass_hz, pass_db, stop_hz, stop_db)
+    if order > HIGHEST_ORDER:
+        raise _too_close(pass_hz, pass_db, stop_hz, stop_db, order, prefix=prefix)
+    return order
+
+
+def _too_close(
+    pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, order: int, prefix: str = ""
+) -> ParameterError:
+    return ParameterError(
+        f"{prefix}stop_hz = {stop_hz}: a Butterworth filter between {pass_db} dB at {pass_hz} Hz "
+        f"and {stop_db} dB there is of order {order}, more than {HIGHEST_ORDER}; move the edges "
+        "apart"
+    )
+
+
+def half_power_hz(params: FilterParams, *, tick_s: float) -> Value:
+    """Return the -3 dB frequency [Hz] of a filter that has one.
+
+    Of the first order that of the analogue filter, of a Butterworth filter that of the sampled
+    one; infinite for ``none`` and ``integrate_and_dump``, which have no such parameter.
+    """
+    if params.kind == "first_order":
+        return pole_of(params) / (2.0 * math.pi)
+    if params.kind == "butterworth":
+        cutoff = _analogue_cutoff_rad_s(params, tick_s)
+        if params.discretisation == "bilinear":
+            return math.atan(cutoff * tick_s / 2.0) / (math.pi * tick_s)
+        return cutoff / (2.0 * math.pi)
+    return math.inf
+
+
+def design(params: FilterParams, *, tick_s: float) -> Array:
+    """Return the filter as second-order sections ``b0 b1 b2 1 a1 a2``.
+
+    First order: exact under a held input, y+ = p y + (1-p) u with p = exp(-a T_c).
+
+    Butterworth: the least order that has both attenuations (:func:`order_of`), scaled so that the
+    edge named by ``meet`` is met exactly, which leaves something over at the other one.
+    ``bilinear`` is pre-warped at that edge, so the sampled filter meets it; ``matched`` maps the
+    analogue poles by z = exp(s T_c), without zeros and with unit gain at rest, so it is the
+    analogue filter that meets it.
+
+    Returns
+    -------
+    ndarray
+        ``(sections, 6)``; with parameters ``(runs, 1)`` it is ``(sections, 6, runs, 1)``.
+
+    Raises
+    ------
+    ParameterError
+        If ``bilinear`` is to meet an edge that is not below half the tick rate.
+    """
+    if params.kind == "first_order":
+        p = exponential(-pole_of(params) * tick_s)
+        zero = 0.0 * p
+        return np.array([[1.0 - p, zero, zero, 1.0 + zero, -p, zero]])
+    if params.kind != "butterworth":
+        return np.array([PASS_THROUGH])
+    runs = runs_of(params)
+    designs = [_butterworth(one, tick_s) for one in runs]
+    return designs[0] if runs == [params] else stacked(designs)
+
+
+def stacked(designs: Sequence[Array]) -> Array:
+    """Return the sections of runs as one array ``(sections, 6, runs, 1)``; the shorter filters are
+    filled up with sections that change nothing.
+    """
+    sections = max(map(len, designs))
+    padded = [np.vstack([sos, *[PASS_THROUGH] * (sections - len(sos))]) for sos in designs]
+    return np.stack(padded, axis=-1)[..., np.newaxis]
+
+
+def warped_rad_s(edge_hz: float, tick_s: float) -> float:
+    """Return where an analogue filter needs its edge for the bilinear one to have it there."""
+    return 2.0 / tick_s * math.tan(math.pi * edge_hz * tick_s)
+
+
+def runs_of(params: P) -> list[P]:
+    """Return plain parameters for each run of a batch; the parameters themselves where no number
+    is ``(runs, 1)``.
+    """
+    stacked = {
+        name: np.ravel(value)
+        for name in specs(params)
+        if isinstance(value := getattr(params, name), np.ndarray)
+    }
+    runs = max((column.size for column in stacked.values()), default=0)
+    columns = {name: np.broadcast_to(column, runs) for name, column in stacked.items()}
+    found = []
+    for run in range(runs):
+        numbers: dict[str, Any] = {name: float(column[run]) for name, column in columns.items()}
+        found.append(dataclasses.replace(params, **numbers))  # type: ignore[type-var]
+    return found or [params]
+
+
+def _analogue_cutoff_rad_s(params: FilterParams, tick_s: float) -> float:
+    """Return the -3 dB frequency of the analogue prototype [rad/s]."""
+    edge_hz, loss_db = (params.pass_hz, params.pass_db)
+    if params.meet == "stop" and params.stop_hz is not None:
+        edge_hz, loss_db = (params.stop_hz, params.stop_db)
+    edge = 2.0 * math.pi * edge_hz
+    if params.discretisation == "bilinear":
+        if edge_hz * tick_s >= 0.5:
+            raise ParameterError(
+                f"{params.meet}_hz = {edge_hz}: must be < {0.5 / tick_s:g} Hz, half the tick "
+                f"rate, to be met by a bilinear filter; meet the other edge, or use matched"
+            )
+        edge = warped_rad_s(edge_hz, tick_s)
+    loss = 10.0 ** (0.1 * loss_db) - 1.0  # (w/w_c)^2n at the edge
+    return float(edge / loss ** (0.5 / order_of(params, tick_s=tick_s)))
+
+
+def _butterworth(params: FilterParams, tick_s: float) -> Array:
+    cutoff = _analogue_cutoff_rad_s(params, tick_s)
+    if params.discretisation == "bilinear":
+        return butterworth.bilinear_sections(order_of(params, tick_s=tick_s), cutoff, tick_s)
+    return butterworth.matched_sections(order_of(params, tick_s=tick_s), cutoff, tick_s)

@@ -1,0 +1,189 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which high-pass filter feeds the outgoing wave back (App. D), for any anti-aliasing filter.
+
+Where the parameters do not say it, it follows from H_LP, the response of the anti-aliasing filter:
+
+* order 1, H_HP = (z - 1)/(z - alpha): the alpha that makes |H_LP + s H_HP|^2 as flat as can be,
+  min over alpha of max over 512 frequencies of | |H_LP + s H_HP|^2 - 1 |, with alpha below the
+  pole of H_LP (App. D section 4). Printed is 0.92913; this gives 0.9274, and which error function
+  that came from cannot be told.
+* order n >= 2, Butterworth: the lowest cut-off with |H_LP| + s |H_HP| <= 1 everywhere. Near rest
+  1 - |H_LP| rises with the power 2m of the frequency (m the order of H_LP; 1 for
+  ``integrate_and_dump``) and |H_HP| with the power n, so that n >= 2m is what it takes: no filter
+  of first order has this margin (a little less than 2m may fail by less than rounding).
+* complementary, H_1 and H_2 a Butterworth pair of order n, |H_1|^2 + |H_2|^2 = 1 (bilinear, so
+  exactly that): any cut-off will do; it is half the packet rate, above which no packet can say
+  anything. Both branches go through their filter twice: H_LP = H_1^2 with the anti-aliasing filter
+  between, H_HP = H_2^2.
+"""
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.numeric import Array
+from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
+from pmwvc_core.wave.design.branches import TOLERANCE
+from pmwvc_core.wave.design.butterworth import bilinear_sections
+from pmwvc_core.wave.design.extremum import minimum_between
+from pmwvc_core.wave.design.filter_design import half_power_hz, runs_of, stacked, warped_rad_s
+from pmwvc_core.wave.design.response import Complex, response
+
+PRINTED_POINTS = 512  # frequencies of App. D section 4
+PRINTED_LOW_POLE = 0.95  # H_LP = 0.05/(z - 0.95), App. D Eq. 15
+POINTS = 8192  # of a search, half of them near rest
+ASIDE = 1.001  # of a cut-off: what may lie between two of them
+HIGHEST = 0.49  # of the tick rate, of a cut-off that is given
+HIGHEST_DESIGNED = 0.25  # above that hardly anything would be filtered
+
+
+def high_pass(params: MasterParams) -> Array:
+    """Return H_HP as second-order sections (of ``complementary``: one of the two H_2).
+
+    Returns
+    -------
+    ndarray
+        ``(sections, 6)``; with parameters ``(runs, 1)`` it is ``(sections, 6, runs, 1)``.
+
+    Raises
+    ------
+    ParameterError
+        If no such filter exists.
+    """
+    return _of_runs(params, "highpass")
+
+
+def low_pass(params: MasterParams) -> Array:
+    """Return H_1 of the complementary pair, shaped as :func:`high_pass`."""
+    return _of_runs(params, "lowpass")
+
+
+def _of_runs(params: MasterParams, kind: str) -> Array:
+    runs = [sections_of(one.velocity_filter, one.tick_s, kind) for one in chosen(params)]
+    return runs[0] if len(runs) == 1 else stacked(runs)
+
+
+def chosen(params: MasterParams) -> list[MasterParams]:
+    """Return plain parameters per run (one where no number is ``(runs, 1)``) with ``alpha`` or
+    ``cutoff_hz`` said.
+
+    Raises
+    ------
+    ParameterError
+        If no such filter exists.
+    """
+    filters, own = runs_of(params.filter), runs_of(params.velocity_filter)
+    runs = max(len(filters), len(own))
+    found = []
+    for run in range(runs):
+        low, high = filters[run % len(filters)], own[run % len(own)]
+        said = _said(high, low, params.tick_s, params.rate_drop)
+        found.append(dataclasses.replace(params, filter=low, velocity_filter=said))
+    return found
+
+
+@functools.lru_cache(maxsize=1024)
+def _said(
+    own: VelocityFilterParams, low: FilterParams, tick_s: float, rate_drop: int
+) -> VelocityFilterParams:
+    """Return parameters with a cut-off; kept, as a node asks before and when it changes over."""
+    if own.cutoff_hz is not None:
+        if own.cutoff_hz * tick_s > HIGHEST:
+            raise ParameterError(
+                f"velocity_filter.cutoff_hz = {own.cutoff_hz}: must be <= "
+                f"{HIGHEST / tick_s:g} Hz at this tick"
+            )
+        return own
+    if own.alpha is not None:
+        return own
+    if own.kind == "complementary":
+        cutoff_hz = min(0.5 / rate_drop, HIGHEST_DESIGNED) / tick_s
+        return dataclasses.replace(own, cutoff_hz=cutoff_hz)
+    if low.kind == "none":
+        raise ParameterError(
+            "filter.kind = none: an anti-aliasing filter is what a velocity filter is designed "
+            "for; take one, or give velocity_filter.cutoff_hz"
+        )
+    if own.order == 1:
+        angle = np.pi * np.arange(PRINTED_POINTS) / PRINTED_POINTS
+        values = response(low, angle / (2.0 * np.pi * tick_s), tick_s=tick_s, rate_drop=rate_drop)
+        edge = float(half_power_hz(low, tick_s=tick_s))
+        below = 1.0 if math.isinf(edge) else math.exp(-2.0 * math.pi * edge * tick_s)
+        return dataclasses.replace(
+            own, alpha=flattest_alpha(values, angle, share=own.share, below=below)
+        )
+    near = np.geomspace(1e-6, 1.0, POINTS // 2)
+    angle = np.pi * np.concatenate([near, (1.0 + np.arange(POINTS // 2)) / (POINTS // 2)])
+    values = response(low, angle / (2.0 * np.pi * tick_s), tick_s=tick_s, rate_drop=rate_drop)
+    return dataclasses.replace(own, cutoff_hz=_lowest_cutoff(own, np.abs(values), angle, tick_s))
+
+
+def flattest_alpha(low: Complex, angle: Array, *, share: float = 0.5, below: float) -> float:
+    """Return the alpha of (z - 1)/(z - alpha), 0 < alpha < ``below``, that makes
+    |H_LP + s H_HP|^2 deviate least from 1 over angles ``(points,)`` [rad per tick].
+    """
+    z = np.exp(1j * angle)
+
+    def error(alpha: float) -> float:
+        high = (z - 1.0) / (z - alpha)
+        return float(np.max(np.abs(np.abs(low + share * high) ** 2 - 1.0)))
+
+    grid = np.linspace(0.0, below, 97)[1:-1]
+    start = int(np.argmin([error(float(alpha)) for alpha in grid]))
+    around = grid[max(start - 1, 0)], grid[min(start + 1, len(grid) - 1)]
+    return minimum_between(error, float(around[0]), float(around[1])).at
+
+
+def best_alpha(*, low_pole: float = PRINTED_LOW_POLE, points: int = PRINTED_POINTS) -> float:
+    """Return the flattest alpha for H_LP = (1 - p)/(z - p), the numbers of App. D by default."""
+    angle, low, _ = printed_branches(0.5, low_pole=low_pole, points=points)
+    return flattest_alpha(low, angle, below=low_pole)
+
+
+def printed_branches(
+    alpha: float, *, low_pole: float = PRINTED_LOW_POLE, points: int = PRINTED_POINTS
+) -> tuple[Array, Complex, Complex]:
+    """Return angles [rad per tick] from 0 to below pi, H_LP and H_HP of App. D Eqs. 15 and 16.
+
+    H_LP = (1 - p)/(z - p), H_HP = (z - 1)/(z - alpha).
+    """
+    angle = np.pi * np.arange(points) / points
+    z = np.exp(1j * angle)
+    return angle, (1.0 - low_pole) / (z - low_pole), (z - 1.0) / (z - alpha)
+
+
+def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: float) -> float:
+    """Return the lowest cut-off [Hz] with the any-environment margin, by bisection."""
+    warped = np.tan(0.5 * np.minimum(angle, np.pi * (1.0 - 1e-9)))
+
+    def excess(cutoff_hz: float) -> float:
+        ratio = math.tan(math.pi * cutoff_hz * tick_s) / warped
+        high = 1.0 / np.sqrt(1.0 + ratio ** (2 * own.order))
+        return float((low + own.share * high).max()) - 1.0
+
+    few, many = 1e-8 / tick_s, HIGHEST_DESIGNED / tick_s / ASIDE
+    if excess(many) > TOLERANCE:
+        raise ParameterError(
+            f"velocity_filter.share = {own.share}: no high-pass filter of order {own.order} "
+            "leaves |H_LP| + share |H_HP| <= 1 with this anti-aliasing filter; take a higher "
+            "order (twice that of the anti-aliasing filter), a smaller share, or kind = "
+            "complementary, or give cutoff_hz"
+        )
+    while many / few > 1.0 + 1e-9:
+        middle = math.sqrt(few * many)
+        few, many = (middle, many) if excess(middle) > 0.1 * TOLERANCE else (few, middle)
+    return many * ASIDE
+
+
+@functools.lru_cache(maxsize=1024)
+def sections_of(own: VelocityFilterParams, tick_s: float, kind: str) -> Array:
+    """Return the filter that completed parameters say, ``kind`` lowpass or highpass."""
+    if own.alpha is not None:
+        return np.array([[1.0, -1.0, 0.0, 1.0, -own.alpha, 0.0]])
+    assert own.cutoff_hz is not None  # completed
+    cutoff = warped_rad_s(own.cutoff_hz, tick_s)
+    return bilinear_sections(own.order, cutoff, tick_s, kind.removesuffix("pass"))
