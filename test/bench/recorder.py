@@ -22,7 +22,7 @@ import threading
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from processes import NodeProcess, ros
+from support.processes import NodeProcess, ros
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.mcap.recover import Salvage, messages

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from mcap.reader import make_reader
-from processes import Peer, isolate
 from rclpy.serialization import deserialize_message
-from sessions import Running
+from support.processes import Peer, isolate
+from support.sessions import Running
 
 from pmwvc_analysis.doctor import check_recording
 from pmwvc_analysis.recording.reader import read_scenario, read_session

@@ -7,7 +7,7 @@ import os
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from processes import NodeProcess, ros
+from support.processes import NodeProcess, ros
 
 from pmwvc_core.params import DeviceParams, OperatorParams
 from pmwvc_core.runtime.polling import TRACE_QOS

@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from sessions import ROOT, Running
+from support.sessions import ROOT, Running
 
 pytestmark = pytest.mark.integration
 

@@ -5,7 +5,7 @@
 import json
 
 import pytest
-from sessions import Running
+from support.sessions import Running
 
 pytestmark = pytest.mark.integration
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
-from processes import NodeProcess, ros
 from std_srvs.srv import Trigger
+from support.processes import NodeProcess, ros
 
 from pmwvc_core.params import MasterParams, OperatorParams, SafetyParams, VelocityFilterParams
 from pmwvc_core.runtime import messages

@@ -8,9 +8,9 @@ import time
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from processes import NodeProcess, ros
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
+from support.processes import NodeProcess, ros
 
 from pmwvc_core.network import FateKind, Link, stream_of
 from pmwvc_core.params import LinkParams

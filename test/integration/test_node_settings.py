@@ -5,8 +5,8 @@
 import contextlib
 
 import pytest
-from processes import ros
 from rclpy.parameter import Parameter
+from support.processes import ros
 
 from pmwvc_bringup import plan
 from pmwvc_core.errors import ParameterError

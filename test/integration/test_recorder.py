@@ -7,7 +7,7 @@ import signal
 
 import pytest
 import yaml
-from processes import NodeProcess, ros
+from support.processes import NodeProcess, ros
 
 from pmwvc_analysis.recording.mcap.mcap_check import check_file
 from pmwvc_analysis.recording.mcap.recover import Salvage, messages

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sessions import ROOT, Running
+from support.sessions import ROOT, Running
 
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.differences import FORCE_N, POSITION_M

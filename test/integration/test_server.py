@@ -9,7 +9,7 @@ import signal
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from processes import NodeProcess, ros
+from support.processes import NodeProcess, ros
 from visualization_msgs.msg import Marker, MarkerArray
 
 from pmwvc_core.params import DeviceParams, MasterParams, OperatorParams, SafetyParams

@@ -8,7 +8,7 @@ import signal
 import subprocess
 
 import pytest
-from sessions import ROOT, Running, shared_memory_of
+from support.sessions import ROOT, Running, shared_memory_of
 
 from pmwvc_analysis.recording.reader import read_session
 

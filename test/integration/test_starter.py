@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 import yaml
-from processes import NodeProcess, isolate, ros
+from support.processes import NodeProcess, isolate, ros
 from visualization_msgs.msg import MarkerArray
 
 from pmwvc_analysis.recording.reader import read_session

@@ -6,9 +6,9 @@ import json
 
 import numpy as np
 import pytest
-from processes import NodeProcess, ros
-from sessions import Running
 from std_srvs.srv import Trigger
+from support.processes import NodeProcess, ros
+from support.sessions import Running
 
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_core.runtime.matched import PUBLISHERS, SUBSCRIPTIONS, unmatched

@@ -9,8 +9,8 @@ import subprocess
 import sys
 
 import pytest
-from processes import ros
-from sessions import ROOT, Running
+from support.processes import ros
+from support.sessions import ROOT, Running
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.mcap.mcap_check import check_file

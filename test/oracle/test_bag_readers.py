@@ -7,12 +7,12 @@ import json
 import sys
 from pathlib import Path
 
-import handmade
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
+from support import handmade
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 from scipy import signal
-from strategies import TICK_S
+from support.strategies import TICK_S
 
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.design.filter_design import design, order_of

@@ -4,11 +4,11 @@
 
 from fractions import Fraction
 
-import linear_loops
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support import linear_loops
 
 from pmwvc_analysis.filters.characteristic import (
     CASES,

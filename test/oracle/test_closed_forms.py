@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
-from strategies import TICK_S, amplitudes, poles_rad_s, signals
+from support.strategies import TICK_S, amplitudes, poles_rad_s, signals
 
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave import (

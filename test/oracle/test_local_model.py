@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from linear_loops import SETTLED, simulated
-from local_loop import FIRST_ORDER, TABLE_1, TICK_S, Loop
+from support.linear_loops import SETTLED, simulated
+from support.local_loop import FIRST_ORDER, TABLE_1, TICK_S, Loop
 
 from pmwvc_core.scenario.reader import parse_scenario
 

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from linear_loops import scenario
+from support.linear_loops import scenario
 
 from pmwvc_analysis.delays import long_delay
 from pmwvc_analysis.delays.any_delay import any_delay

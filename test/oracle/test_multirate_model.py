@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The exact model says what the session simulator does: 1,000 ticks on random parameters."""
 
-import linear_loops
 import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from support import linear_loops
 
 from pmwvc_analysis.models.multirate import build, spectral_radius
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from pressed_wall import wall
+from support.pressed_wall import wall
 
 from pmwvc_analysis.models import multirate
 from pmwvc_analysis.models.stability import radii

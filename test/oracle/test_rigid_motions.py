@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Motions of the exact model that are no instability: translations, and all going on together."""
 
-import linear_loops
 import numpy as np
 import pytest
+from support import linear_loops
 
 from pmwvc_analysis.models import rigid
 from pmwvc_analysis.models.loop import Loop

@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stability of the exact model against printed and checked numbers, and against a second route."""
 
-import identity_loop
-import linear_loops
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import identity_loop, linear_loops
 
 from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.stability import boundary, k_max, radii, z_width

@@ -8,7 +8,7 @@ show the same regions for ``one_frame_late`` when its cut-off is read as the pol
 
 import numpy as np
 import pytest
-from closed_loop import FRAME_S, IMPEDANCE, Loop, Scheme, is_stable, k_max
+from support.closed_loop import FRAME_S, IMPEDANCE, Loop, Scheme, is_stable, k_max
 
 DELAYS = (0, 1, 2, 3)
 LATE = {

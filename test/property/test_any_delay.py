@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from linear_loops import scenario
+from support.linear_loops import scenario
 
 from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.models.stability import ROUNDING, radii

@@ -8,7 +8,7 @@ import math
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from strategies import signals
+from support.strategies import signals
 
 from pmwvc_core.master.filter_bank import FilterBank
 from pmwvc_core.numeric import squared

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from strategies import TICK_S, amplitudes, poles_rad_s, rate_drops, signals
+from support.strategies import TICK_S, amplitudes, poles_rad_s, rate_drops, signals
 
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave import AntiAliasing, EnergyLedger, Hold

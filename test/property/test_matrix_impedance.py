@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from strategies import matrices
+from support.strategies import matrices
 
 from pmwvc_core.controllers import make_server
 from pmwvc_core.master import WaveMaster

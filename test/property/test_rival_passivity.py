@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rival_link import TICK_S, M, RivalLink
+from support.baseline_link import TICK_S, BaselineLink, M
 
 from pmwvc_core.controllers import make_master
 from pmwvc_core.params import BaselineParams, MasterParams
@@ -23,7 +23,9 @@ stiffnesses = st.floats(0.0, 5000.0)
 
 def link_of(controller, seed, delay, loss, **rest):
     rng = np.random.default_rng(seed)
-    link = RivalLink(controller, delay_frames=delay, lost=lambda *_: rng.random() < loss, **rest)
+    link = BaselineLink(
+        controller, delay_frames=delay, lost=lambda *_: rng.random() < loss, **rest
+    )
     return link, rng
 
 
@@ -113,7 +115,7 @@ class TestTimeDomainPassivity:
 
     def test_without_the_controllers_the_same_swing_makes_energy(self):
         """The control: the same force and motion, and nobody who counts."""
-        direct, observed = RivalLink("direct"), RivalLink("tdpa")
+        direct, observed = BaselineLink("direct"), BaselineLink("tdpa")
         for row in bounce(125):
             direct.frame(row)
             observed.frame(row)
@@ -154,9 +156,9 @@ class TestSetPositionModulation:
     def test_set_points_that_jump_for_nothing_make_energy(self):
         """The control: the same spring with a tank that never runs out."""
         endless = PspmParams(stiffness=500.0, damping=0.3, initial_j=1e6, cap_j=1e6)
-        free = RivalLink("pspm", baseline=BaselineParams(pspm=endless), delay_frames=4)
+        free = BaselineLink("pspm", baseline=BaselineParams(pspm=endless), delay_frames=4)
         spent = PspmParams(stiffness=500.0, damping=0.3)
-        paid = RivalLink("pspm", baseline=BaselineParams(pspm=spent), delay_frames=4)
+        paid = BaselineLink("pspm", baseline=BaselineParams(pspm=spent), delay_frames=4)
         for row in bounce(125, hz=10.0):
             free.frame(row)
             paid.frame(row)
@@ -167,7 +169,7 @@ class TestSetPositionModulation:
     def test_a_spring_too_stiff_for_its_tick_overdraws_the_tank(self):
         """The control of B > K T_c/2."""
         params = PspmParams(stiffness=4000.0, damping=0.2, initial_j=0.0)
-        link = RivalLink("pspm", baseline=BaselineParams(pspm=params), delay_frames=0)
+        link = BaselineLink("pspm", baseline=BaselineParams(pspm=params), delay_frames=0)
         lowest = 0.0
         for row in bounce(50):
             link.frame(row)
@@ -182,7 +184,7 @@ def there(link):
 class TestVirtualCoupling:
     def test_nobody_counts_so_a_late_spring_makes_energy(self):
         params = VirtualCouplingParams(stiffness=300.0, damping=0.0)
-        late = RivalLink(
+        late = BaselineLink(
             "virtual_coupling", baseline=BaselineParams(virtual_coupling=params), delay_frames=4
         )
         for row in bounce(125, hz=10.0):

@@ -8,13 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from random import Random
 
-import handmade
 import numpy as np
 import pytest
-import strays
-from handmade import START_NS
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from support import handmade, strays
+from support.handmade import START_NS
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.consistency.consistency import inconsistencies

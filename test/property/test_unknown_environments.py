@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from passive_networks import Network, OpenNetwork, Pusher, random_network
+from support.passive_networks import Network, OpenNetwork, Pusher, random_network
 
 from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams

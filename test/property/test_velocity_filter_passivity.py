@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import TICK_S
+from support.strategies import TICK_S
 
 from pmwvc_core.master import WaveMaster
 from pmwvc_core.master.velocity_filter import make_velocity_filter

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from filter_runs import BUTTERWORTH, KINDS, run
 from hypothesis import given
-from strategies import TICK_S, poles_rad_s
+from support.filter_runs import BUTTERWORTH, KINDS, run
+from support.strategies import TICK_S, poles_rad_s
 
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.design.aliasing import delay_of, warnings_of, worst_case_gain

@@ -5,9 +5,9 @@
 import itertools
 from types import SimpleNamespace
 
-import handmade
 import numpy as np
 import pytest
+from support import handmade
 
 from pmwvc_analysis.recording.clocks import clock
 from pmwvc_analysis.recording.clocks.alignment import ECHO, ONE_HOST, align

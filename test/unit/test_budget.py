@@ -5,9 +5,9 @@
 import copy
 import json
 
-import handmade
 import numpy as np
 import pytest
+from support import handmade
 
 from pmwvc_analysis.budget import budget_summary
 from pmwvc_analysis.budget.budget import budget

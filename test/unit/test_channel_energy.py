@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import TICK_S, rate_drops, signals
+from support.strategies import TICK_S, rate_drops, signals
 
 from pmwvc_analysis.filters import channel_energy
 from pmwvc_core.wave.rates import Hold

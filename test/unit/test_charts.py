@@ -7,11 +7,11 @@ import itertools
 import json
 import xml.etree.ElementTree as ET
 
-import handmade
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support import handmade
 
 from pmwvc_analysis.figures import colours
 from pmwvc_analysis.figures.axis import Axis

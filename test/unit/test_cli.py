@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 import yaml
-from command_line import ROOT, call, refused
+from support.command_line import ROOT, call, refused
 
 COMMANDS = ("run", "simulate", "report", "replay", "compare", "node", "scenarios", "doctor")
 

@@ -8,8 +8,8 @@ import json
 
 import numpy as np
 import pytest
-from command_line import call
 from scipy.io import loadmat
+from support.command_line import call
 
 pmwvc = functools.partial(call, OMP_NUM_THREADS="1")
 

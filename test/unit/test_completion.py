@@ -5,7 +5,7 @@
 import subprocess
 
 import pytest
-from command_line import ROOT
+from support.command_line import ROOT
 
 ASK = """
 export COMP_LINE="$1" COMP_POINT=${#1} COMP_TYPE=9 COMP_KEY=9

@@ -12,7 +12,7 @@ import types
 from importlib.metadata import EntryPoint
 
 import pytest
-from command_line import ROOT, call, refused
+from support.command_line import ROOT, call, refused
 
 from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.models.linear import NonlinearError

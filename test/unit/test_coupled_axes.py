@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from strategies import matrices
+from support.strategies import matrices
 
 from pmwvc_core.params import ContactParams
 from pmwvc_core.server.factory import make_contact

@@ -6,7 +6,7 @@ import itertools
 import math
 
 import pytest
-from processes import ros
+from support.processes import ros
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.master.safety_states import SafetyState

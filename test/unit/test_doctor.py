@@ -5,11 +5,11 @@
 import json
 import shutil
 
-import handmade
 import numpy as np
 import pytest
-from command_line import call
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from support import handmade
+from support.command_line import call
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.doctor import PROBLEM, WARNING, check_recording, exit_code

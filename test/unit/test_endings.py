@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ended when is named, the session is judged up to there, and the check fails."""
 
-import handmade
 import numpy as np
 import pytest
-from handmade import FORCE_N
+from support import handmade
+from support.handmade import FORCE_N
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.verdicts import cut

@@ -4,10 +4,10 @@
 
 import dataclasses
 
-import handmade
 import numpy as np
 import pytest
-from handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
+from support import handmade
+from support.handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
 from pmwvc_analysis.budget.energy import (
     Balance,

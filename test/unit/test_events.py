@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The list of events: safety, membership and contact of simulated and recorded sessions."""
 
-import handmade
 import numpy as np
 import pytest
+from support import handmade
 
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.verdicts.verdicts import summary

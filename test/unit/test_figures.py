@@ -4,9 +4,9 @@
 
 import struct
 
-import handmade
 import numpy as np
 import pytest
+from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.budget_words import GROUPS, account_words, words_of

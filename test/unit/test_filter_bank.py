@@ -6,11 +6,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from bank_runs import TICK_S, driven, master
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
-from strategies import signals
+from support.bank_runs import TICK_S, driven, master
+from support.strategies import signals
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.port import WaveMaster

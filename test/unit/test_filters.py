@@ -8,10 +8,10 @@ import sys
 
 import numpy as np
 import pytest
-from filter_runs import BUTTERWORTH, KINDS, run
 from hypothesis import given
 from scipy import signal
-from strategies import TICK_S, poles_rad_s, signals
+from support.filter_runs import BUTTERWORTH, KINDS, run
+from support.strategies import TICK_S, poles_rad_s, signals
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import FilterParams

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Holes in the recording: nothing is judged there, and nothing is blamed on a node."""
 
-import handmade
 import numpy as np
 import pytest
-from handmade import FRAME_S
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import handmade
+from support.handmade import FRAME_S
 
 from pmwvc_analysis.budget.balance_holes import hidden
 from pmwvc_analysis.budget.budget import budget

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from strategies import matrices, signals_of
+from support.strategies import matrices, signals_of
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import root

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is not linear is refused by name; the nearest linear scenario is one that is answered."""
 
-import linear_loops
 import pytest
+from support import linear_loops
 
 from pmwvc_analysis.models.linear import NonlinearError, nonlinear, relative
 from pmwvc_analysis.models.multirate import build

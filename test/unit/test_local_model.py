@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bank_runs import TICK_S, driven, master
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from strategies import signals
+from support.bank_runs import TICK_S, driven, master
+from support.strategies import signals
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master import plugin_model as foreign_model

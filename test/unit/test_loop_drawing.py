@@ -6,9 +6,9 @@ import dataclasses
 import re
 import xml.etree.ElementTree as ET
 
-import handmade
 import numpy as np
 import pytest
+from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.report.loop_blocks import blocks, rendered

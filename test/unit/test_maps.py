@@ -6,10 +6,10 @@ import csv
 import json
 import sys
 
-import linear_loops
 import numpy as np
 import pytest
 from scipy.io import loadmat
+from support import linear_loops
 
 from pmwvc_analysis.figures.map_figure import draw
 from pmwvc_analysis.maps.map_files import Measured, Unfinished, first_crossing, write_data

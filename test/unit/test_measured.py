@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from pressed_wall import wall
+from support.pressed_wall import wall
 
 from pmwvc_analysis.models import multirate
 from pmwvc_analysis.transparency import frequency

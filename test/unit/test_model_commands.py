@@ -7,7 +7,7 @@ import json
 
 import pytest
 import yaml
-from command_line import call, refused
+from support.command_line import call, refused
 
 from pmwvc_bringup.scenarios import load
 

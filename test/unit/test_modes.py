@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The frequency of the slowest motion is that of the motion, whatever the hyperperiod."""
 
-import linear_loops
 import numpy as np
 import pytest
+from support import linear_loops
 
 from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.models.multirate import build

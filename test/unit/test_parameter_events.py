@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters that changed during a session are events of it."""
 
-import handmade
 import pytest
 import yaml
-from handmade import START_NS
 from hypothesis import given
 from hypothesis import strategies as st
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
+from support import handmade
+from support.handmade import START_NS
 
 from pmwvc_analysis.recording import schemas
 from pmwvc_analysis.recording.from_traces import record_traces

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from filter_runs import KINDS, run
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import TICK_S, poles_rad_s
+from support.filter_runs import KINDS, run
+from support.strategies import TICK_S, poles_rad_s
 
 from pmwvc_analysis.delays import passivity
 from pmwvc_core.params import FilterParams

@@ -6,9 +6,9 @@ import dataclasses
 import json
 import re
 
-import handmade
 import numpy as np
 import pytest
+from support import handmade
 
 from pmwvc_analysis.budget import budget_summary
 from pmwvc_analysis.budget.budget import budget

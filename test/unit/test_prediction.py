@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a scenario's numbers promise."""
 
-import handmade
 import pytest
+from support import handmade
 
 from pmwvc_analysis.prediction.prediction import (
     aliasing_gain,

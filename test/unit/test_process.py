@@ -7,7 +7,7 @@ import signal
 import threading
 
 import pytest
-from processes import isolate
+from support.processes import isolate
 
 from pmwvc_core.errors import DeviceError
 from pmwvc_core.params import MasterParams

@@ -5,14 +5,14 @@
 import dataclasses
 import json
 
-import handmade
 import numpy as np
 import pytest
-from handmade import START_NS, TICKS
 from mcap.reader import make_reader
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as ForeignWriter
 from rosbags.typesys import Stores, get_typestore
+from support import handmade
+from support.handmade import START_NS, TICKS
 
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.recording import schemas

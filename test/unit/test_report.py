@@ -7,10 +7,10 @@ import re
 import subprocess
 from html.parser import HTMLParser
 
-import handmade
 import numpy as np
 import pytest
-from command_line import ROOT, call
+from support import handmade
+from support.command_line import ROOT, call
 
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.report.report import render

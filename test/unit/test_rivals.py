@@ -4,7 +4,7 @@
 
 import numpy as np
 import pytest
-from rival_link import FRAME_S, TICK_S, M, RivalLink
+from support.baseline_link import FRAME_S, TICK_S, BaselineLink, M
 
 from pmwvc_core.baselines.arrivals import Arrivals
 from pmwvc_core.baselines.modulated_spring import ModulatedSpring
@@ -39,7 +39,7 @@ def server_of(controller, *, users=1, environment="wall", baseline=None, **conta
 
 def still(controller, **rest):
     """A link whose device has been moved by 1 mm along axis 0 and held there for a second."""
-    link = RivalLink(controller, delay_frames=2, **rest)
+    link = BaselineLink(controller, delay_frames=2, **rest)
     zero = link.x
     moving = zero + 0.001 / (5 * FRAME_S) * np.eye(max(1, np.size(zero)))[0]
     moving = float(moving[0]) if np.ndim(zero) == 0 else moving

@@ -6,9 +6,9 @@ import dataclasses
 import sys
 
 import pytest
-from processes import ros
 from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
+from support.processes import ros
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import (

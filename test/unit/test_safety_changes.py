@@ -5,8 +5,8 @@
 import dataclasses
 
 import pytest
-from processes import ros
 from rclpy.parameter import Parameter
+from support.processes import ros
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.safety_changes import check_change

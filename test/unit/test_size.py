@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a recording takes on disk, as said before it is made."""
 
-import handmade
 import pytest
+from support import handmade
 
 from pmwvc_analysis.recording import size
 from pmwvc_analysis.recording.from_traces import record_traces

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What counts as stable, and what as which instability."""
 
-import handmade
 import numpy as np
 import pytest
-from handmade import oscillating, session
 from scipy import signal
+from support import handmade
+from support.handmade import oscillating, session
 
 from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.verdicts.oscillation import beyond, motions, strength

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 from hypothesis import given
-from strategies import amplitudes, impedances
+from support.strategies import amplitudes, impedances
 
 from pmwvc_core.wave import (
     decode_master,

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenarios with other numbers by dotted name."""
 
-import linear_loops
 import numpy as np
 import pytest
+from support import linear_loops
 
 from pmwvc_analysis.models.variation import stackable, value_of, varied, with_stiffness
 from pmwvc_core.errors import ScenarioError

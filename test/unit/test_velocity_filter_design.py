@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 import pytest
-from filter_runs import BUTTERWORTH
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import TICK_S, poles_rad_s
+from support.filter_runs import BUTTERWORTH
+from support.strategies import TICK_S, poles_rad_s
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams

@@ -4,10 +4,10 @@
 
 import json
 
-import handmade
 import numpy as np
 import pytest
-from handmade import DRIFT_M, FORCE_N, session
+from support import handmade
+from support.handmade import DRIFT_M, FORCE_N, session
 
 from pmwvc_analysis.verdicts.verdicts import summary
 

@@ -18,7 +18,7 @@ M = 8
 FRAME_S = TICK_S * M
 
 
-class RivalLink:
+class BaselineLink:
     """Both ends, and every packet on its way."""
 
     def __init__(

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """One filter of each kind, and a trace through it."""
 
-from strategies import TICK_S
-
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave import AntiAliasing
+from support.strategies import TICK_S
 
 BUTTERWORTH = FilterParams(kind="butterworth", pass_hz=25.0, stop_hz=50.0)
 KINDS = [
