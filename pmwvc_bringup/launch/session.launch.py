@@ -6,8 +6,8 @@
 
     ros2 launch pmwvc_bringup session.launch.py scenario:=carry_16ms users:=2 duration:=20
 
-The nodes wait until all have met, then begin together (:mod:`pmwvc_bringup.starter`); ``duration``
-counts from there. ``namespace:=lab`` puts all topics and nodes below ``/lab``.
+The nodes wait until all have met, then begin together (:mod:`pmwvc_bringup.session.starter`);
+``duration`` counts from there. ``namespace:=lab`` puts all topics and nodes below ``/lab``.
 """
 
 import sys
@@ -24,8 +24,9 @@ from launch.event_handlers import OnProcessExit
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from pmwvc_bringup import plan, scenarios
-from pmwvc_bringup.surroundings import new_folder
+from pmwvc_bringup import scenarios
+from pmwvc_bringup.session import plan
+from pmwvc_bringup.session.surroundings import new_folder
 
 ARGUMENTS = {
     "scenario": ("carry_16ms", "name of a scenario, or a YAML file"),
@@ -67,7 +68,7 @@ def session_nodes(context):
     starter = ExecuteProcess(
         name="starter",
         cmd=[
-            *(sys.executable, "-m", "pmwvc_bringup.starter", str(file)),
+            *(sys.executable, "-m", "pmwvc_bringup.session.starter", str(file)),
             *("--duration", "0" if endless else str(scenario.duration_s)),
             *("--namespace", namespace),
             *([] if record else ["--unrecorded"]),

@@ -13,9 +13,9 @@ from typing import Any
 
 from rich.console import Console
 
-from pmwvc_bringup import plan, preflight
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.output import document
+from pmwvc_bringup.session import plan, preflight
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.plural import count
@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run a live session; 1 when a node did not come up, 130 when ended before it began."""
     preflight.require_ros()
     scenario, folder = _prepared(arguments)
-    from pmwvc_bringup.runner import LiveSession, StartError
+    from pmwvc_bringup.session.runner import LiveSession, StartError
 
     with document(wanted=arguments.json) as write:
         console = _console()
@@ -98,7 +98,7 @@ def node(arguments: argparse.Namespace) -> int:
 
         print(node_help.text(arguments.kind))
         return 0
-    from pmwvc_bringup.surroundings import LOCALHOST, RANGE, own_environment
+    from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment
 
     words = [sys.executable, "-m", NODES[arguments.kind], *arguments.arguments]
     os.execve(sys.executable, words, own_environment({RANGE: LOCALHOST, **os.environ}))
@@ -192,7 +192,7 @@ def _recording_findings(folder: Path) -> tuple[list[Any], int]:
 
 def _prepared(arguments: argparse.Namespace) -> tuple[Scenario, Path]:
     """Return scenario and session folder; a mistake in the scenario leaves no folder behind."""
-    from pmwvc_bringup.surroundings import new_folder
+    from pmwvc_bringup.session.surroundings import new_folder
 
     scenario = files.load(
         arguments.scenario,

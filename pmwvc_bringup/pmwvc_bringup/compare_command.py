@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run every combination, record each, and report all of them together."""
     from rich.progress import Progress
 
-    from pmwvc_bringup.surroundings import new_folder
+    from pmwvc_bringup.session.surroundings import new_folder
 
     words, left_out = fitting(
         arguments.scenario, words_of(arguments.controllers), arguments.settings

@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_analysis.recording.reader import read_session
     from pmwvc_analysis.replay.run import replay_traces, scenario_of
-    from pmwvc_bringup.surroundings import new_folder
+    from pmwvc_bringup.session.surroundings import new_folder
 
     source = Path(arguments.folder)
     scenario_of(source)  # says what is missing

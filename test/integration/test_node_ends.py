@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from pmwvc_bringup.surroundings import own_domain
+from pmwvc_bringup.session.surroundings import own_domain
 
 pytestmark = pytest.mark.integration
 NODE = """

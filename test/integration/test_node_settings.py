@@ -8,7 +8,7 @@ import pytest
 from rclpy.parameter import Parameter
 from support.processes import ros
 
-from pmwvc_bringup import plan
+from pmwvc_bringup.session import plan
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.runtime.parameter_values import values_of

@@ -14,7 +14,8 @@ from support.processes import NodeProcess, isolate, ros
 from visualization_msgs.msg import MarkerArray
 
 from pmwvc_analysis.recording.reader import read_session
-from pmwvc_bringup import plan, scenarios
+from pmwvc_bringup import scenarios
+from pmwvc_bringup.session import plan
 
 pytestmark = pytest.mark.integration
 NAMESPACE, LENGTH_S = "/lab", 3.0
@@ -38,7 +39,7 @@ def test_launched_nodes_begin_together_in_any_namespace_and_run_for_their_time(t
             nodes[node.name] = running.enter_context(process)
         starter = subprocess.run(
             [
-                *(sys.executable, "-m", "pmwvc_bringup.starter", str(file)),
+                *(sys.executable, "-m", "pmwvc_bringup.session.starter", str(file)),
                 *("--duration", str(LENGTH_S), "--namespace", NAMESPACE),
             ],
             env=os.environ,
@@ -72,7 +73,7 @@ def test_a_starter_that_waits_ends_quietly_when_interrupted(tmp_path):
     isolate()
     file = tmp_path / "scenario.yaml"
     file.write_text(scenarios.to_yaml(scenarios.load("wall")), "utf-8")
-    command = [sys.executable, "-m", "pmwvc_bringup.starter", str(file)]
+    command = [sys.executable, "-m", "pmwvc_bringup.session.starter", str(file)]
     starter = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ)
     try:
         with ros() as peer:  # it is in the graph: it waits for nodes that never come

@@ -21,7 +21,8 @@ from pmwvc_msgs.msg import LinkState, MasterTrace, PacketFate, ServerTrace, Wave
 pytestmark = pytest.mark.integration
 FAILING = """
 import sys
-from pmwvc_bringup import __main__, monitor
+from pmwvc_bringup import __main__
+from pmwvc_bringup.session import monitor
 
 glance, calls = monitor.Monitor.glance, []
 

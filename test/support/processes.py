@@ -27,7 +27,7 @@ from typing import Any
 
 import yaml
 
-from pmwvc_bringup.surroundings import node_environment
+from pmwvc_bringup.session.surroundings import node_environment
 from pmwvc_core.runtime.parameter_values import to_ros_yaml
 
 LONGEST_S = 60.0  # no process of a test lives longer

@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pmwvc_bringup import plan, scenarios
+from pmwvc_bringup import scenarios
+from pmwvc_bringup.session import plan
 from pmwvc_core.simulation.session import SessionBatch
 from pmwvc_core.wave.limits import largest_wave
 

@@ -8,7 +8,8 @@ import pytest
 import yaml
 
 from pmwvc_analysis.recording.topics import session_topics
-from pmwvc_bringup import plan, scenarios
+from pmwvc_bringup import scenarios
+from pmwvc_bringup.session import plan
 from pmwvc_core.params import ContactParams, LinkParams, MasterParams
 from pmwvc_core.runtime.parameter_values import built
 

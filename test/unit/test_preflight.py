@@ -4,7 +4,8 @@
 
 import pytest
 
-from pmwvc_bringup import preflight, scenarios
+from pmwvc_bringup import scenarios
+from pmwvc_bringup.session import preflight
 from pmwvc_core.errors import PmwvcError, ScenarioError
 
 MOTION = str(scenarios.folders()[0] / "hand_motion.csv")

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from pmwvc_bringup.processes import Children, Ending
+from pmwvc_bringup.session.processes import Children, Ending
 
 # A child that says so when it is ready, and obeys or refuses SIGINT and SIGTERM.
 OBEYS = "import signal; print('ready', flush=True); signal.pause()"
@@ -69,7 +69,7 @@ def test_a_child_obeys_where_the_runner_was_started_in_the_background(children, 
 
 def test_a_child_that_refuses_is_killed(children, tmp_path, monkeypatch):
     short = ((signal.SIGINT, 0.05), (signal.SIGTERM, 0.05), (signal.SIGKILL, 5.0))
-    monkeypatch.setattr("pmwvc_bringup.processes.STOP_SIGNALS", short)
+    monkeypatch.setattr("pmwvc_bringup.session.processes.STOP_SIGNALS", short)
     started(children, "stubborn", REFUSES, tmp_path)
     (ending,) = children.stop(["stubborn"])
     assert ending.signal == "SIGKILL"
@@ -115,7 +115,7 @@ def test_children_end_when_their_parent_is_killed(tmp_path):
     code = (
         "import os, subprocess, sys\n"
         "from pathlib import Path\n"
-        "from pmwvc_bringup.processes import Children\n"
+        "from pmwvc_bringup.session.processes import Children\n"
         f"command = [sys.executable, '-c', {OBEYS!r}]\n"
         "tied = Children().start('tied', command, env=os.environ, log=Path(sys.argv[1], 'log'))\n"
         "loose = subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)\n"

@@ -6,7 +6,7 @@ import io
 
 from rich.console import Console
 
-from pmwvc_bringup.status import Status, UserStatus
+from pmwvc_bringup.session.status import Status, UserStatus
 
 COUPLED = UserStatus(
     "user1",

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import pytest
 
 from pmwvc_bringup import commands
-from pmwvc_bringup.surroundings import (
+from pmwvc_bringup.session.surroundings import (
     new_folder,
     node_environment,
     own_domain,

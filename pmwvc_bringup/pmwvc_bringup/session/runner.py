@@ -17,12 +17,12 @@ from typing import Any
 from rich.console import Console
 from rich.live import Live
 
-from pmwvc_bringup import plan
-from pmwvc_bringup.interrupts import Interrupts
-from pmwvc_bringup.processes import Children, Ending
 from pmwvc_bringup.scenarios import to_yaml
-from pmwvc_bringup.status import Status
-from pmwvc_bringup.surroundings import node_environment, own_domain
+from pmwvc_bringup.session import plan
+from pmwvc_bringup.session.interrupts import Interrupts
+from pmwvc_bringup.session.processes import Children, Ending
+from pmwvc_bringup.session.status import Status
+from pmwvc_bringup.session.surroundings import node_environment, own_domain
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -88,7 +88,7 @@ class LiveSession:
                 self._start_nodes(logs, environment)
                 # rclpy starts threads that a fork would copy half: only after the last child
                 os.environ.update(environment)
-                from pmwvc_bringup.monitor import watching
+                from pmwvc_bringup.session.monitor import watching
 
                 with watching([user.name for user in self.scenario.users]) as monitor:
                     met = self._met(monitor)

@@ -4,7 +4,7 @@
 
 ::
 
-    python -m pmwvc_bringup.starter FOLDER/scenario.yaml --duration 20 --namespace /lab
+    python -m pmwvc_bringup.session.starter FOLDER/scenario.yaml --duration 20 --namespace /lab
 
 For the launch file: its nodes wait for their ``start`` service. When all of them have met, the
 emulator, the server and then the masters are started; the time counts from the first ticks of all
@@ -34,8 +34,9 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument("--unrecorded", action="store_true", help="there is no recorder")
     given = parser.parse_args(args)
 
-    from pmwvc_bringup import plan, scenarios
-    from pmwvc_bringup.monitor import watching
+    from pmwvc_bringup import scenarios
+    from pmwvc_bringup.session import plan
+    from pmwvc_bringup.session.monitor import watching
     from pmwvc_core.errors import PmwvcError
 
     scenario = scenarios.load(given.scenario)

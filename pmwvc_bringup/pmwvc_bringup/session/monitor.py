@@ -23,7 +23,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
-from pmwvc_bringup.status import UserStatus
+from pmwvc_bringup.session.status import UserStatus
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.matched import unmatched
 from pmwvc_core.runtime.messages import misfit, nanoseconds
