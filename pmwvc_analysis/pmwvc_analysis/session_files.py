@@ -53,7 +53,8 @@ def finish(
     from pmwvc_analysis.figures.figures import charts, write_all
     from pmwvc_analysis.recording.reader import read_scenario, read_session
     from pmwvc_analysis.report.report import render
-    from pmwvc_analysis.verdicts import cut, endings
+    from pmwvc_analysis.traces import cut
+    from pmwvc_analysis.verdicts import endings
     from pmwvc_analysis.verdicts.verdicts import summary
 
     folder = Path(folder)

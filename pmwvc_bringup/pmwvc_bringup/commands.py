@@ -257,7 +257,8 @@ def _finished(
 
 def _verdict(summary: dict[str, Any]) -> list[str]:
     """Return the result in sentences, one line for the session and one per user."""
-    from pmwvc_analysis.verdicts import check, environment
+    from pmwvc_analysis.events import environment
+    from pmwvc_analysis.verdicts import check
 
     state = check.state_text(summary["stable"], summary["instability"])
     if summary["stable"] is None:

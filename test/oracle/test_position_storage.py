@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.encoder_noise import encoder_noise_w
 from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
 from pmwvc_analysis.prediction.prediction_words import lines
+from pmwvc_analysis.traces.reductions import position_error
 from pmwvc_analysis.verdicts.passivity_findings import passivity
 from pmwvc_analysis.verdicts.passivity_words import verdict
-from pmwvc_analysis.verdicts.verdicts import separation
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.params import MasterParams, PositionParams
@@ -34,7 +34,7 @@ def carried(*settings, duration_s=20.0):
 
 def apart_m(traces):
     """How much closer than their avatars the two devices are at the end."""
-    both = [separation(user, traces.server, i) for i, user in enumerate(traces.users)]
+    both = [position_error(user, traces.server, i) for i, user in enumerate(traces.users)]
     left, right = (found[1][found[0] > traces.duration_s - 0.5, 0].mean() for found in both)
     return left - right
 

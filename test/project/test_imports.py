@@ -35,6 +35,14 @@ CORE = {
     "simulation": BASE
     | {"plant", "network", "master", "server", "controllers", "scenario", "traces"},
 }
+# Below each folder of the analysis: which of the others it may import.
+ANALYSIS = {
+    "traces": set(),
+    "budget": {"traces"},
+    "consistency": {"traces"},
+    "events": {"traces"},
+    "verdicts": {"traces", "budget", "events", "prediction", "recording"},
+}
 CLOCKS = {"rclpy", "time", "threading", "os", "subprocess", "asyncio", "socket", "datetime"}
 
 
@@ -82,6 +90,24 @@ def test_the_blocks_of_the_core_do_not_import_each_other():
         for name in imports_of(file):
             if name.startswith("pmwvc_core."):
                 assert name.split(".")[1] in CORE[block] | {block}, f"{file}: {name}"
+
+
+@pytest.mark.parametrize("room", ANALYSIS)
+def test_the_folders_of_the_analysis_import_one_way(room):
+    files = [file for file in files_of("pmwvc_analysis") if room in file.parts]
+    assert files
+    for file in files:
+        for name in imports_of(file):
+            if name.startswith("pmwvc_analysis."):
+                assert name.split(".")[1] in ANALYSIS[room] | {room}, f"{file}: {name}"
+
+
+def test_no_folder_of_the_analysis_is_below_itself():
+    below = {room: set(others) for room, others in ANALYSIS.items()}
+    for _ in ANALYSIS:
+        for others in below.values():
+            others |= {each for other in set(others) for each in below.get(other, ())}
+    assert [room for room, others in below.items() if room in others] == []
 
 
 @pytest.mark.parametrize("package", [*PACKAGES, "pmwvc_bringup"])

@@ -12,6 +12,7 @@ from support import handmade
 from pmwvc_analysis.budget import budget_summary
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.budget_result import SERVER, TOLERANCE_NOTED
+from pmwvc_analysis.verdicts import passivity_words
 from pmwvc_analysis.verdicts.passivity_findings import Passivity
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.simulation.session import simulate_one
@@ -136,7 +137,7 @@ def test_direct_coupling_over_a_delay_is_named():
     assert {entry.part for entry in found.active[:2]} == {"link"}
     said = [
         words
-        for good, words in budget_summary.lines(found, Passivity(tuple(found.findings)))
+        for good, words in passivity_words.budget_lines(found, Passivity(tuple(found.findings)))
         if not good
     ]
     assert any("link in both directions" in words for words in said)
@@ -245,4 +246,4 @@ def test_the_summary_is_plain_numbers_and_the_table_adds_up(pressed):
     spent = sum(value for _, row in table[1:] for value in row if value is not None)
     assert given == pytest.approx(spent, abs=1e-12)
     assert said["hands_j"] == pytest.approx(given)
-    assert budget_summary.lines(found, Passivity(tuple(found.findings)))[0][0] is True
+    assert passivity_words.budget_lines(found, Passivity(tuple(found.findings)))[0][0] is True

@@ -8,7 +8,7 @@ from support import handmade
 from support.handmade import FORCE_N
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.verdicts import cut
+from pmwvc_analysis.traces import cut
 from pmwvc_analysis.verdicts.check import reasons
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.simulation.session import simulate_one

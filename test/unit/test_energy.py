@@ -9,6 +9,7 @@ import pytest
 from support import handmade
 from support.handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
+from pmwvc_analysis.budget.criterion import TOLERANCE_J
 from pmwvc_analysis.budget.energy import (
     Balance,
     UserEnergy,
@@ -16,7 +17,6 @@ from pmwvc_analysis.budget.energy import (
     running,
     user_energies,
 )
-from pmwvc_analysis.verdicts.passivity import TOLERANCE_J
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.plant.motion import motion
 from pmwvc_core.simulation.session import simulate_one

@@ -14,6 +14,7 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.remainders import unchecked
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.consistency.numbers import SMALLEST
+from pmwvc_analysis.verdicts import passivity_words
 from pmwvc_analysis.verdicts.passivity_findings import passivity
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.simulation.session import simulate_one
@@ -92,7 +93,10 @@ def test_remainders_are_named_with_what_they_hide():
     found = budget(traces, scenario)
     said = budget_summary.summary(found)["remainders"]
     assert [(each["owner"], each["part"]) for each in said] == [("server", "environment_heat")]
-    lines = [words for _, words in budget_summary.lines(found, passivity(traces, scenario, found))]
+    lines = [
+        words
+        for _, words in passivity_words.budget_lines(found, passivity(traces, scenario, found))
+    ]
     assert any("Remainder" in words and "stored and heat" in words for words in lines)
     labels = [label for label, _ in budget_summary.rows(found)]
     assert "dissipated in the environment (remainder)" in labels

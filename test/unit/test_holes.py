@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 from support import handmade
 from support.handmade import FRAME_S
 
-from pmwvc_analysis.budget.balance_holes import hidden
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import Balance
 from pmwvc_analysis.events.events import complete
-from pmwvc_analysis.verdicts.holes import holes
-from pmwvc_analysis.verdicts.passivity import Unjudged
+from pmwvc_analysis.traces.holes import Unjudged, holes
+from pmwvc_analysis.verdicts.open_balances import hidden
 from pmwvc_analysis.verdicts.passivity_findings import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from support import handmade
 
-from pmwvc_analysis.budget import budget_summary
 from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.criterion import TOLERANCE_J, judge, together
 from pmwvc_analysis.report.report import render
+from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.verdicts import passivity_words
-from pmwvc_analysis.verdicts.passivity import TOLERANCE_J, Unjudged, judge, together
 from pmwvc_analysis.verdicts.passivity_findings import Passivity, passivity
 from pmwvc_analysis.verdicts.verdicts import summary
 
@@ -129,7 +129,7 @@ def test_no_tick_stands_above_a_port_that_gave_out_energy():
     found = passivity(traces, scenario, energies)
     port = one(-682e-6)
     violated = dataclasses.replace(found, findings=(port, *found.findings))
-    lines = budget_summary.lines(energies, violated)
+    lines = passivity_words.budget_lines(energies, violated)
     assert any(good is False and "682 µJ" in words for good, words in lines)
     assert not any("No component" in words for _, words in lines)
 

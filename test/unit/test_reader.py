@@ -21,7 +21,7 @@ from pmwvc_analysis.recording.mcap.recover import Salvage, messages
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import SessionWriter
-from pmwvc_analysis.verdicts.holes import holes
+from pmwvc_analysis.traces.holes import holes
 from pmwvc_analysis.verdicts.passivity_findings import passivity
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime.messages import nanoseconds

@@ -10,8 +10,7 @@ the way down, the way up has kept, or its declared storage lends.
 import numpy as np
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.verdicts.shape import rms
-from pmwvc_analysis.verdicts.verdicts import separation
+from pmwvc_analysis.traces.reductions import position_error, rms
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import SessionTraces
@@ -76,7 +75,7 @@ def _session(parameters: Values, changed: Values, feedback: str) -> SessionTrace
 def _apart(traces: SessionTraces) -> tuple[Array, Array]:
     """Return times and how much closer than their avatars the devices are ``(step,)`` [m]."""
     assert traces.server is not None
-    both = [separation(user, traces.server, i) for i, user in enumerate(traces.users)]
+    both = [position_error(user, traces.server, i) for i, user in enumerate(traces.users)]
     left, right = (found for found in both if found is not None)
     steps = min(len(left[0]), len(right[0]))
     return left[0][-steps:], left[1][-steps:, 0] - right[1][-steps:, 0]

@@ -25,10 +25,11 @@ from pmwvc_analysis.budget.budget_device import device_account
 from pmwvc_analysis.budget.budget_result import SERVER, Budget
 from pmwvc_analysis.budget.budget_server import server_account
 from pmwvc_analysis.budget.budget_words import booked
-from pmwvc_analysis.budget.energy import declared_storage_j, running
+from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.budget.remainders import Remainder, of_server
-from pmwvc_analysis.budget.stretches import stretches
-from pmwvc_analysis.verdicts import holes
+from pmwvc_analysis.traces import holes
+from pmwvc_analysis.traces.stretches import stretches
+from pmwvc_analysis.traces.sums import running
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count

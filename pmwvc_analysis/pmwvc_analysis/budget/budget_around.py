@@ -15,7 +15,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.budget_clock import AtFrames, Clock, Sums, sum_of
 from pmwvc_analysis.budget.budget_words import booked
-from pmwvc_analysis.budget.energy import half_square
+from pmwvc_analysis.traces.sums import half_square
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import UserTraces
 

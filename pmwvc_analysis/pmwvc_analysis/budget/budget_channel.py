@@ -14,8 +14,8 @@ force_velocity_filter   (F_m - b xd + sqrt(2b) v_m) xd T_c, of the equivalent ve
 import numpy as np
 
 from pmwvc_analysis.budget.budget_clock import Clock, Sums, sum_of
-from pmwvc_analysis.budget.energy import anchored, half_square, running
-from pmwvc_analysis.budget.true_motion import complete
+from pmwvc_analysis.traces.sums import anchored, half_square, running
+from pmwvc_analysis.traces.true_motion import complete
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import ServerTraces, UserTraces

@@ -17,9 +17,9 @@ cannot be told, the damping is what the others leave over: a remainder.
 import numpy as np
 
 from pmwvc_analysis.budget.budget_clock import NODES, WEIGHTS, Clock, Sums, speeds
-from pmwvc_analysis.budget.energy import anchored
 from pmwvc_analysis.budget.hand_work import hand_work
-from pmwvc_analysis.budget.true_motion import TrueMotion, complete, measured, true_motion
+from pmwvc_analysis.traces.sums import anchored
+from pmwvc_analysis.traces.true_motion import TrueMotion, complete, measured, true_motion
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.traces import UserTraces

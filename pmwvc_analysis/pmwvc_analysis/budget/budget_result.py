@@ -14,8 +14,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pmwvc_analysis.budget.budget_clock import AtFrames, Series, sum_of
+from pmwvc_analysis.budget.criterion import Finding, judge, tolerance
 from pmwvc_analysis.budget.remainders import Remainder
-from pmwvc_analysis.verdicts.passivity import Finding, Unjudged, judge, tolerance
+from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_core.numeric import Array
 
 TOLERANCE = 1e-9  # of the energy moved

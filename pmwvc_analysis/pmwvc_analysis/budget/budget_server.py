@@ -13,7 +13,7 @@ contact damping         what the server turned to heat, less what the object los
 import numpy as np
 
 from pmwvc_analysis.budget.budget_clock import WEIGHTS, Clock, Sums, speeds
-from pmwvc_analysis.budget.energy import running
+from pmwvc_analysis.traces.sums import running
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.budget.stretches import gaps
+from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.traces import UserTraces

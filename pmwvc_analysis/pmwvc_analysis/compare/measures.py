@@ -37,9 +37,10 @@ import numpy as np
 from pmwvc_analysis.compare.feel import Feel, feel_of
 from pmwvc_analysis.compare.least_balance import least_balance
 from pmwvc_analysis.compare.probes import free_space
-from pmwvc_analysis.verdicts import shape, stability
+from pmwvc_analysis.traces import reductions
+from pmwvc_analysis.traces.reductions import COUPLED, position_error
+from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.oscillation import beyond
-from pmwvc_analysis.verdicts.verdicts import COUPLED, separation
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -123,7 +124,7 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
         "force_error_rms_n": _over_users(traces, force_error),
         "energy_min_j": least.energy_j,
         "force_noise_n": max((n for n in noise if n is not None), default=None),
-        "force_peak_n": shape.number(max(peaks)) if peaks else None,
+        "force_peak_n": reductions.number(max(peaks)) if peaks else None,
     }
 
 
@@ -148,11 +149,11 @@ def _over_users(traces: SessionTraces, of_user: Any) -> float | None:
         if user.name in server.users
     ]
     rows = [part for part in parts if part is not None and len(part)]
-    return shape.rms(np.concatenate(rows)) if rows else None
+    return reductions.rms(np.concatenate(rows)) if rows else None
 
 
 def _apart(user: UserTraces, server: ServerTraces, place: int) -> Array | None:
-    apart = separation(user, server, place)
+    apart = position_error(user, server, place)
     return None if apart is None else apart[1]
 
 
@@ -170,4 +171,4 @@ def force_noise_n(user: UserTraces, duration_s: float) -> float | None:
     if not np.isfinite(user.f_applied).all():
         return None
     fast = beyond(user.f_applied, user.tick_s, NOISE_HZ)
-    return shape.rms(fast[user.time_s > 0.5 * duration_s])
+    return reductions.rms(fast[user.time_s > 0.5 * duration_s])

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.budget.stretches import gaps
-from pmwvc_analysis.budget.true_motion import complete, measured, true_motion
 from pmwvc_analysis.consistency.numbers import SMALLEST, differs
+from pmwvc_analysis.traces.stretches import gaps
+from pmwvc_analysis.traces.true_motion import complete, measured, true_motion
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import UserTraces

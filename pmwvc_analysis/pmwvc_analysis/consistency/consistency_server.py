@@ -5,8 +5,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.budget.energy import running
 from pmwvc_analysis.consistency.numbers import differs, not_finite
+from pmwvc_analysis.traces.sums import running
 from pmwvc_core.controllers import record_of
 from pmwvc_core.numeric import root
 from pmwvc_core.scenario.scenario import Scenario, User

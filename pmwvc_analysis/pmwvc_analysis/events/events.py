@@ -25,9 +25,9 @@ kinds:
 from collections.abc import Iterator
 from typing import Any
 
-from pmwvc_analysis.events import events_links, events_membership, events_safety
+from pmwvc_analysis.events import environment, events_links, events_membership, events_safety
 from pmwvc_analysis.events.event import Event, event
-from pmwvc_analysis.verdicts import environment, holes
+from pmwvc_analysis.traces import holes
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 

@@ -16,7 +16,7 @@ import numpy as np
 from pmwvc_analysis.compare.measures import Entry
 from pmwvc_analysis.figures import comparison_admittance, style
 from pmwvc_analysis.figures.figures import Picture
-from pmwvc_analysis.verdicts.verdicts import separation
+from pmwvc_analysis.traces.reductions import position_error
 from pmwvc_core.numeric import Array
 
 COLUMNS = 3
@@ -167,7 +167,7 @@ def _separations(axes: Any, entry: Entry) -> list[Array]:
     for user in entry.traces.users:
         if server is None or user.name not in server.users:
             continue
-        apart = separation(user, server, server.users.index(user.name))
+        apart = position_error(user, server, server.users.index(user.name))
         if apart is not None:
             found.append(apart[1][:, 0] * 1e3)
             axes.plot(apart[0], found[-1], color=colours[user.name], lw=1.2, label=user.name)

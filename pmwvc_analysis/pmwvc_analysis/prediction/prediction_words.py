@@ -4,10 +4,10 @@
 
 import math
 
-from pmwvc_analysis.budget.encoder_noise import encoder_noise_w
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.models.linear import left_out, nonlinear
 from pmwvc_analysis.prediction import prediction_environment
+from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
 from pmwvc_analysis.prediction.prediction import (
     ALIASING_BOUND,
     Answer,

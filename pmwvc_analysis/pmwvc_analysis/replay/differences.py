@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.verdicts import shape
+from pmwvc_analysis.traces import reductions
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.event_schedule import Integers
 from pmwvc_core.traces import SessionTraces
@@ -38,9 +38,9 @@ def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[s
                 "name": user.name,
                 "ticks": len(mine),
                 "force_max_n": _largest(force),
-                "force_rms_n": shape.rms(force),
+                "force_rms_n": reductions.rms(force),
                 "position_max_m": _largest(position),
-                "position_rms_m": shape.rms(position),
+                "position_rms_m": reductions.rms(position),
             }
         )
     return found
@@ -63,4 +63,4 @@ def _grid(time_s: Array, tick_s: float) -> Integers:
 
 def _largest(values: Array) -> float | None:
     lengths = np.linalg.norm(values, axis=-1)
-    return shape.number(lengths.max()) if len(lengths) else None
+    return reductions.number(lengths.max()) if len(lengths) else None

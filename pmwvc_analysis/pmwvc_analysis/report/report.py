@@ -19,7 +19,8 @@ from pmwvc_analysis.report.loop_blocks import blocks, rendered
 from pmwvc_analysis.report.loop_drawing import drawing
 from pmwvc_analysis.report.page import filled
 from pmwvc_analysis.report.story import story
-from pmwvc_analysis.verdicts import cut
+from pmwvc_analysis.traces import cut
+from pmwvc_analysis.verdicts import passivity_words
 from pmwvc_analysis.verdicts.passivity_findings import passivity
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.scenario.scenario import Scenario
@@ -51,7 +52,7 @@ def render(
         verdicts=[(line["ok"], line["text"]) for line in summary["verdict"]],
         budget_owners=[*energies.hands, "server"] if energies else [],
         budget_rows=budget_summary.rows(energies) if energies else [],
-        budget_lines=budget_summary.lines(energies, found) if energies else [],
+        budget_lines=passivity_words.budget_lines(energies, found) if energies else [],
         budget_notes=energies.notes if energies else [],
         events=events[:MOST_EVENTS],
         more_events=max(0, len(events) - MOST_EVENTS),

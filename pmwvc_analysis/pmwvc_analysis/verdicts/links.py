@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.link_blocks import reordered
 from pmwvc_analysis.recording.losses import DELIVERED, DROPPED, DUPLICATE, LOST
-from pmwvc_analysis.verdicts.shape import number, percentiles
+from pmwvc_analysis.traces.reductions import number, percentiles
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import FateTraces, SessionTraces
 

@@ -24,18 +24,17 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget import energy
-from pmwvc_analysis.budget.balance_holes import hidden
 from pmwvc_analysis.budget.budget_result import SERVER, Budget
-from pmwvc_analysis.consistency import clock_findings
-from pmwvc_analysis.verdicts.holes import Hole, holes
-from pmwvc_analysis.verdicts.passivity import (
+from pmwvc_analysis.budget.criterion import (
     Finding,
-    Unjudged,
     judge,
     not_judged,
     together,
     tolerance,
 )
+from pmwvc_analysis.traces.holes import Hole, Unjudged, holes
+from pmwvc_analysis.traces.sums import running
+from pmwvc_analysis.verdicts.open_balances import hidden, within
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -84,10 +83,7 @@ def passivity(
         else:
             clock = traces.metadata.get("alignment", {}).get(user.name, {})
             uncertain_s = float(clock.get("uncertainty_s", 0.0))
-            found += [
-                clock_findings.within(each, entry, uncertain_s)
-                for each in _of_user(entry, missing)
-            ]
+            found += [within(each, entry, uncertain_s) for each in _of_user(entry, missing)]
     if traces.server is not None and len(traces.server.time_s):
         found.append(_of_server(traces, scenario, missing))
     if energies is not None:
@@ -141,8 +137,8 @@ def _of_server(
 ) -> Finding:
     server = traces.server
     assert server is not None
-    taken = np.sum([energy.running(sums) for sums in server.energy_u_s], axis=0)
-    given = np.sum([energy.running(sums) for sums in server.energy_v_s], axis=0)
+    taken = np.sum([running(sums) for sums in server.energy_u_s], axis=0)
+    given = np.sum([running(sums) for sums in server.energy_v_s], axis=0)
     found = judge(
         SERVER,
         SERVER,

@@ -4,9 +4,11 @@
 
 import math
 
-from pmwvc_analysis.budget.budget_result import SERVER
+import numpy as np
+
+from pmwvc_analysis.budget.budget_result import SERVER, Budget
 from pmwvc_analysis.budget.budget_words import words_of
-from pmwvc_analysis.verdicts.passivity import Finding
+from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.verdicts.passivity_findings import Passivity
 
 PORTS = {
@@ -93,3 +95,29 @@ def _beside_moved(finding: Finding) -> str:
 def part_words(finding: Finding) -> str:
     """Return a port in words."""
     return PORTS.get(finding.part, finding.part.replace("_", " "))
+
+
+def budget_lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, str]]:
+    """Return in words whether the budget closes and which components generated energy.
+
+    Each line is good or bad; None where the ports, which decide, show that others paid for it.
+    """
+    residual = float(np.abs(found.residual_j).max())
+    said: list[tuple[bool | None, str]]
+    if found.closes:
+        said = [(True, f"The energy budget closes to {joule(residual)}.")]
+    else:
+        said = [(False, f"The energy budget does not close: {joule(residual)} are not explained.")]
+    hidden = {each.part: each.hides for each in found.remainders}
+    for part, hides in hidden.items():
+        words = "given by the hand" if part == "hand" else words_of(part)
+        said.append((None, f"Remainder, not computed for itself: {words}. It hides {hides}."))
+    for port in judged.findings:
+        if port.decides and port.passive is False:
+            said.append((False, f"{port.owner}: {verdict(judged, port.owner)}."))
+    paid = judged.session
+    said += [(None if paid else False, f"{component(each, judged)}.") for each in found.active]
+    if not found.active and paid:
+        limit = found.findings[0].tolerance_j
+        said.append((True, f"No component generated energy beyond {joule(limit)}."))
+    return said

@@ -29,7 +29,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_analysis.verdicts import environment
+from pmwvc_analysis.events import environment
 from pmwvc_analysis.verdicts.oscillation import motions, strength
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.plural import count

@@ -39,27 +39,18 @@ import numpy as np
 
 from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.budget_result import Budget
-from pmwvc_analysis.budget.stretches import first_packets
-from pmwvc_analysis.events import events
-from pmwvc_analysis.verdicts import (
-    check,
-    cut,
-    endings,
-    environment,
-    holes,
-    passivity_words,
-    shape,
-    stability,
-)
+from pmwvc_analysis.budget.criterion import Finding
+from pmwvc_analysis.events import environment, events
+from pmwvc_analysis.traces import cut, holes, reductions
+from pmwvc_analysis.traces.reductions import final, number, position_error, rms
+from pmwvc_analysis.traces.stretches import first_packets
+from pmwvc_analysis.verdicts import check, endings, passivity_words, stability
 from pmwvc_analysis.verdicts.links import link_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
-from pmwvc_analysis.verdicts.passivity import Finding
 from pmwvc_analysis.verdicts.passivity_findings import Passivity, passivity
-from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
-COUPLED = 2
 PREDICTION_KEYS = (
     "spectral_radius",
     "stable",
@@ -100,7 +91,10 @@ def summary(
         "parameters": scenario.flat() if scenario else {},
         "stable": judged.stable,
         "instability": judged.instability,
-        "stability": {"text": judged.why, "oscillation_m_s": shape.number(judged.oscillation_m_s)},
+        "stability": {
+            "text": judged.why,
+            "oscillation_m_s": number(judged.oscillation_m_s),
+        },
         "active": passivity_words.components(found) if energies else None,
         "passivity": _passivity(found),
         "object": _object(traces),
@@ -149,9 +143,9 @@ def _object(traces: SessionTraces) -> dict[str, Any]:
     if server is None:
         return {"position_final_m": None, "velocity_rms_m_s": None, "path_error_rms_m": None}
     return {
-        "position_final_m": shape.final(server.x_o, server.time_s, _end_s(traces.users, server)),
-        "velocity_rms_m_s": shape.rms(server.xd_o),
-        "path_error_rms_m": shape.rms(server.x_o - server.target),
+        "position_final_m": final(server.x_o, server.time_s, _end_s(traces.users, server)),
+        "velocity_rms_m_s": rms(server.xd_o),
+        "path_error_rms_m": rms(server.x_o - server.target),
     }
 
 
@@ -172,12 +166,12 @@ def _finding(found: Finding) -> dict[str, Any]:
         "owner": found.owner,
         "part": found.part,
         "passive": found.passive,
-        "least_balance_j": shape.number(found.least_j),
+        "least_balance_j": number(found.least_j),
         "least_s": found.least_s,
         "since_s": found.since_s,
-        "tolerance_j": shape.number(found.tolerance_j),
+        "tolerance_j": number(found.tolerance_j),
         "declared_j": found.declared_j,
-        "moved_j": shape.number(found.moved_j),
+        "moved_j": number(found.moved_j),
         "judged_s": [list(interval) for interval in found.judged_s],
         "not_judged": [asdict(each) for each in found.unjudged],
         "why": found.why,
@@ -195,25 +189,25 @@ def _user(
     place = server.users.index(user.name) if server and user.name in server.users else None
     apart = None
     if server is not None and place is not None:
-        apart = separation(user, server, place, joins_s=first_packets(traces, user.name))
+        apart = position_error(user, server, place, joins_s=first_packets(traces, user.name))
     return {
         "name": user.name,
         "passive": passive,
         "energy_up_min_j": balance.up.minimum_j if balance and balance.up else None,
         "energy_down_min_j": balance.down.minimum_j if balance and balance.down else None,
         "energy_balance_j": _last_balance(balance),
-        "force_final_n": shape.final(user.f_applied, user.time_s, end_s),
-        "force_peak_n": shape.number(np.linalg.norm(user.f_applied, axis=-1).max()),
-        "avatar_force_final_n": shape.final(server.f_s[place], server.time_s, end_s)
+        "force_final_n": final(user.f_applied, user.time_s, end_s),
+        "force_peak_n": number(np.linalg.norm(user.f_applied, axis=-1).max()),
+        "avatar_force_final_n": final(server.f_s[place], server.time_s, end_s)
         if server is not None and place is not None
         else None,
-        "coherency_rms_m": shape.rms(apart[1]) if apart else None,
-        "drift_m": shape.final(apart[1], apart[0], end_s) if apart else None,
+        "coherency_rms_m": rms(apart[1]) if apart else None,
+        "drift_m": final(apart[1], apart[0], end_s) if apart else None,
         "ticks": len(user.tick),
         "ticks_missing": ticks_missing(user),
         "tick_rate_hz": tick_rate_hz(user),
-        "lateness_us": shape.percentiles(user.lateness_s, 1e6),
-        "compute_us": shape.percentiles(user.compute_s, 1e6),
+        "lateness_us": reductions.percentiles(user.lateness_s, 1e6),
+        "compute_us": reductions.percentiles(user.compute_s, 1e6),
         "safety_events": int(user.safety_events),
         "environment_limited": limited.summary if limited else None,
     }
@@ -230,31 +224,7 @@ def _last_balance(balance: energy.UserEnergy | None) -> float | None:
         return None
     parts = [part for part in (balance.up, balance.down) if part is not None] or [balance.joint]
     ends = [float(part.balance_j[-1]) for part in parts if len(part.balance_j)]
-    return shape.number(sum(ends)) if len(ends) == len(parts) else None
-
-
-def separation(
-    user: UserTraces, server: ServerTraces, place: int, *, joins_s: Sequence[float] = ()
-) -> tuple[Array, Array] | None:
-    """Return the times of the server's steps with the user there, and x_m - x_s then [m].
-
-    A user that joins again (at ``joins_s``, or after having been absent) has a new avatar: in each
-    stay the distance at its first coupled step is taken out, and what is before that is left out.
-    """
-    times, state = server.time_s, server.state[place]
-    there = (state > 0) & (times >= user.time_s[0]) & (times <= user.time_s[-1])
-    starts = np.flatnonzero(np.diff(there.astype(int), prepend=0) > 0)
-    starts = np.union1d(starts, np.searchsorted(times, np.asarray(joins_s) - 0.5 * user.tick_s))
-    ticks = np.searchsorted(user.time_s, times - 0.5 * user.tick_s)
-    apart = user.x_m[np.clip(ticks, 0, len(user.time_s) - 1)] - server.x_s[place]
-    kept = np.zeros(len(times), dtype=bool)
-    for stay in np.split(np.arange(len(times)), starts.astype(int)):
-        coupled = np.flatnonzero(there[stay] & (state[stay] == COUPLED))
-        if len(coupled):
-            since = stay[coupled[0] :]
-            apart[since] -= apart[since[0]].copy()
-            kept[since] = there[since]
-    return (times[kept], apart[kept]) if kept.any() else None
+    return number(sum(ends)) if len(ends) == len(parts) else None
 
 
 def ticks_missing(user: UserTraces) -> int:
@@ -270,4 +240,4 @@ def tick_rate_hz(user: UserTraces) -> float | None:
     """Return the mean rate of recorded ticks, pauses of a master that was not running left out."""
     gaps = np.diff(user.time_s)
     running = gaps[gaps < 0.1]
-    return shape.number(len(running) / running.sum()) if len(running) else None
+    return number(len(running) / running.sum()) if len(running) else None

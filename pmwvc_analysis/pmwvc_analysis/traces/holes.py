@@ -11,15 +11,24 @@ the energies at both of its ends are known.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.verdicts.passivity import Unjudged
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 WHY = "not recorded"
 SERVER = "server"
+
+
+@dataclass(frozen=True)
+class Unjudged:
+    """A time in which a balance cannot be told, and why."""
+
+    start_s: float
+    end_s: float
+    why: str
 
 
 class Hole(NamedTuple):

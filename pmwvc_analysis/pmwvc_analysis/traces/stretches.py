@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.verdicts.passivity import Unjudged
+from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 GAP = "not recorded"

@@ -22,19 +22,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_core.numeric import Array
 
 TOLERANCE_J = 1e-6
 TOLERANCE_RELATIVE = 1e-6
-
-
-@dataclass(frozen=True)
-class Unjudged:
-    """A time in which a balance cannot be told, and why."""
-
-    start_s: float
-    end_s: float
-    why: str
 
 
 @dataclass(frozen=True)

@@ -1,22 +1,49 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Findings of balances between two hosts, within what the alignment of their clocks leaves open.
+"""The balances that a recording leaves open: across its holes, and between two clocks.
 
-The sums of a master are compared with those of the server at instants that may be off by the
-uncertainty of the alignment. A balance that is below the limit at every alignment within it is a
-violation; one that is below at some is neither that nor a proof: it is not judged.
+*Holes.* Master and server keep running sums, so both ends of a hole are known. Within it the sums
+of waves only grow: at most what had come out at its end can have met what had gone in at its
+start,
+
+    E(t) >= in(start) - out(end)      for every t in the hole.
+
+Where that is above the limit, the hole hides nothing and the balance is judged across it. The work
+of the hand may go either way: there a hole is not judged.
+
+*Clocks.* The sums of a master are compared with those of the server at instants that may be off by
+the uncertainty of the alignment of two hosts' clocks. A balance below the limit at every alignment
+within it is a violation; one below at some is neither that nor a proof: it is not judged.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.energy import Balance, UserEnergy
-from pmwvc_analysis.verdicts.passivity import Finding
+from pmwvc_analysis.traces.holes import Unjudged
+from pmwvc_analysis.traces.stretches import AGAIN
 from pmwvc_core.numeric import Array
 
 STEPS = 9  # alignments that are tried within the uncertainty
+
+
+def hidden(balance: Balance, unknown: Sequence[Unjudged]) -> list[Unjudged]:
+    """Return the intervals that may hide a violation of a balance whose sums never fall."""
+    found = []
+    for interval in unknown:
+        before = int(np.searchsorted(balance.time_s, interval.start_s, side="right")) - 1
+        after = int(np.searchsorted(balance.time_s, interval.end_s))
+        if interval.why != AGAIN and after < len(balance.time_s):
+            came = float(balance.energy_in_j[before]) if before >= 0 else 0.0
+            least = came - float(balance.energy_out_j[after])
+            if least >= -float(balance.tolerance_j[after]):
+                continue
+        found.append(interval)
+    return found
 
 
 def within(found: Finding, entry: UserEnergy, uncertain_s: float) -> Finding:
