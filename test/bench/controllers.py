@@ -118,15 +118,15 @@ class Session:
             ]
             asked = time.process_time_ns()
             for i, packet in enumerate(packets):
-                self.server.hear(i, packet)
+                self.server.on_packet(i, packet)
             answers = self.server.step(
                 [(p.position, p.wave) if self.direct else p.wave for p in packets]
             )
             answered = time.process_time_ns()
             replies = [
-                self._packed(packer, answer, x_s, seat.account)
-                for packer, answer, x_s, seat in zip(
-                    self.down, answers, self.server.x_s, self.server.seats, strict=True
+                self._packed(packer, answer, x_s, port.account)
+                for packer, answer, x_s, port in zip(
+                    self.down, answers, self.server.x_s, self.server.ports, strict=True
                 )
             ]
             motions = [
@@ -135,7 +135,7 @@ class Session:
             ]
             heard = time.process_time_ns()
             for master, reply, motion in zip(self.masters, replies, motions, strict=True):
-                master.hear(reply)
+                master.on_packet(reply)
                 master.receive(reply.wave)
                 for x, xd in motion:
                     master.applied(master.step(x, xd))

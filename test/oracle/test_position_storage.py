@@ -75,7 +75,7 @@ def test_the_storage_is_the_most_that_is_ever_spent():
         for frame in range(400):
             sent += port.send() ** 2 * params.frame_s / 2
             packet = server.pack(0.0, -0.05 * (frame > 0), 0, echo=(frame + 1, 0, 0))
-            port.hear(packet)
+            port.on_packet(packet)
             port.receive(packet.wave)
             for tick in range(params.rate_drop):
                 xd = 0.05 * math.sin(0.02 * (8 * frame + tick))
@@ -96,7 +96,7 @@ def round_trip_s(delay_frames, **values):
     for frame in range(1, 800):
         port.send()
         echo = (max(frame - delay_frames, 1), 0, 0)
-        port.hear(server.pack(0.0, -1e-3 * (frame > 1), 0, echo=echo))
+        port.on_packet(server.pack(0.0, -1e-3 * (frame > 1), 0, echo=echo))
         port.receive(0.0)
         for _ in range(params.rate_drop):
             f = port.step(0.0, 0.0)

@@ -71,10 +71,10 @@ class _AsPrinted:
     def __init__(self, coupling):
         self.coupling = coupling
 
-    def step(self, seats, body):
-        lost = self.coupling.step(seats, body)
-        for seat in seats:
-            seat.xd_s = seat.ratio * seat.u_s + seat.f_s / seat.b
+    def step(self, ports, body):
+        lost = self.coupling.step(ports, body)
+        for port in ports:
+            port.xd_s = port.ratio * port.u_s + port.f_s / port.b
         return lost
 
 

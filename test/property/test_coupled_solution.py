@@ -40,7 +40,7 @@ def play(server, dof, rng, *, steps=20):
     """Step with waves of any size; return the unexplained energy over what moved."""
     for _ in range(steps):
         size = rng.choice([0.1, 1.0, 10.0])
-        server.step([size * rng.normal(size=dof) for _ in server.seats])
+        server.step([size * rng.normal(size=dof) for _ in server.ports])
     into, out = (
         sum(float(np.squeeze(energy)) for energy in energies)
         for energies in (server.energy_u_s, server.energy_v_s)

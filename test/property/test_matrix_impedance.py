@@ -37,7 +37,7 @@ def make(impedances, *, dof, contact="grip", coupling="implicit", k=600.0, dampi
 
 
 def play(server, starts, waves):
-    """Seat everybody, return all signals of every step."""
+    """Let all users join, return all signals of every step."""
     for i, start in enumerate(starts):
         server.join(i, start)
     rows = []
@@ -166,9 +166,9 @@ def test_force_and_velocity_fit_each_other_at_every_port(coupling, dof, data, co
         server.join(i, rng.normal(0.0, 0.03, dof))
     for _ in range(30):
         waves = [rng.normal(0.0, 0.5, dof) for _ in (0, 1)]
-        for u, v, seat in zip(waves, server.step(waves), server.seats, strict=True):
+        for u, v, port in zip(waves, server.step(waves), server.ports, strict=True):
             scale = 1e-10 * (power(u) + power(v))
-            assert abs(power(u) - power(v) - seat.f_s @ seat.xd_s)[0] <= scale[0]
+            assert abs(power(u) - power(v) - port.f_s @ port.xd_s)[0] <= scale[0]
 
 
 class Account:

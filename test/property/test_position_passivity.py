@@ -87,7 +87,7 @@ class Ends:
             echo = (max(self.packets - 2, 0), 0, 0)
             self.packet = self.server.pack(self.draw(wave), self.draw(0.02), 0, echo=echo)
             self.brought = self.packet.energy - self.before()
-        self.port.hear(self.packet)
+        self.port.on_packet(self.packet)
         if silent:
             self.port.silence()
             self.plain.load(0.0 * self.packet.wave)
@@ -162,7 +162,7 @@ def test_lossy_late_and_silent_links_leave_only_what_the_hold_owes(
             silent=ends.rng.random() < 0.3 * bad,
             ticks=int(ends.rng.integers(1, M + 1)) if early else M,
         )
-        ends.port.hear(ends.packet)  # settles the frame
+        ends.port.on_packet(ends.packet)  # settles the frame
         owed = ends.port.accounts["position_owed"]
         assert np.all(ends.balance + owed >= -ends.tolerance())
         assert np.all(owed <= ends.most_owed + ends.tolerance())
@@ -207,7 +207,7 @@ def test_control_the_printed_feedback_makes_energy(gain):
             sent += port.send() ** 2 * M * TICK_S / 2
             packet = server.pack(0.0, -0.01 if frame else 0.0, 0, echo=(frame + 1, 0, 0))
             brought = packet.energy
-            port.hear(packet)
+            port.on_packet(packet)
             port.receive(packet.wave)
             for _ in range(M):
                 xd = -0.02

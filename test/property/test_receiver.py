@@ -109,13 +109,13 @@ def test_loss_of_any_length_is_counted_and_the_stream_goes_on(gaps):
 def test_every_packet_is_taken_or_skipped_and_every_other_take_holds(takes):
     inbox = receiver()
     packer = Packer(1, period=PERIOD_S)
-    now_ns, fresh, heard_takes = 0, 0, 0
+    now_ns, fresh, connected_takes = 0, 0, 0
     for packets_before_take in takes:
         for _ in range(packets_before_take):
             now_ns += 1
             inbox.push(packer.pack(1.0, 0.0, now_ns), now_ns)
         inbox.take(now_ns)
         fresh += packets_before_take > 0
-        heard_takes += inbox.heard()
+        connected_takes += inbox.connected()
     assert inbox.skipped + fresh == sum(takes)
-    assert inbox.held + fresh == heard_takes
+    assert inbox.held + fresh == connected_takes

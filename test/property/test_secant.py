@@ -184,14 +184,14 @@ def test_a_face_that_is_gone_is_forgotten_after_one_step():
     server = wall("secant", k=1.0)
     server._asked.environment = environment
     server.join(0, -0.001)
-    server.seats[0].x_s = -0.001
+    server.ports[0].x_s = -0.001
     for wave in (*[0.2] * 40, *[-0.3] * 20):
         server.step([wave])
     environment.here = False
-    free = [server.seats[0].x_s]
+    free = [server.ports[0].x_s]
     for _ in range(30):
         server.step([0.2])
-        free.append(server.seats[0].x_s)
+        free.append(server.ports[0].x_s)
     moved = np.diff(free)
     expected = PERIOD_S * 0.2 * np.sqrt(2.0 / 25.0)
     assert np.count_nonzero(np.abs(moved - expected) > 1e-9) <= 1

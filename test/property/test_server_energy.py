@@ -49,8 +49,8 @@ def as_signal(array):
 
 
 def drive(server, rng, shape, *, size, memory, steps):
-    """Seat everybody, feed random waves, yield per step what the ports took in and what moved."""
-    users = range(len(server.seats))
+    """Let all users join, feed random waves, yield energy and motion of every step."""
+    users = range(len(server.ports))
     for i in users:
         server.join(i, as_signal(rng.normal(0.0, 0.05, shape)))
     waves = [random_waves(rng, shape, size=size, memory=memory) for _ in users]

@@ -31,7 +31,7 @@ def port(environment, impedances, *, dof=1, **values):
     params = ServerParams(coupling="unknown", **values)
     contacts = [ContactParams(contact="bilateral")] * len(impedances)
     return UnknownServer(
-        params, library_port(params, contacts, impedances, dof=dof).seats, environment
+        params, library_port(params, contacts, impedances, dof=dof).ports, environment
     )
 
 
@@ -45,7 +45,7 @@ def waves(rng, users, dof, *, size, memory, steps):
 
 
 def seat_all(server, rng, dof):
-    for user in range(len(server.seats)):
+    for user in range(len(server.ports)):
         place = rng.normal(0.0, 0.03, dof)
         server.join(user, float(place[0]) if dof == 1 else place)
 

@@ -74,16 +74,16 @@ class BaselineLink:
         if heard is not None:
             if not server.present[0]:
                 server.join(0, heard.position)
-            server.hear(0, heard)
+            server.on_packet(0, heard)
             answer = server.step([(heard.position, heard.wave)])[0]
-            seat = server.seats[0]
-            self.work_s = self.work_s - FRAME_S * np.sum(seat.f_s * seat.xd_s)
-            self._send("down", (answer,), seat.x_s, seat.account)
+            port = server.ports[0]
+            self.work_s = self.work_s - FRAME_S * np.sum(port.f_s * port.xd_s)
+            self._send("down", (answer,), port.x_s, port.account)
         answer = self._take("down")
         if answer is None:
             master.silence()
         else:
-            master.hear(answer)
+            master.on_packet(answer)
             master.receive(answer.wave)
         for velocity in velocities:
             self.force = change(master.step(self.x, velocity))

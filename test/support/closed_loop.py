@@ -129,16 +129,16 @@ class Loop:
 
     def _write_server(self, s):
         self.server.body.x, self.server.body.xd = s["x_o"], s["xd_o"]
-        for i, seat in enumerate(self.server.seats):
-            seat.contact.deflection = s["e"][:, i : i + 1]
-            seat.xd_s, seat.f_s = s["xd_s"][:, i : i + 1], s["f_s"][:, i : i + 1]
+        for i, port in enumerate(self.server.ports):
+            port.contact.deflection = s["e"][:, i : i + 1]
+            port.xd_s, port.f_s = s["xd_s"][:, i : i + 1], s["f_s"][:, i : i + 1]
 
     def _read_server(self, s):
-        seats = self.server.seats
+        ports = self.server.ports
         s["x_o"], s["xd_o"] = self.server.body.x, self.server.body.xd
-        s["e"] = np.concatenate([seat.contact.deflection for seat in seats], axis=1)
-        s["xd_s"] = np.concatenate([seat.xd_s for seat in seats], axis=1)
-        s["f_s"] = np.concatenate([seat.f_s for seat in seats], axis=1)
+        s["e"] = np.concatenate([port.contact.deflection for port in ports], axis=1)
+        s["xd_s"] = np.concatenate([port.xd_s for port in ports], axis=1)
+        s["f_s"] = np.concatenate([port.f_s for port in ports], axis=1)
 
     def monodromy(self):
         """Return A with state(n+1) = A state(n) (columns)."""

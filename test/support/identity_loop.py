@@ -70,13 +70,13 @@ class IdentityLoop:
             server.join(i, np.zeros((runs, 1)))
         server.body.x, server.body.xd = s["x_o"], s["xd_o"]
         received = []
-        for i, seat in enumerate(server.seats):
-            seat.contact.deflection, seat.xd_s, seat.f_s = s[f"e{i}"], s[f"xd_s{i}"], s[f"f_s{i}"]
+        for i, port in enumerate(server.ports):
+            port.contact.deflection, port.xd_s, port.f_s = s[f"e{i}"], s[f"xd_s{i}"], s[f"f_s{i}"]
             received.append(self._through(s, f"up{i}", self.delays[i][0], s[f"y{i}"]))
         answers = server.step(received)
         s["x_o"], s["xd_o"] = server.body.x, server.body.xd
-        for i, (user, seat) in enumerate(zip(self.users, server.seats, strict=True)):
-            s[f"e{i}"], s[f"xd_s{i}"], s[f"f_s{i}"] = seat.contact.deflection, seat.xd_s, seat.f_s
+        for i, (user, port) in enumerate(zip(self.users, server.ports, strict=True)):
+            s[f"e{i}"], s[f"xd_s{i}"], s[f"f_s{i}"] = port.contact.deflection, port.xd_s, port.f_s
             master = make_master("pmwvc", user.master)
             device = SimulatedDevice(user.device, tick_s=tick_s, dof=1)
             device.x, device.xd = s[f"x{i}"], s[f"xd{i}"]
@@ -117,7 +117,7 @@ class IdentityLoop:
     @staticmethod
     def _tell(master, place):
         """Let a position feedback hear where the avatar is."""
-        master.hear(WavePacket(1, 1, 0, 1.0, 0.0, 0.0, 0.0, place))
+        master.on_packet(WavePacket(1, 1, 0, 1.0, 0.0, 0.0, 0.0, place))
         master._position._separation._reference = 0.0
 
     @staticmethod

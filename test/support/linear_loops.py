@@ -17,7 +17,7 @@ from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import LIVE, Conditions
 from pmwvc_core.simulation.session import SessionBatch
 
-SETTLED = 200  # ticks after which everybody is seated, whatever the delay here
+SETTLED = 200  # ticks after which every user has joined, whatever the delay here
 
 
 class Wire:
@@ -58,12 +58,12 @@ def simulated(of, forces, *, live=False):
         [dataclasses.replace(of, duration_s=ticks * of.tick_s)],
         Conditions(phases=LIVE) if live else Conditions(),
     )
-    for seat, row in zip(batch.seats, forces, strict=True):
-        seat.client.safety = Wire()
-        for link in (seat.up, seat.down):  # a loop that grows passes every legal wave
+    for user, row in zip(batch.users, forces, strict=True):
+        user.client.safety = Wire()
+        for link in (user.up, user.down):  # a loop that grows passes every legal wave
             link.receiver.max_wave = math.inf
         force = np.concatenate([np.zeros(SETTLED), row])[:, np.newaxis]
-        seat.operator = RecordedForce(force, repeat=False, tick_s=of.tick_s, dof=1)
+        user.operator = RecordedForce(force, repeat=False, tick_s=of.tick_s, dof=1)
     batch.run(lambda share: None)
     return batch.traces(0)
 

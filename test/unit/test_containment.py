@@ -17,10 +17,10 @@ def around(environment, *, users=1, call=None, **values):
     """A port around an environment that has no name."""
     contacts = [ContactParams(contact="bilateral")] * users
     sides = [-1, 1][:users]
-    seats = make_server("pmwvc", ServerParams(), contacts, [B_W] * users, dof=1, sides=sides).seats
+    ports = make_server("pmwvc", ServerParams(), contacts, [B_W] * users, dof=1, sides=sides).ports
     options = {} if call is None else {"call": call}
     params = ServerParams(coupling="unknown", **values)
-    return UnknownServer(params, seats, environment, **options)
+    return UnknownServer(params, ports, environment, **options)
 
 
 def white(users, dof, *, steps=200, size=0.5, seed=3):

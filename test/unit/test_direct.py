@@ -70,7 +70,7 @@ def test_who_left_gets_no_force_and_pushes_no_more():
 def test_a_slow_bounce_off_a_spring_returns_more_than_it_took():
     """The control for every passivity test: sampled positions make energy out of a spring."""
     server = make(1, contact="bilateral", environment="wall")
-    server.seats[0].contact.damping = 0.0
+    server.ports[0].contact.damping = 0.0
     server.join(0, 0.0)
     omega = 2 * np.pi * 10.0
     for n in range(100):

@@ -27,17 +27,17 @@ def test_the_server_is_silent_to_all_users_alike_as_live(scenario, tmp_path):
     batch = SessionBatch([scenario])
     assert live["safety.timeout_s"] == 0.2
     assert batch.service.release_s == live["safety.release_s"] == 2.0
-    for seat in batch.seats:
-        assert seat.up.receiver._silence_ns == round(live["safety.timeout_s"] * 1e9)
-    own = [seat.down.receiver._silence_ns for seat in batch.seats]
+    for user in batch.users:
+        assert user.up.receiver._silence_ns == round(live["safety.timeout_s"] * 1e9)
+    own = [user.down.receiver._silence_ns for user in batch.users]
     assert own == [round(user.safety.timeout_s * 1e9) for user in scenario.users]
 
 
 def test_each_port_takes_the_longest_wave_of_its_own_impedance(scenario):
-    for seat, user in zip(SessionBatch([scenario]).seats, scenario.users, strict=True):
+    for simulated, user in zip(SessionBatch([scenario]).users, scenario.users, strict=True):
         server, master = user.server_impedance, user.impedance
-        assert seat.up.receiver.max_wave == largest_wave(server, waves=True)
-        assert seat.down.receiver.max_wave == largest_wave(master, waves=True)
+        assert simulated.up.receiver.max_wave == largest_wave(server, waves=True)
+        assert simulated.down.receiver.max_wave == largest_wave(master, waves=True)
 
 
 def test_a_run_of_a_batch_that_diverges_leaves_the_others_alone(scenario):
@@ -46,9 +46,9 @@ def test_a_run_of_a_batch_that_diverges_leaves_the_others_alone(scenario):
         server=dataclasses.replace(scenario.server, object_mass=1.0),
     )
     batch = SessionBatch([scenario, wild])
-    path = batch.seats[0].up
-    longest = path.receiver.max_wave
-    packet = batch.seats[0].client.send(0)
+    link = batch.users[0].up
+    longest = link.receiver.max_wave
+    packet = batch.users[0].client.send(0)
     wave = np.array([[0.5], [2.0 * longest]])
-    path.send(dataclasses.replace(packet, wave=wave), 0)
-    np.testing.assert_allclose(path.sent[-1].wave, [[0.5], [0.0]])
+    link.send(dataclasses.replace(packet, wave=wave), 0)
+    np.testing.assert_allclose(link.sent[-1].wave, [[0.5], [0.0]])

@@ -43,7 +43,7 @@ class Rig:
         self.port.send()
         self.sent += 1
         echo = (self.sent if echo is None else echo, 0, 0)
-        self.port.hear(self.server.pack(v, x_s, 0, flags=flags, echo=echo))
+        self.port.on_packet(self.server.pack(v, x_s, 0, flags=flags, echo=echo))
         if silent:
             self.port.silence()
         else:
@@ -209,7 +209,7 @@ def test_what_a_part_makes_is_not_spent_and_not_sent(kind):
         x_s = float(rng.normal(0.0, 0.02))
         packet = rig.server.pack(float(rng.normal(0.0, 0.3)), x_s, 0, echo=(rig.sent, 0, 0))
         brought = packet.energy
-        rig.port.hear(packet)
+        rig.port.on_packet(packet)
         rig.port.receive(packet.wave)
         for _ in range(M):
             xd = float(rng.normal(0.0, 0.1))

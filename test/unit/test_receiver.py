@@ -28,7 +28,7 @@ def stream(count, *, epoch=1, start_ns=0):
 def test_before_the_first_packet_there_is_no_wave_and_silence():
     inbox = receiver()
     assert inbox.take(0) == 0.0 and inbox.position() == 0.0
-    assert not inbox.heard() and inbox.silent(0)
+    assert not inbox.connected() and inbox.silent(0)
     assert inbox.silence_s(0) == math.inf
     assert inbox.echo(0) == (0, 0, 0)
     assert inbox.newest is None and inbox.round_trip_s is None
@@ -41,7 +41,7 @@ def test_the_newest_packet_is_given_out_with_its_position():
     assert inbox.push(first, 0) is Verdict.NEW_EPOCH
     assert inbox.push(second, 1) is Verdict.ACCEPTED
     assert inbox.take(2) == 2.0 and inbox.position() == 0.1
-    assert inbox.newest is second and inbox.heard()
+    assert inbox.newest is second and inbox.connected()
     assert inbox.skipped == 1
 
 

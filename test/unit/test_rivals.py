@@ -100,7 +100,7 @@ class TestVirtualCoupling:
             "virtual_coupling", MasterParams(), BaselineParams(virtual_coupling=params)
         )
         for seq, place in ((1, 0.0), (4, 0.003)):  # two were lost
-            master.hear(packet(0.0, seq=seq, wave=place))
+            master.on_packet(packet(0.0, seq=seq, wave=place))
             master.receive(place)
         expected = 100.0 * (0.01 - 0.003) + 2.0 * (0.5 - 0.001 / FRAME_S)
         assert master.step(0.01, 0.5) == pytest.approx(expected)
@@ -111,8 +111,8 @@ class TestVirtualCoupling:
 class TestTimeDomainPassivity:
     def test_an_observer_lets_out_what_came_in_elsewhere(self):
         observer = Observer()
-        observer.hear(packet(1.0))
-        observer.hear(packet(1.5, seq=2))
+        observer.on_packet(packet(1.0))
+        observer.on_packet(packet(1.5, seq=2))
         assert observer.allowance == 0.5
         assert observer.overdraft(0.75) == 0.25 and observer.overdraft(-1.0) == 0.0
         observer.book(0.75, 0.25)
@@ -158,16 +158,16 @@ class TestTimeDomainPassivity:
             baseline=BaselineParams(tdpa=TdpaParams(drift_share=0.5)),
         )
         server.join(0, 0.0)
-        server.hear(0, packet(0.0))
+        server.on_packet(0, packet(0.0))
         for seq in (2, 3):
             server.step([(0.002, 0.0)])
-            server.hear(0, packet(0.0, seq=seq))
+            server.on_packet(0, packet(0.0, seq=seq))
         there = server.x_s[0]
         assert there == pytest.approx(0.001)  # the first way met no force yet
         server.step([(0.002, 0.0)])
         assert server.x_s[0] == pytest.approx(there)
         assert server.f_s[0] == pytest.approx(500.0 * there)
-        server.hear(0, packet(1.0, seq=9))
+        server.on_packet(0, packet(1.0, seq=9))
         for _ in range(20):
             server.step([(0.002, 0.0)])
         assert server.x_s[0] == pytest.approx(0.002, rel=1e-3)
@@ -263,7 +263,7 @@ class TestEveryOne:
         server = server_of(controller, users=2, environment="cube")
         server.join(0, 0.0)
         for n in range(20):
-            server.hear(0, packet(float(n), seq=n + 1))
+            server.on_packet(0, packet(float(n), seq=n + 1))
             answers = server.step([(0.005, 0.0), (9.0, 9.0)])
         assert answers[1] == 0.0
         assert 0.0 < server.x_o < 0.02 and server.f_s[1] == 0.0

@@ -36,7 +36,7 @@ def stored(server):
 
 def squeeze(server, steps, *, force=1.0, users=(0, 1)):
     """Press from both sides with ``force`` N for some steps."""
-    waves = [0.0] * len(server.seats)
+    waves = [0.0] * len(server.ports)
     for i in users:
         waves[i] = (force if i % 2 == 0 else -force) / np.sqrt(2 * B_W)
     for _ in range(steps):
@@ -83,7 +83,7 @@ def test_leaving_drops_the_spring_and_nothing_more(coupling, contact):
     server.join(0, -0.03)
     server.join(1, 0.03)
     squeeze(server, 2000)
-    total, spring = stored(server), server.seats[1].contact.energy
+    total, spring = stored(server), server.ports[1].contact.energy
     lost = server.dissipated
     assert spring == pytest.approx(0.5 * 1.0**2 / 500.0)
     server.leave(1)
@@ -122,7 +122,7 @@ def test_energy_keeps_its_account_through_coming_and_going():
             if server.present[i] and rng.random() < 0.5:
                 server.leave(i)
             else:
-                server.join(i, float(rng.normal(0.0, 0.05)))  # anew where already seated
+                server.join(i, float(rng.normal(0.0, 0.05)))  # anew where already present
             assert stored(server) <= before
         server.step(rng.normal(0.0, 0.5, 4).tolist())
         taken = sum(server.energy_u_s) - sum(server.energy_v_s)
@@ -171,7 +171,7 @@ def test_the_contacts_own_impedance_goes_first():
         dof=1,
         sides=[-1, 1],
     )
-    assert [seat.b for seat in server.seats] == [40.0, 30.0]
+    assert [port.b for port in server.ports] == [40.0, 30.0]
 
 
 def test_wrong_names_and_counts_are_told():

@@ -34,11 +34,11 @@ class Held:
         """Run a frame and settle it."""
         for _ in range(0 if late else lost + 1):  # the last of these comes in
             self.packet = self.server.pack(WAVE, 0.0, 0)
-        self.account.hear(self.packet)
+        self.account.on_packet(self.packet)
         self.hold.load(0.0 if silent else self.packet.wave)
         for _ in range(M):
             self.account.play(self.hold.step())
-        self.account.hear(self.packet)
+        self.account.on_packet(self.packet)
 
 
 def rounded_off(hold):

@@ -32,7 +32,7 @@ def white(users, dof, *, steps=200, size=0.5, seed=3):
 
 
 def seat_all(server, dof):
-    for user in range(len(server.seats)):
+    for user in range(len(server.ports)):
         place = np.full(dof, -0.03 if user % 2 == 0 else 0.03)
         server.join(user, float(place[0]) if dof == 1 else place)
 
@@ -178,7 +178,7 @@ def test_a_slope_may_be_one_number():
         def step(self, position, velocity, dt):
             return 15.0 * velocity
 
-    server = UnknownServer(ServerParams(coupling="unknown"), make("unknown").seats, Damper())
+    server = UnknownServer(ServerParams(coupling="unknown"), make("unknown").ports, Damper())
     server.join(0, 0.0)
     server.step([1.0])
     assert server.xd_s[0] == pytest.approx((2.0 * B_W) ** 0.5 / (B_W + 15.0))

@@ -9,7 +9,7 @@ import numpy as np
 from pmwvc_analysis.replay.taken import Looks, Sent
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.event_schedule import Act, Integers, Loop, Steps, once_a_frame
+from pmwvc_core.simulation.event_schedule import EventKind, Integers, Loop, Steps, frame_events
 from pmwvc_core.traces import PacketTraces, SessionTraces, UserTraces
 
 FAR_OFF = 3  # packets that may be missing at the end of a recording
@@ -32,7 +32,7 @@ def sent_and_used(
         if old.name not in server.users:
             continue
         place, loop = server.users.index(old.name), loops[old.name]
-        _, sends_ns = once_a_frame(loop, Act.SEND, ticks=ticks, tick_ns=0)
+        _, sends_ns = frame_events(loop, EventKind.SEND, ticks=ticks, tick_ns=0)
         sent = _sent(traces.packets.get(f"/{old.name}/wave_up"), sends_ns)
         if sent is not None:
             used = server.u_s[place][: len(steps.tick)]
@@ -57,7 +57,7 @@ def _sent(packets: PacketTraces | None, times_ns: Integers) -> Sent | None:
 
 def _used_by_master(user: UserTraces, loop: Loop, ticks: int) -> Looks:
     """Return the waves a master used: what its hold has reached before the next answer."""
-    tick, time_ns = once_a_frame(loop, Act.ANSWER, ticks=ticks, tick_ns=0)
+    tick, time_ns = frame_events(loop, EventKind.ANSWER, ticks=ticks, tick_ns=0)
     own = np.rint(user.time_s / user.tick_s).astype(np.int64)
     rows = np.searchsorted(own, tick[1:]) - 1
     return Looks(time_ns[:-1], user.v_m[rows])

@@ -17,7 +17,7 @@ from pmwvc_core.numeric import Value, dot, maximum
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings.sampled import push_object
 from pmwvc_core.server.environments import make_environment
-from pmwvc_core.server.user_ports import Seat, ServerController
+from pmwvc_core.server.user_ports import ServerController, UserPort
 from pmwvc_core.transport.packet import FLAG_DIRECT
 
 
@@ -26,28 +26,28 @@ class AvatarEnd(ServerController):
 
     flags = FLAG_DIRECT
 
-    def __init__(self, params: ServerParams, seats: Sequence[Seat]) -> None:
-        super().__init__(make_environment(params), seats)
+    def __init__(self, params: ServerParams, ports: Sequence[UserPort]) -> None:
+        super().__init__(make_environment(params), ports)
         self._period = params.period_s
 
     def step(self, received: Sequence[tuple[Value, Value]]) -> list[Value]:
         """Go one step on with position [m] and velocity [m/s] per user; return the answers."""
-        self.dissipated = self.dissipated + push_object(self._seated(), self.body)
-        for i, (seat, report) in enumerate(zip(self.seats, received, strict=True)):
-            if seat.present:
+        self.dissipated = self.dissipated + push_object(self._present_ports(), self.body)
+        for i, (port, report) in enumerate(zip(self.ports, received, strict=True)):
+            if port.present:
                 self._meet(i, *report)
-        return [self._answer(seat) if seat.present else 0.0 for seat in self.seats]
+        return [self._answer(port) if port.present else 0.0 for port in self.ports]
 
     @abstractmethod
     def _meet(self, i: int, position: Value, velocity: Value) -> None:
         """Move user i's avatar and form its force, given where the device was [m], [m/s]."""
 
     @abstractmethod
-    def _answer(self, seat: Seat) -> Value:
-        """Return what goes back to a seated user."""
+    def _answer(self, port: UserPort) -> Value:
+        """Return what goes back to a present user."""
 
     def _pull(
-        self, seat: Seat, set_point: Value, velocity: Value, stiffness: Value, damping: Value
+        self, port: UserPort, set_point: Value, velocity: Value, stiffness: Value, damping: Value
     ) -> None:
         """Let spring and damper pull the avatar against its contact (backward Euler).
 
@@ -60,16 +60,16 @@ class AvatarEnd(ServerController):
         """
         h = self._period
         impedance = stiffness * h + damping
-        free = (stiffness * (set_point - seat.x_s) + damping * velocity) / impedance
-        seat.f_s = seat.contact.unwrapped(free, self.body.xd, impedance, h)
-        seat.xd_s = free - seat.f_s / impedance
-        lost = seat.contact.slide(h * seat.xd_s)
-        seat.x_s = self._place(seat)
-        self._book(seat, seat.xd_s - self.body.xd, lost)
+        free = (stiffness * (set_point - port.x_s) + damping * velocity) / impedance
+        port.f_s = port.contact.unwrapped(free, self.body.xd, impedance, h)
+        port.xd_s = free - port.f_s / impedance
+        lost = port.contact.slide(h * port.xd_s)
+        port.x_s = self._place(port)
+        self._book(port, port.xd_s - self.body.xd, lost)
 
-    def _book(self, seat: Seat, rate: Value, lost: Value) -> None:
+    def _book(self, port: UserPort, rate: Value, lost: Value) -> None:
         """Book a step in which the contact had this relative velocity [m/s] and lost that [J]."""
-        self.dissipated = self.dissipated + lost + self._period * seat.contact.heat(rate)
-        flow = self._period * dot(seat.f_s, seat.xd_s)
-        seat.energy_u_s = seat.energy_u_s + maximum(flow, 0.0)
-        seat.energy_v_s = seat.energy_v_s + maximum(-flow, 0.0)
+        self.dissipated = self.dissipated + lost + self._period * port.contact.heat(rate)
+        flow = self._period * dot(port.f_s, port.xd_s)
+        port.energy_u_s = port.energy_u_s + maximum(flow, 0.0)
+        port.energy_v_s = port.energy_v_s + maximum(-flow, 0.0)

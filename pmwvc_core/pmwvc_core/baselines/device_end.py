@@ -73,7 +73,7 @@ class DeviceEnd(ABC):
         """Take the tick over, which stays; parameters of the wave port have no meaning here."""
         self._tick_s = params.tick_s
 
-    def hear(self, packet: WavePacket) -> None:
+    def on_packet(self, packet: WavePacket) -> None:
         """Note the newest packet."""
         self._heard = packet
 

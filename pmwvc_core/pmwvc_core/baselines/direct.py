@@ -13,7 +13,7 @@ passive: the force is as old as the way there and back.
 from pmwvc_core.baselines.avatar_end import AvatarEnd
 from pmwvc_core.baselines.device_end import DeviceEnd
 from pmwvc_core.numeric import Value
-from pmwvc_core.server.user_ports import Seat
+from pmwvc_core.server.user_ports import UserPort
 
 
 class DirectServer(AvatarEnd):
@@ -24,17 +24,17 @@ class DirectServer(AvatarEnd):
 
     def _meet(self, i: int, position: Value, velocity: Value) -> None:
         """Put the avatar where the device is and form the force."""
-        seat = self.seats[i]
-        place = position + seat.offset
-        lost = seat.contact.slide(place - self._place(seat))
-        seat.x_s, seat.xd_s = place, velocity
+        port = self.ports[i]
+        place = position + port.offset
+        lost = port.contact.slide(place - self._place(port))
+        port.x_s, port.xd_s = place, velocity
         rate = velocity - self.body.xd
-        seat.f_s = seat.contact.force(rate)
-        self._book(seat, rate, lost)
+        port.f_s = port.contact.force(rate)
+        self._book(port, rate, lost)
 
-    def _answer(self, seat: Seat) -> Value:
+    def _answer(self, port: UserPort) -> Value:
         """Return the force [N]."""
-        return seat.f_s
+        return port.f_s
 
 
 class DirectMaster(DeviceEnd):

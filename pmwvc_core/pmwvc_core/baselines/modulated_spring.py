@@ -48,7 +48,7 @@ class ModulatedSpring:
         self.dropped: Value = 0.0  # [J] springs let go
         self._arrivals = Arrivals()
 
-    def hear(self, packet: WavePacket) -> None:
+    def on_packet(self, packet: WavePacket) -> None:
         """Take in what the peer sent."""
         gained = self._arrivals.take(packet)
         self.received = self.received + gained

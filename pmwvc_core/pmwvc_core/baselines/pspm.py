@@ -22,16 +22,16 @@ from pmwvc_core.baselines.modulated_spring import ModulatedSpring
 from pmwvc_core.numeric import Value, dot
 from pmwvc_core.params import ServerParams
 from pmwvc_core.params.baselines import PspmParams
-from pmwvc_core.server.user_ports import Seat
+from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.transport.packet import WavePacket
 
 
 class PspmServer(AvatarEnd):
     """Avatars on modulated set points."""
 
-    def __init__(self, params: ServerParams, seats: Sequence[Seat]) -> None:
-        super().__init__(params, seats)
-        self.springs = [ModulatedSpring(seat.baseline.pspm) for seat in seats]
+    def __init__(self, params: ServerParams, ports: Sequence[UserPort]) -> None:
+        super().__init__(params, ports)
+        self.springs = [ModulatedSpring(port.baseline.pspm) for port in ports]
 
     @property
     def accounts(self) -> Mapping[str, Value]:
@@ -42,25 +42,25 @@ class PspmServer(AvatarEnd):
         }
 
     def join(self, i: int, position: Value) -> None:
-        """Seat a user with the set point at the avatar."""
+        """Let a user join with the set point at the avatar."""
         super().join(i, position)
-        self.springs[i].let_go(self.seats[i].x_s)
+        self.springs[i].let_go(self.ports[i].x_s)
 
     def _meet(self, i: int, position: Value, velocity: Value) -> None:
         """Move the set point, then the avatar."""
-        seat, spring = self.seats[i], self.springs[i]
-        params = seat.baseline.pspm
-        if seat.heard is not None:
-            spring.hear(seat.heard)
-        spring.aim(position + seat.offset, seat.x_s)
-        self._pull(seat, spring.q, 0.0, params.stiffness, params.damping)
-        spring.moved(seat.x_s, -self._period * dot(seat.f_s, seat.xd_s))
+        port, spring = self.ports[i], self.springs[i]
+        params = port.baseline.pspm
+        if port.packet is not None:
+            spring.on_packet(port.packet)
+        spring.aim(position + port.offset, port.x_s)
+        self._pull(port, spring.q, 0.0, params.stiffness, params.damping)
+        spring.moved(port.x_s, -self._period * dot(port.f_s, port.xd_s))
         spring.share()
-        seat.account = spring.sent
+        port.account = spring.sent
 
-    def _answer(self, seat: Seat) -> Value:
+    def _answer(self, port: UserPort) -> Value:
         """Return where the avatar is, in the device's frame [m]."""
-        return seat.x_s - seat.offset
+        return port.x_s - port.offset
 
 
 class PspmMaster(DeviceEnd):
@@ -91,9 +91,9 @@ class PspmMaster(DeviceEnd):
         """Send the sum of what was above the cap."""
         return self.spring.sent
 
-    def hear(self, packet: WavePacket) -> None:
+    def on_packet(self, packet: WavePacket) -> None:
         """Take in what the server sent."""
-        self.spring.hear(packet)
+        self.spring.on_packet(packet)
 
     def receive(self, wave: Value) -> None:
         """Move the set point towards the avatar [m]."""

@@ -34,7 +34,7 @@ from pmwvc_core.baselines.device_end import DeviceEnd
 from pmwvc_core.numeric import Value, dot, maximum, minimum, squared, where
 from pmwvc_core.params import ServerParams
 from pmwvc_core.params.baselines import TdpaParams
-from pmwvc_core.server.user_ports import Seat
+from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.transport.packet import WavePacket
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
@@ -50,7 +50,7 @@ class Observer:
         self.allowance: Value = 0.0  # what may still be given out
         self._arrivals = Arrivals()
 
-    def hear(self, packet: WavePacket) -> None:
+    def on_packet(self, packet: WavePacket) -> None:
         """Take in what the other end reports."""
         self.allowance = self.allowance + self._arrivals.take(packet)
 
@@ -76,9 +76,9 @@ class TdpaServer(AvatarEnd):
     held, so f_s xd_s h is the work that leaves the link.
     """
 
-    def __init__(self, params: ServerParams, seats: Sequence[Seat]) -> None:
-        super().__init__(params, seats)
-        self.observers = [Observer() for _ in seats]
+    def __init__(self, params: ServerParams, ports: Sequence[UserPort]) -> None:
+        super().__init__(params, ports)
+        self.observers = [Observer() for _ in ports]
 
     @property
     def accounts(self) -> Mapping[str, Value]:
@@ -90,20 +90,20 @@ class TdpaServer(AvatarEnd):
 
     def _meet(self, i: int, position: Value, velocity: Value) -> None:
         """Arrive where the last step led, form the force, choose the velocity from here."""
-        seat, observer, h = self.seats[i], self.observers[i], self._period
-        if seat.heard is not None:
-            observer.hear(seat.heard)
-        lost = seat.contact.slide(h * seat.xd_s)
-        seat.x_s = self._place(seat)
-        seat.f_s = f = seat.contact.force(velocity - self.body.xd)
+        port, observer, h = self.ports[i], self.observers[i], self._period
+        if port.packet is not None:
+            observer.on_packet(port.packet)
+        lost = port.contact.slide(h * port.xd_s)
+        port.x_s = self._place(port)
+        port.f_s = f = port.contact.force(velocity - self.body.xd)
         excess = observer.overdraft(h * dot(f, velocity))
-        lag = position + seat.offset - seat.x_s
-        drift = lag * (seat.baseline.tdpa.drift_share / h)
-        seat.xd_s = self._within(observer, f, velocity + drift)
-        observer.book(h * dot(f, seat.xd_s), 0.0)
+        lag = position + port.offset - port.x_s
+        drift = lag * (port.baseline.tdpa.drift_share / h)
+        port.xd_s = self._within(observer, f, velocity + drift)
+        observer.book(h * dot(f, port.xd_s), 0.0)
         observer.dissipated = observer.dissipated + excess
-        seat.account = observer.energy_in
-        self._book(seat, velocity - self.body.xd, lost)
+        port.account = observer.energy_in
+        self._book(port, velocity - self.body.xd, lost)
 
     def _within(self, observer: Observer, f: Value, velocity: Value) -> Value:
         """Return the velocity nearest to the one wanted [m/s] that gives out no more than may be
@@ -114,9 +114,9 @@ class TdpaServer(AvatarEnd):
         given_way = f * (excess / (h * where(size > LEAST, size, 1.0)))
         return where(size > LEAST, velocity - given_way, velocity)
 
-    def _answer(self, seat: Seat) -> Value:
+    def _answer(self, port: UserPort) -> Value:
         """Return the force [N]."""
-        return seat.f_s
+        return port.f_s
 
 
 class TdpaMaster(DeviceEnd):
@@ -154,9 +154,9 @@ class TdpaMaster(DeviceEnd):
         """Send what went into the link at this end."""
         return self.observer.energy_in
 
-    def hear(self, packet: WavePacket) -> None:
+    def on_packet(self, packet: WavePacket) -> None:
         """Take in what the server reports."""
-        self.observer.hear(packet)
+        self.observer.on_packet(packet)
 
     def receive(self, wave: Value) -> None:
         """Take the newest force [N]."""

@@ -18,7 +18,7 @@ from pmwvc_core.baselines.avatar_end import AvatarEnd
 from pmwvc_core.baselines.device_end import DeviceEnd
 from pmwvc_core.numeric import Value
 from pmwvc_core.params.baselines import VirtualCouplingParams
-from pmwvc_core.server.user_ports import Seat
+from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.transport.packet import WavePacket
 
 
@@ -27,14 +27,14 @@ class VirtualCouplingServer(AvatarEnd):
 
     def _meet(self, i: int, position: Value, velocity: Value) -> None:
         """Pull the avatar towards the device."""
-        seat = self.seats[i]
-        coupling = seat.baseline.virtual_coupling
-        place = position + seat.offset
-        self._pull(seat, place, velocity, coupling.stiffness, coupling.damping)
+        port = self.ports[i]
+        coupling = port.baseline.virtual_coupling
+        place = position + port.offset
+        self._pull(port, place, velocity, coupling.stiffness, coupling.damping)
 
-    def _answer(self, seat: Seat) -> Value:
+    def _answer(self, port: UserPort) -> Value:
         """Return where the avatar is, in the device's frame [m]."""
-        return seat.x_s - seat.offset
+        return port.x_s - port.offset
 
 
 class VirtualCouplingMaster(DeviceEnd):
@@ -56,10 +56,10 @@ class VirtualCouplingMaster(DeviceEnd):
         self._pd: Value = 0.0  # [m/s]
         self._coupled = False
 
-    def hear(self, packet: WavePacket) -> None:
+    def on_packet(self, packet: WavePacket) -> None:
         """Take the avatar's velocity from the way it went since the packet before."""
         before = self._heard
-        super().hear(packet)
+        super().on_packet(packet)
         if before is None or before.epoch != packet.epoch or not self._coupled:
             self._pd = 0.0 * packet.wave
         elif packet.seq > before.seq:

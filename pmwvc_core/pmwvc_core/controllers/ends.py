@@ -11,7 +11,7 @@ from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, Serve
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.server.black_box.interface import EnvironmentSetup
 from pmwvc_core.server.black_box.plugins import make_black_box
-from pmwvc_core.server.factory import make_seats
+from pmwvc_core.server.factory import make_ports
 from pmwvc_core.server.user_ports import AS_PUBLISHED, ServerController
 from pmwvc_core.wave.impedance import Impedance
 
@@ -40,7 +40,7 @@ def make_server(
     baselines: Sequence[BaselineParams] = (),
     call: Call = directly,
 ) -> ServerController:
-    """Return the server's end of a controller by name, with nobody seated.
+    """Return the server's end of a controller by name, with no user present.
 
     Parameters
     ----------
@@ -68,12 +68,12 @@ def make_server(
         environment, why it cannot be used.
     """
     record = record_of(controller)
-    seats = make_seats(server, contacts, impedances, dof=dof, sides=sides, baselines=baselines)
+    ports = make_ports(server, contacts, impedances, dof=dof, sides=sides, baselines=baselines)
     if not record.waves or server.coupling != "unknown":
-        return record.make_server(server, seats)
+        return record.make_server(server, ports)
     if record.make_unknown is None:
         raise ParameterError(
             f"server.coupling = 'unknown': controller = {controller} has no port for it"
         )
     setup = EnvironmentSetup(dof, server.period_s, tuple(sides), server, tuple(contacts))
-    return record.make_unknown(server, seats, make_black_box(setup), call)
+    return record.make_unknown(server, ports, make_black_box(setup), call)

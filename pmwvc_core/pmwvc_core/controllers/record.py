@@ -12,12 +12,12 @@ from pmwvc_core.master.controller import MasterController
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
 from pmwvc_core.server.black_box.containment import Call
 from pmwvc_core.server.black_box.interface import Environment
-from pmwvc_core.server.user_ports import Seat, ServerController
+from pmwvc_core.server.user_ports import ServerController, UserPort
 
 AVATARS = ("coupling", "device", "explicit", "implicit")
 MasterMaker = Callable[[MasterParams, BaselineParams], MasterController]
-ServerMaker = Callable[[ServerParams, Sequence[Seat]], ServerController]
-UnknownMaker = Callable[[ServerParams, Sequence[Seat], Environment, Call], ServerController]
+ServerMaker = Callable[[ServerParams, Sequence[UserPort]], ServerController]
+UnknownMaker = Callable[[ServerParams, Sequence[UserPort], Environment, Call], ServerController]
 
 
 def no_storage(master: MasterParams, baseline: BaselineParams) -> float:
@@ -63,7 +63,7 @@ class Controller:
         Whether packets carry wave variables; otherwise velocity and position up, force or position
         down, with ``FLAG_DIRECT``.
     make_master, make_server
-        Make the ends, at rest, with nobody seated.
+        Make the ends, at rest, with no user present.
     make_unknown
         Makes the server's end around an environment of which only forces are known
         (``server.coupling = unknown``); None where a wave controller has none.

@@ -11,7 +11,7 @@ from pmwvc_core.server.black_box.containment import Call
 from pmwvc_core.server.black_box.interface import Environment
 from pmwvc_core.server.black_box.port import UnknownServer
 from pmwvc_core.server.port import WaveServer
-from pmwvc_core.server.user_ports import Seat, ServerController
+from pmwvc_core.server.user_ports import ServerController, UserPort
 
 
 def storage_j(master: MasterParams, baseline: BaselineParams) -> float:
@@ -22,9 +22,9 @@ def storage_j(master: MasterParams, baseline: BaselineParams) -> float:
 
 
 def _unknown(
-    params: ServerParams, seats: Sequence[Seat], environment: Environment, call: Call
+    params: ServerParams, ports: Sequence[UserPort], environment: Environment, call: Call
 ) -> ServerController:
-    return UnknownServer(params, seats, environment, call=call)
+    return UnknownServer(params, ports, environment, call=call)
 
 
 RECORD = Controller(

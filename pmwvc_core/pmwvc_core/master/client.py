@@ -80,7 +80,7 @@ class Client:
                 self.safety.restart()
             self._epoch = self.inbox.epoch
         if self.inbox.newest is not None:
-            self.controller.hear(self.inbox.newest)
+            self.controller.on_packet(self.inbox.newest)
         if self.inbox.silent(now_ns):
             self.controller.silence()
         else:
@@ -106,7 +106,7 @@ class Client:
             x,
             xd,
             inbox.silence_s(now_ns),
-            inbox.heard(),
+            inbox.connected(),
             sensed,
         )
         controller.applied(f_applied)

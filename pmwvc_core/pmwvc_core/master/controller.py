@@ -12,7 +12,7 @@ from pmwvc_core.transport.packet import WavePacket
 
 class MasterController(Protocol):
     """What turns the device's motion into force and packets. Order within a frame: ``send``,
-    ``hear``, ``receive``, then per tick ``step`` and ``applied``.
+    ``on_packet``, ``receive``, then per tick ``step`` and ``applied``.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class MasterController(Protocol):
     def account(self) -> Value | None:
         """Return the running sum for the packet [J]; None: that of the waves sent."""
 
-    def hear(self, packet: WavePacket) -> None:
+    def on_packet(self, packet: WavePacket) -> None:
         """Note the newest packet, once a frame before ``receive`` or ``silence``."""
 
     def receive(self, wave: Value) -> None:

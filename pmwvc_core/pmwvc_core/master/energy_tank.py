@@ -86,7 +86,7 @@ class Surplus:
         by_work = self.saved_j + self.discarded_j + (self._work - self._channel())
         return maximum(minimum(self.saved_j + self._lacking(), by_work), 0.0)
 
-    def hear(self, packet: WavePacket) -> None:
+    def on_packet(self, packet: WavePacket) -> None:
         """Settle the frame that ends, then take the newest packet in."""
         of_hold = self._heard - self._played.energy_j - 0.5 * self._hold_s * squared(self._v)
         change = of_hold - self._of_hold

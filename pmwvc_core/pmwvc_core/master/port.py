@@ -158,10 +158,10 @@ class WaveMaster:
     def account(self) -> None:
         """Leave the packet's energy to the sum of its waves."""
 
-    def hear(self, packet: WavePacket) -> None:
+    def on_packet(self, packet: WavePacket) -> None:
         """Note the avatar's position."""
         if self._position:
-            self._position.hear(packet)
+            self._position.on_packet(packet)
 
     def receive(self, wave: Value) -> None:
         """Take the newest wave [sqrt(W)]; it stands for the frame that begins."""

@@ -28,14 +28,14 @@ ADAPTED = 0.5  # K_p tau / sqrt(2b) of an adapted gain: docs/theory.md, section 
 
 
 class PositionFeedback(Protocol):
-    """What brings device and avatar together. Order: ``send``, ``hear``, ``receive`` or
+    """What brings device and avatar together. Order: ``send``, ``on_packet``, ``receive`` or
     ``silence`` once a frame; ``down``, ``applied`` every tick.
     """
 
     def configure(self, params: MasterParams) -> None:
         """Take other parameters over; what is known and saved stays."""
 
-    def hear(self, packet: WavePacket) -> None:
+    def on_packet(self, packet: WavePacket) -> None:
         """Note the newest packet with the avatar's position."""
 
     def receive(self) -> None:
@@ -72,8 +72,8 @@ class _Printed:
         self._tick_s = params.tick_s
         self._separation.configure(params)
 
-    def hear(self, packet: WavePacket) -> None:
-        self._separation.hear(packet)
+    def on_packet(self, packet: WavePacket) -> None:
+        self._separation.on_packet(packet)
 
     def receive(self) -> None:
         self._there = True
@@ -116,9 +116,9 @@ class _Budgeted:
         self._separation.configure(params)
         self._surplus.configure(params)
 
-    def hear(self, packet: WavePacket) -> None:
-        self._surplus.hear(packet)
-        self._separation.hear(packet)
+    def on_packet(self, packet: WavePacket) -> None:
+        self._surplus.on_packet(packet)
+        self._separation.on_packet(packet)
         lag_s = self._separation.round_trip_s
         if self._adapts and truth(lag_s > 0.0):
             self._gain = (ADAPTED / lag_s) * self._scale

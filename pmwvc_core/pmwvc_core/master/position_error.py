@@ -72,7 +72,7 @@ class Separation:
         """Note the wave that goes to the filter in a tick [sqrt(W)]."""
         self._since = self._since + u * self._tick_s
 
-    def hear(self, packet: WavePacket) -> None:
+    def on_packet(self, packet: WavePacket) -> None:
         """Note the newest packet."""
         newest = self._packet
         if newest and (packet.epoch, packet.seq) == (newest.epoch, newest.seq):

@@ -68,7 +68,7 @@ class Peers:
         self._strangers[topic] = strangers = inbox.counts[Verdict.STRANGER]
         if strangers > before:
             return [f"{strangers - before} packets of another sender refused on {topic}"]
-        if inbox.heard() or self._clock() - self._begin_s < PATIENCE_S:
+        if inbox.connected() or self._clock() - self._begin_s < PATIENCE_S:
             return []
         return [_never_met(topic, names, inbox)]
 

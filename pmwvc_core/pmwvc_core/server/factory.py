@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From parameters to seats: which contact law a user gets."""
+"""From parameters to user ports: which contact law a user gets."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ from pmwvc_core.server.contacts import Bilateral, Contact
 from pmwvc_core.server.coupled_axes import CoupledBilateral, CoupledGrip
 from pmwvc_core.server.friction import AnchoredGrip
 from pmwvc_core.server.grip import Grip
-from pmwvc_core.server.user_ports import AS_PUBLISHED, Seat
+from pmwvc_core.server.user_ports import AS_PUBLISHED, UserPort
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of
 
 
@@ -43,7 +43,7 @@ def make_contact(
     return (CoupledGrip if coupled else AnchoredGrip)(grip, dof=dof)
 
 
-def make_seats(
+def make_ports(
     server: ServerParams,
     contacts: Sequence[ContactParams],
     impedances: Sequence[Impedance],
@@ -51,19 +51,19 @@ def make_seats(
     dof: int,
     sides: Sequence[int],
     baselines: Sequence[BaselineParams] = (),
-) -> list[Seat]:
-    """Return an empty seat per user; a contact's own impedance goes before ``impedances``."""
+) -> list[UserPort]:
+    """Return a free port per user; a contact's own impedance goes before ``impedances``."""
     each = baselines or [AS_PUBLISHED] * len(contacts)
     if not len(contacts) == len(impedances) == len(sides) == len(each):
         raise ParameterError(
             f"{len(contacts)} contacts, {len(impedances)} impedances, {len(sides)} sides, "
             f"{len(each)} baselines: there must be one of each per user"
         )
-    seats = []
+    ports = []
     for contact, given, side, baseline in zip(contacts, impedances, sides, each, strict=True):
         own = impedance_of(contact)
-        port = given if own is None else own
-        coupled = isinstance(port, MatrixImpedance)
+        impedance = given if own is None else own
+        coupled = isinstance(impedance, MatrixImpedance)
         law = make_contact(contact, side=side, size=server.object_size_m, dof=dof, coupled=coupled)
-        seats.append(Seat(port, law, baseline))
-    return seats
+        ports.append(UserPort(impedance, law, baseline))
+    return ports

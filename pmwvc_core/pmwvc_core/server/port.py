@@ -15,14 +15,14 @@ from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings import COUPLINGS, Implicit
 from pmwvc_core.server.environments import make_environment
-from pmwvc_core.server.user_ports import Seat, ServerController
+from pmwvc_core.server.user_ports import ServerController, UserPort
 
 
 class WaveServer(ServerController):
     """Avatars behind wave ports around one object."""
 
-    def __init__(self, params: ServerParams, seats: Sequence[Seat]) -> None:
-        super().__init__(make_environment(params), seats)
+    def __init__(self, params: ServerParams, ports: Sequence[UserPort]) -> None:
+        super().__init__(make_environment(params), ports)
         self._coupling = COUPLINGS[params.coupling](params)
         if isinstance(self._coupling, Implicit):
             self.trouble = self._coupling.faults
@@ -30,17 +30,17 @@ class WaveServer(ServerController):
 
     def step(self, received: Sequence[Value]) -> list[Value]:
         """Go one step on with a wave ``(..., dof)`` [sqrt(W)] per user; return waves to send."""
-        seated: list[Seat] = []
-        for seat, wave in zip(self.seats, received, strict=True):
-            if seat.present:
-                seat.u_s = wave
-                seated.append(seat)
-        self.dissipated = self.dissipated + self._coupling.step(seated, self.body)
+        present: list[UserPort] = []
+        for port, wave in zip(self.ports, received, strict=True):
+            if port.present:
+                port.u_s = wave
+                present.append(port)
+        self.dissipated = self.dissipated + self._coupling.step(present, self.body)
         half_s = self._half_period
-        for seat in seated:
-            u_s = seat.u_s
-            seat.v_s = v_s = u_s - seat.ratio * seat.f_s
-            seat.x_s = self._place(seat)
-            seat.energy_u_s = seat.energy_u_s + half_s * squared(u_s)
-            seat.energy_v_s = seat.energy_v_s + half_s * squared(v_s)
+        for port in present:
+            u_s = port.u_s
+            port.v_s = v_s = u_s - port.ratio * port.f_s
+            port.x_s = self._place(port)
+            port.energy_u_s = port.energy_u_s + half_s * squared(u_s)
+            port.energy_v_s = port.energy_v_s + half_s * squared(v_s)
         return self.v_s

@@ -106,16 +106,16 @@ class Service:
                 else:
                     self.presence[user] = DAMPING if quiet else COUPLED
                     if inbox.newest is not None:
-                        server.hear(user, inbox.newest)
+                        server.on_packet(user, inbox.newest)
             received.append((inbox.position(), wave) if direct else wave)
         packets: list[WavePacket | None] = []
         for user, answer in enumerate(server.step(received)):
             packet = None
             if self.presence[user] is not ABSENT:
-                seat = server.seats[user]
+                port = server.ports[user]
                 flags, echo = server.flags | self._anew[user], self.inboxes[user].echo(now_ns)
                 packet = self.packers[user].pack(
-                    answer, seat.x_s, now_ns, flags, echo, seat.account
+                    answer, port.x_s, now_ns, flags, echo, port.account
                 )
             packets.append(packet)
         return packets

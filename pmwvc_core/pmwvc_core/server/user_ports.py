@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The users at the server: one seat each, joining, leaving, and what traces read.
+"""The users at the server: one port each, joining, leaving, and what traces read.
 
 Common to every controller. Positions of avatar and device share one frame up to ``offset``,
 constant from joining on: zero for a two-sided contact; for a grip what it takes to start at the
@@ -28,7 +28,7 @@ AS_PUBLISHED = BaselineParams()
 NO_ACCOUNTS: Mapping[str, Value] = MappingProxyType({})
 
 
-class Seat:
+class UserPort:
     """One user's end: wave impedance ``b`` [N s/m], contact, and the signals of the last step.
 
     ``account`` is the running sum that goes into the user's packets [J]; None: that of the waves.
@@ -42,8 +42,8 @@ class Seat:
         "energy_u_s",
         "energy_v_s",
         "f_s",
-        "heard",
         "offset",
+        "packet",
         "present",
         "ratio",
         "u_s",
@@ -58,7 +58,7 @@ class Seat:
         self.b: Any = impedance  # acts like a number, also where it is a matrix
         self.baseline = baseline
         self.account: Value | None = None
-        self.heard: WavePacket | None = None
+        self.packet: WavePacket | None = None
         self.ratio: Any = root(2.0 / impedance)  # [1/sqrt(N s/m)]
         self.contact = contact
         self.present = False
@@ -86,9 +86,9 @@ class ServerController(ABC):
     flags = 0  # of outgoing packets
     trouble: Faults | None = None  # with an environment, or with the solution of a step
 
-    def __init__(self, body: Body, seats: Sequence[Seat]) -> None:
+    def __init__(self, body: Body, ports: Sequence[UserPort]) -> None:
         self.body = body
-        self.seats = list(seats)
+        self.ports = list(ports)
         self.dissipated: Value = 0.0  # [J] heat of contacts and ground, springs let go
 
     @abstractmethod
@@ -100,18 +100,18 @@ class ServerController(ABC):
         received : sequence
             Per user what the controller's master sent: a wave ``(..., dof)`` [sqrt(W)] or, for
             direct coupling, a pair of position [m] and velocity [m/s]. Ignored for users who are
-            not seated.
+            not present.
 
         Returns
         -------
         list
             Per user what goes back: a wave [sqrt(W)] or a force [N]; 0.0 for users who are not
-            seated.
+            present.
         """
 
-    def hear(self, i: int, packet: WavePacket) -> None:
+    def on_packet(self, i: int, packet: WavePacket) -> None:
         """Note the newest packet of user ``i`` before a step, for what is beside its wave."""
-        self.seats[i].heard = packet
+        self.ports[i].packet = packet
 
     @property
     def accounts(self) -> Mapping[str, Value]:
@@ -119,50 +119,50 @@ class ServerController(ABC):
         return NO_ACCOUNTS
 
     def join(self, i: int, position: Value) -> None:
-        """Seat user ``i`` with an avatar at the device's position [m]; no force, no energy.
+        """Let user ``i`` join with an avatar at the device's position [m]; no force, no energy.
 
         A user already present leaves first.
         """
-        seat = self.seats[i]
-        if seat.present:
+        port = self.ports[i]
+        if port.present:
             self.leave(i)
         zero = 0.0 * position  # gives signals and object their shape
-        seat.silence(zero)
+        port.silence(zero)
         self.body.x = self.body.x + zero
         self.body.xd = self.body.xd + zero
-        seat.contact.attach(position - self.body.x)
-        seat.x_s = self._place(seat)
-        seat.offset = seat.x_s - position
-        seat.present = True
+        port.contact.attach(position - self.body.x)
+        port.x_s = self._place(port)
+        port.offset = port.x_s - position
+        port.present = True
 
     def leave(self, i: int) -> None:
         """Take user ``i`` out; the energy of the spring is dropped."""
-        seat = self.seats[i]
-        if seat.present:
-            self.dissipated = self.dissipated + seat.contact.detach()
-            seat.silence(0.0 * seat.f_s)
-            seat.present = False
+        port = self.ports[i]
+        if port.present:
+            self.dissipated = self.dissipated + port.contact.detach()
+            port.silence(0.0 * port.f_s)
+            port.present = False
 
-    def _place(self, seat: Seat) -> Value:
-        return self.body.x + (seat.contact.rest + seat.contact.deflection)
+    def _place(self, port: UserPort) -> Value:
+        return self.body.x + (port.contact.rest + port.contact.deflection)
 
-    def _seated(self) -> list[Seat]:
-        return [seat for seat in self.seats if seat.present]
+    def _present_ports(self) -> list[UserPort]:
+        return [port for port in self.ports if port.present]
 
     @property
     def present(self) -> list[bool]:
-        """Who is seated."""
-        return [seat.present for seat in self.seats]
+        """Which users are present."""
+        return [port.present for port in self.ports]
 
     @property
     def contact(self) -> list[Flag]:
         """Whose avatar touches the object."""
-        return [seat.contact.touching if seat.present else False for seat in self.seats]
+        return [port.contact.touching if port.present else False for port in self.ports]
 
     @property
     def offset(self) -> list[Value]:
         """Avatar minus device at the moment of joining [m]."""
-        return [seat.offset for seat in self.seats]
+        return [port.offset for port in self.ports]
 
     @property
     def x_o(self) -> Value:
@@ -177,37 +177,37 @@ class ServerController(ABC):
     @property
     def x_s(self) -> list[Value]:
         """Positions of the avatars [m]."""
-        return [seat.x_s for seat in self.seats]
+        return [port.x_s for port in self.ports]
 
     @property
     def xd_s(self) -> list[Value]:
         """Velocities of the avatars [m/s]."""
-        return [seat.xd_s for seat in self.seats]
+        return [port.xd_s for port in self.ports]
 
     @property
     def f_s(self) -> list[Value]:
         """Contact forces on the object [N]."""
-        return [seat.f_s for seat in self.seats]
+        return [port.f_s for port in self.ports]
 
     @property
     def u_s(self) -> list[Value]:
         """Waves used [sqrt(W)]."""
-        return [seat.u_s for seat in self.seats]
+        return [port.u_s for port in self.ports]
 
     @property
     def v_s(self) -> list[Value]:
         """Waves returned [sqrt(W)]."""
-        return [seat.v_s for seat in self.seats]
+        return [port.v_s for port in self.ports]
 
     @property
     def energy_u_s(self) -> list[Value]:
         """Energies received since the start [J]."""
-        return [seat.energy_u_s for seat in self.seats]
+        return [port.energy_u_s for port in self.ports]
 
     @property
     def energy_v_s(self) -> list[Value]:
         """Energies returned since the start [J]."""
-        return [seat.energy_v_s for seat in self.seats]
+        return [port.energy_v_s for port in self.ports]
 
     @property
     def kinetic(self) -> Value:
@@ -218,7 +218,7 @@ class ServerController(ABC):
     def potential(self) -> Value:
         """Energy of all contact springs [J]."""
         energy: Value = 0.0
-        for seat in self.seats:
-            if seat.present:
-                energy = energy + seat.contact.energy
+        for port in self.ports:
+            if port.present:
+                energy = energy + port.contact.energy
         return energy

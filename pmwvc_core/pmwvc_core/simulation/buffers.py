@@ -127,10 +127,10 @@ class ServerBuffer:
         accounts = server.accounts
         signals = [server.x_o, server.xd_o]
         energies: list[Value] = [server.kinetic, server.potential, server.dissipated]
-        for seat in server.seats:
-            signals += (seat.x_s, seat.xd_s, seat.f_s, seat.u_s, seat.v_s)
-            touching = where(seat.present and seat.contact.touching, 1.0, 0.0)
-            energies += (seat.energy_u_s, seat.energy_v_s, touching)
+        for port in server.ports:
+            signals += (port.x_s, port.xd_s, port.f_s, port.u_s, port.v_s)
+            touching = where(port.present and port.contact.touching, 1.0, 0.0)
+            energies += (port.energy_u_s, port.energy_v_s, touching)
         self._signals.write([step], signals)
         self._energies.write([step], energies)
         self._state.append(tuple(presence))

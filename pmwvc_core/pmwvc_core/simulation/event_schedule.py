@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Who does what in which order: the events of a session in virtual time.
+"""The events of a session in virtual time, in their order.
 
 Without a recording everything happens on its grid and in the order of a frame: all masters send,
 the server steps, all masters take the answer, all ticks. With the times at which the loops of a
 recorded session really ran, events come in the order of those times.
 
-Users meet in the network only: what one of them does between two events of the network is a turn
-of its own, taken at once.
+Users interact through the network only, so the ticks of one user between two events of other
+kinds form a group that is run at once.
 """
 
 import enum
@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 Integers = NDArray[np.int64]
-AT_ONCE = 8192  # turns unpacked at a time
+CHUNK = 8192  # groups unpacked at a time
 
 
-class Act(enum.IntEnum):
-    """What happens, in the order in which things of one instant happen."""
+class EventKind(enum.IntEnum):
+    """Kind of an event; events of one instant come in this order."""
 
     PASS = 0  # a tick that the force loop missed: only the device moves
     SEND = 1
@@ -69,11 +69,11 @@ class Steps:
         return cls(tick, tick * tick_ns)
 
 
-Turn = tuple[int, int, list[int], list[int]]  # act, whose, times [ns], ticks
+EventGroup = tuple[int, int, list[int], list[int]]  # kind, user, times [ns], ticks
 
 
 def events(loops: Sequence[Loop], steps: Steps, *, ticks: int, tick_ns: int) -> Integers:
-    """Return all events in their order, ``(events, 4)``: time [ns], act, whose, tick.
+    """Return all events in their order, ``(events, 4)``: time [ns], kind, whose, tick.
 
     For the server ``tick`` is the number of its step.
 
@@ -84,28 +84,26 @@ def events(loops: Sequence[Loop], steps: Steps, *, ticks: int, tick_ns: int) -> 
     ticks, tick_ns
         Length of the session, and of a tick [ns].
     """
-    parts = [_rows(steps.ran_ns, Act.SERVE, 0, np.arange(len(steps.tick), dtype=np.int64))]
+    parts = [_rows(steps.ran_ns, EventKind.SERVE, 0, np.arange(len(steps.tick), dtype=np.int64))]
     for who, loop in enumerate(loops):
         parts += _of_loop(loop, who, ticks=ticks, tick_ns=tick_ns)
     table = np.concatenate(parts)
     return table[np.lexsort((table[:, 3], table[:, 2], table[:, 1], table[:, 0]))]
 
 
-def turns(table: Integers) -> Iterator[Turn]:
-    """Yield the events as turns: one event, or the ticks of one user between two events of other
-    kinds.
-    """
-    ticking = table[:, 1] == Act.TICK
+def groups(table: Integers) -> Iterator[EventGroup]:
+    """Yield groups: one event, or the ticks of one user between two events of other kinds."""
+    ticking = table[:, 1] == EventKind.TICK
     stretch = np.cumsum(~(ticking & np.roll(ticking, 1)))
     table = table[np.lexsort((table[:, 2], stretch))]
     begins = np.ones(len(table), dtype=np.bool_)
     begins[1:] = (np.diff(stretch) != 0) | (np.diff(table[:, 2]) != 0)
     bounds = np.append(np.flatnonzero(begins), len(table))
-    for chosen in range(0, len(bounds) - 1, AT_ONCE):
-        edges = bounds[chosen : chosen + AT_ONCE + 1]
-        time_ns, act, who, tick = table[edges[0] : edges[-1]].T.tolist()
+    for chosen in range(0, len(bounds) - 1, CHUNK):
+        edges = bounds[chosen : chosen + CHUNK + 1]
+        time_ns, kind, who, tick = table[edges[0] : edges[-1]].T.tolist()
         for start, end in itertools.pairwise((edges - edges[0]).tolist()):
-            yield act[start], who[start], time_ns[start:end], tick[start:end]
+            yield kind[start], who[start], time_ns[start:end], tick[start:end]
 
 
 def _of_loop(loop: Loop, who: int, *, ticks: int, tick_ns: int) -> list[Integers]:
@@ -113,24 +111,26 @@ def _of_loop(loop: Loop, who: int, *, ticks: int, tick_ns: int) -> list[Integers
     tick, times = _ran(loop, ticks=ticks, tick_ns=tick_ns)
     if not len(tick):
         return []
-    found = [_rows(times, Act.TICK, who, tick)]
-    for act in (Act.SEND, Act.ANSWER):
-        chosen, at_ns = once_a_frame(loop, act, ticks=ticks, tick_ns=tick_ns)
-        found.append(_rows(at_ns, act, who, chosen))
+    found = [_rows(times, EventKind.TICK, who, tick)]
+    for kind in (EventKind.SEND, EventKind.ANSWER):
+        chosen, at_ns = frame_events(loop, kind, ticks=ticks, tick_ns=tick_ns)
+        found.append(_rows(at_ns, kind, who, chosen))
     if len(tick) <= tick[-1] - tick[0]:
         missed = np.setdiff1d(np.arange(tick[0], tick[-1], dtype=np.int64), tick)
-        found.append(_rows(times[np.searchsorted(tick, missed)], Act.PASS, who, missed))
+        found.append(_rows(times[np.searchsorted(tick, missed)], EventKind.PASS, who, missed))
     return found
 
 
-def once_a_frame(loop: Loop, act: Act, *, ticks: int, tick_ns: int) -> tuple[Integers, Integers]:
+def frame_events(
+    loop: Loop, kind: EventKind, *, ticks: int, tick_ns: int
+) -> tuple[Integers, Integers]:
     """Return tick and time [ns] of every ``SEND`` or ``ANSWER`` of a loop.
 
     It is the first tick of the frame that ran, for an answer of those not before its place.
     """
     tick, times = _ran(loop, ticks=ticks, tick_ns=tick_ns)
     frame, place = np.divmod(tick - loop.first, loop.rate_drop)
-    may = place >= (loop.answer if act == Act.ANSWER else 0)
+    may = place >= (loop.answer if kind == EventKind.ANSWER else 0)
     begins = np.diff(frame[may], prepend=-1) > 0  # frames come in their order, from 0
     return tick[may][begins], times[may][begins]
 
@@ -144,6 +144,6 @@ def _ran(loop: Loop, *, ticks: int, tick_ns: int) -> tuple[Integers, Integers]:
     return tick[times >= 0], times[times >= 0]
 
 
-def _rows(time_ns: Integers, act: Act, who: int, tick: Integers) -> Integers:
+def _rows(time_ns: Integers, kind: EventKind, who: int, tick: Integers) -> Integers:
     same = np.ones_like(tick)
-    return np.stack([time_ns, int(act) * same, who * same, tick], axis=1)
+    return np.stack([time_ns, int(kind) * same, who * same, tick], axis=1)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Garbage: a session in virtual time makes none that has to be looked for."""
+"""Disable the cyclic garbage collector while a simulation runs."""
 
 import gc
 from collections.abc import Iterator
@@ -9,15 +9,15 @@ from contextlib import contextmanager
 
 @contextmanager
 def no_garbage() -> Iterator[None]:
-    """Do not look for garbage for a while.
+    """Disable the collector inside the context; restore its state at the end.
 
-    What a session keeps (packets, fates, numbers that wait) grows all the time and holds no
-    cycles: to go through it again and again takes a twentieth of the time and finds nothing.
+    The objects that a session keeps (packets, fates, waiting numbers) hold no reference cycles,
+    and scanning their growing number takes a twentieth of the time.
     """
-    looks = gc.isenabled()
+    enabled = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
-        if looks:
+        if enabled:
             gc.enable()

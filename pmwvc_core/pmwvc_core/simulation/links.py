@@ -21,7 +21,7 @@ from pmwvc_core.transport.packet import WavePacket, size_bytes
 from pmwvc_core.transport.receiver import Receiver
 
 
-class Path:
+class SimulatedLink:
     """Everything between a sender and its receiver, with the record of what passed.
 
     Parameters

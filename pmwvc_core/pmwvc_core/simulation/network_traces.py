@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What passed the simulated network, as traces: packets on both sides, and their fates."""
+"""Packets on both sides of the simulated network and their fates, as traces."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.links import Path
+from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.traces import FateTraces, PacketTraces
 from pmwvc_core.transport.packet import WavePacket
 
@@ -62,21 +62,21 @@ class PacketTable:
         )
 
 
-def fate_traces(path: Path, link: str) -> FateTraces:
+def fate_traces(link: SimulatedLink, name: str) -> FateTraces:
     """Return what the link did to each packet.
 
     In virtual time a packet leaves when it is due; its receiver looks at its own instants.
     """
-    records = path.fates
+    records = link.fates
 
     def of(values: list[int]) -> NDArray[np.int64]:
         return np.array(values, dtype=np.int64)
 
     due = of([fate.time_due_ns for fate in records])
     return FateTraces(
-        link=link,
+        link=name,
         number=of([fate.number for fate in records]),
-        epoch=np.full(len(records), path.sent[0].epoch if path.sent else 0, dtype=np.uint64),
+        epoch=np.full(len(records), link.sent[0].epoch if link.sent else 0, dtype=np.uint64),
         seq=of([fate.number for fate in records]),
         size_bytes=of([fate.size for fate in records]),
         time_in_ns=of([fate.time_in_ns for fate in records]),

@@ -27,11 +27,11 @@ from pmwvc_core.simulation.buffers import (
     UserBuffer,
 )
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.event_schedule import Act, Steps, events, turns
+from pmwvc_core.simulation.event_schedule import EventKind, Steps, events, groups
 from pmwvc_core.simulation.garbage import no_garbage
 from pmwvc_core.simulation.network_traces import PacketTable, fate_traces
 from pmwvc_core.simulation.stacking import batches, stack
-from pmwvc_core.simulation.user import Seat
+from pmwvc_core.simulation.user import SimulatedUser
 from pmwvc_core.traces import FateTraces, SessionTraces
 from pmwvc_core.transport.inboxes import server_times
 from pmwvc_core.transport.packet import Packer
@@ -101,8 +101,8 @@ class SessionBatch:
         self.tick_ns = round(first.tick_s * 1e9)
         self.ticks = round(first.duration_s / first.tick_s)
         self.conditions = conditions
-        self.seats = [
-            Seat([s.users[i] for s in scenarios], scenarios, i, conditions)
+        self.users = [
+            SimulatedUser([s.users[i] for s in scenarios], scenarios, i, conditions)
             for i in range(len(first.users))
         ]
         self.steps = conditions.steps or Steps.on_grid(
@@ -121,81 +121,81 @@ class SessionBatch:
         server = make_server(
             first.controller,
             stack([s.server for s in scenarios]),
-            [stack([s.users[i].contact for s in scenarios]) for i in range(len(self.seats))],
-            [_impedance([s.users[i] for s in scenarios]) for i in range(len(self.seats))],
+            [stack([s.users[i].contact for s in scenarios]) for i in range(len(self.users))],
+            [_impedance([s.users[i] for s in scenarios]) for i in range(len(self.users))],
             dof=first.dof,
-            sides=[seat.user.side for seat in self.seats],
+            sides=[user.settings.side for user in self.users],
             baselines=[
-                stack([s.users[i].baseline for s in scenarios]) for i in range(len(self.seats))
+                stack([s.users[i].baseline for s in scenarios]) for i in range(len(self.users))
             ],
         )
         self.service = Service(
             server,
-            inboxes=[seat.up.receiver for seat in self.seats],
+            inboxes=[user.up.receiver for user in self.users],
             packers=[
                 Packer(SERVER_EPOCH + i, period=first.server.period_s)
-                for i in range(len(self.seats))
+                for i in range(len(self.users))
             ],
             release_s=times.release_s,
         )
-        runs, dof, names = len(scenarios), first.dof, [seat.user.name for seat in self.seats]
+        runs, dof, names = len(scenarios), first.dof, [user.settings.name for user in self.users]
         self.server_buffer = ServerBuffer(names, steps=len(self.steps.tick), runs=runs, dof=dof)
         self.user_buffers = [
-            UserBuffer(seat.user.name, seat.loop, ticks=self.ticks, runs=runs, dof=dof)
-            for seat in self.seats
+            UserBuffer(user.settings.name, user.loop, ticks=self.ticks, runs=runs, dof=dof)
+            for user in self.users
         ]
 
     def run(self, progress: Callable[[float], None]) -> None:
         """Step from the first tick to the last."""
-        loops = [seat.loop for seat in self.seats]
+        loops = [user.loop for user in self.users]
         end_ns, next_ns = self.ticks * self.tick_ns, 0
-        act_of: dict[int, Callable[[int, list[int], list[int]], None]] = {
-            Act.PASS: self._pass,
-            Act.SEND: self._send,
-            Act.SERVE: self._serve,
-            Act.ANSWER: self._answer,
-            Act.TICK: self._advance,
+        handlers: dict[int, Callable[[int, list[int], list[int]], None]] = {
+            EventKind.PASS: self._pass,
+            EventKind.SEND: self._send,
+            EventKind.SERVE: self._serve,
+            EventKind.ANSWER: self._answer,
+            EventKind.TICK: self._advance,
         }
         table = events(loops, self.steps, ticks=self.ticks, tick_ns=self.tick_ns)
         with no_garbage():
-            for act, who, time_ns, tick in turns(table):
-                act_of[act](who, time_ns, tick)
+            for kind, who, time_ns, tick in groups(table):
+                handlers[kind](who, time_ns, tick)
                 if time_ns[0] >= next_ns:
                     next_ns += PROGRESS_NS
                     progress(min(time_ns[0] / end_ns, 1.0))
-        for seat in self.seats:
-            seat.up.drain(end_ns)
-            seat.down.drain(end_ns)
+        for user in self.users:
+            user.up.drain(end_ns)
+            user.down.drain(end_ns)
         progress(1.0)
 
     def _send(self, who: int, time_ns: list[int], tick: list[int]) -> None:
-        self.seats[who].send(time_ns[0])
+        self.users[who].send(time_ns[0])
 
     def _answer(self, who: int, time_ns: list[int], tick: list[int]) -> None:
-        self.seats[who].answer(time_ns[0])
+        self.users[who].answer(time_ns[0])
 
     def _pass(self, who: int, time_ns: list[int], tick: list[int]) -> None:
-        self.seats[who].pass_by()
+        self.users[who].pass_by()
 
     def _advance(self, who: int, time_ns: list[int], tick: list[int]) -> None:
         """Go on tick by tick; note energies and safety where a frame ends."""
-        seat, buffer = self.seats[who], self.user_buffers[who]
-        buffer.write_ticks(tick, seat.advance(time_ns))
+        user, buffer = self.users[who], self.user_buffers[who]
+        buffer.write_ticks(tick, user.advance(time_ns))
         if buffer.ends_block(tick[-1]):
-            port, safety = seat.client.controller, seat.client.safety
+            port, safety = user.client.controller, user.client.safety
             waves = (port.energy_u_m, port.energy_u_tx, port.energy_v_rx, port.energy_v_m)
-            energies = (*waves, *seat.device.work)
+            energies = (*waves, *user.device.work)
             buffer.write_block(safety.state, safety.reason, energies, port.accounts)
 
     def _serve(self, who: int, time_ns: list[int], tick: list[int]) -> None:
         """Take in what has arrived, step the environment, answer."""
         now_ns = time_ns[0]
-        for user, seat in enumerate(self.seats):
-            for packet in seat.up.collect(now_ns):
-                self.service.deliver(user, packet, now_ns)
-        for seat, answer in zip(self.seats, self.service.step(now_ns), strict=True):
+        for number, user in enumerate(self.users):
+            for packet in user.up.collect(now_ns):
+                self.service.deliver(number, packet, now_ns)
+        for user, answer in zip(self.users, self.service.step(now_ns), strict=True):
             if answer is not None:
-                seat.down.send(answer, now_ns)
+                user.down.send(answer, now_ns)
         target = self.target.step(together=self.service.together())
         self.server_buffer.write(tick[0], self.service.server, self.service.presence, target)
 
@@ -209,9 +209,9 @@ class SessionBatch:
                 buffer.run(
                     run,
                     tick_s=self.tick_s,
-                    safety_events=_of_run(seat.client.safety.events, run),
+                    safety_events=_of_run(user.client.safety.events, run),
                 )
-                for seat, buffer in zip(self.seats, self.user_buffers, strict=True)
+                for user, buffer in zip(self.users, self.user_buffers, strict=True)
             ],
             server=self.server_buffer.run(run, period_s=scenario.server.period_s),
         )
@@ -243,16 +243,16 @@ class SessionBatch:
         """The packets on both sides of the network, and the fates that all runs share."""
         runs, dof = len(self.scenarios), self.scenarios[0].dof
         tables, found = [], {}
-        for seat in self.seats:
-            name = seat.user.name
-            for way, path, sender, receiver in (
-                ("up", seat.up, f"/{name}", f"/server/{name}"),
-                ("down", seat.down, f"/server/{name}", f"/{name}"),
+        for user in self.users:
+            name = user.settings.name
+            for way, link, sender, receiver in (
+                ("up", user.up, f"/{name}", f"/server/{name}"),
+                ("down", user.down, f"/server/{name}", f"/{name}"),
             ):
-                sent = [(packet, packet.sent_ns) for packet in path.sent]
-                for seen, side in ((sent, sender), (path.arrived, receiver)):
+                sent = [(packet, packet.sent_ns) for packet in link.sent]
+                for seen, side in ((sent, sender), (link.arrived, receiver)):
                     tables.append(PacketTable(seen, f"{side}/wave_{way}", runs=runs, dof=dof))
-                found[f"{name}/{way}"] = fate_traces(path, f"{name}/{way}")
+                found[f"{name}/{way}"] = fate_traces(link, f"{name}/{way}")
         return tables, found
 
 

@@ -16,7 +16,7 @@ from pmwvc_core.plant.operators import Operator, make_operator
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.event_schedule import Loop
-from pmwvc_core.simulation.links import Path
+from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.stacking import stack
 from pmwvc_core.transport.inboxes import inbox, server_times
 from pmwvc_core.transport.packet import Packer
@@ -24,7 +24,7 @@ from pmwvc_core.wave.impedance import Impedance
 from pmwvc_core.wave.limits import largest_wave
 
 
-class Seat:
+class SimulatedUser:
     """One user in the simulator.
 
     Parameters
@@ -48,7 +48,7 @@ class Seat:
         dof, tick_s, name = scenario.dof, scenario.tick_s, first.name
         master, safety = stack([u.master for u in users]), stack([u.safety for u in users])
         contact, server = stack([u.contact for u in users]), stack([s.server for s in scenarios])
-        self.user = first
+        self.settings = first
         self.loop = Loop(
             first.master.rate_drop,
             first=conditions.first.get(name, 0),
@@ -65,7 +65,7 @@ class Seat:
         times = server_times(user.safety for user in scenario.users)
         waves = has_waves(scenario.controller)
         up, down = (conditions.links.get(f"{name}/{way}") for way in ("up", "down"))
-        self.up = Path(
+        self.up = SimulatedLink(
             up() if up else first.link_up,
             seed=stream_of(scenario.seed, index, 0),
             inbox=inbox(
@@ -77,7 +77,7 @@ class Seat:
             ),
             dof=dof,
         )
-        self.down = Path(
+        self.down = SimulatedLink(
             down() if down else first.link_down,
             seed=stream_of(scenario.seed, index, 1),
             inbox=inbox(

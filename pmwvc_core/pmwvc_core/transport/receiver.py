@@ -126,7 +126,7 @@ class Receiver:
         """The sender followed; 0 before the first packet."""
         return 0 if self.newest is None else self.newest.epoch
 
-    def heard(self) -> bool:
+    def connected(self) -> bool:
         """Tell whether any packet was ever accepted."""
         return self.newest is not None
 

@@ -33,7 +33,7 @@ from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.compensations.interface import Wave
 from pmwvc_core.server.couplings.sampled import weights
 from pmwvc_core.server.environments import Wall
-from pmwvc_core.server.user_ports import Seat, ServerController
+from pmwvc_core.server.user_ports import ServerController, UserPort
 from pmwvc_core.wave.impedance import MatrixImpedance, smallest
 from pmwvc_core.wave.reflection import reflection
 
@@ -43,7 +43,7 @@ class UnknownServer(ServerController):
 
     Parameters
     ----------
-    params, seats
+    params, ports
         As for the other couplings; the contacts only say where avatars begin.
     environment
         What is asked.
@@ -54,16 +54,16 @@ class UnknownServer(ServerController):
     def __init__(
         self,
         params: ServerParams,
-        seats: Sequence[Seat],
+        ports: Sequence[UserPort],
         environment: Environment,
         *,
         call: Call = directly,
     ) -> None:
-        super().__init__(Wall(), seats)  # the body is what is shown
+        super().__init__(Wall(), ports)  # the body is what is shown
         self._faults = self.trouble = Faults("server.environment", params.environment)
         self._asked = Asked(environment)
         self._call = call
-        self._compensation = COMPENSATIONS[params.compensation](params, len(seats))
+        self._compensation = COMPENSATIONS[params.compensation](params, len(ports))
         self._period = params.period_s
         self._old, self._new = weights(params.integrator, params.period_s)
         self._learns = params.decoding == "secant" and not isinstance(environment, Sloped)
@@ -81,7 +81,7 @@ class UnknownServer(ServerController):
         return {**self._sums, **self._compensation.accounts}
 
     def join(self, i: int, position: Value) -> None:
-        """Seat user ``i``; the environment is told before its next step."""
+        """Let user ``i`` join; the environment is told before its next step."""
         self._plain = not isinstance(position, np.ndarray)
         self._shape = np.shape(np.atleast_1d(position))
         if not any(self.present):
@@ -90,9 +90,9 @@ class UnknownServer(ServerController):
             except FOREIGN as error:  # whatever a foreign environment raises
                 self._faults.note(error)
         super().join(i, position)
-        place = self._rows([self.seats[i].x_s])[0]
+        place = self._rows([self.ports[i].x_s])[0]
         if self._learns and self._secant is None:
-            least = [_least(seat.b) / self._period for seat in self.seats]
+            least = [_least(port.b) / self._period for port in self.ports]
             self._secant = Secant(self._rows(least)[..., :1], self._shape)
         if self._secant is not None:
             self._secant.join(i, place)
@@ -100,29 +100,29 @@ class UnknownServer(ServerController):
 
     def leave(self, i: int) -> None:
         """Take user ``i`` out; the environment is told before its next step."""
-        if self.seats[i].present:
+        if self.ports[i].present:
             self._asked.tell("leave", i)
         super().leave(i)
 
     def step(self, received: Sequence[Value]) -> list[Value]:
         """Go one step on with a wave ``(..., dof)`` [sqrt(W)] per user; return waves to send."""
-        for seat, wave in zip(self.seats, received, strict=True):
-            if seat.present:
-                seat.u_s = wave
-        place = [seat.x_s + self._old * seat.xd_s for seat in self.seats]
+        for port, wave in zip(self.ports, received, strict=True):
+            if port.present:
+                port.u_s = wave
+        place = [port.x_s + self._old * port.xd_s for port in self.ports]
         reply = self._reply(self._rows(place))
         waves = []
-        for user, seat in enumerate(self.seats):
-            if seat.present:
-                waves.append(self._taken(user, seat, reply))
-                seat.x_s = place[user] + self._new * seat.xd_s
+        for user, port in enumerate(self.ports):
+            if port.present:
+                waves.append(self._taken(user, port, reply))
+                port.x_s = place[user] + self._new * port.xd_s
         returned = self._compensation.step(waves, self._held())
         for taken, v in zip(waves, returned, strict=True):
-            seat = self.seats[taken.user]
-            seat.v_s = v
+            port = self.ports[taken.user]
+            port.v_s = v
             self._add("withheld", squared(taken.v) - squared(v), 0.5)
-            seat.energy_u_s = seat.energy_u_s + 0.5 * self._period * squared(seat.u_s)
-            seat.energy_v_s = seat.energy_v_s + 0.5 * self._period * squared(v)
+            port.energy_u_s = port.energy_u_s + 0.5 * self._period * squared(port.u_s)
+            port.energy_v_s = port.energy_v_s + 0.5 * self._period * squared(v)
         spent = self._sums["environment"] + self._sums["contained"]
         self.dissipated = spent - self.potential
         return self.v_s
@@ -156,39 +156,39 @@ class UnknownServer(ServerController):
     def _guess(self, place: Array) -> Array:
         """Return the velocities decoded with the learned line, or with the last force."""
         if self._secant is None:
-            late = [seat.ratio * seat.u_s - seat.f_s / seat.b for seat in self.seats]
+            late = [port.ratio * port.u_s - port.f_s / port.b for port in self.ports]
             return self._rows(late)
-        drive = self._rows([seat.b * (seat.ratio * seat.u_s) for seat in self.seats])
-        b = np.stack([self._matrix(seat) for seat in self.seats])
+        drive = self._rows([port.b * (port.ratio * port.u_s) for port in self.ports])
+        b = np.stack([self._matrix(port) for port in self.ports])
         velocity, expected = decoded(self._secant.line(place, self._new), drive, b)
         self._secant.expect(expected)
         return velocity
 
-    def _matrix(self, seat: Seat) -> Array:
+    def _matrix(self, port: UserPort) -> Array:
         """Return a port's impedance as matrices ``(..., dof, dof)``."""
         dof = self._shape[-1]
-        if isinstance(seat.b, MatrixImpedance):
-            return np.broadcast_to(seat.b.matrix, (*self._shape, dof))
-        b = np.broadcast_to(np.asarray(seat.b, float), (*self._shape[:-1], 1))
+        if isinstance(port.b, MatrixImpedance):
+            return np.broadcast_to(port.b.matrix, (*self._shape, dof))
+        b = np.broadcast_to(np.asarray(port.b, float), (*self._shape[:-1], 1))
         return np.asarray(b[..., np.newaxis] * np.eye(dof))
 
-    def _taken(self, user: int, seat: Seat, reply: Reply | None) -> Wave:
-        """Give a seat its velocity and force; return its waves, zero where it is contained."""
-        damped = 0.5 * (seat.ratio * seat.u_s)
+    def _taken(self, user: int, port: UserPort, reply: Reply | None) -> Wave:
+        """Give a port its velocity and force; return its waves, zero where it is contained."""
+        damped = 0.5 * (port.ratio * port.u_s)
         if reply is None:
             good: Flag = False
-            velocity, force = damped, seat.b * damped
+            velocity, force = damped, port.b * damped
         else:
             good = self._flag(reply.good[user])
             velocity = where(good, self._value(reply.velocity[user]), damped)
-            force = where(good, self._value(reply.force[user]), seat.b * damped)
-        seat.xd_s, seat.f_s = velocity, force
-        u = where(good, seat.u_s, 0.0 * seat.u_s)
-        v = where(good, seat.u_s - seat.ratio * force, 0.0 * seat.u_s)
-        late = where(good, dot(force, seat.ratio * seat.u_s - force / seat.b - velocity), 0.0)
+            force = where(good, self._value(reply.force[user]), port.b * damped)
+        port.xd_s, port.f_s = velocity, force
+        u = where(good, port.u_s, 0.0 * port.u_s)
+        v = where(good, port.u_s - port.ratio * force, 0.0 * port.u_s)
+        late = where(good, dot(force, port.ratio * port.u_s - force / port.b - velocity), 0.0)
         self._add("environment", where(good, dot(force, velocity), 0.0), 1.0)
         self._add("late_decoding", late, 1.0)
-        self._add("contained", squared(seat.u_s) - squared(u), 0.5)
+        self._add("contained", squared(port.u_s) - squared(u), 0.5)
         return Wave(user, u, v, late)
 
     def _held(self) -> Value | None:
@@ -202,16 +202,16 @@ class UnknownServer(ServerController):
             if self._secant is not None:
                 most = self._secant.ratio.max(axis=0) * self._new / self._period
                 held = held * (1.0 + self._value(most))
-            for seat in self.seats:
-                held = held + 0.5 * self._period * dot(seat.f_s, seat.f_s / seat.b)
+            for port in self.ports:
+                held = held + 0.5 * self._period * dot(port.f_s, port.f_s / port.b)
         return held
 
     def _decoded(self, force: Array, slope: Array) -> Array:
         """Return xd = sqrt(2/b) u - (F0 + G xd)/b of every user."""
         return self._rows(
             [
-                reflection(seat.b).solve(seat.u_s, self._value(f0), self._value(g))[1]
-                for seat, f0, g in zip(self.seats, force, slope, strict=True)
+                reflection(port.b).solve(port.u_s, self._value(f0), self._value(g))[1]
+                for port, f0, g in zip(self.ports, force, slope, strict=True)
             ]
         )
 
@@ -237,7 +237,7 @@ class UnknownServer(ServerController):
     @property
     def contact(self) -> list[Flag]:
         """Whose avatar feels a force."""
-        return [squared(seat.f_s) > 0.0 if seat.present else False for seat in self.seats]
+        return [squared(port.f_s) > 0.0 if port.present else False for port in self.ports]
 
     @property
     def potential(self) -> Value:

@@ -16,7 +16,7 @@ from pmwvc_core.server.couplings.one_frame_late import OneFrameLate
 from pmwvc_core.server.couplings.one_step_delay import OneStepDelay
 from pmwvc_core.server.couplings.unwrapped import Unwrapped
 from pmwvc_core.server.cube import Body
-from pmwvc_core.server.user_ports import Seat
+from pmwvc_core.server.user_ports import UserPort
 
 __all__ = ["COUPLINGS", "Coupling", "Implicit", "OneFrameLate", "OneStepDelay", "Unwrapped"]
 
@@ -24,7 +24,7 @@ __all__ = ["COUPLINGS", "Coupling", "Implicit", "OneFrameLate", "OneStepDelay", 
 class Coupling(Protocol):
     """One step of avatars and object."""
 
-    def step(self, seats: Sequence[Seat], body: Body) -> Value:
+    def step(self, ports: Sequence[UserPort], body: Body) -> Value:
         """From ``u_s`` set ``xd_s`` and ``f_s``, move all; return the energy dissipated [J]."""
         ...
 

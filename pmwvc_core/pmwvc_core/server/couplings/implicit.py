@@ -30,7 +30,7 @@ from pmwvc_core.server.black_box.faults import Faults, Unsettled
 from pmwvc_core.server.contacts import Answer
 from pmwvc_core.server.couplings.coupled_axes import solve_coupled
 from pmwvc_core.server.cube import Body
-from pmwvc_core.server.user_ports import Seat
+from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.wave.impedance import MatrixImpedance
 
 _ROUNDING = 8.0 * sys.float_info.epsilon
@@ -45,14 +45,14 @@ class Implicit:
         self._period = params.period_s
         self.faults = Faults("server.coupling", params.coupling)
 
-    def step(self, seats: Sequence[Seat], body: Body) -> Value:
-        """Use every seat's ``u_s``; return the energy dissipated [J]."""
+    def step(self, ports: Sequence[UserPort], body: Body) -> Value:
+        """Use every port's ``u_s``; return the energy dissipated [J]."""
         h = self._period
         driven = []
         coupled = False
-        for seat in seats:
-            driven.append((seat.contact, seat.b, seat.ratio * seat.u_s))
-            coupled = coupled or isinstance(seat.b, MatrixImpedance)
+        for port in ports:
+            driven.append((port.contact, port.b, port.ratio * port.u_s))
+            coupled = coupled or isinstance(port.b, MatrixImpedance)
 
         def ask(velocity: Value) -> list[tuple[Value, Answer]]:
             asked = []
@@ -68,9 +68,9 @@ class Implicit:
         else:
             velocity, answers = solve(ask, body)
         lost = body.drift(velocity)
-        for seat, answer, (contact, b, drive) in zip(seats, answers, driven, strict=True):
-            seat.f_s = force = answer.force
-            seat.xd_s = drive - force / b
+        for port, answer, (contact, b, drive) in zip(ports, answers, driven, strict=True):
+            port.f_s = force = answer.force
+            port.xd_s = drive - force / b
             lost = lost + contact.advance(answer, h)
         return lost
 

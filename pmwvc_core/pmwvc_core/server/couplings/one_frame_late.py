@@ -21,7 +21,7 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings.sampled import push_object
 from pmwvc_core.server.cube import Body
-from pmwvc_core.server.user_ports import Seat
+from pmwvc_core.server.user_ports import UserPort
 
 
 class OneFrameLate:
@@ -30,13 +30,13 @@ class OneFrameLate:
     def __init__(self, params: ServerParams) -> None:
         self._period = params.period_s
 
-    def step(self, seats: Sequence[Seat], body: Body) -> Value:
-        """Use every seat's ``u_s``; return the energy dissipated [J]."""
+    def step(self, ports: Sequence[UserPort], body: Body) -> Value:
+        """Use every port's ``u_s``; return the energy dissipated [J]."""
         lost: Value = 0.0
-        for seat in seats:
-            rate = seat.xd_s - body.xd
-            seat.f_s = seat.contact.force(rate)
-            lost = lost + self._period * seat.contact.heat(rate)
-            lost = lost + seat.contact.slide(self._period * seat.xd_s)
-            seat.xd_s = seat.ratio * seat.u_s - seat.f_s / seat.b
-        return lost + push_object(seats, body)
+        for port in ports:
+            rate = port.xd_s - body.xd
+            port.f_s = port.contact.force(rate)
+            lost = lost + self._period * port.contact.heat(rate)
+            lost = lost + port.contact.slide(self._period * port.xd_s)
+            port.xd_s = port.ratio * port.u_s - port.f_s / port.b
+        return lost + push_object(ports, body)

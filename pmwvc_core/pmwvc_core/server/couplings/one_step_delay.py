@@ -23,7 +23,7 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings.sampled import push_object, weights
 from pmwvc_core.server.cube import Body
-from pmwvc_core.server.user_ports import Seat
+from pmwvc_core.server.user_ports import UserPort
 
 
 class OneStepDelay:
@@ -33,14 +33,14 @@ class OneStepDelay:
         self._period = params.period_s
         self._old, self._new = weights(params.integrator, params.period_s)
 
-    def step(self, seats: Sequence[Seat], body: Body) -> Value:
-        """Use every seat's ``u_s``; return the energy dissipated [J]."""
-        lost = push_object(seats, body)
-        for seat in seats:
-            before = seat.xd_s
-            seat.xd_s = seat.ratio * seat.u_s - seat.f_s / seat.b
-            lost = lost + seat.contact.slide(self._old * before + self._new * seat.xd_s)
-            rate = seat.xd_s - body.xd
-            seat.f_s = seat.contact.force(rate)
-            lost = lost + self._period * seat.contact.heat(rate)
+    def step(self, ports: Sequence[UserPort], body: Body) -> Value:
+        """Use every port's ``u_s``; return the energy dissipated [J]."""
+        lost = push_object(ports, body)
+        for port in ports:
+            before = port.xd_s
+            port.xd_s = port.ratio * port.u_s - port.f_s / port.b
+            lost = lost + port.contact.slide(self._old * before + self._new * port.xd_s)
+            rate = port.xd_s - body.xd
+            port.f_s = port.contact.force(rate)
+            lost = lost + self._period * port.contact.heat(rate)
         return lost

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.server.cube import Body
-from pmwvc_core.server.user_ports import Seat
+from pmwvc_core.server.user_ports import UserPort
 
 
 def weights(integrator: str, period: float) -> tuple[float, float]:
@@ -24,12 +24,12 @@ def weights(integrator: str, period: float) -> tuple[float, float]:
     }[integrator]
 
 
-def push_object(seats: Sequence[Seat], body: Body) -> Value:
+def push_object(ports: Sequence[UserPort], body: Body) -> Value:
     """Let the held forces move the object; return the energy lost meanwhile [J]."""
     force: Value = 0.0
-    for seat in seats:
-        force = force + seat.f_s
+    for port in ports:
+        force = force + port.f_s
     moved, lost = body.push(force)
-    for seat in seats:
-        lost = lost + seat.contact.slide(-moved)
+    for port in ports:
+        lost = lost + port.contact.slide(-moved)
     return lost

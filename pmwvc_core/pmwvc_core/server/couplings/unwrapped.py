@@ -18,7 +18,7 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings.sampled import push_object, weights
 from pmwvc_core.server.cube import Body
-from pmwvc_core.server.user_ports import Seat
+from pmwvc_core.server.user_ports import UserPort
 
 
 class Unwrapped:
@@ -28,14 +28,14 @@ class Unwrapped:
         self._period = params.period_s
         self._old, self._new = weights(params.integrator, params.period_s)
 
-    def step(self, seats: Sequence[Seat], body: Body) -> Value:
-        """Use every seat's ``u_s``; return the energy dissipated [J]."""
-        lost = push_object(seats, body)
-        for seat in seats:
-            lost = lost + seat.contact.slide(self._old * seat.xd_s)
-            free = seat.ratio * seat.u_s
-            seat.f_s = seat.contact.unwrapped(free, body.xd, seat.b, self._new)
-            seat.xd_s = free - seat.f_s / seat.b
-            lost = lost + seat.contact.slide(self._new * seat.xd_s)
-            lost = lost + self._period * seat.contact.heat(seat.xd_s - body.xd)
+    def step(self, ports: Sequence[UserPort], body: Body) -> Value:
+        """Use every port's ``u_s``; return the energy dissipated [J]."""
+        lost = push_object(ports, body)
+        for port in ports:
+            lost = lost + port.contact.slide(self._old * port.xd_s)
+            free = port.ratio * port.u_s
+            port.f_s = port.contact.unwrapped(free, body.xd, port.b, self._new)
+            port.xd_s = free - port.f_s / port.b
+            lost = lost + port.contact.slide(self._new * port.xd_s)
+            lost = lost + self._period * port.contact.heat(port.xd_s - body.xd)
         return lost

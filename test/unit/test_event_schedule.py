@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from pmwvc_core.simulation.event_schedule import Act, Loop, Steps, events
+from pmwvc_core.simulation.event_schedule import EventKind, Loop, Steps, events
 
 MS = 1_000_000
 
@@ -16,7 +16,7 @@ def listed(loops, *, steps=None, ticks=16, server_ticks=0):
 
 def test_the_order_of_a_frame_is_send_serve_answer_tick():
     first = [row for row in listed([Loop(8), Loop(8)]) if row[0] == 0]
-    assert [(Act(act).name, who) for _, act, who, _ in first] == [
+    assert [(EventKind(kind).name, who) for _, kind, who, _ in first] == [
         ("SEND", 0),
         ("SEND", 1),
         ("SERVE", 0),
@@ -29,15 +29,15 @@ def test_the_order_of_a_frame_is_send_serve_answer_tick():
 
 def test_every_tick_runs_once_and_frames_send_once():
     rows = listed([Loop(8), Loop(4, first=3)])
-    ticks = [(who, tick) for _, act, who, tick in rows if act == Act.TICK]
+    ticks = [(who, tick) for _, kind, who, tick in rows if kind == EventKind.TICK]
     assert sorted(ticks) == [(0, k) for k in range(16)] + [(1, k) for k in range(3, 16)]
-    assert [t for _, act, who, t in rows if act == Act.SEND and who == 1] == [3, 7, 11, 15]
+    assert [t for _, kind, who, t in rows if kind == EventKind.SEND and who == 1] == [3, 7, 11, 15]
 
 
 def test_live_phases_put_the_step_after_two_ticks_and_the_answer_after_four():
     rows = listed([Loop(8, answer=4)], server_ticks=2)
-    assert [row[0] for row in rows if row[1] == Act.SERVE] == [2 * MS, 10 * MS]
-    assert [row[0] for row in rows if row[1] == Act.ANSWER] == [4 * MS, 12 * MS]
+    assert [row[0] for row in rows if row[1] == EventKind.SERVE] == [2 * MS, 10 * MS]
+    assert [row[0] for row in rows if row[1] == EventKind.ANSWER] == [4 * MS, 12 * MS]
 
 
 def test_events_come_in_the_order_in_which_loops_really_ran():
@@ -47,9 +47,9 @@ def test_events_come_in_the_order_in_which_loops_really_ran():
     steps = Steps(np.array([2, 10]), np.array([2 * MS, 10 * MS + 300]))
     rows = listed([Loop(8, answer=4, ran_ns=ran)], steps=steps)
     assert [row[0] for row in rows] == sorted(row[0] for row in rows)
-    order = [(Act(act).name, tick) for time, act, _, tick in rows if time < 6 * MS]
+    order = [(EventKind(kind).name, tick) for time, kind, _, tick in rows if time < 6 * MS]
     assert order.index(("SERVE", 0)) < order.index(("TICK", 2))
-    answer = next(time for time, act, *_ in rows if act == Act.ANSWER)
+    answer = next(time for time, kind, *_ in rows if kind == EventKind.ANSWER)
     assert answer == ran[4]
 
 
@@ -57,10 +57,14 @@ def test_a_missed_tick_passes_when_the_loop_runs_again():
     ran = np.arange(16) * MS
     ran[6:10] = -1  # the end of one frame and the start of the next
     rows = listed([Loop(8, answer=4, ran_ns=ran)])
-    passed = [(time, tick) for time, act, _, tick in rows if act == Act.PASS]
+    passed = [(time, tick) for time, kind, _, tick in rows if kind == EventKind.PASS]
     assert passed == [(10 * MS, k) for k in range(6, 10)]
-    assert [t for _, act, _, t in rows if act == Act.SEND] == [0, 10]
-    at_ten = [Act(act).name for time, act, *_ in rows if time == 10 * MS and act != Act.SERVE]
+    assert [t for _, kind, _, t in rows if kind == EventKind.SEND] == [0, 10]
+    at_ten = [
+        EventKind(kind).name
+        for time, kind, *_ in rows
+        if time == 10 * MS and kind != EventKind.SERVE
+    ]
     assert at_ten == [*["PASS"] * 4, "SEND", "TICK"]
 
 
@@ -68,4 +72,4 @@ def test_ticks_before_the_first_and_after_the_last_are_not_missed():
     ran = np.full(16, -1)
     ran[3:12] = np.arange(3, 12) * MS
     rows = listed([Loop(8, first=2, ran_ns=ran)])
-    assert not [row for row in rows if row[1] == Act.PASS]
+    assert not [row for row in rows if row[1] == EventKind.PASS]
