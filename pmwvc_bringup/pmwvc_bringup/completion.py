@@ -64,7 +64,7 @@ def parameter_names(**_: Any) -> list[str]:
     """Return every parameter of a scenario, ready for its value."""
     from pmwvc_core.network.presets import PRESETS
     from pmwvc_core.params import LinkParams, specs
-    from pmwvc_core.scenario.scenario import shared_specs, user_specs
+    from pmwvc_core.scenario.names import shared_specs, user_specs
 
     links = [f"link.{name}" for name in specs(LinkParams)]
     networks = [f"link.preset={name}" for name in PRESETS]

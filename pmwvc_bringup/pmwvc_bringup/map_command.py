@@ -129,7 +129,7 @@ def axis_of(scenario: Scenario, text: str, option: str) -> "Axis":
         If it is neither, or not a number of the scenario.
     """
     from pmwvc_analysis.maps.maps import Axis
-    from pmwvc_analysis.models.variation import value_of, varied
+    from pmwvc_core.scenario.names import value_of, varied
 
     name, equals, span = text.partition("=")
     value = value_of(scenario, name)
@@ -181,8 +181,8 @@ def measured_in(folder: Path, grid: "Grid") -> "Measured":
         If it is no session folder, or has no verdict.
     """
     from pmwvc_analysis.maps.map_files import Measured
-    from pmwvc_analysis.models.variation import value_of
     from pmwvc_analysis.recording.reader import read_scenario
+    from pmwvc_core.scenario.names import value_of
 
     scenario = read_scenario(folder)
     try:
@@ -203,7 +203,7 @@ def measured_in(folder: Path, grid: "Grid") -> "Measured":
 
 def differences(scenario: Scenario, grid: "Grid") -> list[str]:
     """Return which parameters of the model a session has other than a map, axes aside."""
-    from pmwvc_analysis.models.variation import value_of, varied
+    from pmwvc_core.scenario.names import value_of, varied
 
     wanted = grid.scenario
     if len(scenario.users) != len(wanted.users):

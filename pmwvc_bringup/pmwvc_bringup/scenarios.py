@@ -6,7 +6,6 @@ What a scenario means is in :mod:`pmwvc_core.simulation`; here are only files, Y
 ``name=value`` texts of the command line.
 """
 
-import difflib
 import os
 import sys
 from collections.abc import Hashable, Iterable, Mapping
@@ -16,6 +15,7 @@ from typing import Any
 import yaml
 
 from pmwvc_core.errors import ScenarioError
+from pmwvc_core.params.names import flat_mapping, hint
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -76,16 +76,15 @@ def find(name: str) -> Path:
     files = known()
     if name in files:
         return files[name]
-    near = difflib.get_close_matches(name, files, n=1, cutoff=0.4)
-    hint = f"; did you mean {near[0]}?" if near else ""
+    near = hint(name, files, cutoff=0.4)
     raise ScenarioError(
         name,
-        [f"there is no such scenario{hint} (pmwvc scenarios lists them; or give a .yaml file)"],
+        [f"there is no such scenario{near} (pmwvc scenarios lists them; or give a .yaml file)"],
     )
 
 
 def read(path: Path) -> dict[str, Any]:
-    """Return what a scenario file holds, with the files it names made absolute.
+    """Return what a scenario file holds by dotted name, with the files it names made absolute.
 
     Raises
     ------
@@ -156,18 +155,17 @@ def to_yaml(scenario: Scenario) -> str:
     return yaml.safe_dump(scenario.to_dict(), sort_keys=False, allow_unicode=True, width=99)
 
 
-def _with_files(values: Mapping[str, Any], base: Path, prefix: str = "") -> dict[str, Any]:
-    """Return the values with file names made absolute where the file is below ``base``."""
-    changed: dict[str, Any] = {}
-    for name, value in values.items():
-        path = f"{prefix}{name}"
-        if isinstance(value, Mapping):
-            changed[name] = _with_files(value, base, f"{path}.")
-        elif isinstance(value, str) and value and path.endswith(FILE_NAMES):
-            changed[name] = str(base / value) if (base / value).is_file() else value
-        else:
-            changed[name] = value
-    return changed
+def _with_files(values: Mapping[str, Any], base: Path) -> dict[str, Any]:
+    """Return values by dotted name, file names made absolute where the file is below ``base``."""
+    return {
+        name: str(base / value)
+        if name.endswith(FILE_NAMES)
+        and isinstance(value, str)
+        and value
+        and (base / value).is_file()
+        else value
+        for name, value in flat_mapping(values).items()
+    }
 
 
 def _yaml_text(error: yaml.YAMLError) -> str:

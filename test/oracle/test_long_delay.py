@@ -14,11 +14,11 @@ from pmwvc_analysis.delays import long_delay
 from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.answer import answer
-from pmwvc_analysis.models.variation import varied
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.scenario.names import varied
 
 CASES = {
     "equal users": {},

@@ -10,7 +10,8 @@ from support import identity_loop, linear_loops
 
 from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.stability import boundary, k_max, radii, z_width
-from pmwvc_analysis.models.variation import varied, with_stiffness
+from pmwvc_analysis.models.variation import with_stiffness
+from pmwvc_core.scenario.names import varied
 
 FRAME_S = 0.008
 # Largest symmetric stiffness [N/m] of two users, App. B, for 0 to 3 frames of delay each way.

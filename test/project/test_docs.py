@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pmwvc_bringup.scenarios import known
-from pmwvc_core.scenario.scenario import shared_specs, user_specs
+from pmwvc_core.scenario.names import shared_specs, user_specs
 from pmwvc_core.traces import ServerTraces, UserTraces
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,9 +10,9 @@ from support.linear_loops import scenario
 
 from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.models.stability import ROUNDING, radii
-from pmwvc_analysis.models.variation import varied
 from pmwvc_analysis.prediction.prediction import aliasing_gain, one_step_bound
 from pmwvc_analysis.transparency.transparency import untouched
+from pmwvc_core.scenario.names import varied
 
 STRUCTURES = 42
 RUNS = 24  # numbers for each: 1,008 scenarios

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from pmwvc_core.params import LinkParams, MasterParams, SafetyParams, Spec
-from pmwvc_core.runtime.parameter_values import leaves
+from pmwvc_core.params.names import leaves
 from pmwvc_core.runtime.reference import docs_table, group_table, reference_page
 
 SECTIONS = {
@@ -40,8 +40,8 @@ def test_a_row_tells_type_unit_default_range_and_description():
 def test_every_parameter_has_a_row_with_its_range(prefix):
     kind = SECTIONS[prefix]
     rows = rows_of(group_table(prefix, kind))
-    assert list(rows) == [name for name, _ in leaves(prefix, kind)]
-    for name, spec in leaves(prefix, kind):
+    assert list(rows) == list(leaves(prefix, kind))
+    for name, spec in leaves(prefix, kind).items():
         assert rows[name][3] == spec.range_text()
         assert rows[name][4].startswith(spec.description)
 

@@ -23,7 +23,8 @@ from pmwvc_core.params import (
     Spec,
     TaskParams,
 )
-from pmwvc_core.runtime.parameter_values import built, leaves, to_ros_yaml, values_of
+from pmwvc_core.params.names import leaves
+from pmwvc_core.runtime.parameter_values import built, to_ros_yaml, values_of
 from pmwvc_core.runtime.parameters import (
     ParameterBinding,
     declare,
@@ -67,7 +68,7 @@ def change(node, **values):
 def test_every_group_survives_the_way_through_ros(kind):
     with ros() as peer:
         assert declare(peer.node, "group", kind) == kind()
-        for name, spec in leaves("group", kind):
+        for name, spec in leaves("group", kind).items():
             descriptor = peer.node.describe_parameter(name)
             assert descriptor.read_only
             assert descriptor.description.startswith(spec.description)
@@ -82,7 +83,7 @@ def test_every_bound_holds_in_ros_at_the_bound_and_not_beyond(kind):
             MasterParams: MasterParams(filter=FilterParams(kind="first_order")),
         }
         bind(peer.node, "g", kind, defaults=apart.get(kind, kind()))
-        for name, spec in leaves("g", kind):
+        for name, spec in leaves("g", kind).items():
             if spec.read_only or spec.kind not in (int, float):
                 continue
             step = 1 if spec.kind is int else 1e-6
@@ -128,7 +129,7 @@ def test_a_bound_that_is_open_is_a_range_too_and_the_constraint_says_what_is_exc
 
 @pytest.mark.parametrize("kind", [MasterParams, SafetyParams, LinkParams])
 def test_every_number_that_may_change_while_running_is_bounded_on_both_sides(kind):
-    for name, spec in leaves("", kind):
+    for name, spec in leaves("", kind).items():
         if spec.kind in (int, float) and not spec.read_only:
             low = spec.above if spec.low is None else spec.low
             high = spec.below if spec.high is None else spec.high

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from support import linear_loops
 
-from pmwvc_analysis.models.variation import stackable, value_of, varied, with_stiffness
+from pmwvc_analysis.models.variation import stackable, with_stiffness
 from pmwvc_core.errors import ScenarioError
+from pmwvc_core.scenario.names import value_of, varied
 
 
 def test_a_name_means_all_users_and_both_ways():

@@ -7,8 +7,8 @@ import numpy as np
 from pmwvc_analysis.filters.channel_energy import aliasing_example
 from pmwvc_analysis.filters.down_sampler import energy_over_cut_off, printed_scenario
 from pmwvc_analysis.models.stability import crossings, radii
-from pmwvc_analysis.models.variation import varied
 from pmwvc_core.params import FilterParams
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 from reproduction import draw_a, draw_single
 from reproduction.conditions import band_limited_balance, reflections

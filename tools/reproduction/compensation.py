@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.models.variation import varied
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.simulation.session import simulate, simulate_one
 from pmwvc_core.traces import SessionTraces
 from reproduction.figure import Values

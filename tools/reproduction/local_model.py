@@ -9,9 +9,9 @@ import numpy as np
 from pmwvc_analysis.compare.feel import NOTHING, measured_feel
 from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.stability import k_max
-from pmwvc_analysis.models.variation import varied
 from pmwvc_analysis.transparency.frequency import response
 from pmwvc_analysis.transparency.transparency import ideal_of, transparency
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.design.filter_design import design

@@ -12,7 +12,7 @@ from pmwvc_analysis.maps.map_files import Measured
 from pmwvc_analysis.maps.maps import Grid, growth_per_s
 from pmwvc_analysis.report.text import users
 from pmwvc_core.numeric import Array
-from pmwvc_core.scenario.scenario import shared_specs, user_specs
+from pmwvc_core.scenario.names import spec_of
 
 SMOOTH = 12  # rows and columns from which a boundary is drawn as a line
 SPREAD_PER_S = 10.0  # growth rates over which colour goes, either way
@@ -89,10 +89,7 @@ def _colours() -> Any:
 
 def label_of(name: str) -> str:
     """Return a parameter's name with its unit."""
-    leaf = name.split(".", 1)[1] if name.startswith("user") else name
-    known = {**shared_specs(), **user_specs()}
-    spec = known.get(leaf) or known.get(leaf.replace("link.", "link.up.", 1))
-    unit = spec.unit if spec is not None else ""
+    unit = spec_of(name).unit
     return f"{name} [{unit}]" if unit and unit != "-" else name
 
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models.variation import varied
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams, TaskParams
 from pmwvc_core.scenario.scenario import Scenario

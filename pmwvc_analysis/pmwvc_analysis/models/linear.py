@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_analysis.models.server import UNKNOWN
-from pmwvc_analysis.models.variation import varied
 from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario, User
 
 # Environments whose slope a port learns, and what comes nearest: parameter and value.

@@ -17,8 +17,9 @@ from pmwvc_analysis.delays.long_delay import is_long, opened
 from pmwvc_analysis.models import rigid
 from pmwvc_analysis.models.groups import Part, parts
 from pmwvc_analysis.models.multirate import transitions
-from pmwvc_analysis.models.variation import stackable, varied, with_stiffness
+from pmwvc_analysis.models.variation import stackable, with_stiffness
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
 BOUND = 1e6  # [N/m] no contact stiffness above this is looked at

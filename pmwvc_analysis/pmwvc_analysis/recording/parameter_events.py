@@ -7,7 +7,7 @@ The values at the start are those of the nodes' parameter files. Changes of othe
 are not looked at. A message is one event, however many parameters it changes together.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ import yaml
 
 from pmwvc_analysis.recording.parameter_cdr import ParameterChange
 from pmwvc_core.params import LinkParams, MasterParams, SafetyParams
-from pmwvc_core.runtime.parameter_values import leaves
+from pmwvc_core.params.names import flat_mapping, leaves
 
 KINDS = ("master", "server", "netem", "recorder")
 MOST_EVENTS = 100
@@ -23,7 +23,7 @@ MOST_NAMES = 4  # in one event
 _UNITS = {
     name: spec.unit
     for prefix, kind in (("master", MasterParams), ("safety", SafetyParams), ("link", LinkParams))
-    for name, spec in leaves(prefix, kind)
+    for name, spec in leaves(prefix, kind).items()
 }
 
 
@@ -93,12 +93,4 @@ def _at_start(folder: Path, node: str) -> Iterator[tuple[str, Any]]:
         values = yaml.safe_load(file.read_text("utf-8"))["/**"]["ros__parameters"]
     except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError):
         return
-    yield from _flat("", values)
-
-
-def _flat(prefix: str, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    for name, value in values.items():
-        if isinstance(value, Mapping):
-            yield from _flat(f"{prefix}{name}.", value)
-        else:
-            yield f"{prefix}{name}", value
+    yield from flat_mapping(values).items()

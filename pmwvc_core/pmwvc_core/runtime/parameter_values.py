@@ -3,40 +3,29 @@
 """Parameter dataclasses as flat values by dotted name, the way ROS holds them, and back. Needs no
 ROS.
 
-A field ``impedance`` of the group ``master`` becomes ``master.impedance``; nested groups become
-further dotted names. ROS has no "not given" for a number: an optional one is a double whose 0.0
-stands for ``None`` (its range never holds zero). Whole numbers are accepted for doubles.
+Names are those of :mod:`pmwvc_core.params.names`. ROS has no "not given" for a number: an optional
+one is a double whose 0.0 stands for ``None`` (its range never holds zero). Whole numbers are
+accepted for doubles.
 """
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.params import Spec, groups, specs
+from pmwvc_core.params import Spec
+from pmwvc_core.params.names import assembled, flattened, leaves, nested
 
 P = TypeVar("P")
 
 
-def leaves(prefix: str, kind: type) -> Iterator[tuple[str, Spec]]:
-    """Yield dotted name and declaration of every parameter of a dataclass, nested groups too."""
-    start = f"{prefix}." if prefix else ""
-    for name, spec in specs(kind).items():
-        yield f"{start}{name}", spec
-    for name, nested in groups(kind).items():
-        yield from leaves(f"{start}{name}", nested)
-
-
 def values_of(prefix: str, owner: Any) -> dict[str, Any]:
     """Return the values of a parameter dataclass by dotted name, as ROS holds them."""
-    start = f"{prefix}." if prefix else ""
-    found = {f"{start}{n}": to_ros(spec, getattr(owner, n)) for n, spec in specs(owner).items()}
-    for name in groups(owner):
-        found |= values_of(f"{start}{name}", getattr(owner, name))
-    return found
+    known = leaves(prefix, owner)
+    return {name: to_ros(known[name], value) for name, value in flattened(prefix, owner).items()}
 
 
-def built(prefix: str, kind: type[P], values: Mapping[str, Any]) -> P:
+def built(prefix: str, kind: type[P], given: Mapping[str, Any]) -> P:
     """Build a parameter dataclass from ROS values by dotted name.
 
     Raises
@@ -44,51 +33,34 @@ def built(prefix: str, kind: type[P], values: Mapping[str, Any]) -> P:
     ParameterError
         Naming every wrong parameter by its dotted name.
     """
-    wanted = {name: (spec, from_ros(spec, values[name])) for name, spec in leaves(prefix, kind)}
+    known = leaves(prefix, kind)
+    wanted = {name: from_ros(spec, given[name]) for name, spec in known.items()}
     problems = [
         f"{name} = {problem}"
-        for name, (spec, value) in wanted.items()
-        if (problem := spec.problem(value))
+        for name, value in wanted.items()
+        if (problem := known[name].problem(value))
     ]
     if problems:
         raise ParameterError("; ".join(problems))
-    return _assembled(prefix, kind, {name: value for name, (_, value) in wanted.items()})
+    return assembled(prefix, kind, wanted)
 
 
-def _assembled(prefix: str, kind: type[P], values: Mapping[str, Any]) -> P:
-    start = f"{prefix}." if prefix else ""
-    nested: dict[str, Any] = {
-        n: _assembled(f"{start}{n}", inner, values) for n, inner in groups(kind).items()
-    }
-    try:
-        return kind(**{name: values[f"{start}{name}"] for name in specs(kind)}, **nested)
-    except ParameterError as error:
-        raise ParameterError(f"{start}{error}") from None
-
-
-def to_ros_yaml(values: Mapping[str, Any], *, node: str = "/**") -> dict[str, Any]:
+def to_ros_yaml(parameters: Mapping[str, Any], *, node: str = "/**") -> dict[str, Any]:
     """Return the content of a ROS parameter file.
 
     Parameters
     ----------
-    values
+    parameters
         By dotted name: parameter dataclasses (written as all their parameters) and plain values.
         ``None`` and empty lists, which such a file cannot hold, are left out.
     node
         Full name of the node the file is for.
     """
-    nested: dict[str, Any] = {}
-    for prefix, value in values.items():
-        whole = dataclasses.is_dataclass(value)
-        for name, plain in (values_of(prefix, value) if whole else {prefix: value}).items():
-            if plain is None or plain == []:
-                continue
-            *path, leaf = name.split(".")
-            place = nested
-            for part in path:
-                place = place.setdefault(part, {})
-            place[leaf] = plain
-    return {node: {"ros__parameters": nested}}
+    found: dict[str, Any] = {}
+    for name, value in parameters.items():
+        found |= values_of(name, value) if dataclasses.is_dataclass(value) else {name: value}
+    kept = {name: value for name, value in found.items() if value is not None and value != []}
+    return {node: {"ros__parameters": nested(kept)}}
 
 
 def to_ros(spec: Spec, value: Any) -> Any:

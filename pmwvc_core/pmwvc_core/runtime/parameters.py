@@ -8,7 +8,6 @@ flat values by dotted name is in :mod:`pmwvc_core.runtime.parameter_values`. No 
 unit belongs here: the dataclasses are the only source.
 """
 
-import difflib
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -26,7 +25,8 @@ from rclpy.parameter import Parameter
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
-from pmwvc_core.runtime.parameter_values import built, from_ros, leaves, to_ros, values_of
+from pmwvc_core.params.names import hint, leaves
+from pmwvc_core.runtime.parameter_values import built, from_ros, to_ros, values_of
 
 P = TypeVar("P")
 _TYPES = {
@@ -102,13 +102,9 @@ def refuse_unknown(node: Node) -> None:
     for name in node.get_parameters_by_prefix(""):
         if not name.startswith(_OWN_OF_ROS):
             (known if node.describe_parameter(name).description else unknown).append(name)
-    problems = []
-    for name in unknown:
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]}?" if near else ""
-        problems.append(f"{name}: there is no such parameter{hint}")
-    if problems:
-        raise ParameterError("; ".join(problems))
+    if unknown:
+        texts = [f"{name}: there is no such parameter{hint(name, known)}" for name in unknown]
+        raise ParameterError("; ".join(texts))
 
 
 @dataclass(frozen=True)
@@ -178,7 +174,7 @@ class ParameterBinding:
         value = _declared(self._node, prefix, kind, defaults, fixed=False)
         check(value)
         self._groups[prefix] = _Group(kind, listener, check, check_change)
-        for name, spec in leaves(prefix, kind):
+        for name, spec in leaves(prefix, kind).items():
             self._specs[name] = spec
             self._owner[name] = prefix
         return value
@@ -212,7 +208,7 @@ class ParameterBinding:
         new = {p.name: p.value for p in parameters if p.name in self._owner}
         for prefix in dict.fromkeys(self._owner[name] for name in new):
             kind = self._groups[prefix].kind
-            names = [name for name, _ in leaves(prefix, kind)]
+            names = leaves(prefix, kind)
             present = {name: self._node.get_parameter(name).value for name in names}
             changed = {n: new[n] for n in names if n in new}
             yield prefix, built(prefix, kind, present), built(prefix, kind, present | changed)
@@ -223,7 +219,7 @@ def _declared(node: Node, prefix: str, kind: type[P], defaults: P | None, *, fix
     given = {name: _given(node, name, value) for name, value in present.items()}
     value = built(prefix, kind, given)
     accepted = values_of(prefix, value)
-    for name, spec in leaves(prefix, kind):
+    for name, spec in leaves(prefix, kind).items():
         _describe(node, name, spec, accepted[name], fixed=fixed)
     return value
 

@@ -8,14 +8,15 @@ means that user only. Later sources win: the file, then its ``userN`` blocks, th
 ``link.preset`` stands for all settings of a link; settings of the same source beside it win.
 """
 
-import difflib
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.presets import PRESETS, link_settings
-from pmwvc_core.params import LinkParams, Spec, groups, specs
+from pmwvc_core.params import Spec, specs
+from pmwvc_core.params.names import assembled, flat_mapping, hint
+from pmwvc_core.scenario.names import complete, shared_specs, split_user, unknown, user_specs
 from pmwvc_core.scenario.scenario import (
     DEFAULTS,
     REQUIRED,
@@ -24,13 +25,10 @@ from pmwvc_core.scenario.scenario import (
     USER_GROUPS,
     Scenario,
     User,
-    shared_specs,
-    user_specs,
 )
 
 # Stand in for a required value that is wrong, so that the rest can still be checked.
 PLACEHOLDERS = {"name": "?", "duration_s": 1.0, "controller": "pmwvc", "users": 8}
-USER_NAME = re.compile(r"user([1-9][0-9]*)\.(.+)")
 PRESET_NAME = re.compile(r"(user[1-9][0-9]*\.)?link\.(?:\*\.|(up|down)\.)?preset")
 PRESET = Spec(str, description="network by name", choices=tuple(PRESETS))
 
@@ -66,7 +64,7 @@ def parse_scenario(
             source, [f"{type(mapping).__name__} found where a mapping of names is expected"]
         )
     reader = _Reader()
-    reader.take(_flatten(mapping))
+    reader.take(flat_mapping(mapping))
     reader.take(dict(overrides or {}), strict_user=True)
     if users is not None:
         reader.take({"users": users})
@@ -76,17 +74,6 @@ def parse_scenario(
     if reader.problems or scenario is None:
         raise ScenarioError(source, reader.problems)
     return scenario
-
-
-def _flatten(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for name, value in mapping.items():
-        path = f"{prefix}{name}"
-        if isinstance(value, Mapping):
-            found |= _flatten(value, f"{path}.")
-        else:
-            found[path] = value
-    return found
 
 
 def _converted(spec: Spec, value: object) -> object:
@@ -119,16 +106,14 @@ class _Reader:
         self.shared: dict[str, Any] = {}
         self.common: dict[str, Any] = {}  # for every user
         self.single: dict[int, dict[str, Any]] = {}  # for one user, by number
-        self.unknown: set[str] = set()
 
     def take(self, values: Mapping[str, Any], *, strict_user: bool = False) -> None:
         """Sort values into shared, common and single; a common override replaces what single users
         had.
         """
         for name, value in self._without_presets(values).items():
-            match = USER_NAME.fullmatch(name)
-            number, rest = (int(match[1]), match[2]) if match else (0, name)
-            leaves = list(self._leaves(rest))
+            number, rest = split_user(name)
+            leaves = complete(rest)
             if number and leaves and all(leaf in self.user_specs for leaf in leaves):
                 for leaf in leaves:
                     own = self.single.setdefault(number, {})
@@ -153,22 +138,12 @@ class _Reader:
             if match is None:
                 others[name] = value
             elif problem := PRESET.problem(value):
-                near = difflib.get_close_matches(str(value), PRESETS, n=1, cutoff=0.5)
-                hint = f"; did you mean {near[0]}?" if near else ""
-                self.problems.append(f"{name} = {problem}{hint}")
+                self.problems.append(f"{name} = {problem}{hint(str(value), PRESETS)}")
             else:
                 user, direction = match[1] or "", match[2]
                 settings = link_settings(value, (direction,) if direction else ("up", "down"))
                 found |= {f"{user}{path}": setting for path, setting in settings.items()}
         return found | others
-
-    def _leaves(self, name: str) -> Iterator[str]:
-        """Resolve ``link.delay_s`` and ``link.*.delay_s`` to both directions."""
-        short = name.removeprefix("link.").removeprefix("*.")
-        if name.startswith("link.") and short in specs(LinkParams):
-            yield from (f"link.up.{short}", f"link.down.{short}")
-        elif name in self.user_specs or name in self.shared_specs:
-            yield name
 
     def _store(
         self, place: dict[str, Any], path: str, spec: Spec, value: object, *, who: str = ""
@@ -185,19 +160,10 @@ class _Reader:
             place[path] = value
 
     def _refuse(self, name: str, value: Any, number: int, rest: str) -> None:
+        text = unknown(name)
         if number and rest in self.shared_specs:
-            self.problems.append(
-                f"{name} = {value!r}: {rest} is shared by all users; set it without user{number}"
-            )
-            return
-        known = list(self.user_specs) if number else [*self.shared_specs, *self.user_specs]
-        known += [f"link.{field}" for field in (*specs(LinkParams), "preset")]
-        near = difflib.get_close_matches(rest, known, n=1, cutoff=0.5) or [
-            path for path in known if path.endswith("." + rest.rsplit(".", 1)[-1])
-        ]
-        prefix = f"user{number}." if number else ""
-        hint = f"; did you mean {prefix}{near[0]}?" if near else ""
-        self.problems.append(f"{name} = {value!r}: there is no such parameter{hint}")
+            text = f"{rest} is shared by all users; set it without user{number}"
+        self.problems.append(f"{name} = {value!r}: {text}")
 
     def build(self) -> Scenario | None:
         """Build the scenario; on any mistake add to ``problems`` and return None."""
@@ -240,17 +206,10 @@ class _Reader:
         return User(name=name, side=side, **parts)
 
     def _built(self, prefix: str, kind: type, values: Mapping[str, Any], who: str) -> Any:
-        fields = {
-            name: values[f"{prefix}.{name}"]
-            for name in specs(kind)
-            if f"{prefix}.{name}" in values
-        }
-        for name, nested in groups(kind).items():
-            fields[name] = self._built(f"{prefix}.{name}", nested, values, who)
         try:
-            return kind(**fields)
+            return assembled(prefix, kind, values, named=_named_in_full)
         except ParameterError as error:  # single values are right: this is between two of them
-            text = _named_in_full(str(error), prefix, kind)
+            text = str(error)
             if not any(problem.endswith(text) for problem in self.problems):
                 self.problems.append(text if who in ("", "user1.") else who + text)
             return None

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A scenario: everything that defines a session, as nested frozen dataclasses.
 
-Reading one from a mapping (a YAML file, ``--set`` options) is in
-:mod:`pmwvc_core.scenario.reader`.
+Reading one from a mapping (a YAML file, ``--set`` options): :mod:`pmwvc_core.scenario.reader`.
+Its parameters by dotted name: :mod:`pmwvc_core.scenario.names`.
 """
 
 from collections.abc import Mapping
@@ -23,9 +23,8 @@ from pmwvc_core.params import (
     ServerParams,
     Spec,
     TaskParams,
-    groups,
-    specs,
 )
+from pmwvc_core.params.names import flattened, nested
 from pmwvc_core.scenario.conflicts import conflicts
 from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
 
@@ -144,8 +143,15 @@ class Scenario:
             "users": len(self.users),
         }
         for prefix, (attribute, _) in SHARED_GROUPS.items():
-            values |= flatten_group(prefix, getattr(self, attribute))
-        each = [flatten_user(user) for user in self.users]
+            values |= flattened(prefix, getattr(self, attribute))
+        each = [
+            {
+                name: value
+                for prefix, (attribute, _) in USER_GROUPS.items()
+                for name, value in flattened(prefix, getattr(user, attribute)).items()
+            }
+            for user in self.users
+        ]
         for name in each[0]:
             if all(user[name] == each[0][name] for user in each):
                 values[name] = each[0][name]
@@ -158,53 +164,4 @@ class Scenario:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the complete scenario as nested plain dictionaries, the form of a YAML file."""
-        nested: dict[str, Any] = {}
-        for name, value in self.flat().items():
-            *path, leaf = name.split(".")
-            place = nested
-            for part in path:
-                place = place.setdefault(part, {})
-            place[leaf] = value
-        return nested
-
-
-def flatten_group(prefix: str, owner: Any) -> dict[str, Any]:
-    """Return the values of a parameter dataclass, nested groups included, by dotted name."""
-    values = {f"{prefix}.{name}": getattr(owner, name) for name in specs(owner)}
-    for name in groups(owner):
-        values |= flatten_group(f"{prefix}.{name}", getattr(owner, name))
-    return values
-
-
-def flatten_user(user: User) -> dict[str, Any]:
-    """Return what one user has for itself by dotted name, without the user's name."""
-    values: dict[str, Any] = {}
-    for prefix, (attribute, _) in USER_GROUPS.items():
-        values |= flatten_group(prefix, getattr(user, attribute))
-    return values
-
-
-def group_specs(prefix: str, kind: type) -> dict[str, Spec]:
-    """Return the declarations of a parameter dataclass, nested groups included, by dotted name."""
-    found = {f"{prefix}.{name}": spec for name, spec in specs(kind).items()}
-    for name, nested in groups(kind).items():
-        found |= group_specs(f"{prefix}.{name}", nested)
-    return found
-
-
-def user_specs() -> dict[str, Spec]:
-    """Return the declarations of everything a user has for itself, by dotted name without the
-    user's name.
-    """
-    found: dict[str, Spec] = {"side": SIDE}
-    for prefix, (_, kind) in USER_GROUPS.items():
-        found |= group_specs(prefix, kind)
-    return found
-
-
-def shared_specs() -> dict[str, Spec]:
-    """Return the declarations of everything all users share, by dotted name."""
-    found = dict(TOP)
-    for prefix, (_, kind) in SHARED_GROUPS.items():
-        found |= group_specs(prefix, kind)
-    return found
+        return nested(self.flat())

@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Dotted names: the parameters of nested dataclasses by one name each, like ``filter.kind``.
+
+A field of a group is named ``prefix.field``, a field of a nested group ``prefix.group.field``; an
+empty prefix adds nothing. A group's own parameters come before those of its nested groups.
+"""
+
+import dataclasses
+import difflib
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params.fields import Spec, groups, specs
+
+P = TypeVar("P")
+
+
+def joined(prefix: str, name: str) -> str:
+    """Return a name below a prefix."""
+    return f"{prefix}.{name}" if prefix else name
+
+
+def leaves(prefix: str, kind: Any) -> dict[str, Spec]:
+    """Return the declaration of every parameter of a dataclass by dotted name."""
+    found = {joined(prefix, name): spec for name, spec in specs(kind).items()}
+    for name, nested_kind in groups(kind).items():
+        found |= leaves(joined(prefix, name), nested_kind)
+    return found
+
+
+def flattened(prefix: str, owner: Any) -> dict[str, Any]:
+    """Return the value of every parameter of a dataclass by dotted name."""
+    found = {joined(prefix, name): getattr(owner, name) for name in specs(owner)}
+    for name in groups(owner):
+        found |= flattened(joined(prefix, name), getattr(owner, name))
+    return found
+
+
+def replaced(owner: P, path: str, value: Any) -> P:
+    """Return a dataclass with the parameter at a dotted path changed; 4.0 is a whole number too.
+
+    Raises
+    ------
+    ParameterError
+        If its group may not have that value.
+    """
+    head, _, rest = path.partition(".")
+    if rest:
+        value = replaced(getattr(owner, head), rest, value)
+    elif specs(owner)[head].kind is int and isinstance(value, float) and value.is_integer():
+        value = int(value)
+    return dataclasses.replace(owner, **{head: value})  # type: ignore[type-var]
+
+
+def assembled(
+    prefix: str,
+    kind: type[P],
+    given: Mapping[str, Any],
+    *,
+    named: Callable[[str, str, type], str] = lambda text, prefix, _: joined(prefix, text),
+) -> P:
+    """Build a dataclass from values by dotted name; what is not given takes its default.
+
+    Parameters
+    ----------
+    prefix, kind, given
+        What the names begin with, the dataclass, and the values.
+    named
+        Returns a refusal with full names: from its text, and prefix and class of its group.
+
+    Raises
+    ------
+    ParameterError
+        If a group refuses its values.
+    """
+    fields = {
+        name: given[joined(prefix, name)] for name in specs(kind) if joined(prefix, name) in given
+    }
+    for name, nested_kind in groups(kind).items():
+        fields[name] = assembled(joined(prefix, name), nested_kind, given, named=named)
+    try:
+        return kind(**fields)
+    except ParameterError as error:
+        raise ParameterError(named(str(error), prefix, kind)) from None
+
+
+def nested(flat_values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by dotted name as nested dictionaries."""
+    found: dict[str, Any] = {}
+    for name, value in flat_values.items():
+        *path, leaf = name.split(".")
+        level = found
+        for part in path:
+            level = level.setdefault(part, {})
+        level[leaf] = value
+    return found
+
+
+def flat_mapping(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return nested mappings as values by dotted name; the later of two equal names wins."""
+    found: dict[str, Any] = {}
+    for name, value in mapping.items():
+        path = joined(prefix, str(name))
+        found |= flat_mapping(value, path) if isinstance(value, Mapping) else {path: value}
+    return found
+
+
+def hint(name: str, known: Iterable[str], *, cutoff: float = 0.5) -> str:
+    """Return ``; did you mean ...?`` with the nearest known name; empty where none is near."""
+    near = difflib.get_close_matches(name, list(known), n=1, cutoff=cutoff)
+    return f"; did you mean {near[0]}?" if near else ""

@@ -1,0 +1,187 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The dotted names of a scenario's parameters: declared, resolved, read and changed in one place.
+
+``server.contact_stiffness`` means every user; ``user2.device.mass`` means that user only;
+``link.delay_s`` and ``link.*.delay_s`` mean both directions. Names within one dataclass:
+:mod:`pmwvc_core.params.names`.
+"""
+
+import dataclasses
+import functools
+import re
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from pmwvc_core.errors import ParameterError, ScenarioError
+from pmwvc_core.params import LinkParams, Spec, specs
+from pmwvc_core.params.names import hint, leaves, replaced
+from pmwvc_core.scenario.scenario import SHARED_GROUPS, SIDE, TOP, USER_GROUPS, Scenario
+
+USER_NAME = re.compile(r"user([1-9][0-9]*)\.(.+)")
+
+
+class Home(NamedTuple):
+    """Where a parameter is: attribute of a user or of the scenario, and its path in that group."""
+
+    attribute: str
+    path: str
+    of_user: bool
+
+
+@functools.cache
+def user_specs() -> Mapping[str, Spec]:
+    """Return the declarations of all that a user has for itself, by name without the user."""
+    found = {"side": SIDE}
+    for prefix, (_, kind) in USER_GROUPS.items():
+        found |= leaves(prefix, kind)
+    return found
+
+
+@functools.cache
+def shared_specs() -> Mapping[str, Spec]:
+    """Return the declarations of all that users share, by name."""
+    found = dict(TOP)
+    for prefix, (_, kind) in SHARED_GROUPS.items():
+        found |= leaves(prefix, kind)
+    return found
+
+
+@functools.cache
+def homes() -> Mapping[str, Home]:
+    """Return where every parameter of a group is, by complete name."""
+    return {
+        f"{prefix}.{path}": Home(attribute, path, of_user)
+        for of_user, groups in ((False, SHARED_GROUPS), (True, USER_GROUPS))
+        for prefix, (attribute, kind) in groups.items()
+        for path in leaves("", kind)
+    }
+
+
+def split_user(name: str) -> tuple[int, str]:
+    """Return the number of the user that a name begins with (0: none), and the rest."""
+    match = USER_NAME.fullmatch(name)
+    return (int(match[1]), match[2]) if match else (0, name)
+
+
+def complete(name: str) -> list[str]:
+    """Return the complete names that a name without user means; none for an unknown one."""
+    short = name.removeprefix("link.").removeprefix("*.")
+    if name.startswith("link.") and short in specs(LinkParams):
+        return [f"link.up.{short}", f"link.down.{short}"]
+    return [name] if name in user_specs() or name in shared_specs() else []
+
+
+def unknown(name: str) -> str:
+    """Return the refusal of a name that there is not, with the nearest one."""
+    number, rest = split_user(name)
+    known = list(user_specs()) if number else [*shared_specs(), *user_specs()]
+    known += [f"link.{field}" for field in (*specs(LinkParams), "preset")]
+    near = hint(rest, known)
+    if not near:
+        same_leaf = [path for path in known if path.endswith("." + rest.rsplit(".", 1)[-1])]
+        near = f"; did you mean {same_leaf[0]}?" if same_leaf else ""
+    if number:
+        near = near.replace("; did you mean ", f"; did you mean user{number}.")
+    return f"there is no such parameter{near}"
+
+
+def resolved(name: str) -> tuple[int, list[str]]:
+    """Return the user (0: all) and the complete names that a name means.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such parameter; names the nearest one.
+    """
+    number, rest = split_user(name)
+    found = complete(rest)
+    if not found or (number and found[0] not in user_specs()):
+        raise ScenarioError(name, [unknown(name)])
+    return number, found
+
+
+def spec_of(name: str) -> Spec:
+    """Return the declaration of a parameter.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such parameter.
+    """
+    leaf = resolved(name)[1][0]
+    return user_specs().get(leaf) or shared_specs()[leaf]
+
+
+def value_of(scenario: Scenario, name: str) -> float | None:
+    """Return a number of a scenario, that of the first user where several are meant; None where
+    the parameter is no number or not given.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such parameter or user.
+    """
+    number, (leaf, *_) = resolved(name)
+    place = max(number - 1, 0)
+    if place >= len(scenario.users):
+        raise ScenarioError(scenario.name, [f"{name}: there is no user{place + 1}"])
+    home = homes().get(leaf)
+    if home is None:
+        return None
+    owner: Any = getattr(scenario.users[place] if home.of_user else scenario, home.attribute)
+    for part in home.path.split("."):
+        owner = getattr(owner, part)
+    return None if owner is None or isinstance(owner, str) else float(owner)
+
+
+def varied(scenario: Scenario, name: str, value: object) -> Scenario:
+    """Return the scenario with a parameter changed.
+
+    Parameters
+    ----------
+    scenario
+        The others.
+    name
+        As for ``--set``.
+    value
+        A plain value, or a column ``(runs, 1)`` for a stackable name.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such parameter, or it may not have that value.
+    """
+    number, complete_names = resolved(name)
+    for leaf in complete_names:
+        home = homes().get(leaf)
+        if home is None:
+            text = f"{leaf}: decides what a scenario is; make two scenarios"
+            raise ScenarioError(scenario.name, [text])
+        if number > len(scenario.users):
+            raise ScenarioError(scenario.name, [f"{leaf}: there is no user{number}"])
+        try:
+            scenario = _changed(scenario, home, value, number)
+        except ScenarioError:
+            raise
+        except ParameterError as error:
+            group = leaf.rpartition(".")[0]
+            raise ScenarioError(scenario.name, [f"{group}.{error}"]) from None
+    return scenario
+
+
+def _changed(scenario: Scenario, home: Home, value: object, number: int) -> Scenario:
+    """Return the scenario with one parameter changed, for one user (0: all)."""
+    if not home.of_user:
+        group = replaced(getattr(scenario, home.attribute), home.path, value)
+        return dataclasses.replace(scenario, **{home.attribute: group})
+    users = [
+        dataclasses.replace(
+            user,
+            **{home.attribute: replaced(getattr(user, home.attribute), home.path, value)},
+        )
+        if number in (0, place)
+        else user
+        for place, user in enumerate(scenario.users, start=1)
+    ]
+    return dataclasses.replace(scenario, users=tuple(users))

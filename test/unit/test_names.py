@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Dotted names: what they mean, and that reader, ROS and variation agree on them."""
+
+import pytest
+
+from pmwvc_bringup.scenarios import load
+from pmwvc_core.errors import ScenarioError
+from pmwvc_core.params import MasterParams
+from pmwvc_core.params.names import assembled, flat_mapping, flattened, leaves, nested, replaced
+from pmwvc_core.scenario.names import (
+    homes,
+    resolved,
+    shared_specs,
+    spec_of,
+    user_specs,
+    value_of,
+    varied,
+)
+
+
+def test_every_parameter_of_a_group_has_one_home():
+    declared = {name for name in (*shared_specs(), *user_specs()) if "." in name}
+    assert set(homes()) == declared
+    assert not set(shared_specs()) & set(user_specs())
+
+
+def test_a_group_is_the_same_after_its_values_went_by_name():
+    group = MasterParams(impedance=31.0, rate_drop=7)
+    assert assembled("m", MasterParams, flattened("m", group)) == group
+    assert list(flattened("m", group)) == list(leaves("m", MasterParams))
+    assert flat_mapping(nested(flattened("m", group))) == flattened("m", group)
+
+
+def test_a_nested_value_is_replaced_and_nothing_else():
+    group = replaced(MasterParams(), "filter.stop_hz", 33.0)
+    before, after = flattened("", MasterParams()), flattened("", group)
+    assert {name for name in after if after[name] != before[name]} == {"filter.stop_hz"}
+
+
+@pytest.mark.parametrize(
+    ("name", "user", "complete"),
+    [
+        ("dof", 0, ["dof"]),
+        ("user2.master.filter.kind", 2, ["master.filter.kind"]),
+        ("link.loss", 0, ["link.up.loss", "link.down.loss"]),
+        ("user1.link.*.loss", 1, ["link.up.loss", "link.down.loss"]),
+        ("link.up.loss", 0, ["link.up.loss"]),
+    ],
+)
+def test_a_name_means_users_and_directions(name, user, complete):
+    assert resolved(name) == (user, complete)
+
+
+@pytest.mark.parametrize(
+    ("name", "nearest"),
+    [
+        ("user3.server.contact_stifness", "user3.server.contact_stiffness"),
+        ("user1.dof", None),  # shared by all
+        ("qqqq.delay_s", "link.delay_s"),
+        ("link.prest", "link.preset"),
+    ],
+)
+def test_an_unknown_name_gets_the_nearest(name, nearest):
+    with pytest.raises(ScenarioError, match="there is no such parameter") as caught:
+        spec_of(name)
+    if nearest:
+        assert f"did you mean {nearest}?" in str(caught.value)
+
+
+def test_file_option_and_variation_set_the_same():
+    by_option = load(
+        "carry_16ms", settings_texts=["user2.link.delay_s=0.02", "server.object_mass=3"]
+    )
+    by_name = varied(load("carry_16ms"), "user2.link.delay_s", 0.02)
+    by_name = varied(by_name, "server.object_mass", 3.0)
+    assert by_option == by_name
+    assert value_of(by_name, "user2.link.down.delay_s") == 0.02
+    assert value_of(by_name, "server.coupling") is None
