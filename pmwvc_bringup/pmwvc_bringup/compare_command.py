@@ -176,7 +176,7 @@ def reported(
     folder: Path, title: str, entries: list[Any], *, notes: list[str], figures: bool
 ) -> dict[str, Any]:
     """Write tables and report of a comparison; return what ``comparison.json`` holds."""
-    from pmwvc_analysis.compare.files import write
+    from pmwvc_analysis.report.comparison_report import write
 
     about = {"kind": "comparison", "lead": "", "notes": notes}
     return write(folder, title, entries, about, figures=figures)

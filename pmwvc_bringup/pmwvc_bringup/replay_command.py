@@ -93,9 +93,9 @@ def _reported(
     result: Any, source: Path, folder: Path, faster: float, *, figures: bool
 ) -> dict[str, Any]:
     """Write summary, reports and tables; return what ``comparison.json`` holds."""
-    from pmwvc_analysis.compare.files import write
     from pmwvc_analysis.compare.measures import Entry, measured
     from pmwvc_analysis.replay.differences import FORCE_N, POSITION_M, reproduced
+    from pmwvc_analysis.report.comparison_report import write
     from pmwvc_analysis.session_files import finish, write_summary
     from pmwvc_analysis.verdicts.verdicts import summary
 

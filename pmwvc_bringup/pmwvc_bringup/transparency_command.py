@@ -54,9 +54,9 @@ def run(arguments: argparse.Namespace) -> int:
         scenario = _scenario_of(arguments, folder if recorded else None)
         place = _place(scenario, arguments.whose)
         from pmwvc_analysis.models.multirate import build
+        from pmwvc_analysis.transparency.answer import answer, sentences
         from pmwvc_analysis.transparency.frequency import response
         from pmwvc_analysis.transparency.transparency import pressing, transparency
-        from pmwvc_analysis.transparency.transparency_answer import answer, sentences
 
         measured = model = None
         forces: list[float] = []
@@ -117,7 +117,7 @@ def _write(
     folder: Path, found: Any, measured: Any, scenario: Scenario, result: Any, *, live: bool
 ) -> None:
     from pmwvc_analysis.figures import transparency_figure
-    from pmwvc_analysis.transparency.transparency_answer import NAME, arrays_of, write_arrays
+    from pmwvc_analysis.transparency.answer import NAME, arrays_of, write_arrays
 
     paths = write_arrays(folder, arrays_of(found, measured))
     figure = transparency_figure.draw(found, measured, scenario, live=live)

@@ -13,15 +13,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support import handmade
 
-from pmwvc_analysis.figures import colours
-from pmwvc_analysis.figures.axis import Axis
-from pmwvc_analysis.figures.chart import Chart, Dots, Line, Panel
-from pmwvc_analysis.figures.chart_data import MOST_NUMBERS, payload, thinned
-from pmwvc_analysis.figures.chart_svg import file_svg, panel_svg
-from pmwvc_analysis.figures.decimate import envelope, reduced
+from pmwvc_analysis.charts import colours
+from pmwvc_analysis.charts.axis import Axis
+from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel
+from pmwvc_analysis.charts.chart_data import MOST_NUMBERS, payload, thinned
+from pmwvc_analysis.charts.chart_svg import file_svg, panel_svg
+from pmwvc_analysis.charts.decimate import envelope, reduced
+from pmwvc_analysis.figures import recorded
+from pmwvc_analysis.figures.event_list import numbered
 from pmwvc_analysis.figures.figures import charts
-from pmwvc_analysis.report import figure_blocks, recorded
-from pmwvc_analysis.report.event_list import numbered
+from pmwvc_analysis.report import figure_blocks
 
 SVG = "{http://www.w3.org/2000/svg}"
 # Vienot, Brettel and Mollon as fitted by Machado et al., severity 1, on linear RGB.

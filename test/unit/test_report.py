@@ -12,9 +12,9 @@ import pytest
 from support import handmade
 from support.command_line import ROOT, call
 
+from pmwvc_analysis.charts.text import cell, quantity
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.report.report import render
-from pmwvc_analysis.report.text import cell, quantity
 from pmwvc_analysis.session_files import finish
 from pmwvc_analysis.verdicts.verdicts import summary
 

@@ -4,7 +4,7 @@
 
 from typing import Any
 
-from pmwvc_analysis.figures import style
+from pmwvc_analysis.charts import style
 from reproduction.draw_single import heading
 from reproduction.drawing import LINES, numbers, sheet
 from reproduction.figure import Values

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.figures import style
+from pmwvc_analysis.charts import style
 from reproduction.drawing import LINES, numbers, sheet
 from reproduction.figure import Values
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.figures import style
+from pmwvc_analysis.charts import style
 from pmwvc_core.numeric import Array
 from reproduction.figure import Figure, Values
 

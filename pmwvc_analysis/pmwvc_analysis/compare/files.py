@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A comparison on disk: tables for programs, traces for other tools, one report for people.
+"""A comparison on disk: tables for programs, traces for other tools.
 
 ``comparison.json`` and ``.csv`` hold a row per session, ``comparison.npz`` and ``.mat`` the traces
-of all of them (``s1_user1_x_m``, ``s1_server_x_o``...), ``comparison.html`` shows everything.
+of all of them (``s1_user1_x_m``, ``s1_server_x_o``...). The report is written in ``report``.
 """
 
 import csv
@@ -20,16 +20,16 @@ from pmwvc_analysis.compare.settings import parameters_of, tuning_of
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 
-JSON, TABLE, PAGE = "comparison.json", "comparison.csv", "comparison.html"
+JSON, TABLE = "comparison.json", "comparison.csv"
 ARRAYS = ("comparison.npz", "comparison.mat")
 OF_USER = ("time_s", "x_m", "xd_m", "f_h", "f_m", "f_applied")
 OF_SERVER = ("time_s", "x_o", "xd_o", "target")
 
 
-def write(
-    folder: Path, title: str, entries: Sequence[Entry], about: dict[str, Any], *, figures: bool
+def write_tables(
+    folder: Path, title: str, entries: Sequence[Entry], about: dict[str, Any]
 ) -> dict[str, Any]:
-    """Write everything and return what ``comparison.json`` holds.
+    """Write tables and traces and return the content of ``comparison.json``.
 
     Parameters
     ----------
@@ -42,8 +42,6 @@ def write(
     about
         Further keys of ``comparison.json``: ``kind``; ``notes``, a list of sentences for the
         report.
-    figures
-        Whether to draw (pictures and report).
 
     Raises
     ------
@@ -57,13 +55,6 @@ def write(
         (folder / JSON).write_text(text + "\n", encoding="utf-8")
         _write_table(folder / TABLE, entries)
         _write_arrays(folder, entries)
-        if figures:
-            from pmwvc_analysis.figures import comparison_figures
-            from pmwvc_analysis.report import comparison_report
-
-            pictures = comparison_figures.draw_all(entries, folder / "plots")
-            page = comparison_report.render(title, entries, about, pictures)
-            (folder / PAGE).write_text(page, encoding="utf-8")
     except OSError as error:
         raise RecordingError(f"cannot write into {folder}: {error.strerror or error}") from error
     return result

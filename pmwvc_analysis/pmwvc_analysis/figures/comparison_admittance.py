@@ -5,9 +5,9 @@
 from collections.abc import Sequence
 from typing import Any
 
+from pmwvc_analysis.charts import style
 from pmwvc_analysis.compare.feel import ideal_feel
 from pmwvc_analysis.compare.measures import Entry
-from pmwvc_analysis.figures import style
 
 MOST = 8  # curves that can be told apart
 

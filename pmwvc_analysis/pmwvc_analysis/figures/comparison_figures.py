@@ -13,11 +13,13 @@ from typing import Any, Literal
 
 import numpy as np
 
+from pmwvc_analysis.charts import style
 from pmwvc_analysis.compare.measures import Entry
-from pmwvc_analysis.figures import comparison_admittance, style
+from pmwvc_analysis.figures import comparison_admittance, recorded
 from pmwvc_analysis.figures.figures import Picture
 from pmwvc_analysis.traces.reductions import position_error
 from pmwvc_core.numeric import Array
+from pmwvc_core.traces import SessionTraces
 
 COLUMNS = 3
 PANEL_IN = (4.4, 2.5)
@@ -115,6 +117,10 @@ def _common_range(entries: Sequence[Entry], drawn: list[list[Array]]) -> tuple[f
     return low - margin, high + margin
 
 
+def _colours(traces: SessionTraces) -> dict[str, str]:
+    return {name: style.colour(place) for place, name in enumerate(recorded.names(traces))}
+
+
 def _shown(entry: Entry) -> np.typing.NDArray[np.bool_]:
     """Tell which steps of the server to show: it runs on a little after the users have left."""
     server, users = entry.traces.server, entry.traces.users
@@ -126,7 +132,7 @@ def _shown(entry: Entry) -> np.typing.NDArray[np.bool_]:
 
 def _positions(axes: Any, entry: Entry) -> list[Array]:
     traces, found = entry.traces, []
-    server, colours = traces.server, style.colours(traces)
+    server, colours = traces.server, _colours(traces)
     if server is not None:
         shown = _shown(entry)
         target = np.where(shown, server.target[:, 0], np.nan) * 1e3
@@ -148,7 +154,7 @@ def _positions(axes: Any, entry: Entry) -> list[Array]:
 
 def _forces(axes: Any, entry: Entry) -> list[Array]:
     traces, found = entry.traces, []
-    server, colours = traces.server, style.colours(traces)
+    server, colours = traces.server, _colours(traces)
     for user in traces.users:
         found.append(user.f_applied[:, 0])
         label = f"{user.name} device on hand"
@@ -163,7 +169,7 @@ def _forces(axes: Any, entry: Entry) -> list[Array]:
 
 
 def _separations(axes: Any, entry: Entry) -> list[Array]:
-    server, colours, found = entry.traces.server, style.colours(entry.traces), []
+    server, colours, found = entry.traces.server, _colours(entry.traces), []
     for user in entry.traces.users:
         if server is None or user.name not in server.users:
             continue
@@ -178,7 +184,7 @@ def overlay(first: Entry, second: Entry) -> Any:
     """Draw the same signals of two sessions into the same axes, one column per user."""
     names = [user.name for user in first.traces.users]
     figure, grid = _canvas(2, len(names), f"{first.label} and {second.label}", share_y="row")
-    colours = style.colours(first.traces)
+    colours = _colours(first.traces)
     for entry, dashes, width in ((first, "-", 2.2), (second, "--", 1.3)):
         for column, name in enumerate(names):
             user = next(user for user in entry.traces.users if user.name == name)

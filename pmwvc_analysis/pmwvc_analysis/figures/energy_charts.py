@@ -8,9 +8,9 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.budget_result import SERVER, Budget
 from pmwvc_analysis.budget.budget_summary import worth_drawing
 from pmwvc_analysis.budget.budget_words import GROUPS, account_words, words_of
-from pmwvc_analysis.figures.chart import DASHES, Chart, Layer, Line, Panel
-from pmwvc_analysis.figures.colours import user_tint
-from pmwvc_analysis.report import recorded
+from pmwvc_analysis.charts.chart import DASHES, Chart, Layer, Line, Panel
+from pmwvc_analysis.charts.colours import user_tint
+from pmwvc_analysis.figures import recorded
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces

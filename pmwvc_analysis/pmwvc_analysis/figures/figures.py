@@ -6,14 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pmwvc_analysis.figures import chart_png, style
-from pmwvc_analysis.figures.channel_charts import energy, loop, network
-from pmwvc_analysis.figures.chart import Chart
-from pmwvc_analysis.figures.chart_svg import file_svg
+from pmwvc_analysis.charts import chart_png
+from pmwvc_analysis.charts.chart import Chart
+from pmwvc_analysis.charts.chart_svg import file_svg
+from pmwvc_analysis.figures import recorded
+from pmwvc_analysis.figures.conditions import conditions, title
 from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
+from pmwvc_analysis.figures.event_list import numbered
+from pmwvc_analysis.figures.link_charts import energy, loop, network
 from pmwvc_analysis.figures.motion_charts import forces, positions
-from pmwvc_analysis.report import recorded
-from pmwvc_analysis.report.event_list import numbered
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
@@ -36,9 +37,11 @@ def charts(traces: SessionTraces, scenario: Scenario | None) -> list[Chart]:
     events = [
         (event.time_s, event.number) for event in numbered(traces) if event.time_s is not None
     ]
-    note = style.note(traces, scenario)
+    note = f"{traces.source}, {traces.duration_s:.1f} s, parameters not known"
+    if scenario is not None:
+        note = conditions(scenario, traces.source)
     return [
-        replace(chart, title=style.title(chart.heading, scenario), note=note, events=events)
+        replace(chart, title=title(chart.heading, scenario), note=note, events=events)
         for draw in FIGURES
         if (chart := draw(traces, scenario)) is not None
     ]

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.figures import style
+from pmwvc_analysis.charts import style
+from pmwvc_analysis.figures.conditions import conditions, title
 from pmwvc_analysis.maps.map_files import Measured
 from pmwvc_analysis.maps.maps import Grid, growth_per_s
-from pmwvc_analysis.report.text import users
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import spec_of
 
@@ -31,10 +31,12 @@ def draw(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> l
 
 
 def _figure(grid: Grid, radius: Array, measured: list[Measured]) -> Any:
+    model = "exact model" + (", phases of a live session" if grid.live else "")
+    varied = {"seed", *(axis.name.rpartition(".")[2] for axis in (grid.x, grid.y))}
     figure, (axes,) = style.canvas(
         1,
-        title=style.title("Stability", grid.scenario),
-        note=_note(grid),
+        title=title("Stability", grid.scenario),
+        note=conditions(grid.scenario, model, without=varied),
         row_in=4.6,
     )
     x, y = np.array(grid.x.values), np.array(grid.y.values)
@@ -101,23 +103,3 @@ def _edges(values: Array) -> Array:
     middles = 0.5 * (values[1:] + values[:-1])
     first, last = 2.0 * values[0] - middles[0], 2.0 * values[-1] - middles[-1]
     return np.concatenate([[first], middles, [last]])
-
-
-def _note(grid: Grid) -> str:
-    scenario = grid.scenario
-    user = scenario.users[0]
-    varied = (grid.x.name.rpartition(".")[2], grid.y.name.rpartition(".")[2])
-    parts = [
-        ("", "exact model" + (", phases of a live session" if grid.live else "")),
-        ("", users(len(scenario.users))),
-        ("", f"controller {scenario.controller}"),
-        ("impedance", f"b = {user.impedance:.4g} N s/m"),
-        ("rate_drop", f"M = {user.master.rate_drop}"),
-        ("", f"filter {user.master.filter.kind.replace('_', ' ')}"),
-        ("", f"hold {user.master.hold}"),
-        ("", f"coupling {scenario.server.coupling.replace('_', ' ')}"),
-        ("contact_stiffness", f"K = {user.contact.contact_stiffness:g} N/m"),
-        ("contact_damping", f"B = {user.contact.contact_damping:g} N s/m"),
-        ("delay_s", f"delay {user.link_up.delay_s * 1e3:g}/{user.link_down.delay_s * 1e3:g} ms"),
-    ]
-    return " · ".join(text for name, text in parts if name not in varied)

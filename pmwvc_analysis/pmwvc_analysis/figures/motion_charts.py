@@ -7,14 +7,14 @@ The server runs on for a moment after the masters have ended; its curves end whe
 
 import numpy as np
 
-from pmwvc_analysis.figures.chart import DASHES, Chart, Level, Line, Panel
-from pmwvc_analysis.figures.colours import user_tint
-from pmwvc_analysis.figures.style import AXES
-from pmwvc_analysis.report import recorded
+from pmwvc_analysis.charts.chart import DASHES, Chart, Level, Line, Panel
+from pmwvc_analysis.charts.colours import user_tint
+from pmwvc_analysis.figures import recorded
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
+AXES = ("x", "y", "z", "axis 4", "axis 5", "axis 6")
 TOGETHER = 2  # users in one panel; more have a panel each
 MOST_PANELS = 18
 NEAR_LIMIT = 0.7

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.figures import style
+from pmwvc_analysis.charts import style
+from pmwvc_analysis.figures.conditions import conditions, title
 from pmwvc_analysis.transparency.measured import TRUSTED, Measured
 from pmwvc_analysis.transparency.transparency import Transparency
 from pmwvc_core.numeric import Array
@@ -22,11 +23,13 @@ def draw(found: Transparency, measured: Measured | None, scenario: Scenario, *, 
     """Draw size and phase of x/f, and the coherence where it was measured."""
     import matplotlib
 
+    phases = "phases of a live session" if live else "phases of the simulator"
+
     with matplotlib.rc_context(style.SETTINGS):
         figure, rows = style.canvas(
             2 if measured is None else 3,
-            title=style.title(f"Transmitted admittance of {found.user}", scenario),
-            note=_note(scenario, live=live),
+            title=title(f"Transmitted admittance of {found.user}", scenario),
+            note=conditions(scenario, phases, without={"seed"}),
             row_in=2.9,
         )
         size, phase = rows[:2]
@@ -95,24 +98,6 @@ def _degrees(values: Any) -> Array:
     if not np.isfinite(values).all():
         return np.full(len(values), np.nan)
     return np.asarray(np.degrees(np.unwrap(np.angle(values))), dtype=float)
-
-
-def _note(scenario: Scenario, *, live: bool) -> str:
-    user = scenario.users[0]
-    master, contact = user.master, user.contact
-    parts = [
-        "phases of a live session" if live else "phases of the simulator",
-        f"controller {scenario.controller}",
-        f"b = {user.impedance:.4g} N s/m",
-        f"M = {master.rate_drop}",
-        f"filter {master.filter.kind.replace('_', ' ')}",
-        f"hold {master.hold}",
-        f"coupling {scenario.server.coupling.replace('_', ' ')}",
-        f"K = {contact.contact_stiffness:g} N/m",
-        f"B = {contact.contact_damping:g} N s/m",
-        f"delay {user.link_up.delay_s * 1e3:g}/{user.link_down.delay_s * 1e3:g} ms",
-    ]
-    return " · ".join(parts)
 
 
 def save(figure: Any, folder: Path, name: str) -> list[Path]:

@@ -4,7 +4,8 @@
 
 from typing import Any
 
-from pmwvc_analysis.figures import style
+from pmwvc_analysis.charts import style
+from pmwvc_analysis.figures.conditions import title
 from pmwvc_analysis.filters.velocity_filter import VelocityFilter
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -17,7 +18,7 @@ def draw(found: VelocityFilter, scenario: Scenario) -> Any:
     with matplotlib.rc_context(style.SETTINGS):
         figure, (conditions, gain) = style.canvas(
             2,
-            title=style.title("Velocity filter", scenario),
+            title=title("Velocity filter", scenario),
             note=_note(found),
             row_in=2.9,
         )

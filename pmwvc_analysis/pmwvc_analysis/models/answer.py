@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmwvc_analysis.delays.long_delay import is_long, opened
-from pmwvc_analysis.models import rigid, stability
+from pmwvc_analysis.models import modes, rigid, stability
 from pmwvc_analysis.models.groups import parts
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.loop import Loop
 from pmwvc_analysis.models.multirate import transitions
-from pmwvc_analysis.transparency import modes
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 

@@ -3,14 +3,18 @@
 """The report of a comparison: one self-contained HTML file, the table first."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
+from pmwvc_analysis.compare.files import write_tables
 from pmwvc_analysis.compare.measures import Entry
 from pmwvc_analysis.compare.settings import parameters_of, tuning_of
+from pmwvc_analysis.figures import comparison_figures
 from pmwvc_analysis.figures.figures import Picture
 from pmwvc_analysis.report.page import data_uri, filled
+from pmwvc_core.errors import RecordingError
 
-TEMPLATE = "comparison_template.html"
+PAGE, TEMPLATE = "comparison.html", "comparison_template.html"
 COLUMNS = (  # measure, heading, factor
     ("k_max", "largest stable stiffness [N/m]", 1.0),
     ("k_felt", "rendered stiffness [N/m]", 1.0),
@@ -23,6 +27,36 @@ COLUMNS = (  # measure, heading, factor
     ("force_noise_n", "force noise, RMS [mN]", 1e3),
     ("force_peak_n", "largest force [N]", 1.0),
 )
+
+
+def write(
+    folder: Path, title: str, entries: Sequence[Entry], about: dict[str, Any], *, figures: bool
+) -> dict[str, Any]:
+    """Write tables, traces and, with ``figures``, pictures and report of a comparison; return the
+    content of ``comparison.json``.
+
+    Parameters
+    ----------
+    folder, title, entries, about
+        As for :func:`pmwvc_analysis.compare.files.write_tables`.
+    figures
+        Draw and write ``comparison.html``.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written into.
+    """
+    found = write_tables(folder, title, entries, about)
+    if figures:
+        try:
+            pictures = comparison_figures.draw_all(entries, folder / "plots")
+            (folder / PAGE).write_text(render(title, entries, found, pictures), encoding="utf-8")
+        except OSError as error:
+            raise RecordingError(
+                f"cannot write into {folder}: {error.strerror or error}"
+            ) from error
+    return found
 
 
 def render(

@@ -8,11 +8,11 @@ import json
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.figures import chart_svg
-from pmwvc_analysis.figures.chart import Chart, Panel, Span
-from pmwvc_analysis.figures.chart_data import payload
-from pmwvc_analysis.report import recorded
-from pmwvc_analysis.report.event_list import Event
+from pmwvc_analysis.charts import chart_svg
+from pmwvc_analysis.charts.chart import Chart, Panel, Span
+from pmwvc_analysis.charts.chart_data import payload
+from pmwvc_analysis.figures import recorded
+from pmwvc_analysis.figures.event_list import Event
 from pmwvc_core.traces import SessionTraces
 
 

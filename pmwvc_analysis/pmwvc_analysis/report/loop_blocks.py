@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from pmwvc_analysis.budget.budget_result import SERVER, Budget
+from pmwvc_analysis.charts.text import article
 from pmwvc_analysis.prediction.prediction_lag import feels_as_its_lag, lag_s, rendered_stiffness
-from pmwvc_analysis.report.text import article
 from pmwvc_core.controllers import has_waves, proofs_hold
 from pmwvc_core.params import FilterParams, LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User

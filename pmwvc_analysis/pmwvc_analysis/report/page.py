@@ -8,8 +8,8 @@ import base64
 from pathlib import Path
 from typing import Any
 
-from pmwvc_analysis.figures.colours import DARK, LIGHT, css_variables
-from pmwvc_analysis.report.text import cell, quantity
+from pmwvc_analysis.charts.colours import DARK, LIGHT, css_variables
+from pmwvc_analysis.charts.text import cell, quantity
 
 
 def filled(template: str, **values: Any) -> str:

@@ -11,10 +11,11 @@ from typing import Any
 
 from pmwvc_analysis.budget import budget_summary
 from pmwvc_analysis.budget.budget_result import Budget
-from pmwvc_analysis.figures import chart_svg
-from pmwvc_analysis.figures.chart import Chart
+from pmwvc_analysis.charts import chart_svg
+from pmwvc_analysis.charts.chart import Chart
+from pmwvc_analysis.figures import event_list
 from pmwvc_analysis.prediction import prediction_words
-from pmwvc_analysis.report import event_list, figure_blocks
+from pmwvc_analysis.report import figure_blocks
 from pmwvc_analysis.report.loop_blocks import blocks, rendered
 from pmwvc_analysis.report.loop_drawing import drawing
 from pmwvc_analysis.report.page import filled

@@ -9,8 +9,8 @@ import numpy as np
 
 from pmwvc_analysis.budget.budget_result import Budget
 from pmwvc_analysis.budget.budget_words import GROUPS
-from pmwvc_analysis.report import recorded
-from pmwvc_analysis.report.text import listed, quantity
+from pmwvc_analysis.charts.text import listed, quantity
+from pmwvc_analysis.figures import recorded
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces

@@ -5,7 +5,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.figures.chart import Band, Span
+from pmwvc_analysis.charts.chart import Band, Span
 from pmwvc_analysis.traces import holes
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import SessionTraces

@@ -5,12 +5,11 @@
 import numpy as np
 
 from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
-from pmwvc_analysis.figures.chart import DASHES, Band, Chart, Dots, Line, Note, Panel
-from pmwvc_analysis.figures.colours import user_tint
-from pmwvc_analysis.figures.style import spans
+from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Dots, Line, Note, Panel
+from pmwvc_analysis.charts.colours import user_tint
+from pmwvc_analysis.charts.text import quantity
+from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.recording.losses import DROPPED, LOST
-from pmwvc_analysis.report import recorded
-from pmwvc_analysis.report.text import quantity
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
@@ -59,6 +58,17 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         "or above zero; where it does not, the time is shaded.",
         panels,
     )
+
+
+def spans(
+    flags: np.typing.NDArray[np.bool_], time_s: Array, *, join_s: float
+) -> list[tuple[float, float]]:
+    """Return the stretches of time with a flag set; those closer than ``join_s`` are one."""
+    rows = np.flatnonzero(flags)
+    if not len(rows):
+        return []
+    breaks = np.flatnonzero(np.diff(time_s[rows]) > join_s) + 1
+    return [(float(time_s[part[0]]), float(time_s[part[-1]])) for part in np.split(rows, breaks)]
 
 
 def _ways(entry: UserEnergy) -> list[tuple[str, Balance, tuple[float, ...]]]:

@@ -11,10 +11,10 @@ from html import escape
 
 import numpy as np
 
-from pmwvc_analysis.figures.axis import Axis
-from pmwvc_analysis.figures.chart import Chart, Dots, Layer, Line, Note, Panel
-from pmwvc_analysis.figures.colours import LIGHT
-from pmwvc_analysis.figures.decimate import reduced
+from pmwvc_analysis.charts.axis import Axis
+from pmwvc_analysis.charts.chart import Chart, Dots, Layer, Line, Note, Panel
+from pmwvc_analysis.charts.colours import LIGHT
+from pmwvc_analysis.charts.decimate import reduced
 from pmwvc_core.numeric import Array
 
 WIDTH = 1000.0

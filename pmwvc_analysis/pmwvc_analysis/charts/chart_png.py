@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.figures import style
-from pmwvc_analysis.figures.chart import Chart, Dots, Layer, Line, Panel, Span
-from pmwvc_analysis.figures.colours import LIGHT
-from pmwvc_analysis.figures.decimate import reduced
+from pmwvc_analysis.charts import style
+from pmwvc_analysis.charts.chart import Chart, Dots, Layer, Line, Panel, Span
+from pmwvc_analysis.charts.colours import LIGHT
+from pmwvc_analysis.charts.decimate import reduced
 
 COLUMNS = 2000
 MARKERS = {"dot": (".", 2.5), "cross": ("x", 5.0), "plus": ("+", 5.0)}

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The look of figures drawn by matplotlib: colours for colour-blind readers, a title, a line of
+parameters.
+
+Users differ by colour, the signals of a user by line style: never by colour alone.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from pmwvc_analysis.charts.colours import LIGHT, LIGHT_USERS
+
+Share = Literal["none", "col"]
+USERS = LIGHT_USERS
+OBJECT = LIGHT["object"]
+TARGET = LIGHT["target"]
+ALARM = LIGHT["alarm"]
+WIDTH_IN = 10.0
+DPI = 110
+SETTINGS: dict[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10.0,
+    "axes.titlesize": 11.0,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.8,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.5,
+    "legend.frameon": False,
+    "legend.fontsize": 9.0,
+    "path.simplify": True,
+    "agg.path.chunksize": 20000,
+}
+
+
+def colour(place: int) -> str:
+    """Return a user's colour."""
+    return USERS[place % len(USERS)]
+
+
+def canvas(
+    rows: int,
+    *,
+    title: str,
+    note: str,
+    row_in: float = 2.4,
+    share: Share = "col",
+    heights: Sequence[float] | None = None,
+) -> tuple[Any, list[Any]]:
+    """Return a figure and its rows of axes, titled and noted; ``heights`` of the rows in px."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    tall = sum(row_in * each / 180.0 for each in heights) if heights else row_in * rows
+    figure = Figure(figsize=(WIDTH_IN, 1.1 + tall), dpi=DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    ratios = {"height_ratios": heights} if heights else {}
+    axes: Any = figure.subplots(rows, 1, sharex=share, squeeze=False, gridspec_kw=ratios)
+    figure.suptitle(title, x=0.01, ha="left", fontsize=13, fontweight="bold")
+    figure.supxlabel(note, x=0.01, ha="left", fontsize=8, color="#555555")
+    return figure, list(axes[:, 0])
+
+
+def save(figure: Any, path: Path) -> Path:
+    """Write a figure as PNG."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=DPI, facecolor="white")
+    return path
+
+
+def legend(axes: Any) -> None:
+    """Put the legend to the right of the axes, where it hides nothing."""
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        axes.legend(
+            handles, labels, loc="upper left", bbox_to_anchor=(1.005, 1.02), borderaxespad=0.0
+        )

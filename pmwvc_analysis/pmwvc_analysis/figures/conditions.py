@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The title of a figure, and the line of parameters below it."""
+
+from collections.abc import Container
+
+from pmwvc_analysis.charts.text import users
+from pmwvc_core.controllers import has_waves
+from pmwvc_core.scenario.scenario import Scenario
+
+
+def title(text: str, scenario: Scenario | None) -> str:
+    """Return a figure's title: its subject and the scenario."""
+    return f"{text} · {scenario.name}" if scenario else text
+
+
+def conditions(scenario: Scenario, source: str, *, without: Container[str] = ()) -> str:
+    """Return the parameters of a scenario in a line, of the first user where users differ.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    source
+        Origin of the figure's numbers, first in the line.
+    without
+        Parameters left out: varied in the figure, or without effect on it.
+    """
+    user = scenario.users[0]
+    parts = [
+        ("", source),
+        ("", users(len(scenario.users))),
+        ("", f"controller {scenario.controller}"),
+    ]
+    if has_waves(scenario.controller):
+        parts += [
+            ("impedance", f"b = {user.impedance:.4g} N s/m"),
+            ("rate_drop", f"M = {user.master.rate_drop}"),
+            ("filter", f"filter {user.master.filter.kind.replace('_', ' ')}"),
+            ("hold", f"hold {user.master.hold}"),
+            ("coupling", f"coupling {scenario.server.coupling.replace('_', ' ')}"),
+        ]
+    delays = [f"{u.link_up.delay_s * 1e3:g}/{u.link_down.delay_s * 1e3:g}" for u in scenario.users]
+    parts += [
+        ("contact_stiffness", f"K = {user.contact.contact_stiffness:g} N/m"),
+        ("contact_damping", f"B = {user.contact.contact_damping:g} N s/m"),
+        ("delay_s", f"delay {', '.join(dict.fromkeys(delays))} ms"),
+        ("seed", f"seed {scenario.seed}"),
+    ]
+    return " · ".join(text for name, text in parts if name not in without)
