@@ -1,14 +1,18 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Plug-ins by name: factories that other packages offer as entry points of a group.
+"""Plug-ins by name: factories and records that other packages offer as entry points of a group.
 
-A laboratory adds one by installing a package of its own; nothing here changes. Not here: which
-groups there are, and what a factory gets and makes.
+A laboratory adds one by installing a package of its own; nothing here changes. A *factory* makes
+an object (a device, an environment); a *record* describes something with its properties (a
+controller, a coupling, a link effect), of which there is a library besides. Not here: which groups
+there are.
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from pmwvc_core.errors import FOREIGN, ParameterError, PmwvcError, reason
 
@@ -85,3 +89,102 @@ class PluginGroup:
         if lacks:
             raise self.error(f"{where} is not {self.what}: it lacks {', '.join(lacks)}")
         return made
+
+
+def installed(group: str) -> tuple[str, ...]:
+    """Return the names of the plug-ins of a group, sorted, without importing any."""
+    return tuple(sorted(point.name for point in entry_points(group=group)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """What something is, told by its properties: other code asks them and compares no name.
+
+    Attributes
+    ----------
+    name
+        As in a scenario and as the entry point.
+    words
+        One sentence for predictions and reports: what it does or guarantees.
+    linear
+        Name of the record in the library whose linear model stands for this one: its own where the
+        model is exact, another where that is the nearest, None where there is none.
+    """
+
+    name: str
+    words: str
+    linear: str | None = None
+
+
+R = TypeVar("R", bound=Record)
+
+
+class Records(Generic[R]):
+    """The records of one kind by name: those of the library, then those of other packages.
+
+    Parameters
+    ----------
+    kind
+        Class of the records.
+    library
+        Those that come with the program.
+    group, parameter, what
+        Group of entry points; parameter that names a record; the kind with its article, for
+        messages.
+    """
+
+    def __init__(
+        self, kind: type[R], library: Iterable[R], *, group: str, parameter: str, what: str
+    ) -> None:
+        self.kind = kind
+        self.library: Mapping[str, R] = {record.name: record for record in library}
+        self.plugins = PluginGroup(group, parameter, what, calls=(), own=tuple(self.library))
+
+    def installed(self) -> tuple[str, ...]:
+        """Return the names of records from other packages, without importing any."""
+        names = installed(self.plugins.group)
+        return tuple(name for name in names if name not in self.library)
+
+    def names(self) -> tuple[str, ...]:
+        """Return every name that a scenario may give, those of the library first."""
+        return (*self.library, *self.installed())
+
+    def of(self, name: str) -> R:
+        """Return a record by name.
+
+        Raises
+        ------
+        ParameterError
+            If there is none of this name (naming those there are), if a plug-in cannot be imported
+            (with the reason), or if its entry point names no such record.
+        """
+        if name in self.library:
+            return self.library[name]
+        record: R = imported(self, name)
+        return record
+
+
+@cache
+def imported(records: Records[R], name: str) -> R:
+    """Return a record of another package; what raises is asked again the next time."""
+    plugins, kind = records.plugins, records.kind
+    if name not in records.installed():
+        raise ParameterError(
+            f"{plugins.parameter} = {name!r}: must be one of {', '.join(records.names())}. "
+            f"A plug-in is a package with an entry point in the group {plugins.group!r}"
+        )
+    record = plugins.load(name)
+    where = plugins.where(name)
+    if not isinstance(record, kind):
+        raise ParameterError(
+            f"{where} is not {plugins.what}: it is a {type(record).__name__}, must be a record "
+            f"{kind.__module__.removesuffix('.record')}.{kind.__name__}"
+        )
+    if record.name != name:
+        raise ParameterError(f"{where} has another name: {record.name!r}")
+    if record.linear is not None and record.linear not in records.library:
+        raise ParameterError(
+            f"{where}: linear = {record.linear!r}: must be None or one of "
+            f"{', '.join(records.library)}"
+        )
+    return record

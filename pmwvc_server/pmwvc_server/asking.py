@@ -23,6 +23,7 @@ from pmwvc_core.params import ServerParams
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.server.black_box.faults import Unanswered
 from pmwvc_core.server.black_box.plugins import LIBRARY
+from pmwvc_core.server.couplings import COUPLINGS
 
 SHARE = 0.5  # of the period that the loop waits
 _PRIORITY = 10  # below the loop, above other programs
@@ -30,7 +31,7 @@ _PRIORITY = 10  # below the loop, above other programs
 
 def caller(params: ServerParams) -> Call:
     """Return how the environment of a server is asked."""
-    if params.coupling != "unknown" or params.environment in LIBRARY:
+    if not COUPLINGS.of(params.coupling).black_box or params.environment in LIBRARY:
         return directly
     return Worker(SHARE * params.period_s)
 

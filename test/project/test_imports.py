@@ -21,7 +21,7 @@ BASE = {"errors", "numeric", "params", "plugins", "transport", "wave"}
 CORE = {
     "errors": set(),
     "numeric": set(),
-    "params": {"errors"},
+    "params": {"errors", "plugins"},
     "plugins": {"errors"},
     "traces": {"numeric"},
     "wave": {"errors", "numeric", "params"},
@@ -32,7 +32,7 @@ CORE = {
     "server": BASE,
     "baselines": BASE | {"server"},  # the same users and contacts behind another coupling
     "controllers": BASE | {"master", "server", "baselines"},
-    "scenario": BASE | {"controllers", "network"},
+    "scenario": BASE | {"controllers", "network", "server"},
     "simulation": BASE
     | {"plant", "network", "master", "server", "controllers", "scenario", "traces"},
 }

@@ -18,7 +18,7 @@ from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.prediction import prediction_words
 from pmwvc_bringup.scenarios import load
-from pmwvc_core import controllers
+from pmwvc_core import controllers, plugins
 from pmwvc_core.controllers import library
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.scenario.reader import parse_scenario
@@ -99,7 +99,7 @@ def lab(monkeypatch):
     module = types.ModuleType("lab_controllers")
     records = {
         "alone": dataclasses.replace(SOFT, name="alone", linear=None),
-        "portless": dataclasses.replace(SOFT, name="portless", make_unknown=None),
+        "portless": dataclasses.replace(SOFT, name="portless", make_black_box=None),
         "other": SOFT,
         "stray": dataclasses.replace(SOFT, name="stray", linear="moon"),
         "stone": object(),
@@ -107,13 +107,13 @@ def lab(monkeypatch):
     }
     vars(module).update(records)
     monkeypatch.setitem(sys.modules, "lab_controllers", module)
-    group = library.PLUGINS.group
+    group = library.RECORDS.plugins.group
     points = [EntryPoint(name, f"lab_controllers:{name}", group) for name in records]
     points.append(EntryPoint("absent", "lab_vendor_library:RECORD", group))
     monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: points)
-    library.plugin.cache_clear()
+    plugins.imported.cache_clear()
     yield
-    library.plugin.cache_clear()
+    plugins.imported.cache_clear()
 
 
 def scenario(controller, **server):
@@ -164,10 +164,10 @@ def test_a_controller_without_a_port_for_unknown_environments_is_refused_there(l
 
 def test_a_record_refuses_properties_that_contradict_one_another():
     direct = controllers.LIBRARY["direct"]
-    with pytest.raises(ParameterError, match=r"avatar = 'coupling': .*belongs to waves"):
-        dataclasses.replace(direct, avatar="coupling")
-    with pytest.raises(ParameterError, match=r"avatar = 'flying': must be one of"):
-        dataclasses.replace(direct, avatar="flying")
+    with pytest.raises(ParameterError, match=r"coupling = None: .*belongs to waves"):
+        dataclasses.replace(direct, coupling=None)
+    with pytest.raises(ParameterError, match=r"object_motion = 'flying': must be one of"):
+        dataclasses.replace(direct.coupling, object_motion="flying")
     rule = controllers.LIBRARY["tdpa"].rule
     with pytest.raises(ParameterError, match=r"group = 'mine': BaselineParams has no such group"):
         dataclasses.replace(rule, group="mine")

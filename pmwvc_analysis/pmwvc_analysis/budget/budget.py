@@ -34,6 +34,7 @@ from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 
@@ -110,7 +111,7 @@ def _paid(users: list[UserTraces], scenario: Scenario) -> frozenset[str]:
     """Return the owners whose controllers spend only what they have got."""
     found = {user.name for user in users if "position_surplus" in user.accounts}
     server = scenario.server
-    if server.coupling == "unknown" and server.compensation in ("corrected", "ledger"):
+    if scenario.coupling.black_box and COMPENSATIONS.of(server.compensation).limits:
         found.add(SERVER)
     return frozenset(found)
 

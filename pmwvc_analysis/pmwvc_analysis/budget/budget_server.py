@@ -14,12 +14,9 @@ import numpy as np
 
 from pmwvc_analysis.budget.budget_clock import WEIGHTS, Clock, Sums, speeds
 from pmwvc_analysis.traces.sums import running
-from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces
-
-MOVED_BY_NEW_FORCE = ("implicit", "one_frame_late")  # the others: by the force of the step before
 
 
 def server_account(clock: Clock, server: ServerTraces, scenario: Scenario) -> Sums:
@@ -28,7 +25,7 @@ def server_account(clock: Clock, server: ServerTraces, scenario: Scenario) -> Su
     ``into_server`` at all wave ports; ``late_decoding``, ``contact_damping``, ``contact_stored``,
     ``object_kinetic``, ``object_damping``; ``integration``, which the steps of a sampled coupling
     leave over; ``residual``. The implicit coupling leaves nothing over; there it is the residual.
-    An unknown environment has parts of its own.
+    A black box has parts of its own.
     """
     into = sum(
         (
@@ -42,23 +39,19 @@ def server_account(clock: Clock, server: ServerTraces, scenario: Scenario) -> Su
         for f, xd in zip(server.f_s, server.xd_s, strict=True)
     )
     work = np.cumsum(power) * server.period_s
-    waves = has_waves(scenario.controller)
-    if waves and scenario.server.coupling == "unknown":
-        found = _of_unknown(server, into, work)
+    if scenario.coupling.black_box:
+        found = _of_black_box(server, into, work)
     else:
-        found = _of_known(server, scenario, into, work, waves=waves)
+        found = _of_known(server, scenario, into, work)
     return {name: sums[clock.steps] for name, sums in {"into_server": into, **found}.items()}
 
 
-def _of_known(
-    server: ServerTraces, scenario: Scenario, into: Array, work: Array, *, waves: bool
-) -> Sums:
-    coupling = scenario.server.coupling
-    decoding = into - work if waves and coupling == "one_step_delay" else np.zeros_like(into)
+def _of_known(server: ServerTraces, scenario: Scenario, into: Array, work: Array) -> Sums:
+    decoding = into - work if scenario.coupling.late else np.zeros_like(into)
     damping, missing = _object_heat(server, scenario)
     contact = server.dissipated - damping - missing
     left = into - decoding - server.kinetic - server.potential - server.dissipated
-    exact = waves and coupling == "implicit"
+    exact = scenario.coupling.exact
     return {
         "late_decoding": decoding,
         "integration": 0.0 * left if exact else left,
@@ -70,7 +63,7 @@ def _of_known(
     }
 
 
-def _of_unknown(server: ServerTraces, into: Array, work: Array) -> Sums:
+def _of_black_box(server: ServerTraces, into: Array, work: Array) -> Sums:
     """Return the parts of a port that knows nothing of its environment: what it booked, and the
     work of the forces as recorded. Contained users' forces are those of a matched damper.
     """
@@ -93,10 +86,10 @@ def _object_heat(server: ServerTraces, scenario: Scenario) -> tuple[Array, Array
     force = sum((np.nan_to_num(f) for f in server.f_s), start=np.zeros_like(server.x_o))
     moved = np.diff(server.x_o, axis=0, prepend=server.x_o[:1])
     before = np.concatenate([0.0 * server.xd_o[:1], server.xd_o[:-1]])
-    coupling = params.coupling if has_waves(scenario.controller) else None
-    if coupling not in MOVED_BY_NEW_FORCE:
+    motion = scenario.coupling.object_motion
+    if motion == "held_before":
         force = np.concatenate([0.0 * force[:1], force[:-1]])
-    if coupling == "implicit":
+    if motion == "midpoint":
         heat = params.object_damping * np.sum(moved**2, axis=-1) / server.period_s
     else:
         nodes = speeds(params.object_mass, params.object_damping, server.period_s, before, force)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.compensations import COMPENSATIONS
 
 # Of each remainder: what shows nowhere if it is wrong.
 HIDES: Mapping[str, str] = {
@@ -39,12 +40,10 @@ class Remainder(NamedTuple):
 
 def of_server(scenario: Scenario) -> set[str]:
     """Return the parts of the server that are remainders."""
-    if not has_waves(scenario.controller):
-        return {"integration"}
-    coupling = scenario.server.coupling
-    if coupling == "unknown":
+    coupling = scenario.coupling
+    if coupling.black_box:
         return {"environment_heat"}
-    return set() if coupling == "implicit" else {"integration"}
+    return set() if coupling.exact else {"integration"}
 
 
 def unchecked(scenario: Scenario) -> dict[str, str]:
@@ -90,8 +89,8 @@ def _unchecked(scenario: Scenario) -> Iterator[tuple[str, str]]:
     if "integration" in of_server(scenario):
         yield "server.potential", HIDES["integration"]
         yield "server.dissipated", HIDES["integration"]
-    if waves and scenario.server.coupling == "unknown":
+    if scenario.coupling.black_box:
         for name in ("x_o", "xd_o", "kinetic"):
             yield f"server.{name}", "what the environment shows, and no account uses"
-        for name in ("tank", "granted", "capped", "debt"):
+        for name in COMPENSATIONS.of(scenario.server.compensation).level_accounts:
             yield f"server.accounts.{name}", level

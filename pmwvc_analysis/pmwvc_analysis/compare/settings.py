@@ -83,8 +83,7 @@ def parameters_of(scenario: Scenario) -> dict[str, Any]:
         names = [name for name in flat if f"baseline.{group}." in f".{name}"]
         return {name: flat[name] for name in names}
     wanted = list(ALWAYS)
-    if scenario.server.coupling == "unknown":
-        wanted.append("server.compensation")
+    wanted += [f"server.{name}" for name in scenario.coupling.parameters]
     for name, more in SWITCHES:
         if _values(flat, name) != {"none"}:
             wanted += [name, *more]

@@ -7,22 +7,18 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.consistency.numbers import differs, not_finite
 from pmwvc_analysis.traces.sums import running
-from pmwvc_core.controllers import record_of
 from pmwvc_core.numeric import root
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.couplings.sampled import weights
 from pmwvc_core.traces import ServerTraces
 
 COUPLED = 2
-EXACT_COUPLINGS = ("implicit", "unwrapped")
-LATE_DECODING = "one_step_delay"
 
 
 def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> list[str]:
     """Return every contradiction in words."""
     found = not_finite("server", {"x_o": traces.x_o, "xd_o": traces.xd_o})
     users = {user.name: user for user in scenario.users} if scenario else {}
-    exact = scenario is not None and scenario.server.coupling in EXACT_COUPLINGS
+    exact = scenario is not None and scenario.coupling.balanced
     for place, name in enumerate(traces.users):
         if waves:
             found += _server_port(traces, place, users.get(name), exact=exact)
@@ -31,12 +27,12 @@ def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> l
             found += _flow(traces, place)
         if scenario is not None:
             found += _motion(traces, place, scenario)
-            if waves and scenario.server.coupling == LATE_DECODING and name in users:
+            if scenario.coupling.late and name in users:
                 found += _late(traces, place, users[name])
     if scenario is not None and scenario.server.environment == "cube":
-        found += _object(traces, scenario, waves=waves)
+        found += _object(traces, scenario)
     if "withheld" in traces.accounts:
-        found += _booked(traces)
+        found += _black_box(traces)
     return found
 
 
@@ -49,17 +45,9 @@ def _together(server: ServerTraces, place: int) -> NDArray[np.bool_]:
 
 def _motion(server: ServerTraces, place: int, scenario: Scenario) -> list[str]:
     """Check that the avatar moves with its velocity, as the coupling has it."""
-    h, params = server.period_s, scenario.server
-    avatar = record_of(scenario.controller).avatar
-    if avatar == "device":
+    if scenario.coupling.moves is None:
         return []  # it stands where the device was
-    coupling = params.coupling if avatar == "coupling" else avatar
-    if coupling in ("explicit", "one_frame_late"):
-        old, new = h, 0.0
-    elif coupling == "implicit":
-        old, new = 0.0, h
-    else:
-        old, new = weights(params.integrator, h)
+    old, new = scenario.coupling.moves(scenario.server)
     x, xd = server.x_s[place], server.xd_s[place]
     rows = _together(server, place)[1:]
     moved = np.diff(x, axis=0)
@@ -84,10 +72,10 @@ def _late(server: ServerTraces, place: int, known: User) -> list[str]:
     return []
 
 
-def _object(server: ServerTraces, scenario: Scenario, *, waves: bool) -> list[str]:
+def _object(server: ServerTraces, scenario: Scenario) -> list[str]:
     """Check the object's energy of motion against its velocity."""
-    if waves and scenario.server.coupling == "unknown":
-        return []  # it is what a foreign environment shows
+    if scenario.coupling.black_box:
+        return []  # it is what the environment shows
     kinetic = 0.5 * scenario.server.object_mass * np.sum(server.xd_o**2, axis=-1)
     if (gap := differs(server.kinetic, kinetic)) is not None:
         return [f"server: the energy of motion is not m |xd|^2/2 of the object, {gap:.3g} J off"]
@@ -126,8 +114,8 @@ def _server_port(
     return found
 
 
-def _booked(server: ServerTraces) -> list[str]:
-    """Check the accounts of a port to an unknown environment against waves, forces and motion."""
+def _black_box(server: ServerTraces) -> list[str]:
+    """Check the accounts of the port to a black box against waves, forces and motion."""
     power = np.zeros(len(server.time_s))
     for u, v, f, xd in zip(server.u_s, server.v_s, server.f_s, server.xd_s, strict=True):
         power += 0.5 * np.nansum(u**2 - v**2, axis=-1) - np.nansum(f * xd, axis=-1)

@@ -35,7 +35,13 @@ POINTS = 500
 LOWEST = 1e-5  # [rad per packet]
 AROUND = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0])  # widths of a pole at which gains are taken
 # Parameters of elements that the parts rule covers, or a passive server.
-SERVER_OR_MATRIX = ("impedance_matrix", "compensation", "environment", "server.decoding")
+SERVER_OR_MATRIX = (
+    "impedance_matrix",
+    "server.coupling",
+    "compensation",
+    "environment",
+    "server.decoding",
+)
 ROUNDS = 4  # of refinement around each maximum
 NEAR = 1e-2  # of a gain below the largest: maxima that are refined
 
@@ -186,10 +192,7 @@ def _settles(system: System) -> bool:
 
 def _passive_server(scenario: Scenario) -> bool:
     """Tell whether the server returns no more energy than it received, whatever touches."""
-    server = scenario.server
-    if server.coupling == "unknown":
-        return server.compensation == "ledger" and min(server.allowance_w, server.allowance_j) == 0
-    return server.coupling == "implicit"
+    return scenario.coupling.passive(scenario.server)
 
 
 def _outside(scenario: Scenario) -> list[str]:

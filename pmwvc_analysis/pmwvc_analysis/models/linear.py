@@ -98,7 +98,10 @@ def _of_controller(scenario: Scenario) -> Iterator[Element]:
     near = record_of(controller).linear
     if near != controller:
         yield Element(f"controller = {controller}", "controller", near)
-    if not has_waves(controller) or server.coupling != "unknown":
+    coupling = scenario.coupling
+    if coupling.linear != coupling.name and has_waves(controller):
+        yield Element(f"server.coupling = {coupling.name}", "server.coupling", coupling.linear)
+    if not coupling.black_box:
         return
     walls = tuple(UNKNOWN) if server.decoding == "late" else ("wall_with_slope", *UNKNOWN)
     for name, linear in (("compensation", ("none",)), ("environment", walls)):

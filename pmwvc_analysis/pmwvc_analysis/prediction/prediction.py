@@ -27,6 +27,7 @@ from pmwvc_analysis.prediction.prediction_lag import (
 from pmwvc_core.controllers import proofs_hold
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.couplings.sampled import least_impedance
 from pmwvc_core.wave.design import aliasing
 from pmwvc_core.wave.impedance import first_axis, smallest
 
@@ -168,15 +169,8 @@ def one_step_bound(user: User, scenario: Scenario) -> bool | None:
     """Tell whether K T_VE + 2B <= b holds, None where it does not apply."""
     server = scenario.server
     treated = (server.compensation, server.environment, server.decoding) != UNTREATED
-    if server.coupling == "unknown" and treated:
+    if scenario.coupling.black_box and treated:
         return None
     if not decodes_late(user, scenario) or server.integrator != "backward_euler":
         return None
-    return least_impedance(user, scenario) <= smallest(user.server_impedance)
-
-
-def least_impedance(user: User, scenario: Scenario) -> float:
-    """Return K T_VE + 2B, with which decoding a step late is passive [N s/m]."""
-    contact = user.contact
-    stiff = float(contact.contact_stiffness) * scenario.server.period_s
-    return stiff + 2.0 * float(contact.contact_damping)
+    return least_impedance(server, user.contact) <= smallest(user.server_impedance)

@@ -15,13 +15,13 @@ rule is that without G.
 
 from typing import NamedTuple
 
-from pmwvc_core.controllers import has_waves
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.black_box.secant import SOFT
+from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings.sampled import least_impedance
 from pmwvc_core.wave.impedance import smallest
 
 SLOPED = ("wall_with_slope", "hunt_crossley")  # unknown environments that tell their slope
-LIMITING = ("corrected", "ledger")  # compensations that shorten waves
 
 
 class Rule(NamedTuple):
@@ -54,14 +54,14 @@ def rule(user: User, scenario: Scenario) -> Rule | None:
         return None
     stiff, b = _stiff(user, scenario), smallest(user.server_impedance)
     slope = 0.0 if decodes_late(user, scenario) else stiff
-    return Rule(stiff + 2.0 * float(user.contact.contact_damping), b, slope)
+    return Rule(least_impedance(server, user.contact), b, slope)
 
 
 def decodes_late(user: User, scenario: Scenario) -> bool:
     """Tell whether a user's port decodes with the force of the step before."""
     server = scenario.server
-    if server.coupling != "unknown" or not has_waves(scenario.controller):
-        return server.coupling == "one_step_delay"
+    if not scenario.coupling.black_box:
+        return scenario.coupling.late
     if server.environment in SLOPED:
         return False
     soft = _stiff(user, scenario) <= SOFT * smallest(user.server_impedance)
@@ -76,7 +76,8 @@ def late_steps_s(user: User, scenario: Scenario) -> float:
     counts all force as known, positive where it counts all as late, 0 where nothing is learned.
     """
     server = scenario.server
-    if server.coupling != "unknown" or server.decoding != "secant" or server.environment in SLOPED:
+    learns = scenario.coupling.black_box and server.decoding == "secant"
+    if not learns or server.environment in SLOPED:
         return 0.0
     return (2.0 if decodes_late(user, scenario) else -2.0) * server.period_s
 
@@ -87,9 +88,8 @@ def _stiff(user: User, scenario: Scenario) -> float:
 
 def may_limit(scenario: Scenario) -> bool:
     """Tell whether the server port may shorten waves at all."""
-    server = scenario.server
-    unknown = has_waves(scenario.controller) and server.coupling == "unknown"
-    return unknown and server.compensation in LIMITING
+    compensation = COMPENSATIONS.of(scenario.server.compensation)
+    return scenario.coupling.black_box and compensation.limits
 
 
 def limited(scenario: Scenario) -> bool | None:

@@ -69,7 +69,9 @@ def feels_as_its_lag(user: User, scenario: Scenario) -> bool:
     once, nor with position feedback, nor where the contact is not known.
     """
     master, server = user.master, scenario.server
-    if server.coupling == "unknown" and server.environment not in UNKNOWN:
+    if scenario.coupling.black_box and server.environment not in UNKNOWN:
+        return False
+    if scenario.coupling.linear != scenario.coupling.name:
         return False
     return master.bank.kind != "dissertation" and not master.position.is_on
 

@@ -177,8 +177,9 @@ def bounds_of(scenario: Scenario) -> tuple[float, float]:
         )
         largest = min(largest, 0.5 * passes / step)
     least = LEAST
-    if scenario.server.coupling in ("one_step_delay", "unknown"):
-        least = max(prediction.least_impedance(user, scenario) for user in scenario.users)
+    bound = scenario.coupling.least_impedance
+    if bound is not None:
+        least = max(bound(scenario.server, user.contact) for user in scenario.users)
     return min(max(least, LEAST), largest), largest
 
 

@@ -37,6 +37,7 @@ from pmwvc_analysis.traces.sums import running
 from pmwvc_analysis.verdicts.open_balances import hidden, within
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.traces import SessionTraces
 
 NO_SERVER = "the server's trace is missing"
@@ -166,8 +167,8 @@ def _allowance_j(scenario: Scenario | None) -> float:
     if scenario is None:
         return 0.0
     server = scenario.server
-    allowed = server.coupling == "unknown" and server.compensation == "ledger"
-    return float(server.allowance_j) if allowed and server.allowance_w > 0.0 else 0.0
+    compensation = COMPENSATIONS.of(server.compensation)
+    return compensation.allowance_j(server) if scenario.coupling.black_box else 0.0
 
 
 def _own_energy(scenario: Scenario | None) -> str:

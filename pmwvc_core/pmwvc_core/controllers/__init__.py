@@ -3,13 +3,22 @@
 """Controllers: one record per controller, found by its name."""
 
 from pmwvc_core.controllers.ends import make_master, make_server
-from pmwvc_core.controllers.library import LIBRARY, has_waves, names, proofs_hold, record_of
-from pmwvc_core.controllers.record import Controller, Rule
+from pmwvc_core.controllers.library import (
+    LIBRARY,
+    RECORDS,
+    has_waves,
+    names,
+    proofs_hold,
+    record_of,
+)
+from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.server.user_ports import ServerController
 
 __all__ = [
+    "HELD",
     "LIBRARY",
+    "RECORDS",
     "Controller",
     "MasterController",
     "Rule",

@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The record of ``direct``: velocity up, force down."""
 
+from dataclasses import replace
+
 from pmwvc_core.baselines.direct import DirectMaster, DirectServer
-from pmwvc_core.controllers.record import Controller
+from pmwvc_core.controllers.record import HELD, Controller
 
 RECORD = Controller(
     name="direct",
@@ -12,5 +14,5 @@ RECORD = Controller(
     make_master=lambda params, _: DirectMaster(tick_s=params.tick_s),
     make_server=DirectServer,
     linear="direct",
-    avatar="device",
+    coupling=replace(HELD, moves=None),
 )

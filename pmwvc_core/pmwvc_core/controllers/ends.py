@@ -11,6 +11,7 @@ from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, Serve
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.server.black_box.interface import EnvironmentSetup
 from pmwvc_core.server.black_box.plugins import make_black_box
+from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.factory import make_ports
 from pmwvc_core.server.user_ports import AS_PUBLISHED, ServerController
 from pmwvc_core.wave.impedance import Impedance
@@ -69,11 +70,12 @@ def make_server(
     """
     record = record_of(controller)
     ports = make_ports(server, contacts, impedances, dof=dof, sides=sides, baselines=baselines)
-    if not record.waves or server.coupling != "unknown":
+    coupling = record.coupling or COUPLINGS.of(server.coupling)
+    if not coupling.black_box:
         return record.make_server(server, ports)
-    if record.make_unknown is None:
+    if record.make_black_box is None:
         raise ParameterError(
-            f"server.coupling = 'unknown': controller = {controller} has no port for it"
+            f"server.coupling = {coupling.name!r}: controller = {controller} has no port for it"
         )
     setup = EnvironmentSetup(dof, server.period_s, tuple(sides), server, tuple(contacts))
-    return record.make_unknown(server, ports, make_black_box(setup), call)
+    return record.make_black_box(server, ports, make_black_box(setup), call)

@@ -4,7 +4,7 @@
 
 from pmwvc_core.baselines import tuning
 from pmwvc_core.baselines.pspm import PspmMaster, PspmServer
-from pmwvc_core.controllers.record import Controller, Rule
+from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.params import BaselineParams, MasterParams
 
 
@@ -20,6 +20,7 @@ RECORD = Controller(
     make_master=lambda params, baseline: PspmMaster(baseline.pspm, tick_s=params.tick_s),
     make_server=PspmServer,
     linear="virtual_coupling",  # with tanks that are never empty
+    coupling=HELD,
     rule=Rule("pspm", tuning.pspm, tuning.check_pspm),
     storage_j=storage_j,
     level_accounts=("pspm_tank", "pspm_spring"),

@@ -10,14 +10,24 @@ from pmwvc_core.baselines.tuning import Loop, Proposal
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
+from pmwvc_core.plugins import Record
 from pmwvc_core.server.black_box.containment import Call
 from pmwvc_core.server.black_box.interface import Environment
+from pmwvc_core.server.couplings import Coupling
+from pmwvc_core.server.couplings.record import backward
 from pmwvc_core.server.user_ports import ServerController, UserPort
 
-AVATARS = ("coupling", "device", "explicit", "implicit")
 MasterMaker = Callable[[MasterParams, BaselineParams], MasterController]
 ServerMaker = Callable[[ServerParams, Sequence[UserPort]], ServerController]
-UnknownMaker = Callable[[ServerParams, Sequence[UserPort], Environment, Call], ServerController]
+BlackBoxMaker = Callable[[ServerParams, Sequence[UserPort], Environment, Call], ServerController]
+
+
+# The server's end of a controller without waves: the object moves under the forces held.
+HELD = Coupling(
+    name="held forces",
+    words="The object moves under the forces of the step before.",
+    moves=backward,
+)
 
 
 def no_storage(master: MasterParams, baseline: BaselineParams) -> float:
@@ -49,35 +59,27 @@ class Rule:
             raise ParameterError(f"group = {self.group!r}: BaselineParams has no such group")
 
 
-@dataclass(frozen=True)
-class Controller:
+@dataclass(frozen=True, kw_only=True)
+class Controller(Record):
     """A controller: what makes its ends, and its properties.
 
     Attributes
     ----------
-    name
-        As in a scenario and as the entry point.
-    words
-        One sentence for predictions: what it guarantees.
     waves
         Whether packets carry wave variables; otherwise velocity and position up, force or position
         down, with ``FLAG_DIRECT``.
     make_master, make_server
         Make the ends, at rest, with no user present.
-    make_unknown
-        Makes the server's end around an environment of which only forces are known
-        (``server.coupling = unknown``); None where a wave controller has none.
-    linear
-        Controller of the library whose linear model stands for this one: its own name where the
-        model is exact, another where the controller is not linear; None without any.
+    make_black_box
+        Makes the server's end around a black box (``server.coupling = unknown``); None where a
+        wave controller has none.
     rule
         Tuning rule; None without one.
     storage_j
         Energy that the two ends of a user hold at the start by their parameters [J].
-    avatar
-        How an avatar moves over a step of the server: ``device`` (it stands where the device
-        stood), ``explicit`` (with the velocity before), ``implicit`` (with the new one),
-        ``coupling`` (as ``server.coupling`` says; waves only).
+    coupling
+        How the controller's own server end couples avatars and object; None: as
+        ``server.coupling`` says (waves only).
     remainder_accounts
         Accounts that an end books itself and no signal shows: the energy budget closes whatever
         they are.
@@ -85,25 +87,20 @@ class Controller:
         Accounts that are levels, which the balance does not use.
     """
 
-    name: str
-    words: str
     waves: bool
     make_master: MasterMaker
     make_server: ServerMaker
-    make_unknown: UnknownMaker | None = None
-    linear: str | None = None
+    make_black_box: BlackBoxMaker | None = None
     rule: Rule | None = None
     storage_j: Callable[[MasterParams, BaselineParams], float] = no_storage
-    avatar: str = "implicit"
+    coupling: Coupling | None = None
     remainder_accounts: tuple[str, ...] = ()
     level_accounts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse properties that contradict one another."""
-        if self.avatar not in AVATARS:
-            raise ParameterError(f"avatar = {self.avatar!r}: must be one of {', '.join(AVATARS)}")
-        if self.avatar == "coupling" and not self.waves:
-            raise ParameterError("avatar = 'coupling': server.coupling belongs to waves")
+        if self.coupling is None and not self.waves:
+            raise ParameterError("coupling = None: server.coupling belongs to waves")
 
     def check(self, baseline: BaselineParams, loop: Loop) -> Proposal | None:
         """Return by how much parameters meet the tuning rule; None without a rule."""

@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The record of ``tdpa``: time-domain passivity control."""
 
+from dataclasses import replace
+
 from pmwvc_core.baselines import tuning
 from pmwvc_core.baselines.tdpa import TdpaMaster, TdpaServer
-from pmwvc_core.controllers.record import Controller, Rule
+from pmwvc_core.controllers.record import HELD, Controller, Rule
+from pmwvc_core.server.couplings.record import forward
 
 RECORD = Controller(
     name="tdpa",
@@ -15,7 +18,7 @@ RECORD = Controller(
     make_server=TdpaServer,
     linear="direct",  # without dissipation
     rule=Rule("tdpa", tuning.tdpa, tuning.check_tdpa),
-    avatar="explicit",
+    coupling=replace(HELD, moves=forward),
     remainder_accounts=("tdpa_dissipated",),
     level_accounts=("tdpa_allowance",),
 )

@@ -4,7 +4,7 @@
 
 from pmwvc_core.baselines import tuning
 from pmwvc_core.baselines.virtual_coupling import VirtualCouplingMaster, VirtualCouplingServer
-from pmwvc_core.controllers.record import Controller, Rule
+from pmwvc_core.controllers.record import HELD, Controller, Rule
 
 RECORD = Controller(
     name="virtual_coupling",
@@ -15,5 +15,6 @@ RECORD = Controller(
     ),
     make_server=VirtualCouplingServer,
     linear="virtual_coupling",
+    coupling=HELD,
     rule=Rule("virtual_coupling", tuning.virtual_coupling, tuning.check_virtual_coupling),
 )

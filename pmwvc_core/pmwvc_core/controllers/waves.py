@@ -21,7 +21,7 @@ def storage_j(master: MasterParams, baseline: BaselineParams) -> float:
     return float(position.storage_j) if paid else 0.0
 
 
-def _unknown(
+def _black_box(
     params: ServerParams, ports: Sequence[UserPort], environment: Environment, call: Call
 ) -> ServerController:
     return UnknownServer(params, ports, environment, call=call)
@@ -33,8 +33,7 @@ RECORD = Controller(
     waves=True,
     make_master=lambda params, _: WaveMaster(params),
     make_server=WaveServer,
-    make_unknown=_unknown,
+    make_black_box=_black_box,
     linear="pmwvc",
     storage_j=storage_j,
-    avatar="coupling",
 )

@@ -11,11 +11,13 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.plugins import installed
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,8 @@ class Spec:
         return text + unit + (" or null" if self.optional else "")
 
     def _added(self) -> tuple[str, ...]:
-        return self.plugins() if self.plugins is not None else ()
+        found = self.plugins() if self.plugins is not None else ()
+        return tuple(name for name in found if name not in self.choices)
 
     def _allowed(self, name: Any) -> bool:
         return not self.choices or name in self.choices or name in self._added()
@@ -110,11 +113,13 @@ def parameter(
     above: float | None = None,
     below: float | None = None,
     choices: Sequence[str] = (),
+    group: str = "",
     read_only: bool = False,
 ) -> Any:
     """Declare a dataclass field that is a parameter.
 
-    ``kind`` is needed only where the default is ``None`` (an optional parameter).
+    ``kind`` is needed only where the default is ``None`` (an optional parameter). Plug-ins of the
+    entry-point group ``group`` are allowed besides ``choices``.
     """
     kind = kind or type(default)
     spec = Spec(
@@ -128,6 +133,7 @@ def parameter(
         default is None,
         read_only,
         description,
+        partial(installed, group) if group else None,
     )
     return dataclasses.field(default=default, metadata={"spec": spec})
 

@@ -14,6 +14,7 @@ COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped", "unkno
 INTEGRATORS = ("forward_euler", "backward_euler", "trapezoid")
 DECODINGS = ("secant", "late")
 COMPENSATIONS = ("none", "printed", "corrected", "ledger")
+BLACK_BOX = ("unknown",)  # couplings that know nothing of the environment
 KNOWN = ("cube", "wall")  # environments whose equations every coupling has
 
 
@@ -26,6 +27,7 @@ class ServerParams(Validated):
         "-",
         "how the algebraic loop between wave port and contact is solved",
         choices=COUPLINGS,
+        group="pmwvc.couplings",
     )
     integrator: str = parameter(
         "backward_euler",
@@ -62,6 +64,7 @@ class ServerParams(Validated):
         "corrected: its sign corrected, credit kept, waves only shortened; ledger: return no more "
         "than was received",
         choices=COMPENSATIONS,
+        group="pmwvc.compensations",
     )
     allowance_w: float = parameter(
         0.0, "W", "ledger: largest power that an active environment may deliver", low=0.0
@@ -80,7 +83,7 @@ class ServerParams(Validated):
 
     def conflicts(self) -> list[str]:
         """Check that the coupling can do with what it knows of the environment."""
-        if self.environment in KNOWN or self.coupling == "unknown":
+        if self.environment in KNOWN or self.coupling in BLACK_BOX:
             return []
         return [
             f"environment = {self.environment!r}: set server.coupling = unknown for it "

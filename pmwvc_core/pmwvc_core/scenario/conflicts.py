@@ -8,6 +8,8 @@ from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COUPLINGS
 
 if TYPE_CHECKING:
     from pmwvc_core.scenario.scenario import Scenario
@@ -16,10 +18,15 @@ if TYPE_CHECKING:
 def conflicts(scenario: "Scenario") -> list[str]:
     """Return every contradiction in words."""
     found = []
-    try:
-        record_of(scenario.controller)
-    except ParameterError as error:
-        found.append(str(error))
+    for find, name in (
+        (record_of, scenario.controller),
+        (COUPLINGS.of, scenario.server.coupling),
+        (COMPENSATIONS.of, scenario.server.compensation),
+    ):
+        try:
+            find(name)
+        except ParameterError as error:
+            found.append(str(error))
     ticks = {user.master.tick_s for user in scenario.users}
     if len(ticks) > 1:
         found.append(f"master.tick_s: {sorted(ticks)}: all users share one tick")

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pmwvc_core.controllers.library import LIBRARY, installed
+from pmwvc_core.controllers.library import RECORDS, record_of
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import (
     BaselineParams,
@@ -26,6 +26,7 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.params.names import flattened, nested
 from pmwvc_core.scenario.conflicts import conflicts
+from pmwvc_core.server.couplings import COUPLINGS, Coupling
 from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
 
 TOP: Mapping[str, Spec] = {
@@ -35,8 +36,8 @@ TOP: Mapping[str, Spec] = {
     "seed": Spec(int, "-", low=0, high=2**31 - 1, description="seed of all random numbers"),
     "controller": Spec(
         str,
-        choices=tuple(LIBRARY),
-        plugins=installed,
+        choices=tuple(RECORDS.library),
+        plugins=RECORDS.installed,
         description="controller between the users and the server",
     ),
     "dof": Spec(int, "-", low=1, high=6, description="axes of motion"),
@@ -116,6 +117,11 @@ class Scenario:
         problems = conflicts(self)
         if problems:
             raise ScenarioError(self.name, problems)
+
+    @property
+    def coupling(self) -> Coupling:
+        """How the server closes its algebraic loop."""
+        return record_of(self.controller).coupling or COUPLINGS.of(self.server.coupling)
 
     @property
     def tick_s(self) -> float:

@@ -11,9 +11,10 @@ Not here: packets, time, and what to do with bad input (``wave.receiver``).
 
 from collections.abc import Sequence
 
+from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import ServerParams
-from pmwvc_core.server.couplings import COUPLINGS, Implicit
+from pmwvc_core.server.couplings import COUPLINGS, Faulting
 from pmwvc_core.server.environments import make_environment
 from pmwvc_core.server.user_ports import ServerController, UserPort
 
@@ -23,9 +24,15 @@ class WaveServer(ServerController):
 
     def __init__(self, params: ServerParams, ports: Sequence[UserPort]) -> None:
         super().__init__(make_environment(params), ports)
-        self._coupling = COUPLINGS[params.coupling](params)
-        if isinstance(self._coupling, Implicit):
-            self.trouble = self._coupling.faults
+        coupling = COUPLINGS.of(params.coupling)
+        if coupling.make is None:
+            raise ParameterError(
+                f"server.coupling = {coupling.name!r}: is for black boxes; a wave server knows "
+                "its environment"
+            )
+        self._solver = coupling.make(params)
+        if isinstance(self._solver, Faulting):
+            self.trouble = self._solver.faults
         self._half_period = 0.5 * params.period_s
 
     def step(self, received: Sequence[Value]) -> list[Value]:
@@ -35,7 +42,7 @@ class WaveServer(ServerController):
             if port.present:
                 port.u_s = wave
                 present.append(port)
-        self.dissipated = self.dissipated + self._coupling.step(present, self.body)
+        self.dissipated = self.dissipated + self._solver.step(present, self.body)
         half_s = self._half_period
         for port in present:
             u_s = port.u_s

@@ -29,8 +29,7 @@ from pmwvc_core.server.black_box.containment import Asked, Call, Reply, directly
 from pmwvc_core.server.black_box.faults import BadAnswer, Faults
 from pmwvc_core.server.black_box.interface import Environment, Sloped
 from pmwvc_core.server.black_box.secant import Secant, decoded
-from pmwvc_core.server.compensations import COMPENSATIONS
-from pmwvc_core.server.compensations.interface import Wave
+from pmwvc_core.server.compensations import COMPENSATIONS, Wave
 from pmwvc_core.server.couplings.sampled import weights
 from pmwvc_core.server.environments import Wall
 from pmwvc_core.server.user_ports import ServerController, UserPort
@@ -63,7 +62,7 @@ class UnknownServer(ServerController):
         self._faults = self.trouble = Faults("server.environment", params.environment)
         self._asked = Asked(environment)
         self._call = call
-        self._compensation = COMPENSATIONS[params.compensation](params, len(ports))
+        self._compensation = COMPENSATIONS.of(params.compensation).make(params, len(ports))
         self._period = params.period_s
         self._old, self._new = weights(params.integrator, params.period_s)
         self._learns = params.decoding == "secant" and not isinstance(environment, Sloped)

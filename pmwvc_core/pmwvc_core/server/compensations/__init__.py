@@ -1,25 +1,19 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is done about the energy of late decoding, by name, one file each (App. C section 5)."""
+"""Compensations of the energy of late decoding by name, one file each (App. C section 5): the
+library, and entry points of the group ``pmwvc.compensations``.
+"""
 
-from collections.abc import Callable, Mapping
+from pmwvc_core.plugins import Records
+from pmwvc_core.server.compensations import corrected, ledger, printed, untreated
+from pmwvc_core.server.compensations.record import Compensation, Treatment, Wave
 
-from pmwvc_core.params import ServerParams
-from pmwvc_core.server.compensations.corrected import Corrected
-from pmwvc_core.server.compensations.interface import Compensation, Untreated
-from pmwvc_core.server.compensations.ledger import JointLedger
-from pmwvc_core.server.compensations.printed import Printed
+__all__ = ["COMPENSATIONS", "Compensation", "Treatment", "Wave"]
 
-__all__ = ["COMPENSATIONS", "Compensation", "Corrected", "JointLedger", "Printed", "Untreated"]
-
-COMPENSATIONS: Mapping[str, Callable[[ServerParams, int], Compensation]] = {
-    "none": lambda params, users: Untreated(),
-    "printed": lambda params, users: Printed(users, period=params.period_s),
-    "corrected": lambda params, users: Corrected(period=params.period_s),
-    "ledger": lambda params, users: JointLedger(
-        period=params.period_s,
-        allowance_w=params.allowance_w,
-        allowance_j=params.allowance_j,
-        cap_j=params.tank_cap_j,
-    ),
-}
+COMPENSATIONS: Records[Compensation] = Records(
+    Compensation,
+    (one.RECORD for one in (untreated, printed, corrected, ledger)),
+    group="pmwvc.compensations",
+    parameter="server.compensation",
+    what="a compensation",
+)

@@ -19,7 +19,7 @@ makes a wave longer. An environment that is active itself is not held back.
 from collections.abc import Mapping, Sequence
 
 from pmwvc_core.numeric import Value, maximum, minimum, root, squared, where
-from pmwvc_core.server.compensations.interface import Wave
+from pmwvc_core.server.compensations.record import Compensation, Wave
 
 
 class Corrected:
@@ -44,3 +44,13 @@ class Corrected:
         self._debt = debt - pay
         share = root(where(have > 0.0, (have - pay) / where(have > 0.0, have, 1.0), 1.0))
         return [wave.v * share for wave in waves]
+
+
+RECORD = Compensation(
+    name="corrected",
+    words="Returning waves are shortened by what late decoding added.",
+    linear="none",
+    make=lambda params, users: Corrected(period=params.period_s),
+    limits=True,
+    level_accounts=("debt",),
+)

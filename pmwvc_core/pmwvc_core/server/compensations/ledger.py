@@ -22,7 +22,8 @@ b, or a damper with 2 B <= b, can give back no more than that and never meets th
 from collections.abc import Mapping, Sequence
 
 from pmwvc_core.numeric import Value, maximum, minimum, root, squared, where
-from pmwvc_core.server.compensations.interface import Wave
+from pmwvc_core.params import ServerParams
+from pmwvc_core.server.compensations.record import Compensation, Wave
 
 
 class JointLedger:
@@ -73,3 +74,28 @@ class JointLedger:
         self._tank = minimum(left, self._cap if stored is None else stored)
         self._capped = self._capped + (left - self._tank)
         return [wave.v * share for wave in waves]
+
+
+def _passive(params: ServerParams) -> bool:
+    return bool(min(params.allowance_w, params.allowance_j) == 0)
+
+
+def _allowance_j(params: ServerParams) -> float:
+    return float(params.allowance_j) if params.allowance_w > 0.0 else 0.0
+
+
+RECORD = Compensation(
+    name="ledger",
+    words="All users together get back no more energy than they gave, and a declared allowance.",
+    linear="none",
+    make=lambda params, users: JointLedger(
+        period=params.period_s,
+        allowance_w=params.allowance_w,
+        allowance_j=params.allowance_j,
+        cap_j=params.tank_cap_j,
+    ),
+    limits=True,
+    passive=_passive,
+    allowance_j=_allowance_j,
+    level_accounts=("tank", "granted", "capped"),
+)

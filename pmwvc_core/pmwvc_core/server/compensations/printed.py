@@ -14,7 +14,7 @@ every step for all that ever happened. Several axes: the wave keeps its directio
 from collections.abc import Mapping, Sequence
 
 from pmwvc_core.numeric import Value, minimum, root, squared, where
-from pmwvc_core.server.compensations.interface import Wave
+from pmwvc_core.server.compensations.record import Compensation, Wave
 
 
 class Printed:
@@ -39,3 +39,11 @@ def stretched(v: Value, square: Value) -> Value:
     """Return ``v`` with another squared length >= 0; nothing stays nothing."""
     old = squared(v)
     return v * root(where(old > 0.0, square / where(old > 0.0, old, 1.0), 0.0))
+
+
+RECORD = Compensation(
+    name="printed",
+    words="The compensation as printed: it makes returning waves longer and generates energy.",
+    linear="none",
+    make=lambda params, users: Printed(users, period=params.period_s),
+)

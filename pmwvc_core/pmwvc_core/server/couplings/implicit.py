@@ -29,6 +29,7 @@ from pmwvc_core.params import ServerParams
 from pmwvc_core.server.black_box.faults import Faults, Unsettled
 from pmwvc_core.server.contacts import Answer
 from pmwvc_core.server.couplings.coupled_axes import solve_coupled
+from pmwvc_core.server.couplings.record import Coupling, backward
 from pmwvc_core.server.cube import Body
 from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.wave.impedance import MatrixImpedance
@@ -116,3 +117,16 @@ def _next(newton: Value, low: Value, high: Value, turn: int) -> Value:
     """Return Newton's guess where it is of use, else the middle of the bracket."""
     outside: Flag = (newton < low) | (newton > high) if turn < _NEWTON else newton == newton
     return where(outside, 0.5 * (low + high), newton)
+
+
+RECORD = Coupling(
+    name="implicit",
+    words="Avatars and object are solved together: energy balances exactly in every step.",
+    linear="implicit",
+    make=Implicit,
+    moves=backward,
+    balanced=True,
+    exact=True,
+    object_motion="midpoint",
+    passive=lambda params: True,
+)

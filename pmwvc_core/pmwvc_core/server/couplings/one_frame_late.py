@@ -19,6 +19,7 @@ from collections.abc import Sequence
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import ServerParams
+from pmwvc_core.server.couplings.record import Coupling, forward
 from pmwvc_core.server.couplings.sampled import push_object
 from pmwvc_core.server.cube import Body
 from pmwvc_core.server.user_ports import UserPort
@@ -40,3 +41,13 @@ class OneFrameLate:
             lost = lost + port.contact.slide(self._period * port.xd_s)
             port.xd_s = port.ratio * port.u_s - port.f_s / port.b
         return lost + push_object(ports, body)
+
+
+RECORD = Coupling(
+    name="one_frame_late",
+    words="A wave moves the avatar one step late: no bound of its energy is known.",
+    linear="one_frame_late",
+    make=OneFrameLate,
+    moves=forward,
+    object_motion="held",
+)

@@ -21,7 +21,8 @@ from collections.abc import Sequence
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import ServerParams
-from pmwvc_core.server.couplings.sampled import push_object, weights
+from pmwvc_core.server.couplings.record import Coupling
+from pmwvc_core.server.couplings.sampled import least_impedance, push_object, weights
 from pmwvc_core.server.cube import Body
 from pmwvc_core.server.user_ports import UserPort
 
@@ -44,3 +45,14 @@ class OneStepDelay:
             port.f_s = port.contact.force(rate)
             lost = lost + self._period * port.contact.heat(rate)
         return lost
+
+
+RECORD = Coupling(
+    name="one_step_delay",
+    words="Waves are decoded with the force of the step before: passive at a wall while "
+    "K T_VE + 2 B <= b (backward Euler).",
+    linear="one_step_delay",
+    make=OneStepDelay,
+    late=True,
+    least_impedance=least_impedance,
+)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the couplings share that use the contact force at an instant and hold it over the step.
+"""The parts of couplings that use the contact force at an instant and hold it over the step.
 
 The object goes on exactly under the held forces. (With semi-implicit or forward Euler for the
 object the printed stability regions do not come out.) These couplings balance energy only as the
@@ -11,6 +11,7 @@ the balance is what the computation itself makes.
 from collections.abc import Sequence
 
 from pmwvc_core.numeric import Value
+from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.server.cube import Body
 from pmwvc_core.server.user_ports import UserPort
 
@@ -33,3 +34,11 @@ def push_object(ports: Sequence[UserPort], body: Body) -> Value:
     for port in ports:
         lost = lost + port.contact.slide(-moved)
     return lost
+
+
+def least_impedance(params: ServerParams, contact: ContactParams) -> float:
+    """Return K T_VE + 2 B [N s/m]: the least impedance of a port that decodes a wave with the
+    force of the step before and is passive at a wall (backward Euler).
+    """
+    stiffness, damping = float(contact.contact_stiffness), float(contact.contact_damping)
+    return stiffness * params.period_s + 2.0 * damping

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import ServerParams
+from pmwvc_core.server.couplings.record import Coupling
 from pmwvc_core.server.couplings.sampled import push_object, weights
 from pmwvc_core.server.cube import Body
 from pmwvc_core.server.user_ports import UserPort
@@ -39,3 +40,13 @@ class Unwrapped:
             lost = lost + port.contact.slide(self._new * port.xd_s)
             lost = lost + self._period * port.contact.heat(port.xd_s - body.xd)
         return lost
+
+
+RECORD = Coupling(
+    name="unwrapped",
+    words="Each avatar is solved with its contact against the object as sampled: passive at a "
+    "wall, except with forward Euler.",
+    linear="unwrapped",
+    make=Unwrapped,
+    balanced=True,
+)
