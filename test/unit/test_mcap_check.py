@@ -9,16 +9,18 @@ import io
 import struct
 
 import pytest
+from mcap.opcode import Opcode
+from mcap.writer import MCAP0_MAGIC as MAGIC
 from mcap.writer import CompressionType, Writer
 
-from pmwvc_analysis.recording.mcap import mcap_records as mcap
 from pmwvc_analysis.recording.mcap.mcap_check import check_bytes
+from pmwvc_analysis.recording.mcap.mcap_records import PREFIX, records
 
 MESSAGES = 40
 
 
 def written(*, crcs=False, compression=CompressionType.NONE, attachment=True):
-    """The bytes of a file with two channels in four chunks."""
+    """The bytes of a file with two channels in five chunks."""
     stream = io.BytesIO()
     writer = Writer(
         stream,
@@ -41,9 +43,9 @@ def written(*, crcs=False, compression=CompressionType.NONE, attachment=True):
 
 def found(data, opcode, place=0):
     """The offset of a record at the top level."""
-    end = len(data) - len(mcap.MAGIC)
-    records = [r for r in mcap.records(data, len(mcap.MAGIC), end) if r.opcode == opcode]
-    return records[place].offset
+    end = len(data) - len(MAGIC)
+    known = [r for r in records(memoryview(data), len(MAGIC), end) if r.opcode == opcode]
+    return known[place].offset
 
 
 def patched(data, offset, form, value):
@@ -71,67 +73,118 @@ def test_missing_checksums_are_named_but_no_damage():
     assert "no checksum of the data section" in structure.notes
 
 
-P = mcap.PREFIX
+P = PREFIX.size
 DAMAGE = {
     # what: (record, its place, offset in it, form, value), words in the finding
-    "statistics: messages": ((mcap.STATISTICS, 0, P, "<Q", 7), "statistics say 7 for messages"),
-    "statistics: schemas": ((mcap.STATISTICS, 0, P + 8, "<H", 3), "3 for schemas"),
-    "statistics: chunks": ((mcap.STATISTICS, 0, P + 22, "<I", 9), "9 for chunks"),
-    "statistics: times": ((mcap.STATISTICS, 0, P + 26, "<Q", 5), "5 for first-time"),
-    "statistics: per channel": ((mcap.STATISTICS, 0, P + 48, "<Q", 1), "per channel differently"),
-    "chunk index: offset": ((mcap.CHUNK_INDEX, 0, P + 16, "<Q", 77), "does not fit its chunk"),
-    "chunk index: time": ((mcap.CHUNK_INDEX, 0, P, "<Q", 1), "does not fit its chunk"),
+    "statistics: messages": (
+        (Opcode.STATISTICS, 0, P, "<Q", 7),
+        "message_count = 7 instead of 40",
+    ),
+    "statistics: schemas": (
+        (Opcode.STATISTICS, 0, P + 8, "<H", 3),
+        "schema_count = 3 instead of 1",
+    ),
+    "statistics: chunks": (
+        (Opcode.STATISTICS, 0, P + 22, "<I", 9),
+        "chunk_count = 9 instead of 5",
+    ),
+    "statistics: times": (
+        (Opcode.STATISTICS, 0, P + 26, "<Q", 5),
+        "message_start_time = 5 instead of 1000",
+    ),
+    "statistics: per channel": (
+        (Opcode.STATISTICS, 0, P + 48, "<Q", 1),
+        "says channel_message_counts = ",
+    ),
+    "chunk index: offset": (
+        (Opcode.CHUNK_INDEX, 0, P + 16, "<Q", 77),
+        "names byte 77: nothing such",
+    ),
+    "chunk index: time": (
+        (Opcode.CHUNK_INDEX, 0, P, "<Q", 1),
+        "message_start_time = 1 instead of",
+    ),
     "chunk index: message index": (
-        (mcap.CHUNK_INDEX, 0, P + 38, "<Q", 3),
-        "names wrong message indexes",
+        (Opcode.CHUNK_INDEX, 0, P + 38, "<Q", 3),
+        "says message_index_offsets = ",
     ),
     "chunk index: length of indexes": (
-        (mcap.CHUNK_INDEX, 0, P + 56, "<Q", 3),
-        "names a wrong length of indexes",
+        (Opcode.CHUNK_INDEX, 0, P + 56, "<Q", 3),
+        "says message_index_length = 3 instead of",
     ),
     "message index: gone": (
-        (mcap.MESSAGE_INDEX, 1, 0, "<B", 0x81),
+        (Opcode.MESSAGE_INDEX, 1, 0, "<B", 0x81),
         "has messages that no index names",
     ),
-    "message index: time": ((mcap.MESSAGE_INDEX, 0, P + 6, "<Q", 3), "does not fit its chunk"),
-    "message index: offset": ((mcap.MESSAGE_INDEX, 1, P + 14, "<Q", 3), "does not fit its chunk"),
-    "message index: channel": ((mcap.MESSAGE_INDEX, 0, P, "<H", 9), "does not fit its chunk"),
-    "metadata index": ((mcap.METADATA_INDEX, 0, P, "<Q", 8), "an index names a metadata record"),
-    "attachment index": ((mcap.ATTACHMENT_INDEX, 0, P + 8, "<Q", 8), "names a attachment record"),
+    "message index: time": ((Opcode.MESSAGE_INDEX, 0, P + 6, "<Q", 3), "does not fit its chunk"),
+    "message index: offset": (
+        (Opcode.MESSAGE_INDEX, 1, P + 14, "<Q", 3),
+        "does not fit its chunk",
+    ),
+    "message index: channel": ((Opcode.MESSAGE_INDEX, 0, P, "<H", 9), "does not fit its chunk"),
+    "metadata index": ((Opcode.METADATA_INDEX, 0, P, "<Q", 8), "metadata-index at byte"),
+    "attachment index": (
+        (Opcode.ATTACHMENT_INDEX, 0, P + 8, "<Q", 8),
+        "says length = 8 instead of",
+    ),
     "summary offset: start": (
-        (mcap.SUMMARY_OFFSET, 0, P + 1, "<Q", 5),
-        "names the schema records",
+        (Opcode.SUMMARY_OFFSET, 0, P + 1, "<Q", 5),
+        "says group_start = 5 instead of",
     ),
     "summary offset: length": (
-        (mcap.SUMMARY_OFFSET, 3, P + 9, "<Q", 5),
-        "the chunk-index records",
+        (Opcode.SUMMARY_OFFSET, 3, P + 9, "<Q", 5),
+        "says group_length = 5 instead of",
     ),
     "footer: summary": (
-        (mcap.FOOTER, 0, P, "<Q", 30),
-        "footer says the summary starts at byte 30",
+        (Opcode.FOOTER, 0, P, "<Q", 30),
+        "says summary_start = 30 instead of",
     ),
-    "footer: offsets": ((mcap.FOOTER, 0, P + 8, "<Q", 31), "the summary offsets start at byte 31"),
-    "repeated schema": ((mcap.SCHEMA, 0, P + 6, "<B", 90), "schema 1 differs in the summary"),
-    "repeated channel": ((mcap.CHANNEL, 0, P + 8, "<B", 90), "channel 1 differs in the summary"),
-    "chunk: first time": ((mcap.CHUNK, 0, P, "<Q", 5), "names times its messages do not have"),
-    "chunk: size": ((mcap.CHUNK, 0, P + 16, "<Q", 5), "bytes, not 5"),
-    "chunk: checksum": ((mcap.CHUNK, 0, P + 24, "<I", 5), "the checksum of the chunk"),
-    "data section: checksum": ((mcap.DATA_END, 0, P, "<I", 5), "checksum of the data section"),
-    "summary: checksum": ((mcap.FOOTER, 0, P + 16, "<I", 5), "the checksum of the summary"),
-    "attachment: content": ((mcap.ATTACHMENT, 0, P, "<B", 90), "checksum of an attachment"),
-    "attachment index: size": ((mcap.ATTACHMENT_INDEX, 0, P + 32, "<Q", 8), "names a attachment"),
-    "attachment index: name": ((mcap.ATTACHMENT_INDEX, 0, P + 44, "<B", 90), "names a attachment"),
-    "attachment index: text": ((mcap.ATTACHMENT_INDEX, 0, P + 40, "<I", 99), "beyond its end"),
-    "metadata index: name": ((mcap.METADATA_INDEX, 0, P + 20, "<B", 90), "a metadata record"),
-    "metadata index: text": ((mcap.METADATA_INDEX, 0, P + 16, "<I", 99), "beyond its end"),
-    "metadata: name": ((mcap.METADATA, 0, P, "<I", 99), "beyond its end"),
-    "metadata: no UTF-8": ((mcap.METADATA, 0, P + 4, "<B", 255), "not UTF-8"),
-    "metadata: map": ((mcap.METADATA, 0, P + 11, "<I", 3), "a map of 3 bytes"),
-    "metadata: key": ((mcap.METADATA, 0, P + 15, "<I", 99), "beyond its end"),
-    "attachment: size": ((mcap.ATTACHMENT, 0, P + 39, "<Q", 99), "beyond its end"),
-    "record: length": ((mcap.CHUNK, 1, 1, "<Q", 1 << 40), "are left"),
-    "record: kind": ((mcap.CHUNK, 1, 0, "<B", 1), "the header has to come first"),
-    "data end: gone": ((mcap.DATA_END, 0, 0, "<B", 0x80), "record in the data section"),
+    "footer: offsets": (
+        (Opcode.FOOTER, 0, P + 8, "<Q", 31),
+        "says summary_offset_start = 31 instead of",
+    ),
+    "repeated schema": (
+        (Opcode.SCHEMA, 0, P + 6, "<B", 90),
+        "says name = 'Z/msg/B' instead of 'a/msg/B'",
+    ),
+    "repeated channel": (
+        (Opcode.CHANNEL, 0, P + 8, "<B", 90),
+        "says topic = 'Ztopic0' instead of '/topic0'",
+    ),
+    "chunk: first time": ((Opcode.CHUNK, 0, P, "<Q", 5), "names times its messages do not have"),
+    "chunk: size": ((Opcode.CHUNK, 0, P + 16, "<Q", 5), "bytes, not 5"),
+    "chunk: checksum": ((Opcode.CHUNK, 0, P + 24, "<I", 5), "the checksum of the chunk"),
+    "data section: checksum": ((Opcode.DATA_END, 0, P, "<I", 5), "checksum of the data section"),
+    "summary: checksum": ((Opcode.FOOTER, 0, P + 16, "<I", 5), "the checksum of the summary"),
+    "attachment: content": ((Opcode.ATTACHMENT, 0, P, "<B", 90), "checksum of the attachment"),
+    "attachment index: size": (
+        (Opcode.ATTACHMENT_INDEX, 0, P + 32, "<Q", 8),
+        "says data_size = 8 instead of 9",
+    ),
+    "attachment index: name": (
+        (Opcode.ATTACHMENT_INDEX, 0, P + 44, "<B", 90),
+        "says name = 'Zotes'",
+    ),
+    "attachment index: text": (
+        (Opcode.ATTACHMENT_INDEX, 0, P + 40, "<I", 99),
+        "contradicts its own lengths",
+    ),
+    "metadata index: name": (
+        (Opcode.METADATA_INDEX, 0, P + 20, "<B", 90),
+        "says name = 'Zession'",
+    ),
+    "metadata index: text": (
+        (Opcode.METADATA_INDEX, 0, P + 16, "<I", 99),
+        "contradicts its own lengths",
+    ),
+    "metadata: name": ((Opcode.METADATA, 0, P, "<I", 99), "contradicts its own lengths"),
+    "metadata: no UTF-8": ((Opcode.METADATA, 0, P + 4, "<B", 255), "not UTF-8"),
+    "metadata: map": ((Opcode.METADATA, 0, P + 11, "<I", 3), "contradicts its own lengths"),
+    "metadata: key": ((Opcode.METADATA, 0, P + 15, "<I", 99), "contradicts its own lengths"),
+    "attachment: size": ((Opcode.ATTACHMENT, 0, P + 39, "<Q", 99), "contradicts its own lengths"),
+    "record: length": ((Opcode.CHUNK, 1, 1, "<Q", 1 << 40), "are left"),
+    "record: kind": ((Opcode.CHUNK, 1, 0, "<B", 1), "the header has to come first"),
+    "data end: gone": ((Opcode.DATA_END, 0, 0, "<B", 0x80), "record in the data section"),
 }
 
 
@@ -144,8 +197,8 @@ def test_damage_is_found_where_it_is(what):
 
 def test_a_message_moved_to_another_channel_is_found():
     data = written()
-    chunk = found(data, mcap.CHUNK, 1)
-    start = data.index(bytes([mcap.MESSAGE]) + struct.pack("<Q", 42), chunk)
+    chunk = found(data, Opcode.CHUNK, 1)
+    start = data.index(bytes([Opcode.MESSAGE]) + struct.pack("<Q", 42), chunk)
     assert "channel 9, which comes nowhere" in problems(patched(data, start + P, "<H", 9))
 
 
@@ -157,7 +210,7 @@ def test_magic_is_wanted_at_both_ends():
 
 def test_a_file_that_stops_before_its_summary_is_said_to_be_unfinished():
     data = written()
-    assert "there is no data-end record" in problems(data[: found(data, mcap.DATA_END)])
+    assert "there is no data-end record" in problems(data[: found(data, Opcode.DATA_END)])
 
 
 @pytest.mark.parametrize("data", [b"", b"\x89MCAP0\r\n", bytes(100), b"\x89MCAP0\r\n" * 2])
@@ -168,6 +221,6 @@ def test_what_is_no_mcap_file_is_said_so(data):
 def test_a_long_list_of_problems_is_shortened():
     data = written()
     for place in range(2):
-        offset = found(data, mcap.CHANNEL, place)
+        offset = found(data, Opcode.CHANNEL, place)
         data = patched(data, offset + P + 2, "<H", 7)
     assert len(check_bytes(data).problems) <= 51

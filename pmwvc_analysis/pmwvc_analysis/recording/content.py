@@ -12,8 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from mcap.writer import MCAP0_MAGIC as MAGIC
+
 from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.mcap.mcap_records import MAGIC
 from pmwvc_analysis.recording.mcap.recover import RawMessage, Salvage
 from pmwvc_analysis.recording.mcap.recover import messages as salvaged
 from pmwvc_analysis.recording.own import keep_own

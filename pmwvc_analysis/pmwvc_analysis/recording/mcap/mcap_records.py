@@ -1,139 +1,113 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The records of an MCAP file, parsed from its bytes by the specification, for checking only.
+"""The records of an MCAP file with their offsets, which the library's readers do not give.
 
-Independent of the library that writes them, and strict: a field that does not fit its record
-raises.
+The library parses the fields of a record, leniently: where a length is wrong it stops short or
+reads on. A record counts as parsed only if the library writes the same bytes again.
 """
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
+from io import BytesIO
+from typing import NamedTuple
 
-MAGIC = b"\x89MCAP0\r\n"
-HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX = range(1, 9)
-ATTACHMENT, ATTACHMENT_INDEX, STATISTICS, METADATA, METADATA_INDEX = range(9, 14)
-SUMMARY_OFFSET, DATA_END = 14, 15
-NAMES = (
-    "header footer schema channel message chunk message-index chunk-index attachment "
-    "attachment-index statistics metadata metadata-index summary-offset data-end"
-).split()
-PREFIX = 9  # opcode and length in front of every record
+from mcap.data_stream import RecordBuilder
+from mcap.exceptions import EndOfFile
+from mcap.opcode import Opcode
+from mcap.records import Attachment, McapRecord
+from mcap.stream_reader import StreamReader
 
-Buffer = bytes | memoryview
+PREFIX = struct.Struct("<BQ")  # opcode and length in front of every record
+MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
+MESSAGE_INDEX = struct.Struct("<HI")  # channel, bytes of entries
+ENTRY = struct.Struct("<QQ")  # log time, offset in the chunk
+CRC_BYTES = 4
+PRIVATE = 0x80  # opcodes from here on are an application's own
 
 
 class Malformed(Exception):
-    """Bytes that are not what the specification wants; the message says where and what."""
+    """Bytes that contradict the specification; the message says where and how."""
 
 
 def name_of(opcode: int) -> str:
-    """Return a record's kind in words."""
-    return NAMES[opcode - 1] if 1 <= opcode <= len(NAMES) else f"unknown (opcode {opcode})"
+    """Return the kind of a record as text."""
+    try:
+        name: str = Opcode(opcode).name
+    except ValueError:
+        return f"unknown (opcode {opcode})"
+    return name.lower().replace("_", "-")
 
 
-@dataclass(frozen=True)
-class Record:
-    """One record: kind, where it starts in its buffer, and its content."""
+class Record(NamedTuple):
+    """One record: kind, offset in its buffer, and content."""
 
     opcode: int
     offset: int
-    content: Buffer
+    content: memoryview
+
+    @property
+    def name(self) -> str:
+        """Kind of the record as text."""
+        return name_of(self.opcode)
+
+    @property
+    def private(self) -> bool:
+        """Whether the record is an application's own: its content is not checked."""
+        return self.opcode >= PRIVATE
 
     @property
     def size(self) -> int:
         """Bytes of the whole record."""
-        return PREFIX + len(self.content)
+        return PREFIX.size + len(self.content)
 
     @property
     def end(self) -> int:
         """Offset behind the record."""
         return self.offset + self.size
 
-    def fields(self) -> "Fields":
-        """Return a reader of the content."""
-        return Fields(self)
+    def parsed(self) -> McapRecord:
+        """Return the record as the library parses it.
+
+        Raises
+        ------
+        Malformed
+            If a text is not UTF-8, or a length in it is wrong.
+        """
+        raw = PREFIX.pack(self.opcode, len(self.content)) + self.content
+        builder = RecordBuilder()
+        try:
+            found = next(StreamReader(BytesIO(raw), skip_magic=True, emit_chunks=True).records)
+            found.write(builder)
+        except UnicodeDecodeError as error:
+            raise Malformed(f"at byte {self.offset}: a text is not UTF-8") from error
+        except (EndOfFile, struct.error) as error:
+            raise self.wrong_length() from error
+        rewritten = builder.end()[PREFIX.size :]
+        if isinstance(found, Attachment):  # the library writes the checksum that it should have
+            rewritten = rewritten[:-CRC_BYTES]
+        if self.content[: len(rewritten)] != rewritten:  # behind them, fields may have been added
+            raise self.wrong_length()
+        return found
+
+    def wrong_length(self) -> Malformed:
+        """Return the error of a length that its record does not have."""
+        return Malformed(
+            f"at byte {self.offset}: the {self.name} record contradicts its own lengths"
+        )
 
 
-def records(buffer: Buffer, start: int, end: int) -> Iterator[Record]:
-    """Yield records one behind the other; raise where the next one does not fit."""
+def records(buffer: memoryview, start: int, end: int) -> Iterator[Record]:
+    """Yield records one behind the other; raise :class:`Malformed` where the next does not fit."""
     offset = start
     while offset < end:
-        if offset + PREFIX > end:
+        if offset + PREFIX.size > end:
             raise Malformed(f"at byte {offset}: {end - offset} bytes are no record")
-        opcode, length = struct.unpack_from("<BQ", buffer, offset)
-        if offset + PREFIX + length > end:
+        opcode, length = PREFIX.unpack_from(buffer, offset)
+        begin = offset + PREFIX.size
+        if begin + length > end:
             raise Malformed(
                 f"at byte {offset}: a {name_of(opcode)} record of {length} bytes, "
-                f"{end - offset - PREFIX} are left"
+                f"{end - begin} are left"
             )
-        yield Record(opcode, offset, buffer[offset + PREFIX : offset + PREFIX + length])
-        offset += PREFIX + length
-
-
-class Fields:
-    """Reads the fields of one record in order."""
-
-    def __init__(self, record: Record) -> None:
-        self._record = record
-        self._place = 0
-
-    def _take(self, size: int) -> Buffer:
-        content = self._record.content
-        if self._place + size > len(content):
-            raise Malformed(
-                f"at byte {self._record.offset}: a field of the {name_of(self._record.opcode)} "
-                "record reaches beyond its end"
-            )
-        self._place += size
-        return content[self._place - size : self._place]
-
-    def number(self, size: int) -> int:
-        """Return an unsigned number of ``size`` bytes."""
-        return int.from_bytes(self._take(size), "little")
-
-    def numbers(self, *sizes: int) -> tuple[int, ...]:
-        """Return several numbers."""
-        return tuple(self.number(size) for size in sizes)
-
-    def text(self) -> str:
-        """Return a text with its length in front."""
-        raw = bytes(self._take(self.number(4)))
-        try:
-            return raw.decode("utf-8")
-        except UnicodeDecodeError as error:
-            raise Malformed(f"at byte {self._record.offset}: a text is not UTF-8") from error
-
-    def block(self, size_bytes: int) -> Buffer:
-        """Return bytes with their length, a number of ``size_bytes``, in front."""
-        return self._take(self.number(size_bytes))
-
-    def rest(self) -> Buffer:
-        """Return everything that is left."""
-        return self._take(len(self._record.content) - self._place)
-
-    def mapping(self, key: int, value: int) -> list[tuple[int, int]]:
-        """Return pairs of numbers with their length in bytes in front."""
-        raw = self.block(4)
-        if len(raw) % (key + value):
-            raise Malformed(f"at byte {self._record.offset}: a map of {len(raw)} bytes")
-        step = key + value
-        return [
-            (
-                int.from_bytes(raw[i : i + key], "little"),
-                int.from_bytes(raw[i + key : i + step], "little"),
-            )
-            for i in range(0, len(raw), step)
-        ]
-
-    def texts(self) -> dict[str, str]:
-        """Return pairs of texts with their length in bytes in front."""
-        size = self.number(4)
-        end = self._place + size
-        found = {}
-        while self._place < end:
-            name = self.text()
-            found[name] = self.text()
-        if self._place != end:
-            raise Malformed(f"at byte {self._record.offset}: a map of {size} bytes")
-        return found
+        yield Record(opcode, offset, buffer[begin : begin + length])
+        offset = begin + length

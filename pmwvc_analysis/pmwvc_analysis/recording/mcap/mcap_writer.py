@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bytes of an MCAP file: chunks with their indexes, and the summary that completes it.
 
-Made for hours: a message costs a few microseconds, and all that grows with time is the index, one
-packed record a chunk.
+The library writes every record but the many: a message and its index entry are packed here in a
+few microseconds, and all that grows with time is the index, one packed record a chunk.
 """
 
 import struct
@@ -12,28 +12,23 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import BinaryIO
 
-from pmwvc_analysis.recording.mcap import mcap_records as mcap
+from mcap import records as mcap
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.writer import MCAP0_MAGIC as MAGIC
+
+from pmwvc_analysis.recording.mcap.mcap_records import ENTRY, MESSAGE, MESSAGE_INDEX, PREFIX
 
 COMPRESSION = "zstd"
 LEVEL = 1  # half the time of the default for files a twentieth larger
-_PREFIX = struct.Struct("<BQ")
-_MESSAGE = struct.Struct("<BQHIQQ")
-_MESSAGE_FIELDS = _MESSAGE.size - _PREFIX.size
-_ENTRY = struct.Struct("<QQ")
+_MESSAGE = struct.Struct(PREFIX.format + MESSAGE.format[1:])
 
 
-def _text(value: str) -> bytes:
-    raw = value.encode()
-    return struct.pack("<I", len(raw)) + raw
-
-
-def _texts(values: Mapping[str, str]) -> bytes:
-    raw = b"".join(_text(name) + _text(value) for name, value in values.items())
-    return struct.pack("<I", len(raw)) + raw
-
-
-def _record(opcode: int, content: bytes) -> bytes:
-    return _PREFIX.pack(opcode, len(content)) + content
+def _bytes(record: mcap.McapRecord) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    content: bytes = builder.end()
+    return content
 
 
 class McapWriter:
@@ -61,18 +56,16 @@ class McapWriter:
         self._counts: Counter[int] = Counter()
         self._chunks = 0
         self._chunk_indexes = bytearray()
-        self._metadata = 0
-        self._metadata_indexes = bytearray()
+        self._metadata_indexes: list[bytes] = []
 
     def start(self, *, profile: str, library: str) -> None:
         """Write magic and header."""
-        self._put(mcap.MAGIC + _record(mcap.HEADER, _text(profile) + _text(library)))
+        self._put(MAGIC + _bytes(mcap.Header(profile, library)))
 
     def register_schema(self, name: str, encoding: str, data: bytes) -> int:
         """Add a schema to the current chunk and return its number."""
         number = len(self._schemas) + 1
-        content = struct.pack("<H", number) + _text(name) + _text(encoding)
-        self._schemas.append(_record(mcap.SCHEMA, content + struct.pack("<I", len(data)) + data))
+        self._schemas.append(_bytes(mcap.Schema(number, data, encoding, name)))
         self._chunk += self._schemas[-1]
         return number
 
@@ -81,8 +74,8 @@ class McapWriter:
     ) -> int:
         """Add a channel to the current chunk and return its number."""
         number = len(self._channels) + 1
-        content = struct.pack("<HH", number, schema) + _text(topic) + _text(encoding)
-        self._channels.append(_record(mcap.CHANNEL, content + _texts(metadata)))
+        channel = mcap.Channel(number, topic, encoding, dict(metadata), schema)
+        self._channels.append(_bytes(channel))
         self._chunk += self._channels[-1]
         return number
 
@@ -93,9 +86,9 @@ class McapWriter:
         entries = self._index.get(channel)
         if entries is None:
             entries = self._index[channel] = bytearray()
-        entries += _ENTRY.pack(log_ns, len(self._chunk))
-        size = _MESSAGE_FIELDS + len(data)
-        self._chunk += _MESSAGE.pack(mcap.MESSAGE, size, channel, sequence, log_ns, publish_ns)
+        entries += ENTRY.pack(log_ns, len(self._chunk))
+        size = MESSAGE.size + len(data)
+        self._chunk += _MESSAGE.pack(Opcode.MESSAGE, size, channel, sequence, log_ns, publish_ns)
         self._chunk += data
         first, last = self._chunk_times or (log_ns, log_ns)
         self._chunk_times = (min(first, log_ns), max(last, log_ns))
@@ -103,11 +96,9 @@ class McapWriter:
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write a metadata record; the current chunk ends."""
         self.flush()
-        record = _record(mcap.METADATA, _text(name) + _texts(values))
-        index = struct.pack("<QQ", self._offset, len(record)) + _text(name)
+        record = _bytes(mcap.Metadata(name, dict(values)))
+        self._metadata_indexes.append(_bytes(mcap.MetadataIndex(self._offset, len(record), name)))
         self._put(record)
-        self._metadata += 1
-        self._metadata_indexes += _record(mcap.METADATA_INDEX, index)
 
     def flush(self) -> None:
         """End the current chunk and hand it to the system."""
@@ -117,22 +108,30 @@ class McapWriter:
 
     def _end_chunk(self) -> None:
         first, last = self._chunk_times or (0, 0)
+        size = len(self._chunk)
         packed = self._compressor.compress(bytes(self._chunk))
-        sizes = struct.pack("<QQ", len(packed), len(self._chunk))
-        head = struct.pack("<QQQI", first, last, len(self._chunk), zlib.crc32(self._chunk))
-        content = head + _text(COMPRESSION) + struct.pack("<Q", len(packed)) + packed
-        start, chunk = self._offset, _record(mcap.CHUNK, content)
-        places, indexes = bytearray(), bytearray()
+        crc = zlib.crc32(self._chunk)
+        chunk = _bytes(mcap.Chunk(COMPRESSION, packed, last, first, crc, size))
+        places, indexes = {}, bytearray()
         for channel, entries in self._index.items():
-            places += struct.pack("<HQ", channel, start + len(chunk) + len(indexes))
-            content = struct.pack("<HI", channel, len(entries)) + entries
-            indexes += _record(mcap.MESSAGE_INDEX, content)
+            places[channel] = self._offset + len(chunk) + len(indexes)
+            indexes += PREFIX.pack(Opcode.MESSAGE_INDEX, MESSAGE_INDEX.size + len(entries))
+            indexes += MESSAGE_INDEX.pack(channel, len(entries)) + entries
+            self._counts[channel] += len(entries) // ENTRY.size
+        index = mcap.ChunkIndex(
+            chunk_start_offset=self._offset,
+            chunk_length=len(chunk),
+            compression=COMPRESSION,
+            compressed_size=len(packed),
+            uncompressed_size=size,
+            message_start_time=first,
+            message_end_time=last,
+            message_index_offsets=places,
+            message_index_length=len(indexes),
+        )
         self._put(chunk + indexes)
-        index = struct.pack("<QQQQI", first, last, start, len(chunk), len(places)) + places
-        index += struct.pack("<Q", len(indexes)) + _text(COMPRESSION) + sizes
-        self._chunk_indexes += _record(mcap.CHUNK_INDEX, index)
+        self._chunk_indexes += _bytes(index)
         self._chunks += 1
-        self._counts.update({c: len(entries) // _ENTRY.size for c, entries in self._index.items()})
         if self._index:
             begin, end = self._times or (first, last)
             self._times = (min(begin, first), max(end, last))
@@ -141,36 +140,36 @@ class McapWriter:
     def finish(self) -> None:
         """Write data end, summary and footer."""
         self.flush()
-        self._put(_record(mcap.DATA_END, struct.pack("<I", self._crc)))
+        self._put(_bytes(mcap.DataEnd(self._crc)))
         start = self._offset
         summary, offsets = bytearray(), bytearray()
         for opcode, group in (
-            (mcap.SCHEMA, b"".join(self._schemas)),
-            (mcap.CHANNEL, b"".join(self._channels)),
-            (mcap.STATISTICS, self._statistics()),
-            (mcap.CHUNK_INDEX, bytes(self._chunk_indexes)),
-            (mcap.METADATA_INDEX, bytes(self._metadata_indexes)),
+            (Opcode.SCHEMA, b"".join(self._schemas)),
+            (Opcode.CHANNEL, b"".join(self._channels)),
+            (Opcode.STATISTICS, _bytes(self._statistics())),
+            (Opcode.CHUNK_INDEX, bytes(self._chunk_indexes)),
+            (Opcode.METADATA_INDEX, b"".join(self._metadata_indexes)),
         ):
             if group:
-                place = struct.pack("<BQQ", opcode, start + len(summary), len(group))
-                offsets += _record(mcap.SUMMARY_OFFSET, place)
+                offsets += _bytes(mcap.SummaryOffset(opcode, start + len(summary), len(group)))
                 summary += group
-        summary += offsets
-        footer = _PREFIX.pack(mcap.FOOTER, 20) + struct.pack(
-            "<QQ", start, start + len(summary) - len(offsets)
-        )
-        crc = zlib.crc32(footer, zlib.crc32(summary))
-        self._put(bytes(summary) + footer + struct.pack("<I", crc) + mcap.MAGIC)
+        footer = mcap.Footer(start, start + len(summary), 0)
+        summary += offsets + _bytes(footer)[:-4]  # the checksum is that of all before it
+        self._put(summary + struct.pack("<I", zlib.crc32(summary)) + MAGIC)
 
-    def _statistics(self) -> bytes:
+    def _statistics(self) -> mcap.Statistics:
         first, last = self._times or (0, 0)
-        counts = (
-            struct.pack("<QH", self._counts.total(), len(self._schemas)),
-            struct.pack("<IIII", len(self._channels), 0, self._metadata, self._chunks),
-            struct.pack("<QQI", first, last, 10 * len(self._counts)),
-            *(struct.pack("<HQ", channel, n) for channel, n in sorted(self._counts.items())),
+        return mcap.Statistics(
+            message_count=self._counts.total(),
+            schema_count=len(self._schemas),
+            channel_count=len(self._channels),
+            attachment_count=0,
+            metadata_count=len(self._metadata_indexes),
+            chunk_count=self._chunks,
+            message_start_time=first,
+            message_end_time=last,
+            channel_message_counts=dict(sorted(self._counts.items())),
         )
-        return _record(mcap.STATISTICS, b"".join(counts))
 
     def _put(self, data: bytes | bytearray) -> None:
         self._stream.write(data)
