@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """K_ch/M_ch <= 4/tau^2 for every linear passive link with the round trip tau (theory.md, section
 11): K_ch the spring through which a wall is felt, M_ch the mass felt in free space.
+
+Equations: docs/theory.md 11.8.
 """
 
 import numpy as np

@@ -14,6 +14,8 @@ nothing is missing it is rounding, ``TOLERANCE`` of the energy moved; ticks that
 computed for themselves are named with what they hide: :mod:`.remainders`. Intervals that are not
 on record are left out, and the budget ends where a master or the server was started again:
 :mod:`.stretches`.
+
+Equations: docs/theory.md 13.6.
 """
 
 import numpy as np

@@ -9,6 +9,8 @@ signals of the ticks:
 
 The parts book their own energies, at the end of each frame; the rest is filter and hold. So at the
 ends of frames each is known exactly. In between the parts' are taken to go evenly.
+
+Equations: docs/theory.md 13.5.
 """
 
 import numpy as np

@@ -8,6 +8,8 @@ object damping          b_o times the integral of |xd_o|^2
 contact damping         what the server turned to heat, less what the object lost: the forces'
                         work on it less its gain in motion
 ======================  ==========================================================================
+
+Equations: docs/theory.md 14.3.
 """
 
 import numpy as np

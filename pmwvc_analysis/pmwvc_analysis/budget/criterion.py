@@ -15,6 +15,8 @@ microjoule never reads like one of a joule.
 What was not recorded is not judged. A balance that was seen below the limit is a violation
 whatever else is missing; one that was never seen there, but may have been where the recording has
 a hole, is neither passive nor not: ``passive`` is None.
+
+Equations: docs/theory.md 13.4.
 """
 
 from collections.abc import Sequence

@@ -26,6 +26,8 @@ recording and nodes that were started again: :mod:`.stretches`.
 Without waves the two directions cannot be told apart; nor can they where something at the device
 answers the outgoing wave at once (velocity filter, filter bank): what goes up and what comes down
 is then partly the same wave. There only E_hand exists.
+
+Equations: docs/theory.md 13.1, 13.2, 13.3.
 """
 
 from dataclasses import dataclass, field

@@ -16,6 +16,8 @@ and it is biased: F follows the last difference of the encoder, which the next o
 so that a grip held between two counts reads as energy that the hand got. Whether a
 recording has the true or the measured motion shows from itself: the sums of the blocks are those
 of the recorded positions, or they are not.
+
+Equations: docs/theory.md 13.7.
 """
 
 from dataclasses import dataclass

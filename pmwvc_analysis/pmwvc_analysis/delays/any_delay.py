@@ -16,6 +16,8 @@ ledger without allowance), contacts may come and go ("parts rule").
 
 A device held over a tick has |G|^2 - 1 = (2 b T/m)/|1 + b Y|^2 > 0 by itself, so each condition is
 one on the whole end: what filter and rate drop lose must cover it at every frequency.
+
+Equations: docs/theory.md 14.5, 14.6.
 """
 
 from dataclasses import dataclass

@@ -14,6 +14,8 @@ displacement above, the environment and the delay of the link alone explain |p| 
 over 0.5 s; lost where for a whole second
 
     |q| > 2 mm + 3 (|p| + |s - q|).
+
+Equations: docs/theory.md 5.10.
 """
 
 from typing import Any, NamedTuple

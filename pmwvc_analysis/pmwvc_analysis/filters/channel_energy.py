@@ -4,6 +4,8 @@
 
 Each function takes the signals of one part and returns what went in, what came out and what is
 left, instant by instant [J]. A part is passive when nothing it has left is ever below zero.
+
+Equations: docs/theory.md 3.2, 14.1, 14.2.
 """
 
 from typing import TypedDict

@@ -18,6 +18,8 @@ against Eq. 11. Both are here, to be shown beside ours. Without damping (sigma =
 stable: a sampled mass gives out a little energy, and nothing takes it.
 
 Numbers may be floats, fractions (then everything is exact) or arrays of floats.
+
+Equations: docs/theory.md 5.11.
 """
 
 from collections.abc import Sequence

@@ -11,6 +11,8 @@ R H_LP = |H_LP|:
 
 A pair that keeps energy (complementary) adds nothing to what anti-aliasing filter and rate drop do
 by themselves: its switching gain is the larger of s and their g.
+
+Equations: docs/theory.md 7.7.
 """
 
 import dataclasses

@@ -16,6 +16,8 @@ With waves a device's position acts on nothing, and neither does the object's: e
 translation of its own, unless a position feedback ties a device to its avatar: then they move
 together. The same holds for the deflection of a spring of no stiffness. A user without any contact
 moves on for itself.
+
+Equations: docs/theory.md 15.2.
 """
 
 from typing import NamedTuple

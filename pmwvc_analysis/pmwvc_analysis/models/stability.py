@@ -5,6 +5,8 @@
 Stable is a scenario with no eigenvalue outside the unit circle (beyond rounding) once the motions
 that are no instability are taken out. The largest stiffness is the first crossing: everything
 below it is stable. Where it becomes stable again above, these islands are reported, too.
+
+Equations: docs/theory.md 15.1.
 """
 
 import math

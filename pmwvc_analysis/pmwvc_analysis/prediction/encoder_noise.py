@@ -9,6 +9,8 @@ the anti-aliasing filter lets through is in the packets:
     P = b q^2/(12 T_c^2) sum (h_k - h_{k-1})^2,    h: impulse response of the filter
 
 so b q^2/(6 (M T_c)^2) for integrate-and-dump. The hand does not feel it, the environment gets it.
+
+Equations: docs/theory.md 14.4.
 """
 
 import numpy as np

@@ -9,6 +9,8 @@ constant delay (:mod:`pmwvc_analysis.delays.any_delay`) is a promise, and only w
 relative does not contradict it. One answer is behind the sentences, the summary and the exit code.
 
 Lag, stiffness and mass: :mod:`pmwvc_analysis.prediction.prediction_lag`.
+
+Equations: docs/theory.md 4.9.
 """
 
 import functools

@@ -11,6 +11,8 @@ is, and G = K T_VE where the port uses the slope that it has learned. Where that
 energy of decoding has to come from somewhere: a compensation takes it from the returning waves,
 and the rendered wall yields. Until a slope is learned (the first steps of the first contact) the
 rule is that without G.
+
+Equations: docs/theory.md 5.4.
 """
 
 from typing import NamedTuple

@@ -21,6 +21,8 @@ not at their mean. While a wave rises evenly, tick j of a frame is j - (M-1)/2 t
 mean; what device and filter leave of that at a sample makes the lag longer where something is
 touched, and shorter by as much where nothing is: the wave comes back with the other sign. Nothing
 is left behind ``integrate_and_dump``.
+
+Equations: docs/theory.md 11.1, 11.2, 11.3, 11.4, 11.5.
 """
 
 import functools

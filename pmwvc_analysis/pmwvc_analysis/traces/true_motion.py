@@ -5,6 +5,8 @@
 The model of the device goes from rest through the forces of hand and controller as they were
 recorded. What comes out is the true motion only if it never leaves the step of the encoder around
 the recorded positions: then it is used, else nothing is known but what was measured.
+
+Equations: docs/theory.md 13.8.
 """
 
 from typing import NamedTuple

@@ -9,6 +9,8 @@ at theta itself is the mean of y(k) exp(-j theta k) over the hyperperiod (base b
 
 A state that only takes over another one (a delay line has one per packet under way) is that one
 turned back by exp(-j theta N). Such states are put in before solving: long delays cost little.
+
+Equations: docs/theory.md 12.1, 12.2.
 """
 
 from collections.abc import Sequence

@@ -14,6 +14,8 @@ Both take the force as given. A hand answers to the motion: what else moves the 
 hand, noise, a contact that parts) is then in the force as well, and the ratio is biased without a
 loss of coherence. Such sessions are refused, as are those in which another user answers or pushes
 in a way of its own.
+
+Equations: docs/theory.md 12.3.
 """
 
 from collections.abc import Sequence

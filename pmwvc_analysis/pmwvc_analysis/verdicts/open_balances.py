@@ -14,6 +14,8 @@ of the hand may go either way: there a hole is not judged.
 *Clocks.* The sums of a master are compared with those of the server at instants that may be off by
 the uncertainty of the alignment of two hosts' clocks. A balance below the limit at every alignment
 within it is a violation; one below at some is neither that nor a proof: it is not judged.
+
+Equations: docs/theory.md 13.9.
 """
 
 from collections.abc import Sequence

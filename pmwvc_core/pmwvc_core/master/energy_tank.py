@@ -27,6 +27,8 @@ held times distance measured,
 
 in which an encoder errs to the safe side (docs/theory.md, section 13): a grip held between two of
 its counts leaves nothing to spend. Not here: what the energy is spent on.
+
+Equations: docs/theory.md 3.3, 9.4, 9.5, 9.6, 9.7.
 """
 
 from pmwvc_core.master.lags import filter_lag_s, hold_lag_s

@@ -21,6 +21,8 @@ device meets a matched damper, whatever there is to feel.
 
 The local model answers within the tick: v_m = w + v0 + g u_m with g = HD (b - G)/(b + G) HU, the
 gains of the high filters on the spot and of the model's port.
+
+Equations: docs/theory.md 8.4.
 """
 
 from collections.abc import Callable, Mapping

@@ -17,6 +17,8 @@ rest; where it ends the energy of the spring is dropped. Meanwhile it pulls as w
 since its force comes on top of the one of the server. Where it is not, F = 0 and v2 = u2.
 
 Not here: filters (``filter_bank``), and models from elsewhere (``foreign_model``).
+
+Equations: docs/theory.md 8.1, 8.2, 8.3.
 """
 
 from collections.abc import Callable, Mapping

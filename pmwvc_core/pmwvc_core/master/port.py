@@ -23,6 +23,8 @@ motion has turned); what it gave away then, ``debt_j``, is kept back from later 
 server is a wave v = 0, reached through the hold: F_m = b xd, a matched damper.
 
 Not here: limits (``safety``), packets, time.
+
+Equations: docs/theory.md 1.1, 1.2, 10.1.
 """
 
 import dataclasses

@@ -12,6 +12,8 @@ With K_p the link no longer is a spring: at rest v_m and e belong together only 
 the rendered stiffness is the environment's. No passive link without stored energy can do that
 (K/M <= 4/tau^2, docs/theory.md, section 11): ``storage_j`` is what the paid forms hold at the
 start, and the port is passive with this storage.
+
+Equations: docs/theory.md 9.1, 9.8.
 """
 
 from collections.abc import Mapping

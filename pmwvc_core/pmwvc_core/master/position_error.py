@@ -18,6 +18,8 @@ heard: where it stood then (before the face of the object, late) does not count.
 
 Only what both ends know enters; the way's delay may change. It takes equal impedances at both
 ends: with others the avatar moves on another scale.
+
+Equations: docs/theory.md 9.2, 9.3.
 """
 
 from typing import Any

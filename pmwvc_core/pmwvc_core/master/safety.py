@@ -24,6 +24,8 @@ never a step. Works on floats and on arrays; in a batch every run has its own st
 
 A tick is calm when all of that leaves the force as it is, in every run. After a calm tick a few
 comparisons tell whether the next one is calm, too; only where they do not, it is worked out.
+
+Equations: docs/theory.md 10.2.
 """
 
 from typing import Any

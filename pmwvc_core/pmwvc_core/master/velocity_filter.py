@@ -20,6 +20,8 @@ complementary (ours)
 
 Every account is the energy that the filter has kept [J]; below zero it has given it out. All
 states are zero at first. Which filters: :mod:`pmwvc_core.wave.design.velocity_filter_design`.
+
+Equations: docs/theory.md 7.1, 7.2, 7.3.
 """
 
 from collections.abc import Mapping

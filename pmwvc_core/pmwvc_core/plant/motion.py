@@ -10,6 +10,8 @@ m x'' + b x' = F over a time t, with z = b t / m, has the solution
 
 which is what the matrix exponential of the zero-order-held system gives. The limits for z -> 0
 (no damping: 1 and 1/2) are taken smoothly. Not here: friction and stops, see ``devices``.
+
+Equations: docs/theory.md 1.7.
 """
 
 import math

@@ -4,6 +4,8 @@
 
 Reading one from a mapping (a YAML file, ``--set`` options): :mod:`pmwvc_core.scenario.reader`.
 Its parameters by dotted name: :mod:`pmwvc_core.scenario.names`.
+
+Equations: docs/theory.md 1.8.
 """
 
 from collections.abc import Mapping

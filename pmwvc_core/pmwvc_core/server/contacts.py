@@ -8,6 +8,8 @@ is at rest, so the avatar stands at ``x_s = x_o + rest + deflection``. The defle
 from the avatar on the object.
 
 Not here: waves, the object, and how force and motion are solved for (``couplings``).
+
+Equations: docs/theory.md 4.1.
 """
 
 from dataclasses import dataclass

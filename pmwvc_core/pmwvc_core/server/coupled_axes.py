@@ -12,6 +12,8 @@ linear law across, f_t = l_t + g xd_t, is eliminated::
 
 which leaves the law along axis 0 behind a number b' > 0 (a Schur complement), solved as ever. What
 asks with a number instead (a controller without waves) gets the laws as they are.
+
+Equations: docs/theory.md 6.4, 6.5.
 """
 
 from typing import NamedTuple

@@ -9,6 +9,8 @@ rounding::
     m_o (v1 - v0)/h + b_o v = F,   v = (v0 + v1)/2,   x1 = x0 + h v
 
 Not here: contacts and where the forces come from.
+
+Equations: docs/theory.md 4.2.
 """
 
 from typing import Protocol

@@ -17,6 +17,8 @@ N never falls with w, so together with w = free - N/b it has exactly one solutio
 quadratic. Where N is held at zero the spring only relaxes: its energy is lost, none is made.
 
 Not here: the tangential directions (``friction``).
+
+Equations: docs/theory.md 4.3.
 """
 
 from pmwvc_core.numeric import Flag, Value, anywhere, maximum, minimum, root, where

@@ -5,6 +5,8 @@
 One call per fast tick, on floats or on arrays ``(runs, dof)``. Coefficients come from
 :mod:`pmwvc_core.wave.design.filter_design`; what the rate drop makes of them is judged in
 :mod:`pmwvc_core.wave.design.aliasing`.
+
+Equations: docs/theory.md 2.1, 2.5.
 """
 
 from typing import Protocol

@@ -12,6 +12,8 @@ sqrt(2B)^T sqrt(2B) = 2B *and* sqrt(2B) = sqrt(2B)^T; a root by elements has nei
 
 Every component of a wave is in sqrt(W), so one energy serves all axes, whatever B says of metres
 or radians. Ends with different B are a lossless transformer, as with numbers.
+
+Equations: docs/theory.md 6.1, 6.2, 6.3.
 """
 
 import functools

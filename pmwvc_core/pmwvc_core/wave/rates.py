@@ -4,6 +4,8 @@
 
 A packet v_i stands for M ticks, so it brings the energy |v_i|^2 M T_c / 2. The rate drop on the
 other way belongs to the anti-aliasing filter (:mod:`pmwvc_core.wave.filters`).
+
+Equations: docs/theory.md 3.1.
 """
 
 from pmwvc_core.numeric import Value

@@ -11,6 +11,8 @@ With F = F0 + G xd::
 so |g| <= 1 for every G >= 0. With a matrix impedance the same in matrices, R = sqrt(2/B)::
 
     W = (1 + G B^-1)^-1,   F = W (F0 + G R u),   g = 1 - R W G R,   v0 = -R W F0
+
+Equations: docs/theory.md 1.6.
 """
 
 from typing import Any, Protocol

@@ -7,6 +7,8 @@ A wave pair carries the same power as the force and velocity of its port, F xd =
 to the server, ``v`` to the master, both in sqrt(W). Several axes share a scalar b, and runs of a
 batch may have their own, ``(runs, 1)``; or b is a matrix that couples the axes
 (:mod:`pmwvc_core.wave.impedance`).
+
+Equations: docs/theory.md 1.5.
 """
 
 from pmwvc_core.numeric import Value, root, squared

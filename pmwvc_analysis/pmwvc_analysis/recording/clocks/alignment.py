@@ -17,6 +17,8 @@ Over a window the least of each stays, as in NTP:
 
 Where theta = 0 fits all windows, both run on one host: there is nothing to align. Otherwise theta
 follows a straight line through the windows: hosts drift.
+
+Equations: docs/theory.md 13.10.
 """
 
 from collections.abc import Mapping, Sequence

@@ -15,6 +15,8 @@ accounts, of all users together: ``environment`` sum F . xd h; ``late_decoding``
 ``withheld`` what the compensation took from the returning waves (negative: added); ``contained``
 sum |u|^2 h/2 while the environment did not answer and the port was a matched damper (v = 0). Their
 sum is what went in at the ports.
+
+Equations: docs/theory.md 5.1, 5.2, 5.9.
 """
 
 from collections.abc import Mapping, Sequence

@@ -21,6 +21,8 @@ and a slope that varies costs energy of its own.
 
 An environment in which a user moved without force is taken as one-sided: its force does not change
 its sign, and where it ended there is a face, until a force expected there does not come.
+
+Equations: docs/theory.md 5.3, 5.5.
 """
 
 from typing import NamedTuple

@@ -14,6 +14,8 @@ together only, so the debt is one.
 
 Credit (a debt below zero) is what a falling force gives back; it pays for the next rise and never
 makes a wave longer. An environment that is active itself is not held back.
+
+Equations: docs/theory.md 5.7.
 """
 
 from collections.abc import Mapping, Sequence

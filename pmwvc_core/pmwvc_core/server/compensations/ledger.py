@@ -17,6 +17,8 @@ Allowance: where the tank does not reach, up to ``allowance_w`` is added at any 
 ``allowance_j`` in all. Cap: what can still come out, or ``cap_j`` where the environment does not
 say what it stores, so that energy saved for minutes is not let loose at once. A spring with K h <=
 b, or a damper with 2 B <= b, can give back no more than that and never meets the limit.
+
+Equations: docs/theory.md 5.8.
 """
 
 from collections.abc import Mapping, Sequence

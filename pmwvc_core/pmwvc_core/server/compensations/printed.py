@@ -9,6 +9,8 @@
 
 dE is never above zero for long, so the wave is made longer, by energy (J) taken for power (W), at
 every step for all that ever happened. Several axes: the wave keeps its direction.
+
+Equations: docs/theory.md 5.6.
 """
 
 from collections.abc import Mapping, Sequence

@@ -17,6 +17,8 @@ is at least 2 m_o/h + b_o. Two-sided contacts are linear: one Newton step is the
 One-sided contacts are solved exactly for a given v (``grip``) and the root is found by Newton's
 method kept inside a bracket that halves when it must; axis by axis, or all axes at once where a
 wave impedance couples them (:mod:`.coupled_axes`).
+
+Equations: docs/theory.md 1.4, 4.4, 4.5.
 """
 
 import sys

@@ -13,6 +13,8 @@ The sign of f_s/b is corrected; as printed the port would feed the force back in
 then the object moves on from n to n+1, exactly under f_s(n) held. The answer is v_s(n) = u_s(n) -
 sqrt(2/b) f_s(n). This is the scheme behind App. B, Fig. 2. After a step ``x_s`` and ``xd_s`` are
 those of n+1, ``f_s`` is that of n.
+
+Equations: docs/theory.md 4.7.
 """
 
 from collections.abc import Sequence

@@ -15,6 +15,8 @@ where the object has come from n-1 to n exactly, under f_s(n-1) held. f_s and xd
 Passive at the wave port of a wall if and only if K h + 2 B <= b (backward Euler): with F = (K h
 z/(z-1) + B) xd_s the reflection is (1 + F/(b z) - 2 F/b)/(1 + F/(b z)), whose length at z = -1 is
 1 just at that bound. With the trapezoid it is active for every K > 0.
+
+Equations: docs/theory.md 4.6.
 """
 
 from collections.abc import Sequence

@@ -10,6 +10,8 @@ with x' the position without the new velocity and g what that weighs in the posi
 Euler, x' = x_s), h/2 (trapezoid, x' = x_s + h xd_s/2), 0 (forward Euler, x' = x_s + h xd_s, as
 printed). Before that the object has come here exactly, under the last f_s held. What it does next
 is not foreseen. At a wall the port is passive for g = h and h/2, and for g = 0 while B >= K h/2.
+
+Equations: docs/theory.md 4.8.
 """
 
 from collections.abc import Sequence

@@ -10,6 +10,8 @@ another. With H the filter at the tick rate, the packets of energy M T_c sum |u_
 times the energy T_c sum |u|^2 that went into the filter: the largest eigenvalue of "filter, then
 drop" times its adjoint, which is a convolution at the packet rate. Passive over infinite time
 means g^2 <= 1; a filter divided by g always is. It says nothing of the energy on the way.
+
+Equations: docs/theory.md 2.6, 2.7, 11.6.
 """
 
 import functools

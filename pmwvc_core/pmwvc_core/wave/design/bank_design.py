@@ -12,6 +12,8 @@ of the pass band is met exactly by the sampled filter (bilinear, pre-warped at i
 ``complementary``: H1 = a/(s + a) and H2 = s/(s + a), split and put together by the same two,
 v = H1 v1 + H2 v2. |H1|^2 + |H2|^2 = 1, which the bilinear transform keeps, so the split neither
 makes nor takes energy and putting together makes none.
+
+Equations: docs/theory.md 8.5.
 """
 
 import functools

@@ -25,6 +25,8 @@ convex in c); with one it may be too large. As s H_HP = s at high and |H_LP| = 1
 it is at least sqrt(1 + s^2): no such pair is passive against everything.
 
 Not here: how branches are chosen (:mod:`.velocity_filter_design`).
+
+Equations: docs/theory.md 7.4, 7.5, 7.6, 8.6.
 """
 
 from typing import TypedDict

@@ -10,6 +10,8 @@ low-pass: w_c s_i, no zeros; high-pass: w_c / s_i and n zeros at rest. Bilinear 
 z = (2/T + s)/(2/T - s), which puts the zeros at z = -1 (low-pass) or z = 1 (high-pass). Each
 section has unit gain in its pass band; the least damped one comes last. These are the designs of
 ``scipy.signal.buttord`` and ``butter`` (tested against them), whose import takes seconds.
+
+Equations: docs/theory.md 2.3, 2.4.
 """
 
 import math

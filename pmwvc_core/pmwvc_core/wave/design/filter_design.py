@@ -4,6 +4,8 @@
 
 A cut-off can be said in several ways; here each becomes a pole or second-order sections. The
 filter that runs is in :mod:`pmwvc_core.wave.filters`.
+
+Equations: docs/theory.md 2.2.
 """
 
 import dataclasses

@@ -16,6 +16,8 @@ Where the parameters do not say it, it follows from H_LP, the response of the an
   exactly that): any cut-off will do; it is half the packet rate, above which no packet can say
   anything. Both branches go through their filter twice: H_LP = H_1^2 with the anti-aliasing filter
   between, H_HP = H_2^2.
+
+Equations: docs/theory.md 7.8.
 """
 
 import dataclasses

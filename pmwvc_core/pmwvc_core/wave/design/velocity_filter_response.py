@@ -3,6 +3,8 @@
 """What a velocity filter (App. D) does to waves, velocity, lag and noise, as frequency responses.
 
 Which filter: :mod:`.velocity_filter_design`. Whether it is passive: :mod:`.branches`.
+
+Equations: docs/theory.md 7.9.
 """
 
 import numpy as np
