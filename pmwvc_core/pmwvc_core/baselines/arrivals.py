@@ -8,11 +8,14 @@ forgotten: lost, never gained.
 """
 
 from pmwvc_core.numeric import Value, maximum
+from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 
 
-class Arrivals:
+class Arrivals(Stateful):
     """The receiving end of one peer's running sum [J]."""
+
+    MEMORY = "_epoch _sum"
 
     def __init__(self) -> None:
         self._epoch: int | None = None

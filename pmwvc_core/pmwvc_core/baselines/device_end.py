@@ -17,10 +17,11 @@ from collections.abc import Mapping
 from pmwvc_core.numeric import Value, absolute, dot, finite, maximum, where
 from pmwvc_core.params import MasterParams
 from pmwvc_core.server.user_ports import NO_ACCOUNTS
+from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 
 
-class DeviceEnd(ABC):
+class DeviceEnd(Stateful, ABC):
     """A master's end without waves, at rest at first.
 
     Parameters
@@ -29,6 +30,8 @@ class DeviceEnd(ABC):
         Period of the force loop [s].
     """
 
+    SIGNALS = "_x _xd"
+    MEMORY = "_heard energy_u_m energy_v_m"
     flags = FLAG_DIRECT
     u_m: Value = 0.0
     u_m_lp: Value = 0.0

@@ -40,6 +40,8 @@ class DirectServer(AvatarEnd):
 class DirectMaster(DeviceEnd):
     """The device's end: send where it is, apply the force as last received."""
 
+    SIGNALS = "_force"
+
     def __init__(self, *, tick_s: float) -> None:
         super().__init__(tick_s=tick_s)
         self._force: Value = 0.0

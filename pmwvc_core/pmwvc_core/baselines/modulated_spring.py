@@ -25,10 +25,11 @@ point only where that pays the tank back. Not here: where this end is, and its d
 from pmwvc_core.baselines.arrivals import Arrivals
 from pmwvc_core.numeric import Value, clip, dot, maximum, root, squared, where
 from pmwvc_core.params.baselines import PspmParams
+from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 
 
-class ModulatedSpring:
+class ModulatedSpring(Stateful):
     """Set point, tank and shuffled sum of one end.
 
     Parameters
@@ -36,6 +37,10 @@ class ModulatedSpring:
     params
         Spring and tank; numbers may be ``(runs, 1)``.
     """
+
+    BLOCKS = "_arrivals"
+    SIGNALS = "q"
+    MEMORY = "tank spring sent received dropped"
 
     def __init__(self, params: PspmParams) -> None:
         self._stiffness = params.stiffness

@@ -29,6 +29,8 @@ from pmwvc_core.transport.packet import WavePacket
 class PspmServer(AvatarEnd):
     """Avatars on modulated set points."""
 
+    BLOCKS = "springs"
+
     def __init__(self, params: ServerParams, ports: Sequence[UserPort]) -> None:
         super().__init__(params, ports)
         self.springs = [ModulatedSpring(port.baseline.pspm) for port in ports]
@@ -73,6 +75,10 @@ class PspmMaster(DeviceEnd):
     tick_s
         Period of the force loop [s].
     """
+
+    BLOCKS = "spring"
+    SIGNALS = "_force"
+    MEMORY = "_coupled"
 
     def __init__(self, params: PspmParams, *, tick_s: float) -> None:
         super().__init__(tick_s=tick_s)

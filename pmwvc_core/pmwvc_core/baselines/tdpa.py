@@ -35,13 +35,17 @@ from pmwvc_core.numeric import Value, dot, maximum, minimum, squared, where
 from pmwvc_core.params import ServerParams
 from pmwvc_core.params.baselines import TdpaParams
 from pmwvc_core.server.user_ports import UserPort
+from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
 
 
-class Observer:
+class Observer(Stateful):
     """The energy of one end of the link [J]."""
+
+    BLOCKS = "_arrivals"
+    MEMORY = "energy_in energy_out dissipated allowance"
 
     def __init__(self) -> None:
         self.energy_in: Value = 0.0
@@ -75,6 +79,8 @@ class TdpaServer(AvatarEnd):
     ``xd_s`` is the velocity with which the avatar goes on until the next step, under the force f_s
     held, so f_s xd_s h is the work that leaves the link.
     """
+
+    BLOCKS = "observers"
 
     def __init__(self, params: ServerParams, ports: Sequence[UserPort]) -> None:
         super().__init__(params, ports)
@@ -130,6 +136,10 @@ class TdpaMaster(DeviceEnd):
     tick_s
         Period of the force loop [s].
     """
+
+    BLOCKS = "observer"
+    SIGNALS = "_force _held"
+    MEMORY = "_damping _braked"
 
     def __init__(self, params: TdpaParams, *, tick_s: float) -> None:
         super().__init__(tick_s=tick_s)

@@ -48,6 +48,9 @@ class VirtualCouplingMaster(DeviceEnd):
         Period of the force loop [s].
     """
 
+    SIGNALS = "_p _pd"
+    MEMORY = "_coupled"
+
     def __init__(self, params: VirtualCouplingParams, *, tick_s: float) -> None:
         super().__init__(tick_s=tick_s)
         self._stiffness = params.stiffness

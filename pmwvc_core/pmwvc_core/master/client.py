@@ -10,11 +10,12 @@ packet comes in. Time is an argument (integer nanoseconds of any monotonic clock
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.numeric import Flag, Value, truth
+from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_LEAVING, FLAG_LIMITED, Packer, WavePacket
 from pmwvc_core.transport.receiver import Receiver
 
 
-class Client:
+class Client(Stateful):
     """The master's side of one user, free of ROS and clocks.
 
     Parameters
@@ -28,6 +29,9 @@ class Client:
     packer
         Numbers the outgoing packets and keeps their running sums.
     """
+
+    BLOCKS = "controller safety inbox packer"
+    MEMORY = "f_asked _events_sent _epoch"
 
     def __init__(
         self,

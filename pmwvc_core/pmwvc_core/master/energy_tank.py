@@ -34,13 +34,14 @@ Equations: docs/theory.md 3.3, 9.4, 9.5, 9.6, 9.7.
 from pmwvc_core.master.lags import filter_lag_s, hold_lag_s
 from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squared, where
 from pmwvc_core.params import MasterParams
+from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.ledger import EnergyLedger, PortLedger
 
 SPREAD_S = 0.1  # what is there is given out over this time: at once it would be felt as a knock
 
 
-class Surplus:
+class Surplus(Stateful):
     """The account of one master; it begins with the storage that the parameters declare.
 
     Attributes
@@ -54,6 +55,9 @@ class Surplus:
     discarded_j
         What was more than the account may hold [J].
     """
+
+    BLOCKS = "_played _taken _device"
+    MEMORY = "saved_j spent_j owed_j discarded_j _work _x _f _heard _said _v _y _of_hold _of_u"
 
     def __init__(self, params: MasterParams) -> None:
         self.saved_j: Value = params.position.storage_j

@@ -30,12 +30,13 @@ from collections.abc import Callable, Mapping
 from pmwvc_core.master.local_model import LocalPort
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import MasterParams
+from pmwvc_core.state import Stateful
 from pmwvc_core.wave.cascade import Cascade
 from pmwvc_core.wave.design.bank_design import bank_filters
 from pmwvc_core.wave.ledger import EnergyLedger
 
 
-class FilterBank:
+class FilterBank(Stateful):
     """See the module. At rest at first.
 
     Parameters
@@ -45,6 +46,8 @@ class FilterBank:
     position
         Returns the device's position [m].
     """
+
+    BLOCKS = "_low_up _low_down _high_up _high_down _local _low_in _low_out _high_in _high_out"
 
     def __init__(self, params: MasterParams, position: Callable[[], Value]) -> None:
         self._begin(params)

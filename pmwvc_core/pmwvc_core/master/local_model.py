@@ -29,6 +29,7 @@ import numpy as np
 from pmwvc_core.master.plugin_model import ForeignModel
 from pmwvc_core.numeric import Flag, Value, squared, where
 from pmwvc_core.params import LocalModelParams, MasterParams
+from pmwvc_core.state import Stateful
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of
 from pmwvc_core.wave.reflection import reflection
 
@@ -57,8 +58,11 @@ class Model(Protocol):
         """Energy turned into heat or dropped since the start [J]."""
 
 
-class SpringDamper:
+class SpringDamper(Stateful):
     """F = K x + B xd to ground, by the implicit midpoint rule; at rest at first."""
+
+    SIGNALS = "x"
+    MEMORY = "dissipated"
 
     def __init__(self, params: LocalModelParams, *, tick_s: float) -> None:
         self._tick_s = tick_s
@@ -97,7 +101,7 @@ class SpringDamper:
         return squared(self.x) * self._stiffness * 0.5
 
 
-class LocalPort:
+class LocalPort(Stateful):
     """The wave port of a local model. Order within a tick: ``offer``, ``step``.
 
     Parameters
@@ -107,6 +111,10 @@ class LocalPort:
     position
         Returns the device's position [m].
     """
+
+    BLOCKS = "model"
+    SIGNALS = "_f0"
+    MEMORY = "_slope _there"
 
     def __init__(self, params: MasterParams, position: Callable[[], Value]) -> None:
         local, b = params.local_model, impedance_of(params)

@@ -25,6 +25,7 @@ from pmwvc_core.errors import FOREIGN, reason
 from pmwvc_core.numeric import Array, Flag, Value, dot, maximum, where
 from pmwvc_core.params import LocalModelParams
 from pmwvc_core.plugins import PluginGroup
+from pmwvc_core.state import Stateful
 
 PLUGINS = PluginGroup(
     "pmwvc.local_models",
@@ -37,7 +38,7 @@ LARGEST_N = 1e6  # more is no force
 logger = logging.getLogger(__name__)
 
 
-class ForeignModel:
+class ForeignModel(Stateful):
     """See the module. At rest at zero at first.
 
     Parameters
@@ -55,6 +56,9 @@ class ForeignModel:
         If there is no such entry point, or it does not lead to a model.
     """
 
+    BLOCKS = "_model"
+    SIGNALS = "_x _f"
+    MEMORY = "stored _broken"
     dissipated: Value = 0.0
 
     def __init__(self, params: LocalModelParams, *, matched: Value, tick_s: float) -> None:

@@ -48,13 +48,14 @@ from pmwvc_core.numeric import (
     where,
 )
 from pmwvc_core.params import MasterParams
+from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.filters import AntiAliasing
 from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.rates import Hold
 
 
-class WaveMaster:
+class WaveMaster(Stateful):
     """The wave port of a device; see the module. At rest, with both waves zero, at first.
 
     Parameters
@@ -64,6 +65,9 @@ class WaveMaster:
         ``(runs, 1)``.
     """
 
+    BLOCKS = "_hold _filter _parts _velocity _position"
+    SIGNALS = "u_m u_m_lp v_m f_m _x _xd _held"
+    MEMORY = "debt_j energy_u_m energy_u_tx energy_v_rx energy_v_m _packets _gain _before"
     flags = 0
 
     def __init__(self, params: MasterParams) -> None:

@@ -23,6 +23,7 @@ from pmwvc_core.master.energy_tank import Surplus
 from pmwvc_core.master.position_error import Rest, Separation
 from pmwvc_core.numeric import Value, root, squared, truth
 from pmwvc_core.params import MasterParams
+from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.impedance import impedance_of
 
@@ -62,7 +63,10 @@ class PositionFeedback(Protocol):
         """Energies of the feedback since the start, by name [J]; always the same names."""
 
 
-class _Printed:
+class _Printed(Stateful):
+    BLOCKS = "_separation"
+    MEMORY = "_spent _there"
+
     def __init__(self, params: MasterParams) -> None:
         self._separation = Separation(params)
         self._spent: Value = 0.0
@@ -104,7 +108,10 @@ class _Printed:
         return {"position_spent": self._spent}
 
 
-class _Budgeted:
+class _Budgeted(Stateful):
+    BLOCKS = "_separation _surplus"
+    MEMORY = "_gain _there"
+
     def __init__(self, params: MasterParams, separation: Separation) -> None:
         self._separation = separation
         self._surplus = Surplus(params)

@@ -27,6 +27,7 @@ from typing import Any
 from pmwvc_core.master.lags import filter_lag_s, hold_lag_s
 from pmwvc_core.numeric import Value, root, truth
 from pmwvc_core.params import MasterParams
+from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_ANEW, WavePacket
 from pmwvc_core.wave.impedance import impedance_of
 
@@ -34,11 +35,14 @@ KEPT = 1024  # packets sent whose integral is remembered
 SMOOTHED_S = 0.5  # time constant of the round trip as packets show it
 
 
-class Separation:
+class Separation(Stateful):
     """x_m - x_s - x_ref, with x_s of the newest packet [m].
 
     Zero until an avatar's first packet, and where the echo is of a packet not remembered.
     """
+
+    SIGNALS = "_integral _since _y _v _sent"
+    MEMORY = "_avatar _packet _fresh _reference _newest round_trip_s"
 
     def __init__(self, params: MasterParams) -> None:
         self._integral: Value = 0.0  # U_tx
@@ -131,6 +135,9 @@ class Rest(Separation):
 
     Zero after a frame that brought no packet: nothing is known then.
     """
+
+    SIGNALS = "_rest"
+    MEMORY = "_left"
 
     def __init__(self, params: MasterParams) -> None:
         super().__init__(params)

@@ -55,6 +55,7 @@ from pmwvc_core.numeric import (
     where,
 )
 from pmwvc_core.params import SafetyParams
+from pmwvc_core.state import Stateful
 
 __all__ = ["SafetyLimiter", "SafetyState"]
 
@@ -67,7 +68,7 @@ USABLE = 1e100  # what is larger, or not a number, is no measurement and no forc
 SURELY = 1.0 - 1e-12  # of a squared limit: inside whatever the rounding of lengths
 
 
-class SafetyLimiter:
+class SafetyLimiter(Stateful):
     """See the module. One object per device; the owner calls ``step`` every tick.
 
     Parameters
@@ -89,6 +90,11 @@ class SafetyLimiter:
         Whether the force has ever been let through in full: from then on a simulated hand may act
         without meeting less than the controller renders.
     """
+
+    MEMORY = (
+        "f ready _missing_s _sensed _gain _push _events _faulty _damped _trouble _limited _calm "
+        "_returns _seen"
+    )
 
     def __init__(
         self,

@@ -30,6 +30,7 @@ from typing import Any
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Value, dot, squared
 from pmwvc_core.params import MasterParams
+from pmwvc_core.state import Stateful
 from pmwvc_core.wave.cascade import Cascade
 from pmwvc_core.wave.design.velocity_filter_design import high_pass, low_pass
 
@@ -37,8 +38,12 @@ ACCOUNT = "velocity_filter"
 AT_DEVICE = "force_velocity_filter"
 
 
-class ExactVelocityFilter:
+class ExactVelocityFilter(Stateful):
     """Feeds back a share of the high-pass part, and lets the wave pass; see the module."""
+
+    BLOCKS = "_high"
+    SIGNALS = "_w"
+    MEMORY = "_kept"
 
     def __init__(self, params: MasterParams) -> None:
         self._share = params.velocity_filter.share
@@ -70,8 +75,12 @@ class ExactVelocityFilter:
         return {ACCOUNT: self._kept}
 
 
-class ComplementaryVelocityFilter:
+class ComplementaryVelocityFilter(Stateful):
     """Feeds back a share of the high-pass part, and low-pass filters what passes, both ways."""
+
+    BLOCKS = "_up _down _first _second"
+    SIGNALS = "_w _passed"
+    MEMORY = "_kept"
 
     def __init__(self, params: MasterParams) -> None:
         self._share = params.velocity_filter.share
@@ -111,8 +120,11 @@ class ComplementaryVelocityFilter:
         return {ACCOUNT: self._kept}
 
 
-class EquivalentVelocityFilter:
+class EquivalentVelocityFilter(Stateful):
     """Filters the velocity in the force, not in the wave; see the module."""
+
+    BLOCKS = "_high"
+    MEMORY = "_kept"
 
     def __init__(self, params: MasterParams) -> None:
         self._twice = 2.0 * params.velocity_filter.share

@@ -34,9 +34,10 @@ from pmwvc_core.numeric import (
 )
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.motion import Motion, motion, time_to_rest
+from pmwvc_core.state import Stateful
 
 
-class SimulatedDevice:
+class SimulatedDevice(Stateful):
     """A damped mass with encoder and stops, at rest at the origin at first.
 
     Parameters
@@ -56,6 +57,9 @@ class SimulatedDevice:
         Work of the controller's force against the hand, and of the hand's force on the device
         [J]: force held over each tick times the true distance moved in it.
     """
+
+    SIGNALS = "x xd _read"
+    MEMORY = "work"
 
     def __init__(self, params: DeviceParams, *, tick_s: float, dof: int) -> None:
         self._mass, self._damping = params.mass, params.damping

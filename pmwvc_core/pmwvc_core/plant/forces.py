@@ -14,9 +14,10 @@ import numpy as np
 from pmwvc_core.numeric import Array, Value, dot
 from pmwvc_core.params import OperatorParams
 from pmwvc_core.plant.devices import along_first_axis
+from pmwvc_core.state import Stateful
 
 
-class Operator(ABC):
+class Operator(Stateful, ABC):
     """Who holds the device. Its time starts with its first ``step``.
 
     Attributes
@@ -24,6 +25,9 @@ class Operator(ABC):
     work_j
         Work done on the device [J] up to the last ``step``: sum of force times displacement.
     """
+
+    SIGNALS = "_x _f_h"
+    MEMORY = "work_j _ticks"
 
     def __init__(self, *, tick_s: float, dof: int) -> None:
         self.tick_s = tick_s

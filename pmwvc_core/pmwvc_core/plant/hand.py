@@ -87,6 +87,9 @@ class Hand(Operator):
         Work of the moving target and of the squeezing force [J].
     """
 
+    SIGNALS = "y yd"
+    MEMORY = "effort_j _closed _closing _squeeze _target _facing"
+
     def __init__(
         self,
         params: OperatorParams,

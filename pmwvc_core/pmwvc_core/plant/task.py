@@ -12,6 +12,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import TaskParams
+from pmwvc_core.state import Stateful
 
 
 def minimum_jerk(share: float) -> tuple[float, float]:
@@ -75,7 +76,7 @@ class Task:
         return share, slope / self.params.grip_rise_s
 
 
-class ShownTarget:
+class ShownTarget(Stateful):
     """The target as the server shows it.
 
     The hands begin once the force is there (``master.client``), so the target begins when all
@@ -92,6 +93,8 @@ class ShownTarget:
     dof
         Number of axes.
     """
+
+    MEMORY = "_time_s position_m"
 
     def __init__(self, task: Task, *, period_s: float, soft_start_s: float, dof: int = 1) -> None:
         self._task = task

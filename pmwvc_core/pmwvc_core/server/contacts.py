@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from pmwvc_core.numeric import Flag, Value, squared
+from pmwvc_core.state import Stateful
 
 
 @dataclass(slots=True)
@@ -96,13 +97,14 @@ class Contact(Protocol):
         ...
 
 
-class Bilateral:
+class Bilateral(Stateful):
     """Spring and damper that push and pull along every axis: f = K e + B e'.
 
     Used in the stability analysis (App. B, Eq. 3). The spring is at rest where the avatar stood
     when it joined.
     """
 
+    SIGNALS = "deflection rest"
     touching: Flag = True
 
     def __init__(self, stiffness: Value, damping: Value) -> None:

@@ -18,6 +18,7 @@ from typing import Protocol
 import numpy as np
 
 from pmwvc_core.numeric import Value, dot, squared
+from pmwvc_core.state import Stateful
 
 
 class Body(Protocol):
@@ -60,7 +61,7 @@ def _held(damping: Value, mass: Value, period: float) -> tuple[Value, Value, Val
     return decay, first, second
 
 
-class Cube:
+class Cube(Stateful):
     """The free object. Starts at rest at the origin.
 
     Parameters
@@ -70,6 +71,8 @@ class Cube:
     period : float
         Time step h [s].
     """
+
+    SIGNALS = "x xd"
 
     def __init__(self, mass: Value, damping: Value, *, period: float) -> None:
         self.mass = mass

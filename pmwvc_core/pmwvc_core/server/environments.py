@@ -12,10 +12,13 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.cube import Body, Cube
+from pmwvc_core.state import Stateful
 
 
-class Wall:
+class Wall(Stateful):
     """An object that never moves: whatever the force, velocity zero, no energy taken."""
+
+    SIGNALS = "x xd"
 
     def __init__(self) -> None:
         self.x: Value = 0.0

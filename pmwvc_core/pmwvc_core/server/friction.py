@@ -14,6 +14,7 @@ import numpy as np
 from pmwvc_core.numeric import Array, Flag, Value, where
 from pmwvc_core.server.contacts import Answer, Bilateral
 from pmwvc_core.server.grip import Grip
+from pmwvc_core.state import Stateful
 
 
 def _normal(value: Value) -> Value:
@@ -24,8 +25,10 @@ def _across(value: Value) -> Value:
     return value[..., 1:] if isinstance(value, np.ndarray) else value
 
 
-class AnchoredGrip:
+class AnchoredGrip(Stateful):
     """A grip along axis 0 whose avatar also holds on sideways; arrays ``(..., dof)`` only."""
+
+    BLOCKS = "grip anchor"
 
     def __init__(self, grip: Grip, *, dof: int) -> None:
         self.grip = grip

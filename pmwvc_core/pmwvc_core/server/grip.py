@@ -23,6 +23,7 @@ Equations: docs/theory.md 4.3.
 
 from pmwvc_core.numeric import Flag, Value, anywhere, maximum, minimum, root, where
 from pmwvc_core.server.contacts import Answer
+from pmwvc_core.state import Stateful
 
 
 def _nonzero(value: Value) -> Value:
@@ -33,8 +34,10 @@ def _nonzero(value: Value) -> Value:
     return where(value > 0.0, value, 1.0)
 
 
-class Grip:
+class Grip(Stateful):
     """One-sided spring and damper at the face ``side`` * ``size``/2 from the object's centre."""
+
+    SIGNALS = "deflection"
 
     def __init__(
         self, stiffness: Value, damping: Value, *, side: int, size: Value, gap: Value = 0.0

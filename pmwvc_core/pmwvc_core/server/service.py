@@ -14,6 +14,7 @@ from typing import Any
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.server.user_ports import ServerController
+from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_DIRECT, FLAG_LEAVING, Packer, WavePacket
 from pmwvc_core.transport.receiver import Receiver, Verdict
 
@@ -32,7 +33,7 @@ ABSENT, COUPLED, DAMPING = Presence.ABSENT, Presence.COUPLED, Presence.DAMPING
 ACCEPTED, NEW_EPOCH = Verdict.ACCEPTED, Verdict.NEW_EPOCH
 
 
-class Service:
+class Service(Stateful):
     """All users' server ports around one environment.
 
     Parameters
@@ -44,6 +45,9 @@ class Service:
     release_s
         Silence after which a user is taken out [s].
     """
+
+    BLOCKS = "server inboxes packers"
+    MEMORY = "presence _anew"
 
     def __init__(
         self,

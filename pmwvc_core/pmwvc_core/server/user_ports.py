@@ -21,6 +21,7 @@ from pmwvc_core.params import BaselineParams
 from pmwvc_core.server.black_box.faults import Faults
 from pmwvc_core.server.contacts import Contact
 from pmwvc_core.server.cube import Body
+from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.impedance import Impedance
 
@@ -28,12 +29,15 @@ AS_PUBLISHED = BaselineParams()
 NO_ACCOUNTS: Mapping[str, Value] = MappingProxyType({})
 
 
-class UserPort:
+class UserPort(Stateful):
     """One user's end: wave impedance ``b`` [N s/m], contact, and the signals of the last step.
 
     ``account`` is the running sum that goes into the user's packets [J]; None: that of the waves.
     """
 
+    BLOCKS = "contact"
+    SIGNALS = "offset x_s xd_s f_s u_s v_s"
+    MEMORY = "account packet present energy_u_s energy_v_s"
     __slots__ = (
         "account",
         "b",
@@ -76,13 +80,15 @@ class UserPort:
         self.xd_s = self.f_s = self.u_s = self.v_s = zero
 
 
-class ServerController(ABC):
+class ServerController(Stateful, ABC):
     """The users around one object behind any controller; a controller adds ``step``.
 
     All attributes and properties give the state after the last step; lists are in the order of the
     users.
     """
 
+    BLOCKS = "body ports trouble"
+    MEMORY = "dissipated"
     flags = 0  # of outgoing packets
     trouble: Faults | None = None  # with an environment, or with the solution of a step
 

@@ -9,6 +9,7 @@ repair) loss, duplication and reordering. How a packet becomes a message is not 
 from dataclasses import dataclass
 
 from pmwvc_core.numeric import Value, squared
+from pmwvc_core.state import Stateful
 
 FLAG_DIRECT = 1  # no wave: a velocity (up), a force or a position (down); see ``content``
 FLAG_LEAVING = 2  # the last packet: the sender leaves
@@ -34,7 +35,7 @@ class WavePacket:
     flags: int = 0
 
 
-class Packer:
+class Packer(Stateful):
     """Number the outgoing packets of one life of a sender and keep their running sums.
 
     Parameters
@@ -44,6 +45,8 @@ class Packer:
     period
         Time one sample stands for [s].
     """
+
+    MEMORY = "seq integral energy"
 
     def __init__(self, epoch: int, *, period: float) -> None:
         self.epoch = epoch

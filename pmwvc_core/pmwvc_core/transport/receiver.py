@@ -16,6 +16,7 @@ import sys
 import numpy as np
 
 from pmwvc_core.numeric import Value, squared
+from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket
 from pmwvc_core.transport.senders import INSIST, Run, Senders
 
@@ -50,7 +51,7 @@ ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
 OUT_OF_PLACE = (Verdict.REORDERED, Verdict.STALE, Verdict.STRANGER)  # right but for their order
 
 
-class Receiver:
+class Receiver(Stateful):
     """The receiving end of one direction.
 
     One bad packet cannot lock the receiver: a wild number makes the true packets look old, but
@@ -69,6 +70,11 @@ class Receiver:
     max_wave
         Longest wave that a legal device can emit [sqrt(W)]; no limit by default.
     """
+
+    MEMORY = (
+        "counts lost held skipped newest round_trip_s _accepted_ns _waiting _seen _retired "
+        "others _own"
+    )
 
     def __init__(
         self, dof: int, *, period_s: float, timeout_s: float, max_wave: float = math.inf

@@ -10,9 +10,10 @@ u``: what a loop without delay through the filter needs to be solved.
 import math
 
 from pmwvc_core.numeric import Array, Value
+from pmwvc_core.state import Stateful
 
 
-class Cascade:
+class Cascade(Stateful):
     """A filter given as second-order sections.
 
     Parameters
@@ -27,6 +28,8 @@ class Cascade:
     y
         Output after the last tick.
     """
+
+    SIGNALS = "y delays"
 
     def __init__(self, sos: Array) -> None:
         plain = sos.ndim == 2
@@ -58,3 +61,13 @@ class Cascade:
     def sample(self) -> Value:
         """Return the output after the last tick."""
         return self.y
+
+    @property
+    def delays(self) -> list[tuple[Value, Value]]:
+        """What the sections hold, s1 and s2 of each."""
+        return [(section[5], section[6]) for section in self._sections]
+
+    @delays.setter
+    def delays(self, held: list[tuple[Value, Value]]) -> None:
+        for section, pair in zip(self._sections, held, strict=True):
+            section[5:] = pair

@@ -13,6 +13,7 @@ from typing import Protocol
 
 from pmwvc_core.numeric import Value, exponential
 from pmwvc_core.params import FilterParams
+from pmwvc_core.state import Stateful
 from pmwvc_core.wave.cascade import Cascade
 from pmwvc_core.wave.design.filter_design import design, pole_of
 
@@ -27,8 +28,10 @@ class Stage(Protocol):
         """Return what a packet carries."""
 
 
-class _Passing:
+class _Passing(Stateful):
     """No filter: the packet is the wave of the last tick."""
+
+    SIGNALS = "_u"
 
     def __init__(self) -> None:
         self._u: Value = 0.0
@@ -41,8 +44,10 @@ class _Passing:
         return self._u
 
 
-class _FirstOrder:
+class _FirstOrder(Stateful):
     """y+ = p y + (1-p) u, y = 0 at first; the output after a tick already holds that tick."""
+
+    SIGNALS = "_y"
 
     def __init__(self, p: Value) -> None:
         self._p = p
@@ -57,13 +62,16 @@ class _FirstOrder:
         return self._y
 
 
-class _IntegrateAndDump:
+class _IntegrateAndDump(Stateful):
     """The mean over the frame: the integral of the wave over M ticks, divided by their duration.
 
     (mean)^2 M <= sum of squares (Cauchy-Schwarz), so at every frame end no more energy has been
     sent than has come in, whatever the signal. A frame that lost ticks is still divided by M,
     which keeps both the integral and the bound; a longer one by its own number.
     """
+
+    SIGNALS = "_sum"
+    MEMORY = "_ticks"
 
     def __init__(self, rate_drop: int) -> None:
         self._rate_drop = rate_drop
@@ -85,7 +93,7 @@ class _IntegrateAndDump:
         return self._sum / (self._ticks if self._ticks > self._rate_drop else self._rate_drop)
 
 
-class AntiAliasing:
+class AntiAliasing(Stateful):
     """Filter of the outgoing wave and drop from the tick rate to the packet rate.
 
     ``step`` is called once per fast tick, ``sample`` at each frame start: it returns the filter's
@@ -101,6 +109,8 @@ class AntiAliasing:
     rate_drop
         M, ticks per frame.
     """
+
+    BLOCKS = "_stage"
 
     def __init__(self, params: FilterParams, *, tick_s: float, rate_drop: int) -> None:
         stage: Stage

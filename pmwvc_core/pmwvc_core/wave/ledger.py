@@ -7,11 +7,13 @@ sum, far less than what a sensor can tell. No budget is kept here: these only co
 """
 
 from pmwvc_core.numeric import Value, dot, squared
+from pmwvc_core.state import Stateful
 
 
-class EnergyLedger:
+class EnergyLedger(Stateful):
     """Energy that a wave has carried, sum of |w|^2 dt / 2 [J]; ``(runs, 1)`` in a batch."""
 
+    MEMORY = "energy_j"
     __slots__ = ("energy_j",)
 
     def __init__(self) -> None:
@@ -22,9 +24,10 @@ class EnergyLedger:
         self.energy_j = self.energy_j + squared(wave) * (0.5 * dt)
 
 
-class PortLedger:
+class PortLedger(Stateful):
     """Work done through a port, sum of F . xd dt [J]; ``(runs, 1)`` in a batch."""
 
+    MEMORY = "energy_j"
     __slots__ = ("energy_j",)
 
     def __init__(self) -> None:

@@ -9,9 +9,10 @@ Equations: docs/theory.md 3.1.
 """
 
 from pmwvc_core.numeric import Value
+from pmwvc_core.state import Stateful
 
 
-class Hold:
+class Hold(Stateful):
     """Expand one packet to the ticks of its frame (App. B, Eq. 43-54, indices corrected).
 
     ``zoh``: v_m = v_i. ``foh``: v_m = v_{i-1} + (v_i - v_{i-1}) j/M for the ticks j = 1..M after
@@ -33,6 +34,8 @@ class Hold:
         M, the number of ticks a packet stands for.
     """
 
+    SIGNALS = "_start _target _value"
+    MEMORY = "_done"
     __slots__ = ("_done", "_start", "_target", "_value", "ticks")
 
     def __init__(self, kind: str, *, ticks: int) -> None:

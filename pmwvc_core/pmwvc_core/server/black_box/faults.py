@@ -3,6 +3,7 @@
 """What can be wrong with an environment's answer, and the count of it."""
 
 from pmwvc_core.errors import reason
+from pmwvc_core.state import Stateful
 
 
 class Unanswered(Exception):
@@ -21,7 +22,7 @@ class Unsettled(Exception):
         return f"did not settle {super().__str__()}".rstrip()
 
 
-class Faults:
+class Faults(Stateful):
     """How many steps went wrong, and why at last.
 
     Parameters
@@ -29,6 +30,8 @@ class Faults:
     parameter, value
         What was asked: ``server.environment``, or ``server.coupling``.
     """
+
+    MEMORY = "steps text"
 
     def __init__(self, parameter: str, value: str) -> None:
         self._name = f"{parameter} = {value!r}"

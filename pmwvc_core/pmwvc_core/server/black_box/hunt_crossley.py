@@ -12,10 +12,13 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.server.black_box.interface import EnvironmentSetup
+from pmwvc_core.state import Stateful
 
 
-class HuntCrossley:
+class HuntCrossley(Stateful):
     """Nonlinear contact for every user, with its slope."""
+
+    MEMORY = "_start _depth"
 
     def __init__(self, setup: EnvironmentSetup) -> None:
         params = setup.server.hunt_crossley

@@ -52,6 +52,9 @@ class UnknownServer(ServerController):
         How it is asked.
     """
 
+    BLOCKS = "_asked _compensation _secant"
+    MEMORY = "_shape _plain _stored _sums"
+
     def __init__(
         self,
         params: ServerParams,

@@ -21,10 +21,14 @@ from pmwvc_core.server.contacts import Answer, Contact
 from pmwvc_core.server.couplings.implicit import solve
 from pmwvc_core.server.cube import Cube
 from pmwvc_core.server.factory import make_contact
+from pmwvc_core.state import Stateful
 
 
-class Touched:
+class Touched(Stateful):
     """Who touches, by which law, and where everybody was at the end of the last step."""
+
+    BLOCKS = "contacts"
+    SIGNALS = "at position velocity"
 
     def __init__(self, setup: EnvironmentSetup) -> None:
         self.contacts: list[Contact] = [
@@ -92,6 +96,8 @@ class SlopedWall(Wall):
 class ActiveWall(Wall):
     """A wall driven along axis 0, x = A sin(2 pi f t): it gives out what its drive puts in."""
 
+    MEMORY = "_time_s"
+
     def __init__(self, setup: EnvironmentSetup) -> None:
         super().__init__(setup)
         drive = setup.server.active_wall
@@ -110,6 +116,8 @@ class ActiveWall(Wall):
 
 class FreeCube(Touched):
     """The shared object: carried by whoever pushes it."""
+
+    BLOCKS = "_body"
 
     def __init__(self, setup: EnvironmentSetup) -> None:
         super().__init__(setup)

@@ -22,10 +22,13 @@ from collections.abc import Mapping, Sequence
 
 from pmwvc_core.numeric import Value, maximum, minimum, root, squared, where
 from pmwvc_core.server.compensations.record import Compensation, Wave
+from pmwvc_core.state import Stateful
 
 
-class Corrected:
+class Corrected(Stateful):
     """Take from the waves what late decoding added to them."""
+
+    MEMORY = "_debt"
 
     def __init__(self, *, period: float) -> None:
         self._period = period

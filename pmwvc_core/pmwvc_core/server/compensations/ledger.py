@@ -26,9 +26,10 @@ from collections.abc import Mapping, Sequence
 from pmwvc_core.numeric import Value, maximum, minimum, root, squared, where
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.compensations.record import Compensation, Wave
+from pmwvc_core.state import Stateful
 
 
-class JointLedger:
+class JointLedger(Stateful):
     """One tank for all users.
 
     Parameters
@@ -41,6 +42,8 @@ class JointLedger:
     cap_j
         Most that is kept for an environment that does not tell its stored energy [J].
     """
+
+    MEMORY = "_tank _granted _capped"
 
     def __init__(
         self, *, period: float, allowance_w: Value, allowance_j: Value, cap_j: Value

@@ -17,11 +17,13 @@ from collections.abc import Mapping, Sequence
 
 from pmwvc_core.numeric import Value, minimum, root, squared, where
 from pmwvc_core.server.compensations.record import Compensation, Wave
+from pmwvc_core.state import Stateful
 
 
-class Printed:
+class Printed(Stateful):
     """Eq. 15 to the letter."""
 
+    MEMORY = "_delay"
     accounts: Mapping[str, Value] = {}
 
     def __init__(self, users: int, *, period: float) -> None:

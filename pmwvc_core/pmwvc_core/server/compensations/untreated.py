@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.server.compensations.record import Compensation, Wave
+from pmwvc_core.state import Stateful
 
 
-class Untreated:
+class Untreated(Stateful):
     """Send what came out."""
 
     accounts: Mapping[str, Value] = {}
