@@ -3,7 +3,7 @@
 """Explicit state: an end that is set back to a snapshot goes on bit for bit as it did before.
 
 Random controllers, filters, holds, port filters, couplings, contacts, axes and batches run with
-packets lost and repeated. Snapshots are also set into ends that were just made. The control is a
+packets lost and repeated, and with silences. Snapshots are also set into ends that were just made. The control is a
 walk through everything that the ends hold: whatever a tick changes has to be declared.
 """
 
@@ -173,18 +173,20 @@ class Ends:
         for tick in ticks:
             now_ns = tick * self.tick_ns
             rng = np.random.default_rng([self.seed, tick])
+            dead = np.random.default_rng([self.seed, tick // 100]).random() < 0.3
+            odds = [1.0, 0.0, 0.0] if dead else [0.1, 0.8, 0.1]  # none, one or two arrive
             for i, client in enumerate(self.clients):
                 if tick % self.drops[i] == 0:
                     client.controller.measure(*self.devices[i].read())
                     packet = client.send(now_ns)
                     found += [packet.wave, packet.energy, packet.position]
-                    for _ in range(rng.choice([0, 1, 2], p=[0.1, 0.8, 0.1])):
+                    for _ in range(rng.choice([0, 1, 2], p=odds)):
                         self.service.deliver(i, packet, now_ns)
             if tick % self.period == 0:
                 for client, answer in zip(self.clients, self.service.step(now_ns), strict=True):
                     if answer is not None:
                         found += [answer.wave, answer.energy, answer.position]
-                    for _ in range(rng.choice([0, 1, 2], p=[0.1, 0.8, 0.1])):
+                    for _ in range(rng.choice([0, 1, 2], p=odds)):
                         if answer is not None:
                             client.inbox.push(answer, now_ns)
                 together = self.service.together()
