@@ -3,8 +3,9 @@
 """Explicit state: an end that is set back to a snapshot goes on bit for bit as it did before.
 
 Random controllers, filters, holds, port filters, couplings, contacts, axes and batches run with
-packets lost and repeated, and with silences. Snapshots are also set into ends that were just made. The control is a
-walk through everything that the ends hold: whatever a tick changes has to be declared.
+packets lost and repeated, and with silences. Snapshots are also set into ends that were just made.
+The control is a walk through everything that the ends hold: whatever a tick changes has to be
+declared.
 """
 
 import copy
