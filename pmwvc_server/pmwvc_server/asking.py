@@ -22,8 +22,8 @@ from pmwvc_core.errors import FOREIGN
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.server.black_box.faults import Unanswered
-from pmwvc_core.server.black_box.plugins import LIBRARY
 from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.environments import LIBRARY
 
 SHARE = 0.5  # of the period that the loop waits
 _PRIORITY = 10  # below the loop, above other programs

@@ -12,8 +12,8 @@ from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.environment import HuntCrossleyParams
 from pmwvc_core.params.server import DECODINGS
-from pmwvc_core.server.black_box.plugins import LIBRARY
-from pmwvc_core.server.black_box.port import UnknownServer
+from pmwvc_core.server.black_box.port import BlackBoxServer
+from pmwvc_core.server.environments import LIBRARY
 
 PASSIVE_LIBRARY = sorted(set(LIBRARY) - {"active_wall"})
 PAYING = (("corrected", "late"), ("ledger", "late"), ("ledger", "secant"))
@@ -30,7 +30,7 @@ def port(environment, impedances, *, dof=1, **values):
     """A port in front of an environment object."""
     params = ServerParams(coupling="unknown", **values)
     contacts = [ContactParams(contact="bilateral")] * len(impedances)
-    return UnknownServer(
+    return BlackBoxServer(
         params, library_port(params, contacts, impedances, dof=dof).ports, environment
     )
 

@@ -8,7 +8,7 @@ import pytest
 from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.server.black_box.faults import Unanswered
-from pmwvc_core.server.black_box.port import UnknownServer
+from pmwvc_core.server.black_box.port import BlackBoxServer
 
 B_W = 25.0
 
@@ -20,7 +20,7 @@ def around(environment, *, users=1, call=None, **values):
     ports = make_server("pmwvc", ServerParams(), contacts, [B_W] * users, dof=1, sides=sides).ports
     options = {} if call is None else {"call": call}
     params = ServerParams(coupling="unknown", **values)
-    return UnknownServer(params, ports, environment, **options)
+    return BlackBoxServer(params, ports, environment, **options)
 
 
 def white(users, dof, *, steps=200, size=0.5, seed=3):

@@ -15,8 +15,9 @@ from pmwvc_core.controllers import make_server
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.server.black_box import EnvironmentSetup, plugins
-from pmwvc_core.server.environments import make_environment
+from pmwvc_core.server import environments
+from pmwvc_core.server.black_box import EnvironmentSetup
+from pmwvc_core.server.black_box.touch import TouchedWall
 from pmwvc_core.simulation.session import simulate
 
 
@@ -64,7 +65,7 @@ def lab(monkeypatch):
         "jelly": "lab_environments:Jelly",
         "wall": "lab_environments:stone",
     }
-    group = plugins.PLUGINS.group
+    group = environments.PLUGINS.group
     points = [EntryPoint(name, value, group) for name, value in names.items()]
     monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: points)
 
@@ -79,8 +80,8 @@ def test_an_environment_of_another_package_is_made_and_felt(lab):
 
 
 def test_the_library_goes_before_plug_ins_of_the_same_name(lab):
-    assert isinstance(plugins.make_black_box(setup("wall")), plugins.LIBRARY["wall"])
-    plugins.require("wall")
+    assert isinstance(environments.make_black_box(setup("wall")), TouchedWall)
+    environments.require("wall")
 
 
 def test_an_unknown_name_is_answered_with_what_is_there(lab):
@@ -117,7 +118,7 @@ def test_another_coupling_than_unknown_names_what_to_set(name):
     with pytest.raises(ParameterError, match=text):
         ServerParams(environment=name)
     with pytest.raises(ParameterError, match=r"needs controller = pmwvc with server.coupling"):
-        make_environment(ServerParams(environment=name, coupling="unknown"))
+        environments.make_body(ServerParams(environment=name, coupling="unknown"))
 
 
 def test_a_simulated_session_goes_on_and_tells_what_failed(lab, monkeypatch):

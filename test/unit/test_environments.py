@@ -6,19 +6,20 @@ import pytest
 
 from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.params.server import COUPLINGS
+from pmwvc_core.params.server import COUPLINGS, KNOWN
 from pmwvc_core.server.cube import Cube
-from pmwvc_core.server.environments import ENVIRONMENTS, Wall, make_environment
+from pmwvc_core.server.environments import LIBRARY, make_body
+from pmwvc_core.server.fixed_body import FixedBody
 
 
 def test_every_environment_a_parameter_can_name_exists():
-    assert isinstance(make_environment(ServerParams(environment="cube")), Cube)
-    assert isinstance(make_environment(ServerParams(environment="wall")), Wall)
-    assert set(ENVIRONMENTS) == {"cube", "wall"}
+    assert isinstance(make_body(ServerParams(environment="cube")), Cube)
+    assert isinstance(make_body(ServerParams(environment="wall")), FixedBody)
+    assert tuple(name for name, record in LIBRARY.items() if record.body) == KNOWN
 
 
 def test_a_wall_does_not_give_way():
-    wall = Wall()
+    wall = FixedBody()
     moved, lost = wall.push(1e3)
     assert (moved, lost, wall.drift(0.0), wall.mobility(3.0)) == (0.0, 0.0, 0.0, 0.0)
     assert (wall.x, wall.xd, wall.kinetic) == (0.0, 0.0, 0.0)

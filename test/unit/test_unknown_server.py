@@ -8,7 +8,7 @@ import pytest
 from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COMPENSATIONS, INTEGRATORS
-from pmwvc_core.server.black_box.port import UnknownServer
+from pmwvc_core.server.black_box.port import BlackBoxServer
 from pmwvc_core.server.compensations import COMPENSATIONS as MADE
 
 B_W = 25.0
@@ -178,7 +178,7 @@ def test_a_slope_may_be_one_number():
         def step(self, position, velocity, dt):
             return 15.0 * velocity
 
-    server = UnknownServer(ServerParams(coupling="unknown"), make("unknown").ports, Damper())
+    server = BlackBoxServer(ServerParams(coupling="unknown"), make("unknown").ports, Damper())
     server.join(0, 0.0)
     server.step([1.0])
     assert server.xd_s[0] == pytest.approx((2.0 * B_W) ** 0.5 / (B_W + 15.0))

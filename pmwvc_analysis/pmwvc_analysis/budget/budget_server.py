@@ -83,7 +83,7 @@ def _of_black_box(server: ServerTraces, into: Array, work: Array) -> Sums:
 def _object_heat(server: ServerTraces, scenario: Scenario) -> tuple[Array, Array]:
     """Return the heat of the object's damper [J], and what the forces' work on it leaves over."""
     params = scenario.server
-    if params.environment != "cube":
+    if not scenario.environment.movable:
         return np.zeros(len(server.time_s)), np.zeros(len(server.time_s))
     force = sum((np.nan_to_num(f) for f in server.f_s), start=np.zeros_like(server.x_o))
     moved = np.diff(server.x_o, axis=0, prepend=server.x_o[:1])

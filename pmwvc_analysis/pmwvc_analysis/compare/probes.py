@@ -42,7 +42,6 @@ RISE_S, HOLD_S = 1.0, 4.0
 AT_REST, BACK = 0.02, 0.05  # of the step: motion in the last second, distance on return
 START_S = 1.0  # until the force of the device is fully there
 FAR_M = 10.0  # workspace of the probing sessions: nothing stops the device
-KNOWN = ("cube", "wall")  # environments whose contact can be switched off
 
 Make = Callable[[], Operator]
 
@@ -68,7 +67,7 @@ def swing_hz(scenario: Scenario) -> float | None:
 def free_space(scenario: Scenario) -> FreeSpace | None:
     """Return what the first user moves with nothing touched; None where it cannot be told."""
     hertz, first = swing_hz(scenario), scenario.users[0]
-    if hertz is None or scenario.server.environment not in KNOWN:
+    if hertz is None or scenario.environment.body is None:
         return None
     free = untouched(_roomy(scenario))
     alone = dataclasses.replace(free, users=free.users[:1])
@@ -113,7 +112,7 @@ def pressed_stiffness(scenario: Scenario) -> float | None:
     nothing holds the object.
     """
     forces = pressing(scenario, 0)
-    held = scenario.server.environment != "cube" or any(force < 0.0 for force in forces)
+    held = not scenario.environment.movable or any(force < 0.0 for force in forces)
     if not held:
         return None
     tick_s, first = scenario.tick_s, scenario.users[0]

@@ -29,7 +29,7 @@ def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> l
             found += _motion(traces, place, scenario)
             if scenario.coupling.late and name in users:
                 found += _late(traces, place, users[name])
-    if scenario is not None and scenario.server.environment == "cube":
+    if scenario is not None and scenario.environment.movable:
         found += _object(traces, scenario)
     if "withheld" in traces.accounts:
         found += _black_box(traces)

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.maps.maps import Grid, growth_per_s
+from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.stability import ROUNDING
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array

@@ -24,9 +24,9 @@ import numpy as np
 from pmwvc_analysis.models.loop import hyperframe_ticks
 from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
 from pmwvc_analysis.models.variation import stackable
-from pmwvc_core.scenario.names import varied
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
 FIRST = 3  # lines that tell how long the rest will take

@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_core.scenario.names import varied
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams, TaskParams
+from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
 from pmwvc_core.traces import SessionTraces

@@ -30,7 +30,7 @@ class Part(NamedTuple):
 def parts(scenario: Scenario) -> list[Part]:
     """Return smaller problems with, together, all eigenvalues of a scenario."""
     groups: list[list[User]] = []
-    apart = scenario.coupling.black_box and scenario.server.environment == "cube"
+    apart = scenario.coupling.black_box and scenario.environment.movable
     for user in scenario.users:
         for group in groups:
             if not apart and all(

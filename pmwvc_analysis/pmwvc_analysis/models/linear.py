@@ -8,18 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.models.server import UNKNOWN
 from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario, User
-
-# Environments whose slope a port learns, and what comes nearest: parameter and value.
-LEARNED = {
-    "wall": ("server.environment", "wall_with_slope"),
-    "cube": ("server.decoding", "late"),
-}
+from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.environments import environment_of
 
 
 class Element(NamedTuple):
@@ -103,13 +98,21 @@ def _of_controller(scenario: Scenario) -> Iterator[Element]:
         yield Element(f"server.coupling = {coupling.name}", "server.coupling", coupling.linear)
     if not coupling.black_box:
         return
-    walls = tuple(UNKNOWN) if server.decoding == "late" else ("wall_with_slope", *UNKNOWN)
-    for name, linear in (("compensation", ("none",)), ("environment", walls)):
-        value = getattr(server, name)
-        if value not in linear:
-            yield Element(f"server.{name} = {value}", f"server.{name}", linear[0])
-    if server.decoding == "secant" and server.environment in LEARNED:
-        yield Element("server.decoding = secant (a learned slope)", *LEARNED[server.environment])
+    compensation, environment = COMPENSATIONS.of(server.compensation), scenario.environment
+    learns = server.decoding == "secant"
+    if compensation.linear != compensation.name:
+        said = f"server.compensation = {compensation.name}"
+        yield Element(said, "server.compensation", compensation.linear)
+    if environment.linear != environment.name:
+        nearest = environment_of(str(environment.linear))
+        instead = nearest.with_slope if learns else nearest.name
+        yield Element(f"server.environment = {environment.name}", "server.environment", instead)
+    elif learns and not environment.sloped:
+        said = "server.decoding = secant (a learned slope)"
+        if environment.with_slope is None:
+            yield Element(said, "server.decoding", "late")
+        else:
+            yield Element(said, "server.environment", environment.with_slope)
 
 
 def _of_user(user: User) -> Iterator[Element]:

@@ -23,7 +23,7 @@ def law_of(scenario: Scenario) -> str:
     if not has_waves(scenario.controller):
         return scenario.controller
     server = scenario.server
-    return UNKNOWN[server.environment] if server.coupling == "unknown" else server.coupling
+    return UNKNOWN[server.environment] if scenario.coupling.black_box else server.coupling
 
 
 def _seat(user: User, names: tuple[str, ...], weight: int) -> Seat:
@@ -54,7 +54,7 @@ class Server:
         self._law, self._params = LAWS[law], params
         self.waves = has_waves(scenario.controller)
         names = remembered(law, params.integrator)
-        self.body: Body = Cube(params) if params.environment == "cube" else Wall()
+        self.body: Body = Cube(params) if scenario.environment.movable else Wall()
         self.seats = [
             _seat(user, names, weight)
             for user, weight in zip(scenario.users, weights, strict=True)

@@ -28,14 +28,15 @@ from pmwvc_analysis.prediction.prediction_lag import (
 )
 from pmwvc_core.controllers import proofs_hold
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings.sampled import least_impedance
+from pmwvc_core.server.environments import environment_of
 from pmwvc_core.wave.design import aliasing
 from pmwvc_core.wave.impedance import first_axis, smallest
 
 ALIASING_BOUND = 1.1  # of an aliasing gain: from here on it is warned of
-# Compensation, environment and decoding that are one_step_delay.
-UNTREATED = ("none", "wall", "late")
 
 
 class Exact(NamedTuple):
@@ -170,9 +171,18 @@ def aliasing_gain(user: User) -> float:
 def one_step_bound(user: User, scenario: Scenario) -> bool | None:
     """Tell whether K T_VE + 2B <= b holds, None where it does not apply."""
     server = scenario.server
-    treated = (server.compensation, server.environment, server.decoding) != UNTREATED
-    if scenario.coupling.black_box and treated:
+    if scenario.coupling.black_box and not _held_wall(server):
         return None
     if not decodes_late(user, scenario) or server.integrator != "backward_euler":
         return None
     return least_impedance(server, user.contact) <= smallest(user.server_impedance)
+
+
+def _held_wall(server: ServerParams) -> bool:
+    """Tell whether a black box is a wall whose waves are decoded late and not treated."""
+    compensation, environment = (
+        COMPENSATIONS.of(server.compensation),
+        environment_of(server.environment),
+    )
+    wall = environment.spring and not environment.sloped
+    return wall and compensation.linear == compensation.name and server.decoding == "late"

@@ -23,8 +23,6 @@ from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings.sampled import least_impedance
 from pmwvc_core.wave.impedance import smallest
 
-SLOPED = ("wall_with_slope", "hunt_crossley")  # unknown environments that tell their slope
-
 
 class Rule(NamedTuple):
     """K T_VE + 2B of a wall, b and G of its port [N s/m]."""
@@ -50,7 +48,8 @@ def rule(user: User, scenario: Scenario) -> Rule | None:
     Known for a wall that does not tell its slope, with backward Euler.
     """
     server = scenario.server
-    if not may_limit(scenario) or server.environment != "wall":
+    environment = scenario.environment
+    if not may_limit(scenario) or not environment.spring or environment.sloped:
         return None
     if server.integrator != "backward_euler":
         return None
@@ -64,10 +63,11 @@ def decodes_late(user: User, scenario: Scenario) -> bool:
     server = scenario.server
     if not scenario.coupling.black_box:
         return scenario.coupling.late
-    if server.environment in SLOPED:
+    environment = scenario.environment
+    if environment.sloped:
         return False
     soft = _stiff(user, scenario) <= SOFT * smallest(user.server_impedance)
-    return server.decoding == "late" or (server.environment == "wall" and soft)
+    return server.decoding == "late" or (environment.spring and soft)
 
 
 def late_steps_s(user: User, scenario: Scenario) -> float:
@@ -79,7 +79,7 @@ def late_steps_s(user: User, scenario: Scenario) -> float:
     """
     server = scenario.server
     learns = scenario.coupling.black_box and server.decoding == "secant"
-    if not learns or server.environment in SLOPED:
+    if not learns or scenario.environment.sloped:
         return 0.0
     return (2.0 if decodes_late(user, scenario) else -2.0) * server.period_s
 
@@ -97,7 +97,8 @@ def may_limit(scenario: Scenario) -> bool:
 def limited(scenario: Scenario) -> bool | None:
     """Tell whether some environment will be limited; None where no rule is known."""
     server = scenario.server
-    solved = server.environment == "wall_with_slope" and server.integrator == "backward_euler"
+    environment = scenario.environment
+    solved = environment.spring and environment.sloped and server.integrator == "backward_euler"
     if not may_limit(scenario) or solved:
         return False
     rules = [rule(user, scenario) for user in scenario.users]

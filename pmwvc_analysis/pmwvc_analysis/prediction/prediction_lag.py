@@ -32,7 +32,6 @@ import numpy as np
 
 from pmwvc_analysis.models.channel import Times, delay_ticks
 from pmwvc_analysis.models.loop import answer_phase, hyperframe_ticks, serve_phase
-from pmwvc_analysis.models.server import UNKNOWN
 from pmwvc_analysis.prediction.prediction_environment import decodes_late
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
@@ -70,11 +69,10 @@ def feels_as_its_lag(user: User, scenario: Scenario) -> bool:
     """Tell whether the lag alone decides what is rendered: not with a local model that answers at
     once, nor with position feedback, nor where the contact is not known.
     """
-    master, server = user.master, scenario.server
-    if scenario.coupling.black_box and server.environment not in UNKNOWN:
-        return False
-    if scenario.coupling.linear != scenario.coupling.name:
-        return False
+    master = user.master
+    for record in (scenario.coupling, scenario.environment):
+        if record.linear != record.name:
+            return False
     return master.bank.kind != "dissertation" and not master.position.is_on
 
 

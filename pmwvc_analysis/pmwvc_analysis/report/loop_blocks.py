@@ -57,12 +57,12 @@ def _texts(scenario: Scenario, user: User) -> dict[str, tuple[str, list[str]]]:
     title = "wave port" if proofs_hold(scenario.controller) else scenario.controller
     rate = f"1 of {master.rate_drop}, {_hertz(1.0 / (master.tick_s * master.rate_drop))}"
     limits = f"limits: {_number(user.safety.max_force)} N"
-    object_lines = [f"{_number(server.object_mass)} kg"] if server.environment == "cube" else []
+    object_lines = [f"{_number(server.object_mass)} kg"] if scenario.environment.movable else []
     contact_lines = [
         f"K = {_number(contact.contact_stiffness)} N/m",
         f"B = {_number(contact.contact_damping)} N s/m",
     ]
-    if server.environment in ("hunt_crossley", "active_wall"):
+    if not scenario.environment.contact_law:
         contact_lines = []
     found = {
         "hand": ("hand", [_operator(user)]),

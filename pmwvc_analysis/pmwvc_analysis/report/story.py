@@ -52,9 +52,7 @@ def _contact(
             first[name] = float(times[places[0]])
     name = "the object"
     if scenario is not None:
-        wall = scenario.server.environment != "cube"
-        name = "the wall" if "wall" in scenario.server.environment else "the object"
-        name = "the cube" if not wall else name
+        name = scenario.environment.noun
     if not first:
         yield f"No user touched {name}."
         return

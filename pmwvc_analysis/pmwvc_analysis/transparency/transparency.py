@@ -150,7 +150,7 @@ def pressing(scenario: Scenario, user: int) -> list[float]:
     """
     forces = [0.0] * len(scenario.users)
     forces[user] = 1.0
-    if scenario.server.environment != "cube":
+    if not scenario.environment.movable:
         return forces
     scale = [1.0] * len(forces)
     if has_waves(scenario.controller):
@@ -244,7 +244,7 @@ def _scale_notes(scenario: Scenario, user: int) -> list[str]:
 
 def _how(scenario: Scenario, user: int, forces: list[float], *, balanced: bool) -> str:
     name = scenario.users[user].name
-    if scenario.server.environment != "cube":
+    if not scenario.environment.movable:
         return f"{name} presses against the wall."
     others = [
         other.name for other, force in zip(scenario.users, forces, strict=True) if force < 0.0

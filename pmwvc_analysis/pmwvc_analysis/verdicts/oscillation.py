@@ -28,6 +28,7 @@ import numpy as np
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams, ServerParams
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.environments import environment_of
 from pmwvc_core.traces import SessionTraces
 
 WINDOW_S = 0.25
@@ -169,8 +170,7 @@ def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: boo
 
 def environment_band_hz(server: ServerParams) -> float:
     """Return the frequency below which the environment moves by itself, 0 where it does not."""
-    driven = server.environment == "active_wall" and server.active_wall.amplitude_m > 0.0
-    return HARMONICS * server.active_wall.frequency_hz if driven else 0.0
+    return HARMONICS * environment_of(server.environment).drive_hz(server)
 
 
 def _bands(scenario: Scenario | None) -> tuple[float, float]:

@@ -41,7 +41,6 @@ from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.traces import SessionTraces
 
 NO_SERVER = "the server's trace is missing"
-PASSIVE_ENVIRONMENTS = ("cube", "wall", "wall_with_slope", "hunt_crossley")
 
 
 @dataclass(frozen=True)
@@ -175,9 +174,4 @@ def _own_energy(scenario: Scenario | None) -> str:
     """Return why an environment may give out energy of its own; empty where it has none."""
     if scenario is None:
         return "without the scenario its environment is not known"
-    server = scenario.server
-    if server.environment == "active_wall":
-        return "its environment is driven" if server.active_wall.amplitude_m > 0.0 else ""
-    if server.environment not in PASSIVE_ENVIRONMENTS:
-        return f"whether environment {server.environment!r} has energy of its own is not known"
-    return ""
+    return scenario.environment.own_energy(scenario.server)

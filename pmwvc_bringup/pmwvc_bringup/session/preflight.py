@@ -12,10 +12,9 @@ from functools import partial
 from pmwvc_core.controllers import has_waves, make_master
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network.delay_trace import load_delay_trace
-from pmwvc_core.params.server import KNOWN
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.black_box import plugins as environments
+from pmwvc_core.server import environments
 from pmwvc_master.plugins import PLUGINS as DEVICES
 
 SIMULATED = "simulated"
@@ -38,10 +37,11 @@ def check(scenario: Scenario) -> None:
         environments.require(scenario.server.environment)
     except PmwvcError as error:
         problems.append(str(error))
-    if not has_waves(scenario.controller) and scenario.server.environment not in KNOWN:
+    known = [name for name, record in environments.LIBRARY.items() if record.body]
+    if not has_waves(scenario.controller) and scenario.environment.body is None:
         problems.append(
             f"server.environment = {scenario.server.environment!r}: needs controller = pmwvc "
-            f"({scenario.controller} supports only {' and '.join(KNOWN)})"
+            f"({scenario.controller} supports only {' and '.join(known)})"
         )
     if problems:
         raise ScenarioError(scenario.name, problems)

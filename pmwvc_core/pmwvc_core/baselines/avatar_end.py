@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from pmwvc_core.numeric import Value, dot, maximum
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings.sampled import push_object
-from pmwvc_core.server.environments import make_environment
+from pmwvc_core.server.environments import make_body
 from pmwvc_core.server.user_ports import ServerController, UserPort
 from pmwvc_core.transport.packet import FLAG_DIRECT
 
@@ -27,7 +27,7 @@ class AvatarEnd(ServerController):
     flags = FLAG_DIRECT
 
     def __init__(self, params: ServerParams, ports: Sequence[UserPort]) -> None:
-        super().__init__(make_environment(params), ports)
+        super().__init__(make_body(params), ports)
         self._period = params.period_s
 
     def step(self, received: Sequence[tuple[Value, Value]]) -> list[Value]:

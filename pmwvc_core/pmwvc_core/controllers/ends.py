@@ -10,8 +10,8 @@ from pmwvc_core.master.controller import MasterController
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.server.black_box.interface import EnvironmentSetup
-from pmwvc_core.server.black_box.plugins import make_black_box
 from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.environments import make_black_box
 from pmwvc_core.server.factory import make_ports
 from pmwvc_core.server.user_ports import AS_PUBLISHED, ServerController
 from pmwvc_core.wave.impedance import Impedance

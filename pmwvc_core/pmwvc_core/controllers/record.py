@@ -12,14 +12,14 @@ from pmwvc_core.master.controller import MasterController
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
 from pmwvc_core.plugins import Record
 from pmwvc_core.server.black_box.containment import Call
-from pmwvc_core.server.black_box.interface import Environment
+from pmwvc_core.server.black_box.interface import BlackBox
 from pmwvc_core.server.couplings import Coupling
 from pmwvc_core.server.couplings.record import backward
 from pmwvc_core.server.user_ports import ServerController, UserPort
 
 MasterMaker = Callable[[MasterParams, BaselineParams], MasterController]
 ServerMaker = Callable[[ServerParams, Sequence[UserPort]], ServerController]
-BlackBoxMaker = Callable[[ServerParams, Sequence[UserPort], Environment, Call], ServerController]
+BlackBoxMaker = Callable[[ServerParams, Sequence[UserPort], BlackBox, Call], ServerController]
 
 
 # The server's end of a controller without waves: the object moves under the forces held.

@@ -8,8 +8,8 @@ from pmwvc_core.controllers.record import Controller
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
 from pmwvc_core.server.black_box.containment import Call
-from pmwvc_core.server.black_box.interface import Environment
-from pmwvc_core.server.black_box.port import UnknownServer
+from pmwvc_core.server.black_box.interface import BlackBox
+from pmwvc_core.server.black_box.port import BlackBoxServer
 from pmwvc_core.server.port import WaveServer
 from pmwvc_core.server.user_ports import ServerController, UserPort
 
@@ -22,9 +22,9 @@ def storage_j(master: MasterParams, baseline: BaselineParams) -> float:
 
 
 def _black_box(
-    params: ServerParams, ports: Sequence[UserPort], environment: Environment, call: Call
+    params: ServerParams, ports: Sequence[UserPort], environment: BlackBox, call: Call
 ) -> ServerController:
-    return UnknownServer(params, ports, environment, call=call)
+    return BlackBoxServer(params, ports, environment, call=call)
 
 
 RECORD = Controller(

@@ -29,6 +29,7 @@ from pmwvc_core.params import (
 from pmwvc_core.params.names import flattened, nested
 from pmwvc_core.scenario.conflicts import conflicts
 from pmwvc_core.server.couplings import COUPLINGS, Coupling
+from pmwvc_core.server.environments import Environment, environment_of
 from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
 
 TOP: Mapping[str, Spec] = {
@@ -124,6 +125,11 @@ class Scenario:
     def coupling(self) -> Coupling:
         """How the server closes its algebraic loop."""
         return record_of(self.controller).coupling or COUPLINGS.of(self.server.coupling)
+
+    @property
+    def environment(self) -> Environment:
+        """What the avatars touch."""
+        return environment_of(self.server.environment)
 
     @property
     def tick_s(self) -> float:

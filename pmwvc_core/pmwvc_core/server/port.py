@@ -17,7 +17,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings import COUPLINGS, Faulting
-from pmwvc_core.server.environments import make_environment
+from pmwvc_core.server.environments import make_body
 from pmwvc_core.server.user_ports import ServerController, UserPort
 
 
@@ -25,7 +25,7 @@ class WaveServer(ServerController):
     """Avatars behind wave ports around one object."""
 
     def __init__(self, params: ServerParams, ports: Sequence[UserPort]) -> None:
-        super().__init__(make_environment(params), ports)
+        super().__init__(make_body(params), ports)
         coupling = COUPLINGS.of(params.coupling)
         if coupling.make is None:
             raise ParameterError(

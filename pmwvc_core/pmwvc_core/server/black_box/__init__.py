@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Environments as black boxes: position and velocity in, force out (App. C)."""
 
-from pmwvc_core.server.black_box.interface import Environment, EnvironmentSetup
+from pmwvc_core.server.black_box.interface import BlackBox, EnvironmentSetup
 
-__all__ = ["Environment", "EnvironmentSetup"]
+__all__ = ["BlackBox", "EnvironmentSetup"]

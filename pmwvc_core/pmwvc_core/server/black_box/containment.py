@@ -16,7 +16,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.server.black_box.faults import BadAnswer
-from pmwvc_core.server.black_box.interface import Environment, Shown, Sloped, Storing
+from pmwvc_core.server.black_box.interface import BlackBox, Shown, Sloped, Storing
 from pmwvc_core.state import Stateful
 
 LARGEST_N = 1e6  # more is no force
@@ -48,7 +48,7 @@ class Asked(Stateful):
     BLOCKS = "environment"
     MEMORY = "_news"
 
-    def __init__(self, environment: Environment) -> None:
+    def __init__(self, environment: BlackBox) -> None:
         self.environment = environment
         self._news: deque[tuple[str, tuple[Any, ...]]] = deque()
 
@@ -128,7 +128,7 @@ def _signal(value: Any, like: Array, name: str = "step") -> Array:
     return array
 
 
-def _stored(environment: Environment) -> Any:
+def _stored(environment: BlackBox) -> Any:
     if not isinstance(environment, Storing):
         return None
     energy = np.asarray(environment.energy, dtype=float)

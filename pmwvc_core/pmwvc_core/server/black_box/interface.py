@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the port asks of an environment that it knows nothing of, and what one is made for.
+"""The calls of an environment that is a black box to the port, and what one is made for.
 
 Signals are arrays whose first axis is the user and whose last is the degree of freedom: ``(users,
 dof)`` in a live session, ``(users, runs, dof)`` in a batch. Code that works elementwise over the
@@ -31,8 +31,8 @@ class EnvironmentSetup:
         return len(self.contacts)
 
 
-class Environment(Protocol):
-    """An environment: all that it must have. More that it may have stands below."""
+class BlackBox(Protocol):
+    """An environment as a black box: all that it must have. More that it may have stands below."""
 
     def step(self, position: Array, velocity: Array, dt: float) -> Array:
         """Go one step on.

@@ -29,17 +29,17 @@ from pmwvc_core.numeric import Array, Flag, Value, dot, squared, where
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.black_box.containment import Asked, Call, Reply, directly
 from pmwvc_core.server.black_box.faults import BadAnswer, Faults
-from pmwvc_core.server.black_box.interface import Environment, Sloped
+from pmwvc_core.server.black_box.interface import BlackBox, Sloped
 from pmwvc_core.server.black_box.secant import Secant, decoded
 from pmwvc_core.server.compensations import COMPENSATIONS, Wave
 from pmwvc_core.server.couplings.sampled import weights
-from pmwvc_core.server.environments import Wall
+from pmwvc_core.server.fixed_body import FixedBody
 from pmwvc_core.server.user_ports import ServerController, UserPort
 from pmwvc_core.wave.impedance import MatrixImpedance, smallest
 from pmwvc_core.wave.reflection import reflection
 
 
-class UnknownServer(ServerController):
+class BlackBoxServer(ServerController):
     """Avatars behind wave ports around a black box.
 
     Parameters
@@ -59,11 +59,11 @@ class UnknownServer(ServerController):
         self,
         params: ServerParams,
         ports: Sequence[UserPort],
-        environment: Environment,
+        environment: BlackBox,
         *,
         call: Call = directly,
     ) -> None:
-        super().__init__(Wall(), ports)  # the body is what is shown
+        super().__init__(FixedBody(), ports)  # the body is what is shown
         self._faults = self.trouble = Faults("server.environment", params.environment)
         self._asked = Asked(environment)
         self._call = call

@@ -58,7 +58,7 @@ class Touched(Stateful):
         return total
 
 
-class Wall(Touched):
+class TouchedWall(Touched):
     """Stands still; every user has its own side or spring."""
 
     def step(self, position: Array, velocity: Array, dt: float) -> Array:
@@ -77,7 +77,7 @@ class Wall(Touched):
         return 0.0
 
 
-class SlopedWall(Wall):
+class SlopedWall(TouchedWall):
     """The wall, which also says how its force will change: the loop is solved (App. C Eq. 4)."""
 
     def local(self, position: Array, dt: float) -> tuple[Array, Array]:
@@ -93,7 +93,7 @@ class SlopedWall(Wall):
         return force, slope
 
 
-class ActiveWall(Wall):
+class ActiveWall(TouchedWall):
     """A wall driven along axis 0, x = A sin(2 pi f t): it gives out what its drive puts in."""
 
     MEMORY = "_time_s"
