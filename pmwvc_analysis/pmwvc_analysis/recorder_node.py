@@ -22,10 +22,10 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from pmwvc_analysis.recording.about import about
+from pmwvc_analysis.recording.format.about import about
+from pmwvc_analysis.recording.format.topics import Topic, session_topics
 from pmwvc_analysis.recording.live import BackgroundWriter, Received
 from pmwvc_analysis.recording.reader import read_scenario
-from pmwvc_analysis.recording.topics import Topic, session_topics
 from pmwvc_analysis.recording.writer import RESERVE_BYTES, SessionWriter
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec

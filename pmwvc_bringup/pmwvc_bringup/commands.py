@@ -165,7 +165,7 @@ def doctor(arguments: argparse.Namespace) -> int:
 
 def _mended(folder: Path, target: Path) -> tuple[list[Any], int]:
     from pmwvc_analysis.doctor import check_recording, exit_code
-    from pmwvc_analysis.recording.mcap.recover import mend
+    from pmwvc_analysis.recording.recover import mend
 
     print(mend(folder, target))
     findings = check_recording(target)

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pmwvc_analysis.recording.size import live_bytes_per_minute
+from pmwvc_analysis.recording.format.size import live_bytes_per_minute
 from pmwvc_bringup import scenarios
 from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, request_real_time
 

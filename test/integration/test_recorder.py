@@ -10,7 +10,7 @@ import yaml
 from support.processes import NodeProcess, ros
 
 from pmwvc_analysis.recording.mcap.mcap_check import check_file
-from pmwvc_analysis.recording.mcap.recover import Salvage, messages
+from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime import messages as build

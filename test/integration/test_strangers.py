@@ -12,9 +12,9 @@ import pytest
 from support.processes import ros
 from support.sessions import ROOT, Running
 
-from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.mcap.mcap_check import check_file
-from pmwvc_analysis.recording.mcap.recover import Salvage, messages
+from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_core.transport.packet import FLAG_LEAVING
 from pmwvc_msgs.msg import LinkState, MasterTrace, PacketFate, ServerTrace, Wave
 

@@ -44,6 +44,8 @@ ANALYSIS = {
     "consistency": {"traces"},
     "events": {"traces"},
     "verdicts": {"traces", "budget", "events", "prediction", "recording"},
+    "recording": set(),
+    "replay": {"recording", "traces"},
     "charts": set(),
     "filters": set(),
     "maps": {"models"},
@@ -58,6 +60,8 @@ ANALYSIS = {
     },
     "report": {"budget", "charts", "compare", "figures", "prediction", "traces", "verdicts"},
 }  # fmt: skip
+# Below each folder of the recording: what it may import of the recording; its files import all.
+RECORDING = {"format": set(), "mcap": set(), "clocks": set()}
 CLOCKS = {"rclpy", "time", "threading", "os", "subprocess", "asyncio", "socket", "datetime"}
 
 
@@ -115,6 +119,17 @@ def test_rooms_of_the_analysis_import_one_way(room):
         for name in imports_of(file):
             if name.startswith("pmwvc_analysis."):
                 assert name.split(".")[1] in ANALYSIS[room] | {room}, f"{file}: {name}"
+
+
+@pytest.mark.parametrize("folder", RECORDING)
+def test_folders_of_the_recording_import_one_way(folder):
+    files = sorted((ROOT / "pmwvc_analysis/pmwvc_analysis/recording" / folder).glob("*.py"))
+    assert len(files) > 1
+    for file in files:
+        for name in imports_of(file):
+            if name.startswith("pmwvc_analysis."):
+                assert name.split(".")[1] == "recording", f"{file}: {name}"
+                assert name.split(".")[2] in RECORDING[folder] | {folder}, f"{file}: {name}"
 
 
 def test_rooms_of_the_analysis_have_no_cycle():

@@ -29,7 +29,6 @@ ALLOWED = {
     "pmwvc_analysis.verdicts.outcomes:came_true": "",
     "pmwvc_analysis.delays.passivity:FoldedGain": "",
     "pmwvc_analysis.delays.passivity:energy_gain": "",
-    "pmwvc_analysis.recording.content:content_of": "",
     "pmwvc_analysis.filters.down_sampler:printed_filters": "",
     "pmwvc_analysis.filters.characteristic:printed_diagram": "",
     "pmwvc_analysis.filters.channel_energy:sine_deficit": "",

@@ -110,6 +110,7 @@ def unused(root: Path, sources: Sequence[Path], others: Sequence[Path] = ()) -> 
         (module.name, local): target
         for module in modules.values()
         for local, target in module.imported.items()
+        if target != (module.name, local)  # a package that imports its own modules
     }
     waiting = [name for module in modules.values() for name in module.at_import()]
     for module in map(_parser(root), _python(others)):

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pmwvc_analysis.recording.topics import session_topics
+from pmwvc_analysis.recording.format.topics import session_topics
 from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import plan
 from pmwvc_core.params import ContactParams, LinkParams, MasterParams

@@ -15,11 +15,11 @@ from support import handmade
 from support.handmade import START_NS, TICKS
 
 from pmwvc_analysis.events.events import complete
-from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording.format.topics import Topic
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.mcap.recover import Salvage, messages
+from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.reader import read_scenario, read_session
-from pmwvc_analysis.recording.topics import Topic
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_analysis.traces.holes import holes
 from pmwvc_analysis.verdicts.passivity_findings import passivity

@@ -5,9 +5,9 @@
 import pytest
 from support import handmade
 
-from pmwvc_analysis.recording import size
+from pmwvc_analysis.recording.format import size
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.mcap.recover import Salvage, messages
+from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 
 RECORD = 47
 

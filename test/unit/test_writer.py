@@ -16,11 +16,12 @@ import pytest
 import yaml
 from mcap.reader import make_reader
 
-from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording.format.topics import trace, wave
 from pmwvc_analysis.recording.live import QUEUE_BYTES, BackgroundWriter, Received
 from pmwvc_analysis.recording.mcap.mcap_check import check_file
-from pmwvc_analysis.recording.mcap.recover import Salvage, messages, recover
-from pmwvc_analysis.recording.topics import trace, wave
+from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
+from pmwvc_analysis.recording.recover import recover
 from pmwvc_analysis.recording.writer import CHUNK_BYTES, SessionWriter
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime import messages as build

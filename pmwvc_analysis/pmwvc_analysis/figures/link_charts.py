@@ -9,7 +9,8 @@ from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Dots, Line, Note, P
 from pmwvc_analysis.charts.colours import user_tint
 from pmwvc_analysis.charts.text import quantity
 from pmwvc_analysis.figures import recorded
-from pmwvc_analysis.recording.losses import DROPPED, LOST
+from pmwvc_analysis.recording.losses import DROPPED
+from pmwvc_core.network import FateKind
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
@@ -96,7 +97,7 @@ def network(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
         user, _, way = name.rpartition("/")
         time_s = (fates.time_in_ns - zeros.get(name, 0)) * 1e-9
         tint = user_tint(names.index(user)) if user in names else "object"
-        lost = int((fates.fate == LOST).sum())
+        lost = int((fates.fate == FateKind.LOST).sum())
         panels.append(
             Panel(
                 "delay [ms]",
@@ -121,7 +122,7 @@ def _packets(fates: FateTraces, time_s: Array, tint: str) -> list[Dots]:
     delay = (fates.time_out_ns - fates.time_in_ns)[out].astype(float) * 1e-6
     found = [Dots("delivered", time_s[out], delay, tint)]
     top = max(1.0, 1.15 * float(delay.max(initial=0.0)))
-    for label, kinds, mark in (("lost", (LOST,), "cross"), ("dropped", DROPPED, "plus")):
+    for label, kinds, mark in (("lost", (FateKind.LOST,), "cross"), ("dropped", DROPPED, "plus")):
         rows = np.isin(fates.fate, kinds)
         if rows.any():
             level: Array = np.full(int(rows.sum()), LOST_AT * top)

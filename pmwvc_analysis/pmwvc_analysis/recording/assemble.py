@@ -25,23 +25,6 @@ _PER_TICK = {"x_m": "x", "xd_m": "xd", "f_m": "f_m", "f_applied": "f_applied"} |
 }
 
 
-def monotonic_times(messages: Messages) -> Integers:
-    """Return the monotonic time of each trace message on its own host [ns]."""
-    return np.array([message.start_ns for message in messages], dtype=np.int64)
-
-
-def start_times(messages: Messages) -> Integers:
-    """Return the evenly stepped ROS time of each trace message [ns], epoch by epoch (clock.py)."""
-    result = np.zeros(len(messages), dtype=np.int64)
-    epochs = np.array([message.epoch for message in messages], dtype=np.uint64)
-    monotonic = monotonic_times(messages)
-    stamps = np.array([nanoseconds(message.stamp) for message in messages], dtype=np.int64)
-    for epoch in np.unique(epochs):
-        own = epochs == epoch
-        result[own] = clock.ros_times(monotonic[own], stamps[own])
-    return result
-
-
 def continued(values: Array, epochs: NDArray[np.uint64]) -> Array:
     """Return running sums that go on where a new epoch starts again at zero."""
     result = values.copy()

@@ -6,19 +6,19 @@ Message definitions come from the files themselves. What other programs publishe
 topics is left out (own.py).
 """
 
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable
+import itertools
+from collections import ChainMap, Counter, defaultdict
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
-from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.mcap.recover import RawMessage, Salvage
-from pmwvc_analysis.recording.mcap.recover import messages as salvaged
+from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording.mcap.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.own import keep_own
-from pmwvc_analysis.recording.parameter_cdr import ParameterChange, parameter_change
+from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.sequence import GapCounter, numbered
 from pmwvc_core.errors import RecordingError
 
@@ -28,7 +28,7 @@ Decode = Callable[[bytes, str], Any]
 
 @dataclass
 class Content:
-    """Decoded messages by topic, and what else the files say."""
+    """Decoded messages by topic, and everything else the files say."""
 
     by_topic: dict[str, list[Seen]] = field(default_factory=lambda: defaultdict(list))
     types: dict[str, str] = field(default_factory=dict)
@@ -49,15 +49,24 @@ class Content:
 
 def read_content(folder: Path) -> Content:
     """Return the decoded messages of every file; of a damaged one, as far as it is whole."""
+    from rosbags.highlevel import AnyReader
+
     if not folder.exists():
         raise RecordingError(f"{folder} does not exist")
-    content = Content()
+    files = sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]
     try:
-        _read_whole(folder, content)
-        return _own(content)
+        with AnyReader([folder]) as reader:
+            raw = (
+                RawMessage(connection.topic, connection.msgtype, log_ns, log_ns, bytes(data))
+                for connection, log_ns, data in reader.messages()
+            )
+            topics = [connection.topic for connection in reader.connections]
+            content = content_of(raw, reader.deserialize, topics)
+        for path in files:
+            content.metadata.update(_file_metadata(path))
+        return content
     except Exception as error:  # rosbags raises many kinds for a damaged file
         reason = str(error) or type(error).__name__
-    files = sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]
     if not files and not (folder / "metadata.yaml").exists():
         raise RecordingError(
             f"{folder} holds no recording: neither an .mcap file nor a metadata.yaml is in it; "
@@ -65,24 +74,44 @@ def read_content(folder: Path) -> Content:
         )
     if not files:
         raise RecordingError(f"{folder} holds no recording that can be read: {reason}")
-    content = Content()
+    return _read_damaged(files)
+
+
+def _read_damaged(files: Sequence[Path]) -> Content:
+    salvages = {path: Salvage() for path in files}
+    schema_texts: ChainMap[str, str] = ChainMap(*(each.schemas for each in salvages.values()))
     for path in files:
         _require_mcap(path)
-        salvage = Salvage()
-        decode = _Decoder(salvage)
-        for message in salvaged(path, salvage):
-            _take(content, message, decode)
+    content = content_of(
+        itertools.chain.from_iterable(messages(path, each) for path, each in salvages.items()),
+        lambda data, type_name: schemas.store_of(
+            schema_texts[type_name], type_name
+        ).deserialize_cdr(data, type_name),
+    )
+    early = []
+    for path, salvage in salvages.items():
         content.metadata.update(salvage.metadata)
         if salvage.end:
             what = f"{path.name} ends early ({salvage.end}); everything before is read"
-            content.events.append({"time_s": None, "who": "recorder", "what": what})
-    return _own(content)
+            early.append({"time_s": None, "who": "recorder", "what": what})
+    content.events = early + content.events
+    return content
 
 
-def content_of(messages: Iterable[RawMessage], decode: Decode) -> Content:
-    """Return the content of serialized messages; ``decode(data, type_name)`` makes them whole."""
+def content_of(raw: Iterable[RawMessage], decode: Decode, topics: Iterable[str] = ()) -> Content:
+    """Return the content of serialized messages.
+
+    Parameters
+    ----------
+    decode
+        ``decode(data, type_name)`` returns a message.
+    topics
+        Names of topics that count even when they have no message.
+    """
     content = Content()
-    for message in messages:
+    for topic in topics:
+        content.counter.topic(topic)
+    for message in raw:
         _take(content, message, decode)
     return _own(content)
 
@@ -94,8 +123,8 @@ def _own(content: Content) -> Content:
         for _, message in content.by_topic[topic]:
             content.counter.add(topic, numbered(kind, message))
     for (topic, reason), count in content.undecoded.items():
-        messages = "a message" if count == 1 else f"{count} messages"
-        what = f"{topic}: {messages} cannot be decoded ({reason})"
+        amount = "a message" if count == 1 else f"{count} messages"
+        what = f"{topic}: {amount} cannot be decoded ({reason})"
         content.events.append({"time_s": None, "who": "recorder", "what": what})
     return content
 
@@ -115,19 +144,6 @@ def _require_mcap(path: Path) -> None:
         raise RecordingError(f"{path} {what}; name a session folder, or an .mcap file")
 
 
-def _read_whole(folder: Path, content: Content) -> None:
-    from rosbags.highlevel import AnyReader
-
-    with AnyReader([folder]) as reader:
-        for connection in reader.connections:
-            content.counter.topic(connection.topic)
-        for connection, log_ns, data in reader.messages():
-            raw = RawMessage(connection.topic, connection.msgtype, log_ns, log_ns, bytes(data))
-            _take(content, raw, reader.deserialize)
-    for path in sorted(folder.glob("*.mcap")) if folder.is_dir() else [folder]:
-        content.metadata.update(_file_metadata(path))
-
-
 def _file_metadata(path: Path) -> dict[str, dict[str, str]]:
     from mcap.reader import make_reader
 
@@ -135,19 +151,6 @@ def _file_metadata(path: Path) -> dict[str, dict[str, str]]:
         return {
             record.name: dict(record.metadata) for record in make_reader(stream).iter_metadata()
         }
-
-
-class _Decoder:
-    """Decodes messages by the schemas met in the file itself."""
-
-    def __init__(self, salvage: Salvage) -> None:
-        self.salvage = salvage
-        self.stores: dict[str, Any] = {}
-
-    def __call__(self, data: bytes, type_name: str) -> Any:
-        if type_name not in self.stores:
-            self.stores[type_name] = schemas.store_of(self.salvage.schemas[type_name], type_name)
-        return self.stores[type_name].deserialize_cdr(data, type_name)
 
 
 def _take(content: Content, raw: RawMessage, decode: Decode) -> None:

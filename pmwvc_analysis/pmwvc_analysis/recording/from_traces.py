@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.recording import schemas
-from pmwvc_analysis.recording.about import about
 from pmwvc_analysis.recording.assemble import ENERGIES
+from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording.format.about import about
+from pmwvc_analysis.recording.format.topics import session_topics
 from pmwvc_analysis.recording.link_blocks import fate_blocks, state_blocks
-from pmwvc_analysis.recording.topics import session_topics
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.errors import RecordingError

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording.losses import DROPPED, DUPLICATE, LOST
+from pmwvc_analysis.recording.losses import DROPPED
+from pmwvc_core.network import FateKind
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.traces import FateTraces
@@ -64,10 +65,10 @@ def state_blocks(
         now = delays[recent] if recent.any() else np.zeros(1)
         kinds = fates.fate[came]
         counts = {
-            "in_count": int((came & (fates.fate != DUPLICATE)).sum()),
+            "in_count": int((came & (fates.fate != FateKind.DUPLICATE)).sum()),
             "out_count": int(left.sum()),
-            "lost": int((kinds == LOST).sum()),
-            "duplicated": int((kinds == DUPLICATE).sum()),
+            "lost": int((kinds == FateKind.LOST).sum()),
+            "duplicated": int((kinds == FateKind.DUPLICATE).sum()),
             "reordered": int((overtaken & left).sum()),
             "queued": int((came & out).sum() - left.sum()),
             "dropped": int(np.isin(kinds, DROPPED).sum()),

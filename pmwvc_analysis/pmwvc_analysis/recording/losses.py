@@ -11,19 +11,25 @@ link knows nothing, never reached it: its two ends had not met.
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
+from pmwvc_analysis.recording.format.topics import relayed, source_of
 from pmwvc_analysis.recording.sequence import GapCounter
-from pmwvc_analysis.recording.topics import relayed, source_of
+from pmwvc_core.network import FateKind
 from pmwvc_core.traces import FateTraces, PacketTraces
 
-# The numbers of PacketFate.msg.
-DELIVERED, LOST, DUPLICATE = 0, 1, 2
-DROPPED = (3, 4)  # by the rate limit, by a full queue
+DROPPED = (FateKind.DROPPED_RATE, FateKind.DROPPED_QUEUE)
+
+
+def came_out(fates: FateTraces) -> NDArray[np.bool_]:
+    """Tell which packets and copies came out of a link."""
+    kinds = (FateKind.DELIVERED, FateKind.DUPLICATE)
+    return np.isin(fates.fate, kinds) & (fates.time_out_ns > 0)
 
 
 def delivered_numbers(fates: FateTraces) -> dict[int, set[int]]:
     """Return per sender (epoch) the packet numbers that came out of a link."""
-    out = np.isin(fates.fate, (DELIVERED, DUPLICATE)) & (fates.time_out_ns > 0)
+    out = came_out(fates)
     numbers: dict[int, set[int]] = {}
     for epoch in np.unique(fates.epoch):
         own = out & (fates.epoch == epoch)

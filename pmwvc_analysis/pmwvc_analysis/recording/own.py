@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.format import schemas
 from pmwvc_core.runtime.messages import misfit
 
 LARGEST_JUMP = 1_000_000  # numbers missing at once: more than two hours of packets

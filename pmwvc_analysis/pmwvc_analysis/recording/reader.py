@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.recording import assemble, schemas
+from pmwvc_analysis.recording import assemble
 from pmwvc_analysis.recording.clocks import clock
 from pmwvc_analysis.recording.clocks.time_lines import time_lines
 from pmwvc_analysis.recording.content import Content, read_content
+from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.recording.losses import not_relayed, topic_counts
 from pmwvc_analysis.recording.parameter_events import parameter_changes
-from pmwvc_analysis.recording.topics import source_of
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.scenario.scenario import Scenario

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.format import schemas
 
 MOST_RANGES = 256  # of one publisher; older ones are settled: hours of losses take no memory
 MOST_STREAMS = 64  # publishers of one topic whose numbers are followed

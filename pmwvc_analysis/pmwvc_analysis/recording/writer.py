@@ -17,10 +17,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO
 
-from pmwvc_analysis.recording import rosbag_metadata, schemas
+from pmwvc_analysis.recording.format import rosbag_metadata, schemas
+from pmwvc_analysis.recording.format.topics import Topic
 from pmwvc_analysis.recording.mcap.mcap_writer import McapWriter
 from pmwvc_analysis.recording.sequence import GapCounter, peek
-from pmwvc_analysis.recording.topics import Topic
 from pmwvc_core.errors import RecordingError
 
 FILE_NAME = "session.mcap"

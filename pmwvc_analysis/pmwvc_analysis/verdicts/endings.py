@@ -14,7 +14,7 @@ import math
 from typing import NamedTuple
 
 from pmwvc_analysis.events.event import Event
-from pmwvc_analysis.recording.topics import relayed as topic_relayed
+from pmwvc_analysis.recording.format.topics import relayed as topic_relayed
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 

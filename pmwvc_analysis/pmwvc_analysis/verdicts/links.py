@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.link_blocks import reordered
-from pmwvc_analysis.recording.losses import DELIVERED, DROPPED, DUPLICATE, LOST
+from pmwvc_analysis.recording.losses import DROPPED, came_out
 from pmwvc_analysis.traces.reductions import number, percentiles
+from pmwvc_core.network import FateKind
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import FateTraces, SessionTraces
 
@@ -26,13 +27,13 @@ def link_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
 
 
 def _from_fates(fates: FateTraces) -> dict[str, Any]:
-    out = np.isin(fates.fate, (DELIVERED, DUPLICATE)) & (fates.time_out_ns > 0)
+    out = came_out(fates)
     return {
         "name": fates.link,
-        "sent": int((fates.fate != DUPLICATE).sum()),
+        "sent": int((fates.fate != FateKind.DUPLICATE).sum()),
         "received": int(out.sum()),
-        "lost": int((fates.fate == LOST).sum()),
-        "duplicated": int((fates.fate == DUPLICATE).sum()),
+        "lost": int((fates.fate == FateKind.LOST).sum()),
+        "duplicated": int((fates.fate == FateKind.DUPLICATE).sum()),
         "reordered": int(reordered(fates).sum()),
         "dropped": int(np.isin(fates.fate, DROPPED).sum()),
         "delay_s": percentiles((fates.time_out_ns - fates.time_in_ns)[out].astype(float) * 1e-9),

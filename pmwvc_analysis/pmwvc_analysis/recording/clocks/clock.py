@@ -10,13 +10,32 @@ used, for all: the time lines of masters are aligned with it without wall time (
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array
+from pmwvc_core.runtime.messages import nanoseconds
 
 Integers = NDArray[np.int64]
+
+
+def monotonic_times(messages: Sequence[Any]) -> Integers:
+    """Return the monotonic time of each trace message on its own host [ns]."""
+    return np.array([message.start_ns for message in messages], dtype=np.int64)
+
+
+def start_times(messages: Sequence[Any]) -> Integers:
+    """Return the evenly stepped ROS time of each trace message [ns], epoch by epoch."""
+    result = np.zeros(len(messages), dtype=np.int64)
+    epochs = np.array([message.epoch for message in messages], dtype=np.uint64)
+    monotonic = monotonic_times(messages)
+    stamps = np.array([nanoseconds(message.stamp) for message in messages], dtype=np.int64)
+    for epoch in np.unique(epochs):
+        own = epochs == epoch
+        result[own] = ros_times(monotonic[own], stamps[own])
+    return result
 
 
 def ros_times(monotonic_ns: Integers, stamp_ns: Integers) -> Integers:

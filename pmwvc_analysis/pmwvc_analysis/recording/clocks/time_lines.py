@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.recording import assemble
 from pmwvc_analysis.recording.clocks import clock
 from pmwvc_analysis.recording.clocks.alignment import Alignment, Integers, align
 from pmwvc_core.runtime.messages import nanoseconds
@@ -46,15 +45,15 @@ def time_lines(
         blocks = [message for _, message in seen]
         how = _align(name, by_topic, fates) if steps else None
         if how is None:
-            found[name] = assemble.start_times(blocks)
+            found[name] = clock.start_times(blocks)
             said[name] = WALL.summary
         else:
             aligned = True
-            found[name] = how.to_server(assemble.monotonic_times(blocks)) + offset_ns
+            found[name] = how.to_server(clock.monotonic_times(blocks)) + offset_ns
             said[name] = how.summary
     if not steps:
         return TimeLines(found, np.zeros(0, dtype=np.int64), said)
-    own = assemble.monotonic_times(steps) + offset_ns if aligned else assemble.start_times(steps)
+    own = clock.monotonic_times(steps) + offset_ns if aligned else clock.start_times(steps)
     return TimeLines(found, own, said)
 
 
@@ -76,7 +75,7 @@ def _offset_ns(server: Seen) -> int:
     """Return what turns the server's monotonic clock into ROS time; by the recorder's clock where
     the server's own was set while running [ns].
     """
-    monotonic = assemble.monotonic_times([message for _, message in server])
+    monotonic = clock.monotonic_times([message for _, message in server])
     stamps = np.array([nanoseconds(message.stamp) for _, message in server], dtype=np.int64)
     logs = np.array([log_ns for log_ns, _ in server], dtype=np.int64)
     own, recorder = clock.offset_ns(monotonic, stamps), clock.offset_ns(monotonic, logs)

@@ -80,6 +80,9 @@ class Summary:
         *summary, last = found
         if len(last.content) != FOOTER_BYTES:
             self.problems.append("the footer has another size than it should")
+        footer = last.parsed()
+        assert isinstance(footer, mcap.Footer)
+        self.checksum("summary", footer.summary_crc, data[start : last.end - CRC_BYTES])
         offsets_start = self._expect_offsets(summary)
         indexed = set()
         # by opcode: schemas and channels before the statistics that count them
@@ -107,9 +110,6 @@ class Summary:
         chunks = {key for key in self._expected if key[0] is mcap.ChunkIndex}
         if indexed and chunks - indexed:
             self.problems.append(f"{len(chunks - indexed)} chunks have no index in the summary")
-        footer = last.parsed()
-        assert isinstance(footer, mcap.Footer)
-        self.checksum("summary", footer.summary_crc, data[start : last.end - CRC_BYTES])
         self.expect(mcap.Footer(start if summary else 0, offsets_start, footer.summary_crc))
         self._compare(last, footer)
 

@@ -35,7 +35,7 @@ _SEPARATOR = "=" * 80
 def _message_folders(package: str) -> Iterator[Path]:
     """Yield the folders that may hold the ``.msg`` files of a package, source tree first."""
     here = Path(__file__).resolve()
-    yield here.parents[3] / package / "msg"
+    yield here.parents[4] / package / "msg"
     for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
         if prefix:
             yield Path(prefix) / "share" / package / "msg"

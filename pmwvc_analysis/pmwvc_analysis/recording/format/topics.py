@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pmwvc_analysis.recording import schemas
+from pmwvc_analysis.recording.format import schemas
 
 
 @dataclass(frozen=True)
