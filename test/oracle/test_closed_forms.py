@@ -12,16 +12,7 @@ from scipy import signal
 from support.strategies import TICK_S, amplitudes, poles_rad_s, signals
 
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave import (
-    AntiAliasing,
-    EnergyLedger,
-    Hold,
-    decode_master,
-    decode_server,
-    encode_master,
-    encode_server,
-    power,
-)
+from pmwvc_core.wave import AntiAliasing, EnergyLedger, Hold, WavePort, power
 from pmwvc_core.wave.design.aliasing import worst_case_gain
 from pmwvc_core.wave.design.filter_design import design, half_power_hz
 
@@ -37,10 +28,10 @@ ROUNDING = 0.0 if platform.machine() in ("x86_64", "AMD64") else 1e-13
 )
 def test_force_and_velocity_become_the_waves_of_the_worked_example(f, xd, u, v):
     b = 25.0
-    assert encode_master(xd, v, b) == pytest.approx(u, abs=1e-7)
-    assert decode_master(xd, v, b) == pytest.approx(f, abs=1e-6)
-    assert encode_server(u, f, b) == pytest.approx(v, abs=1e-7)
-    assert decode_server(u, f, b) == pytest.approx(xd, abs=1e-8)
+    assert WavePort(b).u(xd, v) == pytest.approx(u, abs=1e-7)
+    assert WavePort(b).force(xd, v) == pytest.approx(f, abs=1e-6)
+    assert WavePort(b).v(u, f) == pytest.approx(v, abs=1e-7)
+    assert WavePort(b).velocity(u, f) == pytest.approx(xd, abs=1e-8)
     assert power(u, v) == pytest.approx(f * xd, abs=1e-6)
 
 

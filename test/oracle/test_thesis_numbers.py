@@ -74,7 +74,7 @@ class _AsPrinted:
     def step(self, ports, body):
         lost = self.coupling.step(ports, body)
         for port in ports:
-            port.xd_s = port.ratio * port.u_s + port.f_s / port.b
+            port.xd_s = port.wave.velocity(port.u_s, -port.f_s)
         return lost
 
 

@@ -22,9 +22,6 @@ ALLOWED = {
     "pmwvc_core.server.black_box.interface:Leaves": "documents what a plug-in may have",
     # used by tests and by nothing else, until their rooms are done
     "pmwvc_core.numeric:sign": "",
-    "pmwvc_core.wave.transform:encode_master": "",
-    "pmwvc_core.wave.transform:encode_server": "",
-    "pmwvc_core.wave.transform:decode_server": "",
     "pmwvc_core.wave.transform:power": "",
     "pmwvc_analysis.verdicts.outcomes:came_true": "",
     "pmwvc_analysis.delays.passivity:FoldedGain": "",

@@ -11,15 +11,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import root
 from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.wave import (
-    MatrixImpedance,
-    decode_master,
-    decode_server,
-    encode_master,
-    encode_server,
-    impedance_of,
-    power,
-)
+from pmwvc_core.wave import MatrixImpedance, WavePort, impedance_of, power
 from pmwvc_core.wave.impedance import first_axis, longest_wave, parsed, server_impedance
 
 
@@ -50,10 +42,10 @@ def test_the_operators_are_those_of_the_matrix(b, data):
 @given(b=matrices(), data=signals_of(2))
 def test_both_ports_carry_the_power_of_force_and_velocity(b, data):
     xd, v = data(b)
-    u, f = encode_master(xd, v, b), decode_master(xd, v, b)
+    u, f = WavePort(b).u(xd, v), WavePort(b).force(xd, v)
     np.testing.assert_allclose(power(u, v), np.sum(f * xd, -1, keepdims=True), atol=scale_of(u, v))
     u_s, f_s = data(b)
-    v_s, xd_s = encode_server(u_s, f_s, b), decode_server(u_s, f_s, b)
+    v_s, xd_s = WavePort(b).v(u_s, f_s), WavePort(b).velocity(u_s, f_s)
     np.testing.assert_allclose(
         power(u_s, v_s), np.sum(f_s * xd_s, -1, keepdims=True), atol=scale_of(u_s, v_s)
     )
@@ -63,9 +55,9 @@ def test_both_ports_carry_the_power_of_force_and_velocity(b, data):
 @given(b=matrices(), data=signals_of(2))
 def test_a_server_that_answers_with_the_master_force_moves_with_the_master(b, data):
     xd, v = data(b)
-    u, f = encode_master(xd, v, b), decode_master(xd, v, b)
-    np.testing.assert_allclose(decode_server(u, f, b), xd, rtol=1e-6, atol=scale_of(u, f))
-    np.testing.assert_allclose(encode_server(u, f, b), v, rtol=1e-6, atol=scale_of(u, f))
+    u, f = WavePort(b).u(xd, v), WavePort(b).force(xd, v)
+    np.testing.assert_allclose(WavePort(b).velocity(u, f), xd, rtol=1e-6, atol=scale_of(u, f))
+    np.testing.assert_allclose(WavePort(b).v(u, f), v, rtol=1e-6, atol=scale_of(u, f))
 
 
 @settings(max_examples=40)
@@ -73,9 +65,9 @@ def test_a_server_that_answers_with_the_master_force_moves_with_the_master(b, da
 def test_ends_with_different_matrices_are_a_lossless_transformer(b, other, data):
     xd_s, f_s = data(b)
     u = (f_s + b * xd_s) / root(2.0 * b)
-    v = encode_server(u, f_s, b)
+    v = WavePort(b).v(u, f_s)
     xd_m = (u + v) / root(2.0 * other)
-    f_m = decode_master(xd_m, v, other)
+    f_m = WavePort(other).force(xd_m, v)
     np.testing.assert_allclose(
         np.sum(f_m * xd_m, -1), np.sum(f_s * xd_s, -1), atol=scale_of(u, v, f_m, xd_m)
     )
@@ -118,10 +110,10 @@ def test_another_root_does_not_carry_the_power(wrong):
     right = parsed("30 8; 8 20")
     b = wrong(right.values, right.axes)
     xd, v = np.array([0.1, -0.2]), np.array([0.4, 0.3])
-    f = decode_master(xd, v, b)
-    assert power(encode_master(xd, v, b), v)[0] != pytest.approx(f @ xd, rel=1e-3)
-    f = decode_master(xd, v, right)
-    assert power(encode_master(xd, v, right), v)[0] == pytest.approx(f @ xd, rel=1e-12)
+    f = WavePort(b).force(xd, v)
+    assert power(WavePort(b).u(xd, v), v)[0] != pytest.approx(f @ xd, rel=1e-3)
+    f = WavePort(right).force(xd, v)
+    assert power(WavePort(right).u(xd, v), v)[0] == pytest.approx(f @ xd, rel=1e-12)
 
 
 @pytest.mark.parametrize(

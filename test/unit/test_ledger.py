@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from pmwvc_core.wave import EnergyLedger, PortLedger, encode_master, power
+from pmwvc_core.wave import EnergyLedger, PortLedger, WavePort, power
 
 
 def test_a_wave_of_one_root_watt_carries_half_a_watt():
@@ -27,7 +27,7 @@ def test_the_work_at_a_port_is_the_difference_of_its_waves():
     rng = np.random.default_rng(8)
     port, out, back = PortLedger(), EnergyLedger(), EnergyLedger()
     for xd, v in rng.normal(size=(100, 2)).tolist():
-        u = encode_master(xd, v, 25.0)
+        u = WavePort(25.0).u(xd, v)
         f = 25.0 * xd - 50.0**0.5 * v
         port.add(f, xd, 0.001)
         out.add(u, 0.001)

@@ -19,7 +19,7 @@ from pmwvc_analysis.traces.true_motion import complete
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import ServerTraces, UserTraces
-from pmwvc_core.wave.transform import decode_master
+from pmwvc_core.wave.transform import WavePort
 
 LIVE_TAKE_S = 0.004  # a live master takes the answer that much into its frame
 UNLIMITED_N = 1e-9  # forces closer than this are the same
@@ -53,7 +53,7 @@ def master_account(clock: Clock, user: UserTraces, known: User, *, waves: bool) 
     limited |= (np.abs(user.u_m - natural) > UNLIMITED_ROOT_W).any(axis=-1)
     found: Sums = {}
     if known.master.velocity_filter.kind == "equivalent":
-        unfiltered = decode_master(user.xd_m, user.v_m, known.impedance)
+        unfiltered = WavePort(known.impedance).force(user.xd_m, user.v_m)
         kept = np.sum((user.f_m - unfiltered) * user.xd_m, axis=-1)
         net = net + kept
         found["force_velocity_filter"] = clock.at_ticks(user, kept * user.tick_s)

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from pmwvc_analysis.consistency.numbers import SMALLEST, differs
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_analysis.traces.true_motion import complete, measured, true_motion
-from pmwvc_core.numeric import Array, root
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import UserTraces
+from pmwvc_core.wave.transform import WavePort
 
 # Accounts of what answers the outgoing wave within the tick: v_m then depends on how far it was
 # shortened.
@@ -69,7 +70,7 @@ def _force(user: UserTraces, known: User) -> list[str]:
     another one.
     """
     rows = ~(_limited(user) & _answered(user))
-    force = known.impedance * user.xd_m - root(2.0 * known.impedance) * user.v_m
+    force = np.asarray(WavePort(known.impedance).force(user.xd_m, user.v_m))
     if (gap := differs(user.f_m[rows], force[rows])) is not None:
         return [f"{user.name}: F is not sqrt(b/2) (u - v) at the master, {gap:.3g} N off"]
     return []
@@ -77,7 +78,7 @@ def _force(user: UserTraces, known: User) -> list[str]:
 
 def _outgoing(user: UserTraces, known: User) -> list[str]:
     """Check u_m in every tick: the natural wave, shortened to what v_m and F xd pay for."""
-    natural = root(2.0 * known.impedance) * user.xd_m - user.v_m
+    natural = np.asarray(WavePort(known.impedance).u(user.xd_m, user.v_m))
     size = np.sum(natural**2, axis=-1)
     more = 2.0 * np.sum((user.f_applied - user.f_m) * user.xd_m, axis=-1)
     changed = (user.f_applied != user.f_m).any(axis=-1)

@@ -10,6 +10,7 @@ from pmwvc_analysis.traces.sums import running
 from pmwvc_core.numeric import root
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces
+from pmwvc_core.wave.transform import WavePort
 
 COUPLED = 2
 
@@ -61,8 +62,8 @@ def _motion(server: ServerTraces, place: int, scenario: Scenario) -> list[str]:
 
 def _late(server: ServerTraces, place: int, known: User) -> list[str]:
     """Check the velocity that was decoded with the force of the step before."""
-    b = known.server_impedance
-    expected = root(2.0 / b) * server.u_s[place][1:] - server.f_s[place][:-1] / b
+    port = WavePort(known.server_impedance)
+    expected = np.asarray(port.velocity(server.u_s[place][1:], server.f_s[place][:-1]))
     rows = _together(server, place)[1:]
     if (gap := differs(server.xd_s[place][1:][rows], expected[rows])) is not None:
         return [

@@ -53,6 +53,7 @@ from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.filters import AntiAliasing
 from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.rates import Hold
+from pmwvc_core.wave.transform import WavePort
 
 
 class WaveMaster(Stateful):
@@ -135,8 +136,7 @@ class WaveMaster(Stateful):
         self._velocity = make_force_velocity(params)
 
     def _match(self, params: MasterParams) -> None:
-        self._impedance = impedance_of(params)
-        self._ratio = root(2.0 * self._impedance)  # of encode and decode
+        self._port = WavePort(impedance_of(params))
 
     @property
     def accounts(self) -> Mapping[str, Value]:
@@ -211,10 +211,10 @@ class WaveMaster(Stateful):
         if self._parts:
             v_m = self._answered(v_m, xd)
         self.v_m = v_m
-        self.u_m = self._ratio * xd - v_m
+        self.u_m = self._port.u(xd, v_m)
         if self._velocity:
-            xd = self._velocity.step(xd, self._impedance)
-        self.f_m = f_m = self._impedance * xd - self._ratio * v_m
+            xd = self._velocity.step(xd, self._port.b)
+        self.f_m = f_m = self._port.force(xd, v_m)
         return f_m
 
     def _answered(self, v: Value, xd: Value) -> Value:
@@ -226,7 +226,7 @@ class WaveMaster(Stateful):
             own, slope = part.offer()
             answer, gain = answer + own, gain + slope
         self._held, self._gain = v + answer, gain
-        natural = self._ratio * xd - self._held
+        natural = self._port.u(xd, self._held)
         return self._held + gain * natural / (1.0 + gain)
 
     def applied(self, f: Value) -> None:

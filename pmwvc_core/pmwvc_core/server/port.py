@@ -48,7 +48,7 @@ class WaveServer(ServerController):
         half_s = self._half_period
         for port in present:
             u_s = port.u_s
-            port.v_s = v_s = u_s - port.ratio * port.f_s
+            port.v_s = v_s = port.wave.v(u_s, port.f_s)
             port.x_s = self._place(port)
             port.energy_u_s = port.energy_u_s + half_s * squared(u_s)
             port.energy_v_s = port.energy_v_s + half_s * squared(v_s)

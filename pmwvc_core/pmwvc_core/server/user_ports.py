@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from pmwvc_core.numeric import Flag, Value, root
+from pmwvc_core.numeric import Flag, Value
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.server.black_box.faults import Faults
 from pmwvc_core.server.contacts import Contact
@@ -24,6 +24,7 @@ from pmwvc_core.server.cube import Body
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.impedance import Impedance
+from pmwvc_core.wave.transform import WavePort
 
 AS_PUBLISHED = BaselineParams()
 NO_ACCOUNTS: Mapping[str, Value] = MappingProxyType({})
@@ -49,9 +50,9 @@ class UserPort(Stateful):
         "offset",
         "packet",
         "present",
-        "ratio",
         "u_s",
         "v_s",
+        "wave",
         "x_s",
         "xd_s",
     )
@@ -63,7 +64,7 @@ class UserPort(Stateful):
         self.baseline = baseline
         self.account: Value | None = None
         self.packet: WavePacket | None = None
-        self.ratio: Any = root(2.0 / impedance)  # [1/sqrt(N s/m)]
+        self.wave = WavePort(impedance)
         self.contact = contact
         self.present = False
         self.offset: Value = 0.0  # [m] avatar minus device

@@ -6,13 +6,7 @@ from pmwvc_core.wave.filters import AntiAliasing
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of
 from pmwvc_core.wave.ledger import EnergyLedger, PortLedger
 from pmwvc_core.wave.rates import Hold
-from pmwvc_core.wave.transform import (
-    decode_master,
-    decode_server,
-    encode_master,
-    encode_server,
-    power,
-)
+from pmwvc_core.wave.transform import WavePort, power
 
 __all__ = [
     "AntiAliasing",
@@ -21,10 +15,7 @@ __all__ = [
     "Impedance",
     "MatrixImpedance",
     "PortLedger",
-    "decode_master",
-    "decode_server",
-    "encode_master",
-    "encode_server",
+    "WavePort",
     "impedance_of",
     "power",
 ]

@@ -19,8 +19,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from pmwvc_core.numeric import Array, Value, root
+from pmwvc_core.numeric import Array, Value
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, times
+from pmwvc_core.wave.transform import WavePort
 
 
 class Reflection(Protocol):
@@ -35,17 +36,16 @@ class Reflection(Protocol):
 
 class _Scalar:
     def __init__(self, b: Value) -> None:
-        self._b = b
-        self._ratio = root(2.0 / b)
+        self._port = WavePort(b)
 
     def of(self, f0: Value, slope: Value) -> tuple[Value, Value]:
-        share = 1.0 + slope / self._b
-        return -(self._ratio * f0) / share, 2.0 / share - 1.0
+        share = 1.0 + slope / self._port.b
+        return self._port.v(0.0, f0) / share, 2.0 / share - 1.0
 
     def solve(self, u: Value, f0: Value, slope: Value) -> tuple[Value, Value, Value]:
-        free = self._ratio * u
-        f = (f0 + slope * free) / (1.0 + slope / self._b)
-        return f, free - f / self._b, u - self._ratio * f
+        port = self._port
+        f = (f0 + slope * port.free_velocity(u)) / (1.0 + slope / port.b)
+        return f, port.velocity(u, f), port.v(u, f)
 
 
 class _Matrix:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Encode and decode at both ends of the wave channel (App. B Fig. 1).
+"""The wave transformation at both ends of the channel (App. B Fig. 1).
 
 A wave pair carries the same power as the force and velocity of its port, F xd = (u^2 - v^2)/2, for
 *any* impedance b > 0: ends with different b form a lossless transformer, not an error. ``u`` runs
@@ -15,44 +15,44 @@ from pmwvc_core.numeric import Value, root, squared
 from pmwvc_core.wave.impedance import Impedance
 
 
-def encode_master(xd_m: Value, v_m: Value, b: Impedance) -> Value:
-    """Return the wave that leaves the master, u_m = sqrt(2b) xd_m - v_m [sqrt(W)].
+class WavePort:
+    """Both directions through a port, with the roots of its impedance worked out once.
+
+    Forces and velocities count as in the figure: F_m against the hand, F_s of the avatar on what
+    it touches. All signals are floats or ``(..., dof)``.
 
     Parameters
     ----------
-    xd_m
-        Device velocity [m/s], float or ``(..., dof)``.
-    v_m
-        Returning wave [sqrt(W)].
     b
         Wave impedance [N s/m].
     """
-    return root(2.0 * b) * xd_m - v_m
 
+    __slots__ = ("_root_2_over_b", "_root_2b", "b")
 
-def decode_master(xd_m: Value, v_m: Value, b: Impedance) -> Value:
-    """Return the force of the controller against the hand, F_m = b xd_m - sqrt(2b) v_m [N]."""
-    return b * xd_m - root(2.0 * b) * v_m
+    def __init__(self, b: Impedance) -> None:
+        self.b = b  # acts like a number, also where it is a matrix
+        self._root_2b = root(2.0 * b)
+        self._root_2_over_b = root(2.0 / b)
 
+    def u(self, xd: Value, v: Value) -> Value:
+        """Return the wave that leaves the master, u = sqrt(2b) xd - v [sqrt(W)]."""
+        return self._root_2b * xd - v
 
-def encode_server(u_s: Value, f_s: Value, b: Impedance) -> Value:
-    """Return the wave that leaves the server, v_s = u_s - sqrt(2/b) F_s [sqrt(W)].
+    def force(self, xd: Value, v: Value) -> Value:
+        """Return the force against the hand, F = b xd - sqrt(2b) v [N]."""
+        return self.b * xd - self._root_2b * v
 
-    Parameters
-    ----------
-    u_s
-        Arriving wave [sqrt(W)], float or ``(..., dof)``.
-    f_s
-        Force of the avatar on what it touches [N].
-    b
-        Wave impedance of this port [N s/m].
-    """
-    return u_s - root(2.0 / b) * f_s
+    def v(self, u: Value, f: Value) -> Value:
+        """Return the wave that leaves the server, v = u - sqrt(2/b) F [sqrt(W)]."""
+        return u - self._root_2_over_b * f
 
+    def velocity(self, u: Value, f: Value) -> Value:
+        """Return the velocity of the avatar, xd = sqrt(2/b) u - F/b [m/s]."""
+        return self._root_2_over_b * u - f / self.b
 
-def decode_server(u_s: Value, f_s: Value, b: Impedance) -> Value:
-    """Return the velocity of the avatar, xd_s = sqrt(2/b) u_s - F_s / b [m/s]."""
-    return root(2.0 / b) * u_s - f_s / b
+    def free_velocity(self, u: Value) -> Value:
+        """Return the velocity of an avatar that touches nothing, sqrt(2/b) u [m/s]."""
+        return self._root_2_over_b * u
 
 
 def power(u: Value, v: Value) -> Value:

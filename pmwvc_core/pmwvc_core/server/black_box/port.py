@@ -160,9 +160,9 @@ class BlackBoxServer(ServerController):
     def _guess(self, place: Array) -> Array:
         """Return the velocities decoded with the learned line, or with the last force."""
         if self._secant is None:
-            late = [port.ratio * port.u_s - port.f_s / port.b for port in self.ports]
+            late = [port.wave.velocity(port.u_s, port.f_s) for port in self.ports]
             return self._rows(late)
-        drive = self._rows([port.b * (port.ratio * port.u_s) for port in self.ports])
+        drive = self._rows([port.b * port.wave.free_velocity(port.u_s) for port in self.ports])
         b = np.stack([self._matrix(port) for port in self.ports])
         velocity, expected = decoded(self._secant.line(place, self._new), drive, b)
         self._secant.expect(expected)
@@ -178,7 +178,7 @@ class BlackBoxServer(ServerController):
 
     def _taken(self, user: int, port: UserPort, reply: Reply | None) -> Wave:
         """Give a port its velocity and force; return its waves, zero where it is contained."""
-        damped = 0.5 * (port.ratio * port.u_s)
+        damped = 0.5 * port.wave.free_velocity(port.u_s)
         if reply is None:
             good: Flag = False
             velocity, force = damped, port.b * damped
@@ -188,8 +188,8 @@ class BlackBoxServer(ServerController):
             force = where(good, self._value(reply.force[user]), port.b * damped)
         port.xd_s, port.f_s = velocity, force
         u = where(good, port.u_s, 0.0 * port.u_s)
-        v = where(good, port.u_s - port.ratio * force, 0.0 * port.u_s)
-        late = where(good, dot(force, port.ratio * port.u_s - force / port.b - velocity), 0.0)
+        v = where(good, port.wave.v(port.u_s, force), 0.0 * port.u_s)
+        late = where(good, dot(force, port.wave.velocity(port.u_s, force) - velocity), 0.0)
         self._add("environment", where(good, dot(force, velocity), 0.0), 1.0)
         self._add("late_decoding", late, 1.0)
         self._add("contained", squared(port.u_s) - squared(u), 0.5)

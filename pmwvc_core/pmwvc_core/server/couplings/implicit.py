@@ -54,7 +54,7 @@ class Implicit:
         driven = []
         coupled = False
         for port in ports:
-            driven.append((port.contact, port.b, port.ratio * port.u_s))
+            driven.append((port.contact, port.b, port.wave.free_velocity(port.u_s)))
             coupled = coupled or isinstance(port.b, MatrixImpedance)
 
         def ask(velocity: Value) -> list[tuple[Value, Answer]]:

@@ -41,7 +41,7 @@ class OneFrameLate:
             port.f_s = port.contact.force(rate)
             lost = lost + self._period * port.contact.heat(rate)
             lost = lost + port.contact.slide(self._period * port.xd_s)
-            port.xd_s = port.ratio * port.u_s - port.f_s / port.b
+            port.xd_s = port.wave.velocity(port.u_s, port.f_s)
         return lost + push_object(ports, body)
 
 

@@ -41,7 +41,7 @@ class OneStepDelay:
         lost = push_object(ports, body)
         for port in ports:
             before = port.xd_s
-            port.xd_s = port.ratio * port.u_s - port.f_s / port.b
+            port.xd_s = port.wave.velocity(port.u_s, port.f_s)
             lost = lost + port.contact.slide(self._old * before + self._new * port.xd_s)
             rate = port.xd_s - body.xd
             port.f_s = port.contact.force(rate)

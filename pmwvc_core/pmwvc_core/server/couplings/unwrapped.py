@@ -36,7 +36,7 @@ class Unwrapped:
         lost = push_object(ports, body)
         for port in ports:
             lost = lost + port.contact.slide(self._old * port.xd_s)
-            free = port.ratio * port.u_s
+            free = port.wave.free_velocity(port.u_s)
             port.f_s = port.contact.unwrapped(free, body.xd, port.b, self._new)
             port.xd_s = free - port.f_s / port.b
             lost = lost + port.contact.slide(self._new * port.xd_s)
