@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The session cache: each scenario is simulated, and judged, once for all tests of a worker.
+
+::
+
+    traces = simulated(scenario)         # read-only; a ``copy.deepcopy`` may be changed
+    result = judged(scenario)
+"""
+
+import copy
+import dataclasses
+import functools
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.verdicts.verdicts import summary
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.traces import SessionTraces
+
+KEPT = 48  # sessions: some 5 MB each
+
+
+@functools.lru_cache(maxsize=KEPT)
+def simulated(scenario: Scenario) -> SessionTraces:
+    """Return the traces of a scenario; whoever changes an array takes a copy of them first."""
+    traces = simulate_one(scenario)
+    for array in _arrays(traces):
+        array.setflags(write=False)
+    return traces
+
+
+def judged(scenario: Scenario) -> dict[str, Any]:
+    """Return the summary of a scenario's session."""
+    return copy.deepcopy(_judged(scenario))
+
+
+@functools.lru_cache(maxsize=KEPT)
+def _judged(scenario: Scenario) -> dict[str, Any]:
+    return summary(simulated(scenario), scenario)
+
+
+def _arrays(value: Any) -> Iterator[np.ndarray]:
+    """Yield every array of nested dataclasses, mappings and sequences."""
+    if isinstance(value, np.ndarray):
+        yield value
+    elif dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            yield from _arrays(getattr(value, field.name))
+    elif isinstance(value, Mapping):
+        for part in value.values():
+            yield from _arrays(part)
+    elif isinstance(value, list | tuple):
+        for part in value:
+            yield from _arrays(part)
