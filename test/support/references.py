@@ -120,7 +120,9 @@ def unused(root: Path, sources: Sequence[Path], others: Sequence[Path] = ()) -> 
     used: set[Name] = set()
     while waiting:
         name = waiting.pop()
-        while name in exports:
+        followed = set()
+        while name in exports and name not in followed:
+            followed.add(name)
             name = exports[name]
         attributes.add(name[1])
         if name not in used:
