@@ -1,48 +1,110 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Options that several commands take, each said once."""
+"""Arguments that several commands take, each declared once, and the words offered for them."""
 
 import argparse
+from pathlib import Path
+
+from pmwvc_bringup import scenarios as files
+from pmwvc_bringup.command import Argument, argument
+from pmwvc_core.scenario.scenario import Scenario
 
 
-def add_scenario(parser: argparse.ArgumentParser) -> None:
-    """Add the scenario and its number of users."""
-    parser.add_argument("scenario", metavar="SCENARIO", help="name, or a YAML file")
-    parser.add_argument("--users", type=int, metavar="N", help="number of users, 1 to 8")
+def scenario_names(**_: object) -> list[str]:
+    """Return the scenarios that come with the project."""
+    return list(files.known())
 
 
-def add_settings(parser: argparse.ArgumentParser, *, what: str = "a parameter") -> None:
-    """Add ``--set``."""
-    parser.add_argument(
+def parameter_names(**_: object) -> list[str]:
+    """Return every parameter of a scenario, ready for its value."""
+    from pmwvc_core.network.presets import PRESETS
+    from pmwvc_core.params import LinkParams, specs
+    from pmwvc_core.scenario.names import shared_specs, user_specs
+
+    links = [f"link.{name}" for name in specs(LinkParams)]
+    networks = [f"link.preset={name}" for name in PRESETS]
+    names = [*shared_specs(), *user_specs(), *links]
+    return [f"{name}=" for name in names] + networks
+
+
+def session_folders(prefix: str = "", **_: object) -> list[str]:
+    """Return the folders that begin as the word does; without a word, also recorded sessions."""
+    base = Path(prefix).parent if not prefix.endswith("/") else Path(prefix)
+    parents = [base, Path("sessions")] if not prefix else [base]
+    return [
+        f"{path}/"
+        for parent in parents
+        if parent.is_dir()
+        for path in sorted(parent.iterdir())
+        if path.is_dir() and path.name[0] != "."
+    ]
+
+
+SCENARIO = argument(
+    "scenario", metavar="SCENARIO", help="name, or a YAML file", completer=scenario_names
+)
+USERS = argument("--users", type=int, metavar="N", help="number of users, 1 to 8")
+FOLDER = argument("folder", metavar="FOLDER", help="a session folder", completer=session_folders)
+LIVE = argument("--live", action="store_true", help="use the loop phases of a live session")
+CHECK = argument(
+    "--check",
+    action="store_true",
+    help="exit with 1 unless the session was stable, passive, complete and recorded whole",
+)
+NO_FIGURES = argument("--no-figures", action="store_true", help="write numbers only")
+
+
+def settings(target: str = "a parameter") -> Argument:
+    """Return ``--set``."""
+    return argument(
         "--set",
         action="append",
         default=[],
         metavar="NAME=VALUE",
         dest="settings",
-        help=f"change {what}; may be repeated",
+        help=f"change {target}; may be repeated",
+        completer=parameter_names,
     )
 
 
-def add_model_options(parser: argparse.ArgumentParser) -> None:
-    """Add what every question about the model of a scenario takes."""
-    add_scenario(parser)
-    add_settings(parser)
-    parser.add_argument(
-        "--live", action="store_true", help="use the loop phases of a live session"
-    )
+def duration(sessions: str = "the session") -> Argument:
+    """Return ``--duration``."""
+    return argument("--duration", type=float, metavar="S", help=f"length of {sessions} in s")
 
 
-def add_json(
-    parser: argparse.ArgumentParser, text: str = "print JSON on stdout and nothing else"
-) -> None:
-    """Add ``--json`` with what it prints."""
-    parser.add_argument("--json", action="store_true", help=text)
+def out(text: str, *, metavar: str = "FOLDER") -> Argument:
+    """Return ``--out``."""
+    return argument("--out", metavar=metavar, help=text)
 
 
-def add_check(parser: argparse.ArgumentParser) -> None:
-    """Add ``--check``, which makes the verdict the exit code."""
-    parser.add_argument(
-        "--check",
-        action="store_true",
-        help="exit with 1 unless the session was stable, passive, complete and recorded whole",
+def json_document(text: str = "print JSON on stdout and nothing else") -> Argument:
+    """Return ``--json``."""
+    return argument("--json", action="store_true", help=text)
+
+
+SESSION = (
+    SCENARIO,
+    USERS,
+    duration(),
+    settings(),
+    out("session folder, new or empty (default: sessions/<UTC time>-<scenario>)"),
+    CHECK,
+    json_document("print summary.json on stdout and nothing else"),
+)
+MODEL = (SCENARIO, USERS, settings(), LIVE)  # for questions about the model of a scenario
+
+
+def scenario_of(arguments: argparse.Namespace) -> Scenario:
+    """Return the scenario that the arguments name, with their changes.
+
+    Raises
+    ------
+    ScenarioError
+        Listing every mistake of file and options.
+    """
+    return files.load(
+        arguments.scenario,
+        settings_texts=arguments.settings,
+        users=arguments.users,
+        duration_s=getattr(arguments, "duration", None),
     )

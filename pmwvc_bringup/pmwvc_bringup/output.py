@@ -1,18 +1,20 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where words go: with ``--json``, stdout carries one document and nothing else."""
+"""Output of the commands: texts for people, and with ``--json`` one document alone on stdout."""
 
 import contextlib
 import json
 import os
 import sys
 from collections.abc import Callable, Iterator
-from typing import Any
+from pathlib import Path
+
+from rich.console import Console
 
 
 @contextlib.contextmanager
-def document(*, wanted: bool) -> Iterator[Callable[[str | dict[str, Any]], None]]:
-    """Yield a function that prints the document; everything else printed meanwhile is for people.
+def document(*, wanted: bool) -> Iterator[Callable[[object], None]]:
+    """Yield a function that prints the document; all else printed meanwhile is for people.
 
     With ``wanted``, the file descriptor of stdout points to stderr inside the block, so that
     libraries and children cannot write into the document; without, the function prints nothing.
@@ -24,7 +26,9 @@ def document(*, wanted: bool) -> Iterator[Callable[[str | dict[str, Any]], None]
     kept = os.dup(1)
     os.dup2(2, 1)
 
-    def write(content: str | dict[str, Any]) -> None:
+    def write(content: object) -> None:
+        if content is None:
+            return
         text = content if isinstance(content, str) else json.dumps(content, indent=2)
         with open(kept, "w", encoding="utf-8", closefd=False) as stdout:
             stdout.write(text if text.endswith("\n") else text + "\n")
@@ -35,3 +39,27 @@ def document(*, wanted: bool) -> Iterator[Callable[[str | dict[str, Any]], None]
         sys.stdout.flush()
         os.dup2(kept, 1)
         os.close(kept)
+
+
+def terminal() -> Console:
+    """Return the console for people."""
+    return Console(highlight=False, soft_wrap=True)
+
+
+@contextlib.contextmanager
+def progress(
+    console: Console, text: str, *, shown: bool = True
+) -> Iterator[Callable[[float], None]]:
+    """Yield a function that moves a progress bar to a ratio, where the console is a terminal."""
+    from rich.progress import Progress
+
+    hidden = not (shown and console.is_terminal)
+    with Progress(console=console, transient=True, disable=hidden) as bar:
+        task = bar.add_task(text, total=1.0)
+        yield lambda ratio: bar.update(task, completed=ratio)
+
+
+def write_json(file: Path, content: object) -> None:
+    """Write a file of plain data."""
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
+    file.write_text(text + "\n", encoding="utf-8")

@@ -4,8 +4,15 @@
 
 import pytest
 
-from pmwvc_bringup.combinations import combinations
-from pmwvc_bringup.variants import FEATURES, PLAIN, fitting, names, settings_of, words_of
+from pmwvc_bringup.comparison.combinations import combinations
+from pmwvc_bringup.comparison.variants import (
+    FEATURES,
+    PLAIN,
+    fitting,
+    names,
+    settings_of,
+    words_of,
+)
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.simulation.session import simulate
 

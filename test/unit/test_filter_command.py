@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pmwvc_bringup import filter_command
 from pmwvc_bringup.cli import main
+from pmwvc_bringup.commands import filter as filter_command
 
 ROOT = Path(__file__).resolve().parents[2]
 PRINTED = [

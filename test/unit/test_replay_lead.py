@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pmwvc_bringup.replay_command import _lead
+from pmwvc_bringup.commands.replay import lead
 
 
 @pytest.mark.parametrize(("forces", "same", "said"), [
@@ -19,4 +19,4 @@ from pmwvc_bringup.replay_command import _lead
 def test_a_force_that_cannot_be_compared_is_no_difference_of_zero(forces, same, said):
     differences = [{"force_max_n": force} for force in forces]
     result = SimpleNamespace(differences=differences, changes={"master.impedance": 40})
-    assert said in _lead(result, same)
+    assert said in lead(result, same)

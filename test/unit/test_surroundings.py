@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from pmwvc_bringup import commands
+from pmwvc_bringup.commands import node
 from pmwvc_bringup.session.surroundings import (
     new_folder,
     node_environment,
@@ -123,6 +123,6 @@ def test_a_node_started_by_hand_stays_on_this_machine_unless_told_otherwise(
     monkeypatch.setattr(
         os, "execve", lambda program, words, environment: started.append(environment)
     )
-    commands.node(argparse.Namespace(kind="master", arguments=[]))
+    node.run(argparse.Namespace(kind="master", arguments=[]))
     profiles = started[0].get("FASTRTPS_DEFAULT_PROFILES_FILE", "")
     assert profiles.endswith("this_machine.xml") == own_machine

@@ -11,7 +11,7 @@ import yaml
 
 from pmwvc_analysis.compare.settings import tuned
 from pmwvc_bringup import scenarios as files
-from pmwvc_bringup.variants import defaults_of, settings_of
+from pmwvc_bringup.comparison.variants import defaults_of, settings_of
 from pmwvc_core.controllers import record_of
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.scenario import Scenario
@@ -49,7 +49,7 @@ def combinations(
     over
         Parameters with their values.
     controllers
-        Words of :mod:`pmwvc_bringup.variants`, an axis of their own.
+        Words of :mod:`pmwvc_bringup.comparison.variants`, an axis of their own.
     settings_texts, users, duration_s
         What is set for all, as with ``pmwvc simulate``.
 

@@ -1,17 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``pmwvc tune``: impedance, filter and hold for a link and an environment.
-
-Heavy imports stand inside, as in :mod:`pmwvc_bringup.commands`.
-"""
+"""``pmwvc tune``: impedance, filter and hold for a link and an environment."""
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 from pmwvc_bringup import scenarios as files
-from pmwvc_bringup.options import add_json, add_model_options
-from pmwvc_bringup.output import document
+from pmwvc_bringup.command import Command, Result
+from pmwvc_bringup.options import MODEL, json_document, out, scenario_of
 from pmwvc_core.errors import PmwvcError
 
 EXAMPLES = """\
@@ -28,36 +24,20 @@ stiffness and mass beside the ideal, noise that an encoder's steps (device.encod
 """
 
 
-def add(several: Any) -> None:
-    """Add the command to the sub-commands of a parser."""
-    text = "propose impedance, filter and hold for a link and an environment"
-    parser = several.add_parser("tune", help=text, description=f"{text}.", epilog=EXAMPLES)
-    parser.set_defaults(command=run)
-    add_model_options(parser)
-    parser.add_argument(
-        "--out", metavar="FILE", help="YAML file for the scenario with the proposal"
-    )
-    add_json(parser)
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Propose."""
-    scenario = files.load(
-        arguments.scenario, settings_texts=arguments.settings, users=arguments.users
-    )
+def run(arguments: argparse.Namespace) -> Result:
+    """Print the proposal, and write the scenario with it."""
+    scenario = scenario_of(arguments)
     from pmwvc_analysis.tune.search import propose
     from pmwvc_analysis.tune.words import answer, sentences
 
     path = _target(arguments.out) if arguments.out else None
-    with document(wanted=arguments.json) as write:
-        found = propose(scenario, live=arguments.live)
-        for line in sentences(scenario, found):
-            print(line)
-        if path is not None:
-            path.write_text(files.to_yaml(found.best.choice.applied(scenario)), "utf-8")
-            print(f"written: {path}")
-        write(answer(scenario, found))
-    return 0
+    found = propose(scenario, live=arguments.live)
+    for line in sentences(scenario, found):
+        print(line)
+    if path is not None:
+        path.write_text(files.to_yaml(found.best.choice.applied(scenario)), "utf-8")
+        print(f"written: {path}")
+    return Result(document=answer(scenario, found))
 
 
 def _target(text: str) -> Path:
@@ -76,3 +56,16 @@ def _target(text: str) -> Path:
     if not path.parent.is_dir():
         raise PmwvcError(f"--out {text}: there is no folder {path.parent}")
     return path
+
+
+COMMAND = Command(
+    name="tune",
+    help="propose impedance, filter and hold for a link and an environment",
+    examples=EXAMPLES,
+    arguments=(
+        *MODEL,
+        out("YAML file for the scenario with the proposal", metavar="FILE"),
+        json_document(),
+    ),
+    run=run,
+)

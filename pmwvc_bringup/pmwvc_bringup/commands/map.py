@@ -1,26 +1,30 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``pmwvc map``: a stability map over two parameters.
-
-Heavy imports stand inside, as in :mod:`pmwvc_bringup.commands`.
-"""
+"""``pmwvc map``: a stability map over two parameters."""
 
 import argparse
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-
-from pmwvc_bringup import scenarios as files
-from pmwvc_bringup.options import add_json, add_model_options
-from pmwvc_bringup.output import document
+from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.options import (
+    MODEL,
+    json_document,
+    out,
+    parameter_names,
+    scenario_of,
+    session_folders,
+)
+from pmwvc_bringup.output import progress, terminal
 from pmwvc_core.errors import PmwvcError, RecordingError
+from pmwvc_core.scenario.names import value_of, varied
 from pmwvc_core.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from pmwvc_analysis.maps.map_files import Measured
     from pmwvc_analysis.maps.maps import Axis, Grid
+    from pmwvc_core.numeric import Array
 
 EXAMPLES = """\
 examples:
@@ -37,42 +41,13 @@ COUNT = 60
 FRAMES = 6  # of delay, where no range is given
 MOST = 1_000_000  # points
 MOST_DIFFERENCES = 4  # named in a refusal
-# What the model of the loop does not have; "side": which way a user pushes.
+# Parameters that the model of the loop does not have; "side": which way a user pushes.
 NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
 
 
-def add(several: Any) -> None:
-    """Add the command to the sub-commands of a parser."""
-    text = "draw a stability map over two parameters, with measured sessions as points"
-    parser = several.add_parser("map", help=text, description=f"{text}.", epilog=EXAMPLES)
-    parser.set_defaults(command=run)
-    add_model_options(parser)
-    for axis in ("x", "y"):
-        parser.add_argument(
-            f"--{axis}", required=True, metavar="NAME[=A:B:N]", help=f"parameter along {axis}"
-        )
-    parser.add_argument(
-        "--sessions",
-        nargs="+",
-        default=[],
-        metavar="FOLDER",
-        help="session folders to draw as points",
-    )
-    parser.add_argument(
-        "--out",
-        metavar="FOLDER",
-        help="where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)",
-    )
-    parser.add_argument("--workers", type=int, metavar="N", help="processes (default: all cores)")
-    parser.add_argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster")
-    add_json(parser, "print map.json on stdout only")
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Compute, write and draw."""
-    scenario = files.load(
-        arguments.scenario, settings_texts=arguments.settings, users=arguments.users
-    )
+def run(arguments: argparse.Namespace) -> Result:
+    """Compute the map and write it."""
+    scenario = scenario_of(arguments)
     from pmwvc_analysis.figures.map_figure import draw
     from pmwvc_analysis.maps.map_files import Unfinished, key_of, write_data
     from pmwvc_analysis.maps.maps import Grid, compute
@@ -86,38 +61,35 @@ def run(arguments: argparse.Namespace) -> int:
     measured = [measured_in(Path(folder), grid) for folder in arguments.sessions]
     default = f"maps/{scenario.name}-{y.name}-{x.name}-{key_of(grid)[:6]}"
     folder = Path(arguments.out or default)
-    with document(wanted=arguments.json) as write:
-        console = Console(highlight=False, soft_wrap=True)
-        unfinished = Unfinished(folder, grid)
-        from rich.progress import Progress
+    console = terminal()
+    unfinished = Unfinished(folder, grid)
+    with progress(console, "computing") as show:
+        lines = grid.lines()
+        known = finished = unfinished.known()
+        show(finished / lines)
 
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-            lines = grid.lines()
-            task = bar.add_task("computing", total=lines)
-            known = unfinished.known()
-            bar.update(task, completed=known)
+        def done(number: int, values: "Array") -> None:
+            nonlocal finished
+            unfinished.add(number, values)
+            finished += 1
+            show(finished / lines)
 
-            def done(number: int, values: Any) -> None:
-                unfinished.add(number, values)
-                bar.advance(task)
-
-            if 0 < known < lines:
-                console.print(f"{known} of {lines} lines were already computed")
-            radius = compute(
-                grid,
-                workers=arguments.workers,
-                dask=arguments.dask,
-                known=unfinished.radius,
-                done=done,
-            )
-        paths = write_data(folder, grid, radius, measured)
-        paths += draw(folder, grid, radius, measured)
-        share = (radius <= 1.0 + 1e-9).mean()
-        console.print(f"{radius.size} points, {share:.1%} of them stable", markup=False)
-        for path in paths:
-            console.print(str(path), markup=False)
-        write((folder / "map.json").read_text("utf-8"))
-    return 0
+        if 0 < known < lines:
+            console.print(f"{known} of {lines} lines were already computed")
+        radius = compute(
+            grid,
+            workers=arguments.workers,
+            dask=arguments.dask,
+            known=unfinished.radius,
+            done=done,
+        )
+    paths = write_data(folder, grid, radius, measured)
+    paths += draw(folder, grid, radius, measured)
+    stable = (radius <= 1.0 + 1e-9).mean()
+    console.print(f"{radius.size} points, {stable:.1%} of them stable", markup=False)
+    for path in paths:
+        console.print(str(path), markup=False)
+    return Result(document=(folder / "map.json").read_text("utf-8"))
 
 
 def axis_of(scenario: Scenario, text: str, option: str) -> "Axis":
@@ -129,7 +101,6 @@ def axis_of(scenario: Scenario, text: str, option: str) -> "Axis":
         If it is neither, or not a number of the scenario.
     """
     from pmwvc_analysis.maps.maps import Axis
-    from pmwvc_core.scenario.names import value_of, varied
 
     name, equals, span = text.partition("=")
     value = value_of(scenario, name)
@@ -182,7 +153,6 @@ def measured_in(folder: Path, grid: "Grid") -> "Measured":
     """
     from pmwvc_analysis.maps.map_files import Measured
     from pmwvc_analysis.recording.reader import read_scenario
-    from pmwvc_core.scenario.names import value_of
 
     scenario = read_scenario(folder)
     try:
@@ -203,8 +173,6 @@ def measured_in(folder: Path, grid: "Grid") -> "Measured":
 
 def differences(scenario: Scenario, grid: "Grid") -> list[str]:
     """Return which parameters of the model a session has other than a map, axes aside."""
-    from pmwvc_core.scenario.names import value_of, varied
-
     wanted = grid.scenario
     if len(scenario.users) != len(wanted.users):
         return [f"users = {len(scenario.users)}, the map has {len(wanted.users)}"]
@@ -217,3 +185,36 @@ def differences(scenario: Scenario, grid: "Grid") -> list[str]:
         if theirs.get(name) != ours.get(name)
         and not any(part in NOT_IN_MODEL for part in name.split("."))
     ][:MOST_DIFFERENCES]
+
+
+COMMAND = Command(
+    name="map",
+    help="draw a stability map over two parameters, with measured sessions as points",
+    examples=EXAMPLES,
+    arguments=(
+        *MODEL,
+        *(
+            argument(
+                f"--{axis}",
+                required=True,
+                metavar="NAME[=A:B:N]",
+                help=f"parameter along {axis}",
+                completer=parameter_names,
+            )
+            for axis in ("x", "y")
+        ),
+        argument(
+            "--sessions",
+            nargs="+",
+            default=[],
+            metavar="FOLDER",
+            help="session folders to draw as points",
+            completer=session_folders,
+        ),
+        out("where to write (default: maps/<scenario>-<y>-<x>-<key of all parameters>)"),
+        argument("--workers", type=int, metavar="N", help="processes (default: all cores)"),
+        argument("--dask", metavar="ADDRESS", help="compute on a Dask cluster"),
+        json_document("print map.json on stdout only"),
+    ),
+    run=run,
+)

@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``pmwvc compare``: one scenario over several parameters, everything else the same."""
+
+import argparse
+
+from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.options import (
+    NO_FIGURES,
+    SCENARIO,
+    USERS,
+    duration,
+    json_document,
+    out,
+    settings,
+)
+from pmwvc_bringup.output import progress, terminal
+from pmwvc_core.plural import count
+
+EXAMPLES = """\
+examples:
+  pmwvc compare carry_16ms --over server.coupling=implicit,one_step_delay \\
+                           --over link.delay_s=0,0.016,0.024
+  pmwvc compare carry_16ms --controllers pmwvc,direct --duration 8
+  pmwvc compare wall_slow --controllers direct,waves,printed,corrected,ledger
+  pmwvc compare stiff_24ms --over master.impedance=15,25,40 --live --out /tmp/impedances
+
+--controllers takes pmwvc (the scenario's own settings), direct, virtual_coupling, tdpa, pspm, and
+waves (plain), or features on plain waves, joined by +: printed, corrected, ledger (compensation of
+an unknown environment decoded late), secant (ledger behind a learned slope), velocity_filter,
+velocity_filter_printed, filter_bank, complementary_bank, position, position_printed,
+position_integral. What a scenario does not allow is left out with a note.
+
+Every combination of the values runs with the same hands and the same fate of every packet (one
+seed), in virtual time or, with --live, as nodes one session after the other. virtual_coupling,
+tdpa and pspm are tuned by their rules for each combination, unless baseline.NAME.* is set.
+"""
+
+
+def run(arguments: argparse.Namespace) -> Result:
+    """Run every combination, record each, and report all of them together."""
+    from pmwvc_bringup.comparison.combinations import combinations
+    from pmwvc_bringup.comparison.variants import fitting, words_of
+    from pmwvc_bringup.session.surroundings import new_folder
+
+    words, left_out = fitting(
+        arguments.scenario, words_of(arguments.controllers), arguments.settings
+    )
+    notes = [f"Left out: {word}: {why}." for word, why in left_out.items()]
+    chosen = combinations(
+        arguments.scenario,
+        arguments.over,
+        controllers=words,
+        settings_texts=arguments.settings,
+        users=arguments.users,
+        duration_s=arguments.duration,
+    )
+    name = chosen[0].scenario.name
+    folder = new_folder(f"{name}-compare", arguments.out)
+    from pmwvc_bringup.comparison import report, sessions
+
+    console = terminal()
+    console.print(
+        f"{name}: {count(len(chosen), 'session')}, {'live' if arguments.live else 'simulated'}"
+    )
+    if arguments.live:
+        entries = sessions.live(chosen, folder, console)
+    else:
+        with progress(console, "running") as show:
+            entries = sessions.simulated(chosen, folder, show)
+    return report.report(
+        folder,
+        f"Comparison of {name}",
+        entries,
+        console,
+        notes=notes,
+        printed_notes=notes,
+        figures=not arguments.no_figures,
+    )
+
+
+COMMAND = Command(
+    name="compare",
+    help="run a scenario with several parameter values and compare the results",
+    examples=EXAMPLES,
+    arguments=(
+        SCENARIO,
+        USERS,
+        argument(
+            "--over",
+            action="append",
+            default=[],
+            metavar="NAME=A,B,...",
+            help="values of a parameter; may be repeated",
+        ),
+        argument("--controllers", metavar="A,B,...", help="controllers by name; see below"),
+        duration("each session"),
+        settings("a parameter of all"),
+        argument("--live", action="store_true", help="real nodes instead of virtual time"),
+        out("new or empty folder (default: sessions/<UTC time>-<scenario>-compare)"),
+        NO_FIGURES,
+        json_document("print comparison.json on stdout and nothing else"),
+    ),
+    run=run,
+)

@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``pmwvc replay``: a recorded session once more, with other parameters."""
+
+import argparse
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pmwvc_bringup import scenarios as files
+from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.options import FOLDER, NO_FIGURES, json_document, out, settings
+from pmwvc_bringup.output import progress, terminal
+
+if TYPE_CHECKING:
+    from pmwvc_analysis.replay.run import Replay
+
+EXAMPLES = """\
+examples:
+  pmwvc replay sessions/20260101T120000Z-carry_16ms --set master.impedance=40
+  pmwvc replay sessions/20260101T120000Z-carry_16ms --set controller=direct --json
+  pmwvc replay sessions/20260101T120000Z-carry_16ms --hand force
+
+Every packet meets the fate it met in the recording, and every loop runs when it ran. The hand is
+the one of the scenario, which reacts (--hand operator), or the recorded force (--hand force).
+A link whose parameters are set is simulated with them.
+"""
+
+
+def run(arguments: argparse.Namespace) -> Result:
+    """Replay, record and report."""
+    from pmwvc_analysis.recording.from_traces import record_traces
+    from pmwvc_analysis.recording.reader import read_session
+    from pmwvc_analysis.replay.run import replay_traces, scenario_of
+    from pmwvc_bringup.comparison.report import printed
+    from pmwvc_bringup.session.surroundings import new_folder
+
+    source = Path(arguments.folder)
+    scenario_of(source)  # refuses a folder without a scenario
+    file = str(source / "scenario.yaml")
+    recorded, replayed = files.load(file), files.load(file, settings_texts=arguments.settings)
+    console, figures = terminal(), not arguments.no_figures
+    traces = read_session(source)
+    with progress(console, "replaying") as show:
+        begin = time.perf_counter()
+        result = replay_traces(traces, recorded, replayed, hand=arguments.hand, progress=show)
+        times_real_time = result.replayed.duration_s / (time.perf_counter() - begin)
+    folder = new_folder(f"{recorded.name}-replay", arguments.out)
+    record_traces(folder, result.replayed, result.scenario, metadata=result.metadata())
+    texts = _reported(result, source, folder, times_real_time, figures=figures)
+    return printed(folder, texts, console, figures=figures)
+
+
+def _reported(
+    result: "Replay", source: Path, folder: Path, times_real_time: float, *, figures: bool
+) -> list[str]:
+    """Write summary, reports and tables; return the lines for a terminal."""
+    from pmwvc_analysis.compare.measures import Entry, measured
+    from pmwvc_analysis.replay.differences import FORCE_N, POSITION_M, reproduced
+    from pmwvc_analysis.report.comparison_report import write
+    from pmwvc_analysis.session_files import finish, write_summary
+    from pmwvc_analysis.verdicts.check import state_text
+    from pmwvc_analysis.verdicts.verdicts import summary
+
+    if figures:
+        finish(folder, result.replayed, result.scenario)
+    else:
+        write_summary(folder, summary(result.replayed, result.scenario))
+    path = str(source.resolve())
+    entries = [
+        measured(Entry("recorded", {}, result.recorded, result.recorded_scenario, path)),
+        measured(Entry("replayed", result.changes, result.replayed, result.scenario, ".")),
+    ]
+    before = result.recorded_scenario.flat()
+    changes = {name: [before.get(name), new] for name, new in result.changes.items()}
+    same = reproduced(result.differences) if not changes else None
+    about = {
+        "kind": "replay",
+        "lead": lead(result, same),
+        "recorded": path,
+        "changes": changes,
+        "differences": [
+            {**user, "hand": result.prescribed.hands[user["name"]]} for user in result.differences
+        ],
+        "tolerance": {"force_n": FORCE_N, "position_m": POSITION_M},
+        "reproduced": same,
+        "times_real_time": times_real_time,
+        "notes": result.prescribed.notes,
+    }
+    title = f"Replay of {result.recorded_scenario.name}"
+    found = write(folder, title, entries, about, figures=figures)
+    states = [
+        f"  {session['label']}: {state_text(session['stable'], session['instability'])}"
+        for session in found["sessions"]
+    ]
+    notes = [f"  note: {note}" for note in found["notes"]]
+    return [found["lead"], *states, *notes, f"  {times_real_time:.0f} times real time"]
+
+
+def lead(result: "Replay", same: bool | None) -> str:
+    """Return the result in one sentence."""
+    forces = [user["force_max_n"] for user in result.differences]
+    if not forces or None in forces:
+        amount = "not all forces can be compared"
+    elif not any(forces):
+        amount = "the forces are equal"
+    else:
+        amount = f"forces differ by up to {max(forces):.3g} N"
+    if same is None:
+        names = ", ".join(f"{name} = {value}" for name, value in result.changes.items())
+        return f"Replayed with {names}: {amount}."
+    word = "reproduces" if same else "does NOT reproduce"
+    return f"The unchanged replay {word} the recording: {amount}."
+
+
+COMMAND = Command(
+    name="replay",
+    help="replay a recorded session in virtual time with other parameters",
+    examples=EXAMPLES,
+    arguments=(
+        FOLDER,
+        settings(),
+        argument(
+            "--hand",
+            choices=("operator", "force"),
+            help="the scenario's hand, which reacts, or the recorded force (default: operator "
+            "where the device was simulated)",
+        ),
+        out("session folder, new or empty (default: sessions/<UTC time>-<scenario>-replay)"),
+        NO_FIGURES,
+        json_document("print comparison.json on stdout and nothing else"),
+    ),
+    run=run,
+)

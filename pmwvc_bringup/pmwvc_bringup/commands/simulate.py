@@ -1,0 +1,45 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``pmwvc simulate``: a session in virtual time, without ROS, with the same report."""
+
+import argparse
+
+from pmwvc_bringup.command import Command, Result
+from pmwvc_bringup.commands.run import EXAMPLES
+from pmwvc_bringup.options import SESSION, scenario_of
+from pmwvc_bringup.output import progress, terminal
+from pmwvc_bringup.session import preflight
+from pmwvc_core.plural import count
+
+
+def run(arguments: argparse.Namespace) -> Result:
+    """Simulate, record and report."""
+    from pmwvc_bringup.session.surroundings import new_folder
+
+    scenario = scenario_of(arguments)
+    preflight.check(scenario)
+    folder = new_folder(scenario.name, arguments.out)
+    from pmwvc_analysis.recording.from_traces import record_traces
+    from pmwvc_bringup.session.terminal import announce, finish
+    from pmwvc_core.simulation.session import simulate
+
+    console = terminal()
+    announce(console, scenario, folder, live=False)
+    with progress(console, "simulating") as show:
+        (traces,) = simulate([scenario], progress=show)
+    fault = traces.metadata.get("environment")
+    if fault is not None:
+        steps = count(fault["contained_steps"], "step")
+        text = f"a damper replaced the environment in {steps}: {fault['last_fault']}"
+        console.print(f"  Warning: {text}", markup=False)
+    record_traces(folder, traces, scenario, metadata={"environment": fault} if fault else {})
+    return finish(console, folder, scenario, check=arguments.check)
+
+
+COMMAND = Command(
+    name="simulate",
+    help="run a session in virtual time, without ROS, with the same report",
+    examples=EXAMPLES.format("simulate"),
+    arguments=SESSION,
+    run=run,
+)

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``pmwvc transparency``: the rendering of a link, from the model and from a recording."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.options import MODEL, json_document, out, scenario_of
+from pmwvc_bringup.output import write_json
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from pmwvc_analysis.transparency.measured import Measured
+    from pmwvc_analysis.transparency.transparency import Transparency
+
+EXAMPLES = """\
+examples:
+  pmwvc transparency carry_16ms
+  pmwvc transparency wall --set master.impedance=80 --json
+  pmwvc transparency wall --set operator.kind=chirp --out /tmp/felt
+  pmwvc transparency sessions/20260101T120000Z-wall --out /tmp/felt
+
+A session folder adds the estimate from its recording (operator.kind chirp, sinusoid or a played
+force). --out writes transparency.png, .svg, .csv, .npz, .mat and .json.
+
+Keys of --json: scenario, user, admittance_dc (m/N at rest), k_felt (its inverse), b_felt (N s/m,
+pressing, device included), mass_felt (kg, nothing touched, device included), first_peak_hz, ideal
+(the same five for direct coupling at every tick, no delay), measured (null, or points, trusted,
+stretches, from_hz, to_hz, coherence_median, error_median), notes. null: there is no such limit.
+"""
+
+
+def run(arguments: argparse.Namespace) -> Result:
+    """Print what the link renders to one user, and write curves."""
+    folder = Path(arguments.scenario)
+    recorded = folder.is_dir()
+    if recorded:
+        if not (folder / "scenario.yaml").is_file():
+            raise PmwvcError(f"{folder}: there is no scenario.yaml; is it a session folder?")
+        arguments.scenario = str(folder / "scenario.yaml")
+    scenario = scenario_of(arguments)
+    index = _index(scenario, arguments.whose)
+    from pmwvc_analysis.models.multirate import build
+    from pmwvc_analysis.transparency.answer import answer, sentences
+    from pmwvc_analysis.transparency.frequency import response
+    from pmwvc_analysis.transparency.transparency import pressing, transparency
+
+    measured = model = None
+    forces: list[float] = []
+    live = arguments.live
+    if recorded:
+        from pmwvc_analysis.recording.reader import read_session
+        from pmwvc_analysis.transparency.measured import measure, pattern
+
+        traces = read_session(folder)
+        live = live or traces.source == "live"
+        by_name = {user.name: user for user in traces.users}
+        name = scenario.users[index].name
+        if name not in by_name:
+            raise PmwvcError(f"{folder}: no trace of {name} was recorded")
+        measured = measure(by_name[name], scenario.users[index])
+        forces = pattern(traces.users, scenario, index)
+    found = transparency(scenario, user=index, live=live)
+    if measured is not None:
+        if forces != pressing(scenario, index):
+            found.notes.append(
+                "Measured and modelled beside it: with the forces of the session, per N of "
+                f"{scenario.users[index].name}: {', '.join(f'{f:.3g}' for f in forces)}."
+            )
+        exact = build(scenario, live=live)
+        model = response(exact, measured.frequency_hz, user=index, forces=forces)
+    result = answer(scenario.name, found, measured, model)
+    for line in sentences(result):
+        print(line)
+    if arguments.out:
+        _write(Path(arguments.out), found, measured, scenario, result, live=live)
+    return Result(document=result)
+
+
+def _index(scenario: Scenario, name: str | None) -> int:
+    """Return which user is meant; the first by default."""
+    names = [user.name for user in scenario.users]
+    if name is None:
+        return 0
+    if name not in names:
+        raise PmwvcError(f"--user {name}: there is no such user; there are {', '.join(names)}")
+    return names.index(name)
+
+
+def _write(
+    folder: Path,
+    found: "Transparency",
+    measured: "Measured | None",
+    scenario: Scenario,
+    result: object,
+    *,
+    live: bool,
+) -> None:
+    """Write curves, figure and numbers."""
+    from pmwvc_analysis.figures import transparency_figure
+    from pmwvc_analysis.transparency.answer import NAME, arrays_of, write_arrays
+
+    paths = write_arrays(folder, arrays_of(found, measured))
+    figure = transparency_figure.draw(found, measured, scenario, live=live)
+    paths += transparency_figure.save(figure, folder, NAME)
+    write_json(folder / f"{NAME}.json", result)
+    print(f"written: {folder} ({', '.join(path.name for path in paths)}, {NAME}.json)")
+
+
+COMMAND = Command(
+    name="transparency",
+    help="compute the stiffness, damping and mass rendered to a user, beside an ideal link",
+    examples=EXAMPLES,
+    arguments=(
+        *MODEL,
+        argument(
+            "--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"
+        ),
+        out("folder for figure, curves and numbers"),
+        json_document(),
+    ),
+    run=run,
+)

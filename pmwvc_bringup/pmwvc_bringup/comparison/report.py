@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The report of a comparison: its files, and its table on the terminal."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from pmwvc_analysis.compare.files import JSON
+from pmwvc_analysis.compare.measures import Entry
+from pmwvc_analysis.report.comparison_report import PAGE, write
+from pmwvc_bringup.command import Result
+
+COLUMNS = (  # heading, key of comparison.json, factor to the unit of the heading
+    ("K max [N/m]", "k_max", 1.0),
+    ("rendered [N/m]", "k_felt", 1.0),
+    ("peak [Hz]", "first_peak_hz", 1.0),
+    ("free [kg]", "mass_free_kg", 1.0),
+    ("free [N s/m]", "damping_free_n_s_m", 1.0),
+    ("offset [mm]", "coherency_rms_m", 1e3),
+    ("force err [N]", "force_error_rms_n", 1.0),
+    ("balance [mJ]", "energy_min_j", 1e3),
+    ("noise [mN]", "force_noise_n", 1e3),
+)
+
+
+def report(
+    folder: Path,
+    title: str,
+    entries: Sequence[Entry],
+    console: Console,
+    *,
+    notes: list[str],
+    printed_notes: Sequence[str] = (),
+    figures: bool = True,
+) -> Result:
+    """Write tables and report and print the table; the document is ``comparison.json``."""
+    about = {"kind": "comparison", "lead": "", "notes": notes}
+    found = write(folder, title, entries, about, figures=figures)
+    return printed(folder, [*lines(found), *printed_notes], console, figures=figures)
+
+
+def printed(
+    folder: Path, texts: Sequence[str], console: Console, *, figures: bool = True
+) -> Result:
+    """Print lines and where the report is; the document is ``comparison.json``."""
+    for line in [*texts, f"report: {folder / (PAGE if figures else JSON)}"]:
+        console.print(line, markup=False)
+    return Result(document=(folder / JSON).read_text("utf-8"))
+
+
+def again(folder: Path, console: Console) -> Result:
+    """Judge the sessions of a comparison anew and write its report."""
+    from pmwvc_analysis.compare.on_disk import read_comparison, read_entries
+
+    before = read_comparison(folder)
+    title, notes = str(before["title"]), list(before.get("notes", []))
+    return report(folder, title, read_entries(folder), console, notes=notes)
+
+
+def lines(found: Mapping[str, Any]) -> list[str]:
+    """Return the table of a comparison for a terminal."""
+    sessions = found["sessions"]
+    width = max(len("session"), *(len(session["label"]) for session in sessions))
+    heads = "  ".join(f"{head:>14}" for head, _, _ in COLUMNS)
+    table = [f"{'session':{width}}  {heads}  verdict"]
+    for session in sessions:
+        numbers = [
+            "-" if session[name] is None else f"{session[name] * factor:.4g}"
+            for _, name, factor in COLUMNS
+        ]
+        verdict = "stable" if session["stable"] else session["instability"] or "not judged"
+        verdict += "" if session["passive"] is not False else ", not passive"
+        cells = "  ".join(f"{number:>14}" for number in numbers)
+        table.append(f"{session['label']:{width}}  {cells}  {verdict}")
+    table.append(f"{'':{width}}  parameters")
+    for session in sessions:
+        given = ", ".join(f"{n}={_short(v)}" for n, v in session["parameters"].items())
+        tuning = f" ({session['tuning']})" if session["tuning"] else ""
+        table.append(f"{session['label']:{width}}  {given or 'none'}{tuning}")
+    return [*table, *found["conclusion"]]
+
+
+def _short(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

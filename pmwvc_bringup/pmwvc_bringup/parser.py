@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The parser of the command line, built from the records of the commands."""
+
+import argparse
+import difflib
+import importlib
+import importlib.metadata
+import pkgutil
+import re
+from typing import Any, NoReturn
+
+from pmwvc_bringup import commands
+from pmwvc_bringup.command import Command
+
+# The order of the help; commands that are not in it follow by name.
+ORDER = (
+    "run",
+    "simulate",
+    "report",
+    "replay",
+    "compare",
+    "stability",
+    "map",
+    "transparency",
+    "tune",
+    "filter",
+    "node",
+    "scenarios",
+    "doctor",
+    "completion",
+)
+EXAMPLES = """\
+examples:
+  pmwvc doctor                 check whether this machine can run a session
+  pmwvc scenarios              list the scenarios
+  pmwvc run carry_16ms         a live session: ROS 2 nodes, 1 kHz force loops, a report
+  pmwvc simulate carry_16ms    the same in virtual time, without ROS
+"""
+
+
+class _HelpFormatter(argparse.RawDescriptionHelpFormatter):
+    """Examples stay as written; the longest name fits before its description."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, max_help_position=28, width=99)
+
+    def add_argument(self, action: argparse.Action) -> None:
+        """Count the indentation of sub-commands, which the base class forgets."""
+        super().add_argument(action)
+        if isinstance(action, argparse._SubParsersAction):
+            self._action_max_length += self._indent_increment
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose refusals name the nearest right word."""
+
+    def __init__(self, **options: Any) -> None:
+        options.setdefault("formatter_class", _HelpFormatter)
+        super().__init__(**{**options, "allow_abbrev": False})
+
+    def error(self, message: str) -> NoReturn:
+        """Print one message and exit with 2."""
+        choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
+        options = re.match(r"unrecognized arguments: (\S+)", message)
+        word, known, owners = "", [], []
+        if choice:
+            word, known = choice[1], re.findall(r"[\w-]+", choice[2])
+        elif options:
+            word, known = options[1].partition("=")[0], sorted(_options_of(self))
+            owners = [name for name, nested in _nested(self) if word in _options_of(nested)]
+        near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        if owners:
+            hint = f"; {word} is an option of {', '.join(owners)} only"
+        self.exit(2, f"{self.prog}: {message}{hint} (see '{self.prog} --help')\n")
+
+
+def _nested(parser: argparse.ArgumentParser) -> list[tuple[str, argparse.ArgumentParser]]:
+    """Return the parsers of the sub-commands by name."""
+    return [
+        item
+        for action in parser._actions
+        if isinstance(action, argparse._SubParsersAction)
+        for item in action.choices.items()
+    ]
+
+
+def _options_of(parser: argparse.ArgumentParser) -> set[str]:
+    """Return the long options of a parser and its sub-commands."""
+    own = {name for action in parser._actions for name in action.option_strings}
+    return {name for name in own if name.startswith("--")}.union(
+        *(_options_of(nested) for _, nested in _nested(parser))
+    )
+
+
+def library() -> list[Command]:
+    """Return every command, in the order of the help."""
+    modules = [
+        importlib.import_module(f"{commands.__name__}.{found.name}")
+        for found in pkgutil.iter_modules(commands.__path__)
+    ]
+    records: list[Command] = [module.COMMAND for module in modules]
+    order = {name: number for number, name in enumerate(ORDER)}
+    return sorted(records, key=lambda one: (order.get(one.name, len(order)), one.name))
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line."""
+    parser = Parser(
+        prog="pmwvc",
+        description="Networked cooperative haptics by passive multirate wave-variable control.",
+        epilog=EXAMPLES,
+    )
+    parser.add_argument("--version", action="version", version=f"pmwvc {_version()}")
+    several = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for command in library():
+        nested = several.add_parser(
+            command.name,
+            help=command.help,
+            description=f"{command.help}.",
+            epilog=command.examples,
+        )
+        nested.set_defaults(command=command)
+        for argument in command.arguments:
+            argument.add_to(nested)
+    return parser
+
+
+def _version() -> str:
+    try:
+        return importlib.metadata.version("pmwvc_bringup")
+    except importlib.metadata.PackageNotFoundError:
+        return "of an environment that was not built"

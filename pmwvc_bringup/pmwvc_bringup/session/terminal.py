@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Texts of a session on the terminal: the prediction before it, and the verdict after it."""
+
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from pmwvc_bringup.command import Result
+from pmwvc_bringup.session import preflight
+from pmwvc_core.plural import count
+from pmwvc_core.scenario.scenario import Scenario
+
+
+def announce(console: Console, scenario: Scenario, folder: Path, *, live: bool) -> None:
+    """Print what begins, and the prediction for it."""
+    from pmwvc_analysis.prediction import prediction_words
+
+    kind = "live" if live else "simulated"
+    users = count(len(scenario.users), "user")
+    console.print(
+        f"{scenario.name}: {scenario.duration_s:g} s {kind}, {users}, {scenario.controller}"
+    )
+    lines = prediction_words.lines(scenario, live=live)
+    for line in lines if live else [*lines, *preflight.notes(scenario)]:
+        console.print(f"  {line}", markup=False)
+    console.print(f"session folder: {folder}", markup=False)
+
+
+def finish(
+    console: Console,
+    folder: Path,
+    scenario: Scenario | None,
+    *,
+    check: bool,
+    out: Path | None = None,
+) -> Result:
+    """Judge and draw a recorded session and print the verdict; the document is its summary.
+
+    With ``check`` the exit code is 1 where the session does not pass.
+    """
+    from pmwvc_analysis.session_files import REPORT, SUMMARY
+    from pmwvc_analysis.session_files import finish as finish_files
+
+    summary = finish_files(folder, scenario=scenario, out=out)
+    target = out or folder
+    lines = verdict_lines(summary)
+    lines += [f"  {outcome['text']}" for outcome in summary["outcomes"]]
+    lines.append(f"report: {target / REPORT}")
+    passed = True
+    if check:
+        passed = summary["check"]["passed"]
+        lines.append(f"check: {'passed' if passed else 'FAILED'}")
+        lines += [f"  {reason}" for reason in summary["check"]["reasons"]]
+    for line in lines:
+        console.print(line, markup=False)
+    return Result(0 if passed else 1, (target / SUMMARY).read_text("utf-8"))
+
+
+def verdict_lines(summary: dict[str, Any]) -> list[str]:
+    """Return the result in sentences, one line for the session and one per user."""
+    from pmwvc_analysis.events import environment
+    from pmwvc_analysis.verdicts import check
+
+    state = check.state_text(summary["stable"], summary["instability"])
+    if summary["stable"] is None:
+        state += f": {summary['stability']['text']}"
+    until = summary["judged_until_s"]
+    cut = until < summary["duration_s"]
+    found = [
+        f"{summary['scenario'] or 'session'}: {state}{f' until {until:.2f} s' if cut else ''}"
+    ]
+    found += [f"  Interrupted: {text}" for text in summary["interrupted"]]
+    found += [f"  Another publisher: {text}" for text in summary["strangers"]]
+    texts = summary["passivity"]["text"]
+    for user in summary["users"]:
+        parts = [texts[user["name"]]]
+        if user["force_final_n"] is not None:
+            when = f"at {until:.2f} s" if cut else "at the end"
+            when = f"when {user['ended']}" if user["ended"] else when
+            parts.append(f"force {_vector(user['force_final_n'])} N {when}")
+        if user["environment_limited"]:
+            parts.append(environment.words(user["environment_limited"]))
+        if user["ticks_missing"]:
+            parts.append(f"{count(user['ticks_missing'], 'tick')} not recorded")
+        found.append(f"  {user['name']}: {'; '.join(parts)}")
+    found += [f"  {line['text']}" for line in check.interventions(summary)]
+    if summary["recording"]["holes"]:
+        found.append(f"  {check.hole_text(summary)}; nothing is judged there")
+    if "server" in texts:
+        found.append(f"  server: {texts['server']}")
+    return found + [f"  {sentence}" for sentence in (summary["active"] or [])[:1]]
+
+
+def _vector(value: float | list[float]) -> str:
+    """Return a number, or one per axis."""
+    values = value if isinstance(value, list) else [value]
+    return " ".join(f"{number:.2f}" for number in values)
