@@ -25,13 +25,16 @@ from controllers import bench_controllers
 from rich.console import Console
 from rich.table import Table
 
-from pmwvc_analysis.maps.maps import Axis, Grid, compute, point
+from pmwvc_analysis.maps.maps import Axis, Grid, compute
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.replay.run import replay_traces
 from pmwvc_analysis.session_files import finish
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.runtime.pacing import Pacer, request_real_time
 from pmwvc_core.simulation.session import simulate
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from support.map_points import point
 
 ROOT = Path(__file__).resolve().parents[2]
 

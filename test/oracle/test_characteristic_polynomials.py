@@ -10,14 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support import linear_loops
 
-from pmwvc_analysis.filters.characteristic import (
+from pmwvc_analysis.models.multirate import build, spectral_radius
+from reproduction.characteristic import (
     CASES,
+    contact,
     jury_marden,
     loop_polynomial,
-    printed_diagram,
+    plus,
     printed_polynomial,
+    reflection,
+    times,
 )
-from pmwvc_analysis.models.multirate import build, spectral_radius
 
 numbers = st.fractions(Fraction(1, 50), Fraction(4), max_denominator=50)
 
@@ -29,6 +32,18 @@ def proportional(left, right):
     return len(left) == len(right) and all(
         a * right[0] == b * left[0] for a, b in zip(left, right, strict=True)
     )
+
+
+def printed_diagram(case, alpha, beta, sigma):
+    """Return the polynomial of the diagrams from which the printed ones follow."""
+    numerator, denominator = reflection(case, alpha, beta, sigma)
+    if case == "unwrapped":  # v_s(n) = u_s(n-1) - sqrt(2/b) F_s(n)
+        h = contact(alpha, beta, sigma)
+        numerator = plus(denominator, times([-2, 0], h))
+        denominator = times(denominator, [1, 0])
+    sent = plus(times(denominator, [1, 0]), numerator)
+    force = plus(sent, times([-2, 0], numerator))
+    return plus(times([1, -1], sent), times([beta], force))
 
 
 @pytest.mark.parametrize("case", CASES)

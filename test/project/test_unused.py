@@ -29,16 +29,10 @@ ALLOWED = {
     "pmwvc_analysis.verdicts.outcomes:came_true": "",
     "pmwvc_analysis.delays.passivity:FoldedGain": "",
     "pmwvc_analysis.delays.passivity:energy_gain": "",
-    "pmwvc_analysis.filters.down_sampler:printed_filters": "",
-    "pmwvc_analysis.filters.characteristic:printed_diagram": "",
-    "pmwvc_analysis.filters.channel_energy:sine_deficit": "",
-    "pmwvc_analysis.filters.channel_energy:first_order_hold_left": "",
-    "pmwvc_analysis.filters.channel_energy:delay_energy": "",
     "pmwvc_analysis.budget.remainders:unchecked": "",
     "pmwvc_analysis.budget.remainders:_unchecked": "",
     "pmwvc_analysis.models.stability:boundary": "",
     "pmwvc_analysis.replay.run:replay": "",
-    "pmwvc_analysis.maps.maps:point": "",
 }
 
 

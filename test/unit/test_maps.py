@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 from support import linear_loops
+from support.map_points import point
 
 from pmwvc_analysis.figures.map_figure import draw
 from pmwvc_analysis.maps.map_files import Measured, Unfinished, first_crossing, write_data
-from pmwvc_analysis.maps.maps import Axis, Grid, compute, growth_per_s, point
+from pmwvc_analysis.maps.maps import Axis, Grid, compute, growth_per_s
 from pmwvc_core.errors import PmwvcError
 
 STIFFNESS = Axis("server.contact_stiffness", tuple(np.linspace(0.0, 3000.0, 7).tolist()))

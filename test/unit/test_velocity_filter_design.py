@@ -17,8 +17,8 @@ from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
 from pmwvc_core.wave.design import velocity_filter_design as design
 from pmwvc_core.wave.design.branches import margins, switching_gain
 from pmwvc_core.wave.design.response import response, sections_response
-from pmwvc_core.wave.design.velocity_filter_design import best_alpha, printed_branches
 from pmwvc_core.wave.design.velocity_filter_response import branches, noise_gain
+from reproduction.appendix_d import best_alpha, printed_branches
 
 
 def test_without_the_high_branch_both_conditions_say_the_filter_amplifies_nothing():

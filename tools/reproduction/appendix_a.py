@@ -4,14 +4,14 @@
 
 import numpy as np
 
-from pmwvc_analysis.filters.channel_energy import aliasing_example
-from pmwvc_analysis.filters.down_sampler import energy_over_cut_off, printed_scenario
 from pmwvc_analysis.models.stability import crossings, radii
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 from reproduction import draw_a, draw_single
+from reproduction.channel_energy import aliasing_example
 from reproduction.conditions import band_limited_balance, reflections
+from reproduction.down_sampler import energy_over_cut_off, printed_scenario
 from reproduction.figure import Figure, Values
 from reproduction.scenarios import scenario, wall
 from reproduction.single_user import admittance, contact, widths

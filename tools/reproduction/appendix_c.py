@@ -4,13 +4,13 @@
 
 import numpy as np
 
-from pmwvc_analysis.filters.characteristic import (
+from reproduction import compensation, draw_c, draw_single
+from reproduction.characteristic import (
     CASES,
     jury_marden,
     loop_polynomial,
     printed_polynomial,
 )
-from reproduction import compensation, draw_c, draw_single
 from reproduction.figure import Figure, Values
 from reproduction.scenarios import wall
 from reproduction.single_user import widths

@@ -4,8 +4,10 @@
 
 import numpy as np
 
+from pmwvc_core.numeric import Array
 from pmwvc_core.wave.design.branches import margins
-from pmwvc_core.wave.design.velocity_filter_design import best_alpha, printed_branches
+from pmwvc_core.wave.design.response import Complex
+from pmwvc_core.wave.design.velocity_filter_design import POINTS_IN_PHASE, flattest_alpha
 from reproduction import draw_d, draw_single
 from reproduction.figure import Figure, Values
 from reproduction.scenarios import wall
@@ -13,6 +15,25 @@ from reproduction.single_user import admittance
 from reproduction.velocity import experiment
 
 TICK_S = 1e-3
+LOW_POLE = 0.95  # H_LP = 0.05/(z - 0.95), App. D Eq. 15
+
+
+def best_alpha(*, low_pole: float = LOW_POLE, points: int = POINTS_IN_PHASE) -> float:
+    """Return the flattest alpha for H_LP = (1 - p)/(z - p), the numbers of App. D by default."""
+    angle, low, _ = printed_branches(0.5, low_pole=low_pole, points=points)
+    return flattest_alpha(low, angle, below=low_pole)
+
+
+def printed_branches(
+    alpha: float, *, low_pole: float = LOW_POLE, points: int = POINTS_IN_PHASE
+) -> tuple[Array, Complex, Complex]:
+    """Return angles [rad per tick] from 0 to below pi, H_LP and H_HP of App. D Eqs. 15 and 16.
+
+    H_LP = (1 - p)/(z - p), H_HP = (z - 1)/(z - alpha).
+    """
+    angle = np.pi * np.arange(points) / points
+    z = np.exp(1j * angle)
+    return angle, (1.0 - low_pole) / (z - low_pole), (z - 1.0) / (z - alpha)
 
 
 def condition(parameters: Values) -> Values:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.maps.z_width_simulated import simulated_z_width
 from pmwvc_analysis.models.multirate import build, spectral_radius
 from pmwvc_analysis.models.stability import z_width
 from pmwvc_analysis.transparency.transparency import transparency
@@ -16,6 +15,7 @@ from pmwvc_core.simulation.session import simulate
 from reproduction.figure import Values
 from reproduction.scenarios import UNLIMITED, scenario
 from reproduction.traces import curves, last_mean, limited_ticks
+from reproduction.z_width_simulated import simulated_z_width
 
 BOUND = 1e6
 REFINEMENTS, FINER = 3, 9  # of the grid around the largest stiffness

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How far a filter with the rate drop behind it is from giving out energy.
 
-Everything here holds over infinite time (Parseval). What happens on the way is in
-:mod:`pmwvc_analysis.filters.channel_energy`.
+Everything here holds over infinite time (Parseval); the balance at each instant may be lower.
 
 **Filter and rate drop.** Packets carry at most g^2 times the energy of the waves they sample,
 where g^2 is the largest value of the folded squared gain (:mod:`pmwvc_core.wave.design.aliasing`).

@@ -117,13 +117,6 @@ def _standing(axis: Axis) -> tuple[float, ...]:
     return axis.values[:1] if stackable(axis.name) else axis.values
 
 
-def point(grid: Grid, row: int, place: int) -> float:
-    """Return one point of a map by itself: the plain way, for comparison."""
-    scenario = varied(grid.scenario, grid.y.name, grid.y.values[row])
-    scenario = varied(scenario, grid.x.name, grid.x.values[place])
-    return float(radii(scenario, live=grid.live)[0])
-
-
 def compute(
     grid: Grid,
     *,

@@ -35,8 +35,7 @@ from pmwvc_core.wave.design.extremum import minimum_between
 from pmwvc_core.wave.design.filter_design import half_power_hz, runs_of, stacked, warped_rad_s
 from pmwvc_core.wave.design.response import Complex, response
 
-PRINTED_POINTS = 512  # frequencies of App. D section 4
-PRINTED_LOW_POLE = 0.95  # H_LP = 0.05/(z - 0.95), App. D Eq. 15
+POINTS_IN_PHASE = 512  # frequencies of App. D section 4
 POINTS = 8192  # of a search, half of them near rest
 ASIDE = 1.001  # of a cut-off: what may lie between two of them
 HIGHEST = 0.49  # of the tick rate, of a cut-off that is given
@@ -111,7 +110,7 @@ def _said(
             "for; take one, or give velocity_filter.cutoff_hz"
         )
     if own.order == 1:
-        angle = np.pi * np.arange(PRINTED_POINTS) / PRINTED_POINTS
+        angle = np.pi * np.arange(POINTS_IN_PHASE) / POINTS_IN_PHASE
         values = response(low, angle / (2.0 * np.pi * tick_s), tick_s=tick_s, rate_drop=rate_drop)
         edge = float(half_power_hz(low, tick_s=tick_s))
         below = 1.0 if math.isinf(edge) else math.exp(-2.0 * math.pi * edge * tick_s)
@@ -138,24 +137,6 @@ def flattest_alpha(low: Complex, angle: Array, *, share: float = 0.5, below: flo
     start = int(np.argmin([error(float(alpha)) for alpha in grid]))
     around = grid[max(start - 1, 0)], grid[min(start + 1, len(grid) - 1)]
     return minimum_between(error, float(around[0]), float(around[1])).at
-
-
-def best_alpha(*, low_pole: float = PRINTED_LOW_POLE, points: int = PRINTED_POINTS) -> float:
-    """Return the flattest alpha for H_LP = (1 - p)/(z - p), the numbers of App. D by default."""
-    angle, low, _ = printed_branches(0.5, low_pole=low_pole, points=points)
-    return flattest_alpha(low, angle, below=low_pole)
-
-
-def printed_branches(
-    alpha: float, *, low_pole: float = PRINTED_LOW_POLE, points: int = PRINTED_POINTS
-) -> tuple[Array, Complex, Complex]:
-    """Return angles [rad per tick] from 0 to below pi, H_LP and H_HP of App. D Eqs. 15 and 16.
-
-    H_LP = (1 - p)/(z - p), H_HP = (z - 1)/(z - alpha).
-    """
-    angle = np.pi * np.arange(points) / points
-    z = np.exp(1j * angle)
-    return angle, (1.0 - low_pole) / (z - low_pole), (z - 1.0) / (z - alpha)
 
 
 def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: float) -> float:

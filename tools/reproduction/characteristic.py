@@ -33,7 +33,7 @@ CASES = ("unwrapped", "one_step_delay")
 
 def loop_polynomial(case: str, alpha: Any, beta: Any, sigma: Any) -> Polynomial:
     """Return the characteristic polynomial of the loop as it runs, times 2 beta."""
-    numerator, denominator = _reflection(case, alpha, beta, sigma)
+    numerator, denominator = reflection(case, alpha, beta, sigma)
     z_denominator = times(denominator, [1, 0])
     moving = times([1, -1], plus(z_denominator, numerator))
     return plus(moving, times([beta], plus(z_denominator, times([-1], numerator))))
@@ -63,28 +63,16 @@ def printed_polynomial(case: str, alpha: Any, beta: Any, sigma: Any) -> Polynomi
     ]
 
 
-def printed_diagram(case: str, alpha: Any, beta: Any, sigma: Any) -> Polynomial:
-    """Return the polynomial of the diagrams from which the printed ones follow."""
-    numerator, denominator = _reflection(case, alpha, beta, sigma)
-    if case == "unwrapped":  # v_s(n) = u_s(n-1) - sqrt(2/b) F_s(n)
-        h = _contact(alpha, beta, sigma)
-        numerator = plus(denominator, times([-2, 0], h))
-        denominator = times(denominator, [1, 0])
-    sent = plus(times(denominator, [1, 0]), numerator)
-    force = plus(sent, times([-2, 0], numerator))
-    return plus(times([1, -1], sent), times([beta], force))
-
-
-def _contact(alpha: Any, beta: Any, sigma: Any) -> Polynomial:
+def contact(alpha: Any, beta: Any, sigma: Any) -> Polynomial:
     """Return 2 beta (z-1) h."""
     return [alpha + 2 * sigma, alpha - 2 * sigma]
 
 
-def _reflection(case: str, alpha: Any, beta: Any, sigma: Any) -> tuple[Polynomial, Polynomial]:
+def reflection(case: str, alpha: Any, beta: Any, sigma: Any) -> tuple[Polynomial, Polynomial]:
     """Return numerator and denominator of R."""
     if case not in CASES:
         raise ValueError(f"case = {case!r}: must be one of {', '.join(CASES)}")
-    h, step = _contact(alpha, beta, sigma), [2 * beta, -2 * beta]
+    h, step = contact(alpha, beta, sigma), [2 * beta, -2 * beta]
     if case == "unwrapped":
         return plus(step, times([-1], h)), plus(step, h)
     late = plus(times(step, [1, 0]), h)

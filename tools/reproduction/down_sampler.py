@@ -19,9 +19,6 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
 from pmwvc_core.traces import SessionTraces
 
-# App. A Table 2: edges of pass and stop band [Hz]; 20 and 40 dB.
-PRINTED_EDGES_HZ = ((10.0, 25.0), (25.0, 50.0), (50.0, 100.0), (100.0, 150.0), (150.0, 200.0))
-
 
 class CutOffEnergy(TypedDict):
     """Energy kept by the down-sampler, one entry per filter; ``finite`` False: it diverged."""
@@ -31,14 +28,6 @@ class CutOffEnergy(TypedDict):
     finite: list[bool]
     time_s: list[Array]
     left_j: list[Array]
-
-
-def printed_filters() -> list[FilterParams]:
-    """Return the filters of App. A Table 2: Butterworth, 20 dB and 40 dB."""
-    return [
-        FilterParams(kind="butterworth", pass_hz=low, stop_hz=high)
-        for low, high in PRINTED_EDGES_HZ
-    ]
 
 
 def printed_scenario(**overrides: Any) -> Scenario:
@@ -89,7 +78,7 @@ def energy_over_cut_off(
     user
         Whose.
     """
-    found = simulate([_with_filter(scenario, one) for one in filters])
+    found = simulate([with_filter(scenario, one) for one in filters])
     accounts = [_account(traces, scenario, user) for traces in found]
     return {
         "minimum_j": np.array([left.min(initial=0.0) for _, left in accounts]),
@@ -100,7 +89,8 @@ def energy_over_cut_off(
     }
 
 
-def _with_filter(scenario: Scenario, params: FilterParams) -> Scenario:
+def with_filter(scenario: Scenario, params: FilterParams) -> Scenario:
+    """Return the scenario with another anti-aliasing filter for every user."""
     users = tuple(
         dataclasses.replace(user, master=dataclasses.replace(user.master, filter=params))
         for user in scenario.users

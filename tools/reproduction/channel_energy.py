@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Energy of the parts of a channel over time: rate drop, holds, computational delay.
+"""Energy of rate drop and hold over time, from their signals.
 
-Each function takes the signals of one part and returns what went in, what came out and what is
-left, instant by instant [J]. A part is passive when nothing it has left is ever below zero.
+Each function returns the energy that went in, the energy that came out and their difference,
+instant by instant [J]. A part is passive if the difference is never below zero.
 
 Equations: docs/theory.md 3.2, 14.1, 14.2.
 """
@@ -105,44 +105,6 @@ def aliasing_example(
     }
 
 
-def sine_deficit(
-    frequency_hz: float,
-    *,
-    rate_drop: int,
-    tick_s: float = 1e-3,
-    amplitude: float = 1.0,
-    phases: int = 360,
-) -> dict[str, float]:
-    """Return how far below zero a decimator gets on the way, at the worst phase of a sine.
-
-    The sine is sent without a filter. Below half the packet rate nothing is aliased and the energy
-    balances in the end, yet not at every instant: the packets' |u|^2 swings at the distance of 2 f
-    from the packet rate, and a packet counts for a whole frame at its start.
-
-    Returns
-    -------
-    dict
-        ``minimum_j``, ``time_s`` and ``phase_rad`` of the minimum, over two swings.
-    """
-    packet_hz = 1.0 / (rate_drop * tick_s)
-    beat_hz = abs(2.0 * frequency_hz - packet_hz * round(2.0 * frequency_hz / packet_hz))
-    slowest_hz = max(min(beat_hz, 2.0 * frequency_hz), 0.01)
-    ticks = int(np.ceil(2.0 / slowest_hz / tick_s)) + 2 * rate_drop
-    time_s = np.arange(ticks) * tick_s
-    best = {"minimum_j": 0.0, "time_s": 0.0, "phase_rad": 0.0}
-    for phase in np.pi * np.arange(phases) / phases:  # |u|^2 has period pi
-        wave = amplitude * np.sin(2.0 * np.pi * frequency_hz * time_s + phase)
-        left = rate_drop_energy(wave, rate_drop=rate_drop, tick_s=tick_s)["left_j"]
-        lowest = int(np.argmin(left))
-        if left[lowest] < best["minimum_j"]:
-            best = {
-                "minimum_j": float(left[lowest]),
-                "time_s": float(time_s[lowest]),
-                "phase_rad": float(phase),
-            }
-    return best
-
-
 def hold_energy(packets: Array, *, rate_drop: int, tick_s: float, hold: str = "foh") -> Account:
     """Return the account of the hold at the end of each frame (App. B, Eqs. 43-54).
 
@@ -162,40 +124,3 @@ def hold_energy(packets: Array, *, rate_drop: int, tick_s: float, hold: str = "f
     ramps = before[:, np.newaxis] + np.multiply.outer(packets - before, share)
     energy_in = np.cumsum(0.5 * packets**2) * rate_drop * tick_s
     return _account(energy_in, np.cumsum(0.5 * np.sum(ramps**2, axis=1)) * tick_s)
-
-
-def first_order_hold_left(packets: Array, *, rate_drop: int, tick_s: float) -> Array:
-    """Return the closed form of what the delayed hold has left at each frame end [J]."""
-    packets, ratio = np.asarray(packets, dtype=float), rate_drop
-    steps = np.cumsum(np.diff(packets, prepend=0.0) ** 2)
-    scale = tick_s * (ratio - 1) / (12.0 * ratio)
-    return scale * ((ratio + 1) * steps + 3.0 * ratio * packets**2)
-
-
-def delay_energy(force: Array, *, impedance: float, period_s: float) -> dict[str, Array]:
-    """Return what decoding with the force of the previous step does to the energy (App. C Eq. 12).
-
-    With xd(n) = sqrt(2/b) u(n) - F(n-1)/b the port takes in (u^2 - v^2)/2 = F xd + d(n), where
-    d(n) = [F(n) F(n-1) - F(n)^2]/b is less than the environment gets. Summed, with F(-1) = 0,
-
-        dE = (T/b) sum [F(n) F(n-1) - F(n)^2] = -(T/2b) [sum (F(n) - F(n-1))^2 + F(N)^2] <= 0.
-
-    Parameters
-    ----------
-    force
-        F(n) ``(step,)`` [N].
-
-    Returns
-    -------
-    dict
-        ``power_w`` d(n) of each step, ``energy_j`` its running sum, ``closed_j`` the closed form.
-    """
-    force = np.asarray(force, dtype=float)
-    before = np.concatenate([[0.0], force[:-1]])
-    power = (force * before - force**2) / impedance
-    steps = np.cumsum((force - before) ** 2)
-    return {
-        "power_w": power,
-        "energy_j": np.cumsum(power) * period_s,
-        "closed_j": -0.5 * period_s / impedance * (steps + force**2),
-    }
