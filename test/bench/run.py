@@ -27,7 +27,7 @@ from rich.table import Table
 
 from pmwvc_analysis.maps.maps import Axis, Grid, compute
 from pmwvc_analysis.recording.reader import read_session
-from pmwvc_analysis.replay.run import replay_traces
+from pmwvc_analysis.replay.run import replay
 from pmwvc_analysis.session_files import finish
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.runtime.pacing import Pacer, request_real_time
@@ -154,7 +154,7 @@ def bench_replay(rows, numbers):
     """Replay speed, one session of two users without figures, beside real time."""
     scenario = load("carry_16ms", duration_s=10.0)
     traces = simulate([scenario])[0]
-    seconds = timed(lambda: replay_traces(traces, scenario, scenario), times=5)
+    seconds = timed(lambda: replay(traces, scenario, scenario), times=5)
     rows.append(ratio("session of 10 s against its replay", 10.0, seconds, "s"))
     numbers["replay"] = {"times_real_time": 10 / seconds}
 

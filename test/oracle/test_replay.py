@@ -10,7 +10,7 @@ import pytest
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.differences import reproduced
-from pmwvc_analysis.replay.run import replay, replay_traces, scenario_of
+from pmwvc_analysis.replay.run import replay, scenario_of
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.scenario.reader import parse_scenario
@@ -55,9 +55,14 @@ def recorded(tmp_path_factory):
     return folder
 
 
+def replay_of(folder, scenario, **options):
+    """Replay the session in a folder with another scenario."""
+    return replay(read_session(folder), scenario_of(folder), scenario, **options)
+
+
 @pytest.mark.parametrize("hand", ["operator", "force"])
 def test_a_replay_without_changes_is_the_recorded_session(recorded, hand):
-    result = replay(recorded, read_scenario(recorded), hand=hand)
+    result = replay_of(recorded, read_scenario(recorded), hand=hand)
     for one, other in zip(result.recorded.users, result.replayed.users, strict=True):
         assert np.abs(one.f_applied).max() > 0.5  # something was there to reproduce
         for name in SIGNALS:
@@ -78,7 +83,7 @@ def test_a_replay_without_changes_is_the_recorded_session(recorded, hand):
 def test_without_delay_the_first_packet_comes_at_time_zero_again(tmp_path, controller):
     scenario = parse_scenario(BASE | {"controller": controller, "link": {}})
     record_traces(tmp_path, simulate_one(scenario), scenario)
-    result = replay(tmp_path, read_scenario(tmp_path))
+    result = replay_of(tmp_path, read_scenario(tmp_path))
     assert result.replayed.users[0].f_applied.max() > 0.5
     assert max(user["force_max_n"] for user in result.differences) < 1e-12
 
@@ -94,14 +99,14 @@ def test_other_packet_fates_give_another_session(recorded):
         for one, two in zip(traces.users, other.users, strict=True)
     )
     assert gap > 1e-3
-    again = replay_traces(traces, scenario, luck)  # the seed is of no account in a replay
+    again = replay(traces, scenario, luck)  # the seed is of no account in a replay
     assert max(user["force_max_n"] for user in again.differences) < 1e-12
 
 
 def test_a_changed_parameter_is_what_a_simulation_with_the_same_network_does(recorded):
     """Fates do not depend on the impedance: replaying with it equals simulating with it."""
     scenario = changed(read_scenario(recorded), **{"master.impedance": 40.0})
-    result = replay(recorded, scenario)
+    result = replay_of(recorded, scenario)
     direct = simulate_one(scenario)
     for one, other in zip(result.replayed.users, direct.users, strict=True):
         np.testing.assert_allclose(one.f_applied, other.f_applied, atol=1e-12)
@@ -116,21 +121,21 @@ def test_a_replay_with_the_phases_of_live_loops_is_repeated_with_them(tmp_path):
     gap = np.abs(phased.users[0].f_applied - plain.users[0].f_applied).max()
     assert gap > 1e-3  # four milliseconds more of round trip are felt
     record_traces(tmp_path, phased, scenario, metadata=AS_LIVE)
-    result = replay(tmp_path, scenario)
+    result = replay_of(tmp_path, scenario)
     assert max(user["force_max_n"] for user in result.differences) < 1e-12
 
 
 def test_a_replay_of_a_replay_is_the_replay(recorded, tmp_path):
-    first = replay(recorded, read_scenario(recorded))
+    first = replay_of(recorded, read_scenario(recorded))
     record_traces(tmp_path, first.replayed, first.scenario, metadata=first.metadata())
-    second = replay(tmp_path, scenario_of(tmp_path))
+    second = replay_of(tmp_path, scenario_of(tmp_path))
     assert second.recorded.source == "replayed"
     assert max(user["force_max_n"] for user in second.differences) < 1e-12
 
 
 def test_a_link_whose_settings_are_changed_is_simulated(recorded):
     scenario = changed(read_scenario(recorded), **{"user1.link.up.loss": 0.0})
-    result = replay(recorded, scenario)
+    result = replay_of(recorded, scenario)
     assert 1 not in result.replayed.fates["user1/up"].fate
     assert 1 in result.replayed.fates["user1/down"].fate
     assert [
@@ -139,12 +144,20 @@ def test_a_link_whose_settings_are_changed_is_simulated(recorded):
 
 
 def test_another_packet_rate_meets_the_losses_of_the_same_time(recorded):
-    result = replay(recorded, changed(read_scenario(recorded), **{"master.rate_drop": 4}))
+    result = replay_of(recorded, changed(read_scenario(recorded), **{"master.rate_drop": 4}))
     before, after = (t.fates["user1/up"] for t in (result.recorded, result.replayed))
     lost = before.time_in_ns[before.fate == 1]
     again = after.time_in_ns[after.fate == 1]
     assert len(again) == 2 * len(lost)
     assert set(lost) <= set(again)
+
+
+def test_a_server_of_another_period_steps_on_its_own_grid_from_the_recorded_start(recorded):
+    result = replay_of(recorded, changed(read_scenario(recorded), **{"server.period_s": 0.004}))
+    before, after = (t.server.time_s for t in (result.recorded, result.replayed))
+    assert before[1] - before[0] == pytest.approx(0.008)
+    np.testing.assert_allclose(np.diff(after), 0.004)
+    assert after[0] == pytest.approx(before[0])
 
 
 @pytest.mark.parametrize(
@@ -153,14 +166,14 @@ def test_another_packet_rate_meets_the_losses_of_the_same_time(recorded):
 )
 def test_what_a_replay_cannot_change_is_refused(recorded, values, words):
     with pytest.raises(RecordingError, match=words):
-        replay(recorded, changed(read_scenario(recorded), **values))
+        replay_of(recorded, changed(read_scenario(recorded), **values))
 
 
 def test_a_force_that_was_not_recorded_cannot_be_replayed(recorded):
     traces, scenario = read_session(recorded), read_scenario(recorded)
     traces.users[1].f_h[:] = np.nan
     with pytest.raises(RecordingError, match="user2: no force of the hand was recorded"):
-        replay_traces(traces, scenario, scenario, hand="force")
+        replay(traces, scenario, scenario, hand="force")
 
 
 def test_late_ticks_are_late_and_missed_ticks_are_missed_again():
@@ -172,7 +185,7 @@ def test_late_ticks_are_late_and_missed_ticks_are_missed_again():
     assert late.users[0].missed == 30
     assert late.users[0].lateness_s.max() == pytest.approx(6e-3)
     late.metadata.update(AS_LIVE)
-    again = replay_traces(late, scenario, scenario)
+    again = replay(late, scenario, scenario)
     assert max(user["force_max_n"] for user in again.differences) < 1e-12
     on_time = simulate_one(scenario, Conditions(phases=LIVE))
     rows = np.flatnonzero(ran >= 0)

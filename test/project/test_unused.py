@@ -32,7 +32,6 @@ ALLOWED = {
     "pmwvc_analysis.budget.remainders:unchecked": "",
     "pmwvc_analysis.budget.remainders:_unchecked": "",
     "pmwvc_analysis.models.stability:boundary": "",
-    "pmwvc_analysis.replay.run:replay": "",
 }
 
 

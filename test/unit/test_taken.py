@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from pmwvc_analysis.replay.taken import Looks, Sent, bounds
+from pmwvc_analysis.replay.arrivals import Looks, Sent, bounds
 
 MS = 1_000_000
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far a replay is from its recording.
+"""The differences between a replay and its recording.
 
 With unchanged parameters a replay of a simulated session is the recording, to rounding. So is that
 of a live one, as long as every packet is taken in, and every hand begins, at the tick at which it
@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.replay.arrivals import tick_numbers
 from pmwvc_analysis.traces import reductions
 from pmwvc_core.numeric import Array
-from pmwvc_core.simulation.event_schedule import Integers
 from pmwvc_core.traces import SessionTraces
 
 FORCE_N = 0.1
@@ -29,7 +29,9 @@ def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[s
     for user in recorded.users:
         other = others[user.name]
         _, mine, theirs = np.intersect1d(
-            _grid(user.time_s, user.tick_s), _grid(other.time_s, user.tick_s), return_indices=True
+            tick_numbers(user.time_s, user.tick_s),
+            tick_numbers(other.time_s, user.tick_s),
+            return_indices=True,
         )
         force = user.f_applied[mine] - other.f_applied[theirs]
         position = user.x_m[mine] - other.x_m[theirs]
@@ -55,10 +57,6 @@ def reproduced(found: list[dict[str, Any]]) -> bool:
         and user["position_max_m"] <= POSITION_M
         for user in found
     )
-
-
-def _grid(time_s: Array, tick_s: float) -> Integers:
-    return np.rint(time_s / tick_s).astype(np.int64)
 
 
 def _largest(values: Array) -> float | None:

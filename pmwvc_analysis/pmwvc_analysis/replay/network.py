@@ -6,7 +6,7 @@ A packet's delay is the time from its sending to its coming out of the emulator,
 monotonic clock of their machine; where sender and emulator are on different machines, from its
 going into the emulator. Live, it takes a little longer to the receiver. Where the receiver's trace
 tells that the packet was used at an earlier look, or at a later one, the delay is made to fit
-(:mod:`pmwvc_analysis.replay.taken`).
+(:mod:`pmwvc_analysis.replay.arrivals`).
 """
 
 from collections import defaultdict
@@ -16,7 +16,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.replay.taken import NEVER_NS, Looks, Sent, bounds
+from pmwvc_analysis.recording.format.topics import source_of
+from pmwvc_analysis.replay.arrivals import NEVER_NS, Looks, Sent, bounds
 from pmwvc_core.network import Cause, FateKind, RecordedFate, RecordedLink
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.event_schedule import Integers
@@ -24,9 +25,7 @@ from pmwvc_core.traces import FateTraces, PacketTraces, SessionTraces
 
 TRANSPORT_NS = 150_000  # from the emulator of a live session to the receiver, usually
 TRAVELLING = (FateKind.DELIVERED, FateKind.DUPLICATE)
-KINDS = {int(kind): kind for kind in FateKind}
-CAUSES = {int(cause): cause for cause in Cause}
-LONGEST_WAY_NS = 100_000_000  # from a sender to the emulator on the same machine
+LONGEST_UPLINK_NS = 100_000_000  # from a sender to the emulator on the same machine
 
 Links = dict[str, Callable[[], RecordedLink]]
 
@@ -38,7 +37,7 @@ def links(
     *,
     known: Mapping[str, tuple[Sent, Looks]],
 ) -> tuple[Links, list[str]]:
-    """Return what makes the recorded links, by name, and what is not as recorded, in words.
+    """Return what makes the recorded links, by name, and what is not as recorded, as text.
 
     Parameters
     ----------
@@ -52,7 +51,7 @@ def links(
     """
     found: Links = {}
     notes = []
-    way_ns = TRANSPORT_NS if traces.source == "live" else 0
+    transport_ns = TRANSPORT_NS if traces.source == "live" else 0
     for old, new in zip(recorded.users, replayed.users, strict=True):
         for way in ("up", "down"):
             name = f"{old.name}/{way}"
@@ -63,11 +62,11 @@ def links(
                 notes.append(f"{name}: no packet fates were recorded, so this link is simulated")
             else:
                 before, after = (
-                    _periods(recorded, old.master.frame_s, way),
-                    _periods(replayed, new.master.frame_s, way),
+                    user.master.frame_s if way == "up" else scenario.server.period_s
+                    for scenario, user in ((recorded, old), (replayed, new))
                 )
-                sender = f"/{old.name}/wave_up" if way == "up" else f"/server/{old.name}/wave_down"
-                record = record_of(fates, traces.packets.get(sender), known.get(name), way_ns)
+                sent = traces.packets.get(source_of(name))
+                record = record_of(fates, sent, known.get(name), transport_ns)
                 found[name] = partial(RecordedLink, record, per_packet=after / before)
                 if after != before:
                     notes.append(
@@ -75,10 +74,6 @@ def links(
                         "meet the fates recorded at their time"
                     )
     return found, notes
-
-
-def _periods(scenario: Scenario, frame_s: float, way: str) -> float:
-    return frame_s if way == "up" else scenario.server.period_s
 
 
 def record_of(
@@ -110,7 +105,7 @@ def record_of(
         fates.cause[rows].tolist(),
         strict=True,
     ):
-        record[packet].append(RecordedFate(delay if came else None, KINDS[kind], CAUSES[cause]))
+        record[packet].append(RecordedFate(delay if came else None, FateKind(kind), Cause(cause)))
     return record
 
 
@@ -118,12 +113,12 @@ def _shifts(
     number: Integers, delay_ns: Integers, came: NDArray[np.bool_], sent: Sent, looks: Looks
 ) -> Integers:
     """Return what makes each delay fit what the receiver used [ns]; of copies the first counts."""
-    told = came & (number <= len(sent.time_ns))
+    known = came & (number <= len(sent.time_ns))
     first = np.full(len(sent.time_ns) + 1, NEVER_NS, dtype=np.int64)
-    np.minimum.at(first, number[told], delay_ns[told])
-    arrival_ns = sent.time_ns[number[told] - 1] + first[number[told]]
+    np.minimum.at(first, number[known], delay_ns[known])
+    arrival_ns = sent.time_ns[number[known] - 1] + first[number[known]]
     shift = np.zeros_like(delay_ns)
-    shift[told] = bounds(sent, looks).moved(number[told], arrival_ns) - arrival_ns
+    shift[known] = bounds(sent, looks).moved(number[known], arrival_ns) - arrival_ns
     return shift
 
 
@@ -142,18 +137,12 @@ def _numbers(fates: FateTraces, rows: Integers) -> Integers:
 
 def _sending_times(fates: FateTraces, sent: PacketTraces | None) -> Integers:
     """Return when each packet was sent, on the emulator's clock [ns]."""
-    since = fates.time_in_ns.copy()
     if sent is None or not len(sent.seq):
-        return since
-    of_packet = {
-        (epoch, seq): sent_ns
-        for epoch, seq, sent_ns in zip(
-            sent.epoch.tolist(), sent.seq.tolist(), sent.sent_ns.tolist(), strict=True
-        )
-    }
+        return fates.time_in_ns
+    keys = zip(sent.epoch.tolist(), sent.seq.tolist(), strict=True)
+    of_packet = dict(zip(keys, sent.sent_ns.tolist(), strict=True))
     keys = zip(fates.epoch.tolist(), fates.seq.tolist(), strict=True)
-    since[:] = [
-        of_packet.get(key, came_ns) for key, came_ns in zip(keys, since.tolist(), strict=True)
-    ]
-    way = np.median(fates.time_in_ns - since)
-    return since if 0 <= way <= LONGEST_WAY_NS else fates.time_in_ns.copy()
+    times_ns = map(of_packet.get, keys, fates.time_in_ns.tolist())
+    since = np.fromiter(times_ns, dtype=np.int64, count=len(fates.seq))
+    uplink_ns = np.median(fates.time_in_ns - since)
+    return since if 0 <= uplink_ns <= LONGEST_UPLINK_NS else fates.time_in_ns

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a recorded session prescribes for its replay: hands, network, and when every loop ran.
+"""The conditions that a recorded session sets for its replay: hands, network, times of the loops.
 
 **The hand.** ``operator``: the hand of the scenario, as a model, once more. It is the same person
 with the same intention, and reacts to what the changed system makes it feel; physically this is
@@ -17,8 +17,8 @@ from typing import Literal
 
 import numpy as np
 
+from pmwvc_analysis.replay.arrivals import sent_and_used, tick_numbers
 from pmwvc_analysis.replay.network import links
-from pmwvc_analysis.replay.used import sent_and_used
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.plant.on_record import ForceOnRecord
@@ -34,7 +34,7 @@ ANSWER = "answer_ticks"
 
 @dataclass(frozen=True)
 class Prescription:
-    """A scenario to simulate, under which conditions, and what has to be said about it."""
+    """A scenario to simulate, under which conditions, and notes for the user."""
 
     scenario: Scenario
     conditions: Conditions
@@ -67,7 +67,7 @@ def prescription(
     """
     users = _matching_users(traces, recorded, replayed)
     tick_s = recorded.tick_s
-    index = {user.name: _grid(user.time_s, tick_s) for user in users}
+    index = {user.name: tick_numbers(user.time_s, tick_s) for user in users}
     ticks = _length(index)
     if replayed.duration_s != recorded.duration_s:
         ticks = min(ticks, round(replayed.duration_s / tick_s))
@@ -130,11 +130,6 @@ def _matching_users(
     return [known[user.name] for user in recorded.users]
 
 
-def _grid(time_s: Array, tick_s: float) -> Integers:
-    """Return times as ticks of the session."""
-    return np.rint(time_s / tick_s).astype(np.int64)
-
-
 def _length(index: dict[str, Integers]) -> int:
     """Return the ticks up to the first end of a user that stayed to the end."""
     ends = [int(ticks[-1]) + 1 for ticks in index.values()]
@@ -161,10 +156,10 @@ def _force(user: UserTraces, index: Integers, ticks: int) -> Array:
 
 
 def _phases(traces: SessionTraces) -> Phases:
-    """Return the phases of the loops: those of live ones, or what a replay says of itself."""
-    said = traces.metadata.get("replay", {}).get(ANSWER)
-    if said is not None:
-        return Phases(answer_ticks=int(said))
+    """Return the phases of the loops: live ones, or as a replay noted them."""
+    noted = traces.metadata.get("replay", {}).get(ANSWER)
+    if noted is not None:
+        return Phases(answer_ticks=int(noted))
     return LIVE if traces.source == "live" else Phases()
 
 
@@ -185,7 +180,7 @@ def _steps(
     tick_ns = round(tick_s * 1e9)
     if server is None:
         return None
-    tick = _grid(server.time_s, tick_s)
+    tick = tick_numbers(server.time_s, tick_s)
     if replayed.server.period_s != recorded.server.period_s:
         every = round(replayed.server.period_s / tick_s)
         return Steps.on_grid(every=every, first=int(tick[0]), ticks=ticks, tick_ns=tick_ns)

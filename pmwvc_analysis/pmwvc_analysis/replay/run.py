@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From a session folder to its replay, in arrays; nothing is written here."""
+"""The replay of a session, in arrays; nothing is written here."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pmwvc_analysis.recording.reader import read_scenario, read_session
+from pmwvc_analysis.recording.reader import read_scenario
 from pmwvc_analysis.replay.differences import differences
 from pmwvc_analysis.replay.recorded import ANSWER, Hand, Prescription, prescription
 from pmwvc_core.errors import RecordingError
@@ -59,7 +59,8 @@ def scenario_of(folder: Path) -> Scenario:
 
 
 def replay(
-    folder: Path,
+    traces: SessionTraces,
+    recorded: Scenario,
     replayed: Scenario,
     *,
     hand: Hand | None = None,
@@ -69,33 +70,20 @@ def replay(
 
     Parameters
     ----------
-    folder
-        The recorded session.
+    traces, recorded
+        The session and its scenario.
     replayed
-        Its scenario with other parameters.
+        The scenario with other parameters.
     hand
         See :mod:`pmwvc_analysis.replay.recorded`.
     progress
-        Called with the share done, 0..1.
+        Called with the ratio done, 0..1.
 
     Raises
     ------
     RecordingError
         If the recording cannot be replayed so.
     """
-    recorded = scenario_of(folder)
-    return replay_traces(read_session(folder), recorded, replayed, hand=hand, progress=progress)
-
-
-def replay_traces(
-    traces: SessionTraces,
-    recorded: Scenario,
-    replayed: Scenario,
-    *,
-    hand: Hand | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> Replay:
-    """Replay a session that has been read; see :func:`replay`."""
     prescribed = prescription(traces, recorded, replayed, hand=hand)
     (result,) = simulate(
         [prescribed.scenario],

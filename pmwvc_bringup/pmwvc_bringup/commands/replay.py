@@ -31,7 +31,7 @@ def run(arguments: argparse.Namespace) -> Result:
     """Replay, record and report."""
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_analysis.recording.reader import read_session
-    from pmwvc_analysis.replay.run import replay_traces, scenario_of
+    from pmwvc_analysis.replay.run import replay, scenario_of
     from pmwvc_bringup.comparison.report import printed
     from pmwvc_bringup.session.surroundings import new_folder
 
@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> Result:
     traces = read_session(source)
     with progress(console, "replaying") as show:
         begin = time.perf_counter()
-        result = replay_traces(traces, recorded, replayed, hand=arguments.hand, progress=show)
+        result = replay(traces, recorded, replayed, hand=arguments.hand, progress=show)
         times_real_time = result.replayed.duration_s / (time.perf_counter() - begin)
     folder = new_folder(f"{recorded.name}-replay", arguments.out)
     record_traces(folder, result.replayed, result.scenario, metadata=result.metadata())
