@@ -12,7 +12,7 @@ import pytest
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
-from pmwvc_analysis.prediction.prediction_words import lines
+from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.traces.reductions import position_error
 from pmwvc_analysis.verdicts.passivity_findings import passivity
 from pmwvc_analysis.verdicts.passivity_words import verdict

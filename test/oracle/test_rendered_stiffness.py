@@ -14,9 +14,9 @@ from support.pressed_wall import wall
 
 from pmwvc_analysis.models import multirate
 from pmwvc_analysis.models.stability import radii
+from pmwvc_analysis.prediction.lag import lag_s, rendered_stiffness, transformer
 from pmwvc_analysis.prediction.prediction import prediction
-from pmwvc_analysis.prediction.prediction_lag import lag_s, rendered_stiffness, transformer
-from pmwvc_analysis.prediction.prediction_words import lines
+from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.report.story import story
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.transparency import pressing, transparency, untouched

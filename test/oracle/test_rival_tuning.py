@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pmwvc_analysis.prediction.prediction_words import lines
+from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.baselines import tuning

@@ -3,6 +3,7 @@
 """The recipes of ``CONTRIBUTING.md``, followed to the letter."""
 
 import importlib
+import json
 import os
 import re
 import shutil
@@ -18,7 +19,9 @@ from support.installed import install
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.figures import figures
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_bringup import scenarios
+from pmwvc_bringup import commands, scenarios
+from pmwvc_bringup.cli import main
+from pmwvc_bringup.parser import ORDER, library
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.simulation.session import simulate_one
 
@@ -54,6 +57,7 @@ def run(words, **environment):
 def test_every_recipe_is_followed_and_of_a_few_lines():
     assert set(RECIPES) >= {
         "scenario", "parameter", "controller", "coupling", "environment", "device", "figure",
+        "command",
     }  # fmt: skip
     followed = set(
         re.findall(r"^def test_recipe_of_an?_(\w+?)\(", Path(__file__).read_text(), re.M)
@@ -99,7 +103,9 @@ def test_recipe_of_a_parameter(tmp_path):
     file.write_text(text.replace(before, code("parameter") + before, 1), "utf-8")
     script = """
 import runpy, sys
-from pmwvc_bringup import scenarios
+from pmwvc_bringup import commands, scenarios
+from pmwvc_bringup.cli import main
+from pmwvc_bringup.parser import ORDER, library
 from pmwvc_core.errors import PmwvcError
 print(scenarios.to_yaml(scenarios.load("wall", settings_texts=["user1.device.stiction=0.5"])))
 try:
@@ -151,6 +157,56 @@ def test_recipe_of_a_figure(tmp_path, monkeypatch):
     np.testing.assert_allclose(drawn[-1].panels[0].lines[0].y, expected)
     figures.write_all(drawn[-1:], traces, tmp_path)
     assert {file.name for file in tmp_path.iterdir()} == {"powers.png", "powers.svg"}
+
+
+@pytest.fixture
+def one_more_command(tmp_path, monkeypatch):
+    (tmp_path / "ticks.py").write_text(code("command"))
+    monkeypatch.setattr(commands, "__path__", [*commands.__path__, str(tmp_path)])
+    yield
+    sys.modules.pop("pmwvc_bringup.commands.ticks", None)
+
+
+def test_recipe_of_a_command(one_more_command):
+    program = (
+        "from pmwvc_bringup import commands; from pmwvc_bringup.cli import main; "
+        f"commands.__path__ = {commands.__path__!r}; raise SystemExit(main())"
+    )
+    words = ["ticks", "wall", "--times", "2", "--duration", "4", "--set", "seed=3", "--json"]
+    command = [sys.executable, "-c", program, *words]
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert json.loads(result.stdout) == {"ticks": 8000}
+    assert result.stderr == "8000 ticks\n"
+    assert [command.name for command in library()] == [*ORDER, "ticks"]
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "text"),
+    [
+        (["ticks", "--help"], 0, "count the ticks of a session."),
+        (["--help"], 0, "count the ticks of a session"),
+        (["ticks", "wall", "--time", "2"], 2, "did you mean --times?"),
+        (["run", "wall", "--times", "2"], 2, "--times is an option of ticks only"),
+    ],
+)
+def test_help_and_refusals_know_the_command_of_the_recipe(
+    one_more_command, capfd, words, status, text
+):
+    with pytest.raises(SystemExit) as caught:
+        main(words)
+    assert caught.value.code == status
+    assert text in "".join(capfd.readouterr())
+
+
+def test_wrong_setting_of_the_recipes_command_is_refused_with_the_nearest(one_more_command, capfd):
+    assert main(["ticks", "wall", "--set", "sed=3"]) == 2
+    captured = capfd.readouterr()
+    assert captured.out == ""
+    assert "did you mean seed?" in captured.err
+
+
+def test_without_the_file_the_recipes_command_does_not_exist():
+    assert [command.name for command in library()] == list(ORDER)
 
 
 def test_one_command_sets_the_version_everywhere(tmp_path):

@@ -16,7 +16,7 @@ from support.command_line import ROOT, call, refused
 
 from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.models.linear import NonlinearError
-from pmwvc_analysis.prediction import prediction_words
+from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_bringup.scenarios import load
 from pmwvc_core import controllers, plugins
 from pmwvc_core.controllers import library
@@ -149,7 +149,7 @@ def test_an_unknown_name_is_answered_with_what_is_there(lab):
 
 def test_a_controller_without_a_linear_relative_is_predicted_in_words_only(lab):
     alone = load("carry_16ms", settings_texts=["controller=alone"])
-    first, *_, last = prediction_words.lines(alone, live=False)
+    first, *_, last = prediction_text.lines(alone, live=False)
     assert first == "No exact model, not linear: controller = alone. No linear scenario is near."
     assert last == "Damped waves."
     with pytest.raises(NonlinearError, match="controller = alone: has no linear model"):

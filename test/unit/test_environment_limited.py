@@ -9,7 +9,7 @@ import pytest
 
 from pmwvc_analysis.events import environment
 from pmwvc_analysis.prediction.prediction import prediction
-from pmwvc_analysis.prediction.prediction_words import lines
+from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.verdicts.outcomes import came_true
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_analysis.verdicts.verdicts import summary

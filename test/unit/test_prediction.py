@@ -5,6 +5,7 @@
 import pytest
 from support import handmade
 
+from pmwvc_analysis.prediction.lag import lag_s, network_s, step_lag_s
 from pmwvc_analysis.prediction.prediction import (
     aliasing_gain,
     answer,
@@ -12,8 +13,7 @@ from pmwvc_analysis.prediction.prediction import (
     passive,
     prediction,
 )
-from pmwvc_analysis.prediction.prediction_lag import lag_s, network_s, step_lag_s
-from pmwvc_analysis.prediction.prediction_words import lines
+from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_analysis.verdicts.outcomes import came_true
 from pmwvc_analysis.verdicts.verdicts import summary
@@ -399,3 +399,14 @@ def test_the_default_filter_is_felt_stiffer_than_the_first_order_one():
     felt = [prediction(one, live=False)["k_felt"] for one in (mean, pole)]
     assert felt == pytest.approx([348.4, 313.5], abs=0.1)
     assert aliasing_gain(mean.users[0]) == 1.0
+
+
+@pytest.mark.parametrize(("second", "ticks"), [(97, 8 * 97), (101, 8 * 97 * 101)])
+def test_a_pattern_that_repeats_too_late_is_named_with_its_length(second, ticks):
+    scenario = handmade.scenario(
+        user1__master__rate_drop=97, user2__master__rate_drop=second, users=2
+    )
+    text = "\n".join(lines(scenario, live=False))
+    named = "common multiple of frame and server periods is too long" in text
+    assert named is (ticks > 20000)
+    assert (f"({ticks} ticks, limit 20000)" in text) is named

@@ -11,7 +11,7 @@ one tuning with itself. Parameters that differ from their defaults, or are named
 import dataclasses
 from typing import Any
 
-from pmwvc_analysis.prediction.prediction_words import rule_loop
+from pmwvc_analysis.prediction.text import rule_loop
 from pmwvc_core.controllers import Rule, record_of
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import BaselineParams

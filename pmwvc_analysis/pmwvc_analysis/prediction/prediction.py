@@ -1,14 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a scenario's numbers promise: stability, aliasing, and what the link renders.
+"""The prediction for a scenario: stability, aliasing, and the rendering of the link.
 
 Whether a session is stable, its spectral radius and the largest contact stiffness come from the
 exact model of the loop (:mod:`pmwvc_analysis.models`): hands off, all contacts touching, every
-packet after its constant delay. What is not linear has no such model; then only a proof for any
-constant delay (:mod:`pmwvc_analysis.delays.any_delay`) is a promise, and only while the linear
-relative does not contradict it. One answer is behind the sentences, the summary and the exit code.
+packet after its constant delay. A nonlinear scenario has no such model; then stability is
+predicted only by a proof for any constant delay (:mod:`pmwvc_analysis.delays.any_delay`), and only
+if the nearest linear scenario does not contradict it. Sentences, summary and exit code use one
+answer.
 
-Lag, stiffness and mass: :mod:`pmwvc_analysis.prediction.prediction_lag`.
+Lag, stiffness and mass: :mod:`pmwvc_analysis.prediction.lag`.
 
 Equations: docs/theory.md 4.9.
 """
@@ -19,10 +20,10 @@ from typing import Any, NamedTuple
 from pmwvc_analysis.delays.any_delay import AnyDelay, any_delay
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import Relative, left_out, relative
-from pmwvc_analysis.prediction import prediction_environment
-from pmwvc_analysis.prediction.prediction_environment import decodes_late
-from pmwvc_analysis.prediction.prediction_lag import (
-    feels_as_its_lag,
+from pmwvc_analysis.prediction import environment
+from pmwvc_analysis.prediction.environment import decodes_late
+from pmwvc_analysis.prediction.lag import (
+    lag_decides,
     lag_s,
     rendered_stiffness,
 )
@@ -36,11 +37,11 @@ from pmwvc_core.server.environments import environment_of
 from pmwvc_core.wave.design import aliasing
 from pmwvc_core.wave.impedance import first_axis, smallest
 
-ALIASING_BOUND = 1.1  # of an aliasing gain: from here on it is warned of
+ALIASING_BOUND = 1.1  # aliasing gain above which a warning is given
 
 
 class Exact(NamedTuple):
-    """What the exact model says."""
+    """Stability by the exact model."""
 
     spectral_radius: float
     stable: bool
@@ -48,13 +49,13 @@ class Exact(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """All that is known of a scenario's stability.
+    """Everything known about the stability of a scenario.
 
     Attributes
     ----------
     exact
         Of the scenario; None where it has no exact model.
-    near, likeness
+    relative, relative_model
         The nearest linear scenario and its exact model, where the scenario is not linear.
     at_any_delay
         What is proved for any constant delay; None without waves.
@@ -63,15 +64,15 @@ class Answer(NamedTuple):
     """
 
     exact: Exact | None
-    near: Relative | None
-    likeness: Exact | None
+    relative: Relative | None
+    relative_model: Exact | None
     at_any_delay: AnyDelay | None
     limited: bool | None
 
     @property
     def proved(self) -> bool:
         """Tell whether stability at any constant delay is proved, and no model contradicts it."""
-        models = [model for model in (self.exact, self.likeness) if model is not None]
+        models = [model for model in (self.exact, self.relative_model) if model is not None]
         return (
             self.at_any_delay is not None
             and self.at_any_delay.proved
@@ -81,7 +82,7 @@ class Answer(NamedTuple):
 
     @property
     def stable(self) -> bool | None:
-        """What is promised: None where nothing is."""
+        """The prediction; None where there is none."""
         if self.exact is not None:
             return self.exact.stable
         return True if self.proved else None
@@ -89,7 +90,7 @@ class Answer(NamedTuple):
 
 @functools.lru_cache(maxsize=64)
 def exact(scenario: Scenario, *, live: bool) -> Exact | None:
-    """Return what the exact model says; None where there is none."""
+    """Return stability by the exact model; None where there is none."""
     try:
         radius = float(stability.radii(scenario, live=live)[0])
         limit = stability.k_max(scenario, live=live)
@@ -100,14 +101,14 @@ def exact(scenario: Scenario, *, live: bool) -> Exact | None:
 
 @functools.lru_cache(maxsize=64)
 def answer(scenario: Scenario, *, live: bool) -> Answer:
-    """Return what is known of a scenario's stability."""
+    """Return everything known about the stability of a scenario."""
     near = relative(scenario)
     return Answer(
         exact(scenario, live=live) if near is None else None,
         near,
         exact(near.scenario, live=live) if near is not None else None,
         any_delay(scenario, live=live),
-        prediction_environment.limited(scenario),
+        environment.limited(scenario),
     )
 
 
@@ -140,7 +141,7 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
         return values
     values["environment_limited"] = found.limited
     values["aliasing_gain"] = max(aliasing_gain(user) for user in scenario.users)
-    if found.limited or not all(feels_as_its_lag(user, scenario) for user in scenario.users):
+    if found.limited or not all(lag_decides(user, scenario) for user in scenario.users):
         return values
     values["k_felt"] = min(
         rendered_stiffness(user, lag_s(user, scenario, live=live)) for user in scenario.users

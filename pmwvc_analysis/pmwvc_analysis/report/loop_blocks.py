@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from pmwvc_analysis.budget.budget_result import SERVER, Budget
 from pmwvc_analysis.charts.text import article
-from pmwvc_analysis.prediction.prediction_lag import feels_as_its_lag, lag_s, rendered_stiffness
+from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_stiffness
 from pmwvc_core.controllers import has_waves, proofs_hold
 from pmwvc_core.params import FilterParams, LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -123,7 +123,7 @@ def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
         return ""
     tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
     said = f"Round trip {tau * 1e3:.1f} ms"
-    if tau <= 0.0 or not feels_as_its_lag(user, scenario):
+    if tau <= 0.0 or not lag_decides(user, scenario):
         return f"{said}."
     stiffness = rendered_stiffness(user, tau)
     free = lag_s(user, scenario, live=live, touching=False)

@@ -14,7 +14,7 @@ from pmwvc_analysis.budget.budget_result import Budget
 from pmwvc_analysis.charts import chart_svg
 from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.figures import event_list
-from pmwvc_analysis.prediction import prediction_words
+from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_analysis.report import figure_blocks
 from pmwvc_analysis.report.loop_blocks import blocks, rendered
 from pmwvc_analysis.report.loop_drawing import drawing
@@ -57,7 +57,7 @@ def render(
         budget_notes=energies.notes if energies else [],
         events=events[:MOST_EVENTS],
         more_events=max(0, len(events) - MOST_EVENTS),
-        predicted=prediction_words.lines(scenario, live=traces.source == "live")
+        predicted=prediction_text.lines(scenario, live=traces.source == "live")
         if scenario
         else [],
         outcome=[(entry["hit"], entry["text"]) for entry in summary["outcomes"]],

@@ -36,7 +36,7 @@ from typing import Any
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import relative
-from pmwvc_analysis.prediction import prediction, prediction_lag
+from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.scenario import Scenario
@@ -140,7 +140,7 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         k_max=limit.first,
         passive=prediction.passive(chosen),
         aliasing_gain=prediction.aliasing_gain(user),
-        lag_s=prediction_lag.lag_s(user, chosen, live=live),
+        lag_s=lag.lag_s(user, chosen, live=live),
         k_felt=own.k_felt if own else None,
         k_ideal=_ideal(felt.ideal.k_felt, user.contact.contact_stiffness) if felt else None,
         mass_felt=own.mass_felt if own else None,

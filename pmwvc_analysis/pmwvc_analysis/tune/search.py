@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.models.linear import Element, nonlinear
-from pmwvc_analysis.prediction import prediction, prediction_lag
+from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.tune.criteria import (
     Choice,
     Rating,
@@ -228,13 +228,13 @@ def best_impedance(
     grid = np.geomspace(*bounds, FINE) if bounds[0] < bounds[1] else np.array([bounds[1]])
     chosen = Choice(float(grid[0]), one, hold).applied(scenario)
     user = chosen.users[0]
-    lag = prediction_lag.lag_s(user, chosen, live=live)
+    tau_s = lag.lag_s(user, chosen, live=live)
     contact, device = float(user.contact.contact_stiffness), float(user.device.mass)
     whole = device + float(user.operator.mass)
     costs = []
     for impedance in grid:
-        felt = prediction_lag.felt_stiffness(contact, float(impedance), lag)
-        heavier = (whole + max(impedance * lag / 2.0, 0.0)) / whole
+        felt = lag.series_stiffness(contact, float(impedance), tau_s)
+        heavier = (whole + max(impedance * tau_s / 2.0, 0.0)) / whole
         noise = noise_n(scenario, float(impedance)) if velocity_step(scenario) else 0.0
         costs.append(cost_of(felt / contact if felt > 0.0 else 1.0, heavier, noise))
     return Choice(float(grid[int(np.argmin(costs))]), one, hold)

@@ -5,8 +5,8 @@
 import math
 from typing import Any, NamedTuple
 
-from pmwvc_analysis.prediction.prediction_environment import late_steps_s
-from pmwvc_analysis.prediction.prediction_lag import SAME, lag_s, transformer
+from pmwvc_analysis.prediction.environment import late_steps_s
+from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import first_axis
 
@@ -42,7 +42,7 @@ def outcomes(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
             continue
         if abs(force) < LEAST_FORCE_N:
             continue
-        if abs(transformer(user) - 1.0) > SAME:
+        if abs(transformer(user) - 1.0) > RATIO_TOLERANCE:
             scale = math.sqrt(transformer(user))
             text = (
                 f"{user.name}: no offset of device and avatar is predicted: the ends have "

@@ -15,14 +15,14 @@ from pmwvc_core.scenario.scenario import Scenario
 
 def announce(console: Console, scenario: Scenario, folder: Path, *, live: bool) -> None:
     """Print what begins, and the prediction for it."""
-    from pmwvc_analysis.prediction import prediction_words
+    from pmwvc_analysis.prediction import text as prediction_text
 
     kind = "live" if live else "simulated"
     users = count(len(scenario.users), "user")
     console.print(
         f"{scenario.name}: {scenario.duration_s:g} s {kind}, {users}, {scenario.controller}"
     )
-    lines = prediction_words.lines(scenario, live=live)
+    lines = prediction_text.lines(scenario, live=live)
     for line in lines if live else [*lines, *preflight.notes(scenario)]:
         console.print(f"  {line}", markup=False)
     console.print(f"session folder: {folder}", markup=False)

@@ -1,13 +1,24 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A prediction in sentences, before a session; what became of it: :mod:`.outcomes`."""
+"""The prediction for a session in sentences.
+
+Its comparison with the recorded session: :mod:`pmwvc_analysis.verdicts.outcomes`.
+"""
 
 import math
 
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.models.linear import left_out, nonlinear
-from pmwvc_analysis.prediction import prediction_environment
+from pmwvc_analysis.models.loop import LONGEST, hyperframe_ticks
+from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
+from pmwvc_analysis.prediction.lag import (
+    RATIO_TOLERANCE,
+    lag_decides,
+    lag_s,
+    rendered_stiffness,
+    transformer,
+)
 from pmwvc_analysis.prediction.prediction import (
     ALIASING_BOUND,
     Answer,
@@ -15,13 +26,6 @@ from pmwvc_analysis.prediction.prediction import (
     aliasing_gain,
     answer,
     one_step_bound,
-)
-from pmwvc_analysis.prediction.prediction_lag import (
-    SAME,
-    feels_as_its_lag,
-    lag_s,
-    rendered_stiffness,
-    transformer,
 )
 from pmwvc_core.baselines import tuning
 from pmwvc_core.controllers import has_waves, proofs_hold, record_of
@@ -38,43 +42,41 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     if not proofs_hold(scenario.controller):
         return [*found, record_of(scenario.controller).words, *_rule_lines(scenario)]
     for user in scenario.users:
-        tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
-        if not feels_as_its_lag(user, scenario):
-            command = "simulate" if nonlinear(scenario) else "transparency"
-            found.append(
-                f"{user.name}: round trip {tau * 1e3:.1f} ms; it alone does not decide the "
-                f"rendered stiffness: use 'pmwvc {command}'."
-            )
-            continue
-        free = lag_s(user, scenario, live=live, touching=False)
-        limit = prediction_environment.rule(user, scenario)
-        if limit is not None and not limit.met:
-            found.append(
-                f"{user.name}: round trip {tau * 1e3:.1f} ms; the rendered stiffness is not known."
-            )
-            continue
-        felt = rendered_stiffness(user, tau)
-        found.append(
-            f"{user.name}: round trip {tau * 1e3:.1f} ms; the link feels like a spring of "
-            f"{2 * b / tau:.0f} N/m and a mass of {b * free / 2:.2f} kg (rendered stiffness "
-            f"{felt:.0f} N/m)."
-        )
-        scale = math.sqrt(transformer(user))
-        if abs(scale - 1.0) > SAME:
-            found.append(
-                f"{user.name}: the ends have different impedance: the device moves {scale:.3g} "
-                f"times as far as its avatar, with 1/{scale:.3g} of its force."
-            )
+        found += _rendering_lines(user, scenario, live=live)
     found += _aliasing_lines(scenario)
     for user in scenario.users:
         if one_step_bound(user, scenario) is False:
             found.append(f"{user.name}: K T + 2B > b: late decoding may generate energy.")
-    found += prediction_environment.lines(scenario)
+    found += environment.lines(scenario)
     return found + _delay_lines(known) + _device_lines(scenario)
 
 
+def _rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
+    """Return the lag of a user's link, and the spring and the mass that it is rendered as."""
+    tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
+    head = f"{user.name}: round trip {tau * 1e3:.1f} ms"
+    if not lag_decides(user, scenario):
+        command = "simulate" if nonlinear(scenario) else "transparency"
+        return [f"{head}; it alone does not decide the rendered stiffness: use 'pmwvc {command}'."]
+    limit = environment.rule(user, scenario)
+    if limit is not None and not limit.met:
+        return [f"{head}; the rendered stiffness is not known."]
+    free = lag_s(user, scenario, live=live, touching=False)
+    found = [
+        f"{head}; the link feels like a spring of {2 * b / tau:.0f} N/m and a mass of "
+        f"{b * free / 2:.2f} kg (rendered stiffness {rendered_stiffness(user, tau):.0f} N/m)."
+    ]
+    scale = math.sqrt(transformer(user))
+    if abs(scale - 1.0) > RATIO_TOLERANCE:
+        found.append(
+            f"{user.name}: the ends have different impedance: the device moves {scale:.3g} "
+            f"times as far as its avatar, with 1/{scale:.3g} of its force."
+        )
+    return found
+
+
 def _delay_lines(known: Answer) -> list[str]:
-    """Return what is proved for any constant delay, with its condition or why it is not."""
+    """Return the proof for any constant delay with its condition, or the reasons against it."""
     proof = known.at_any_delay
     if proof is None:
         return []
@@ -91,7 +93,7 @@ def _delay_lines(known: Answer) -> list[str]:
 
 
 def rule_loop(user: User, scenario: Scenario) -> tuning.Loop:
-    """Return what the tuning rules have to know of one user of a scenario."""
+    """Return the loop of one user of a scenario, as the tuning rules take it."""
     return tuning.loop_of(
         master=user.master,
         device=user.device,
@@ -104,7 +106,7 @@ def rule_loop(user: User, scenario: Scenario) -> tuning.Loop:
 
 
 def _rule_lines(scenario: Scenario) -> list[str]:
-    """Return how each user's parameters stand to the tuning rule of a controller without waves."""
+    """Return the margins of each user's parameters to the rule of a controller without waves."""
     found = []
     for user in scenario.users:
         loop = rule_loop(user, scenario)
@@ -134,22 +136,25 @@ def _aliasing_lines(scenario: Scenario) -> list[str]:
 
 
 def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
-    """Return what the exact model says: of the scenario, or of its linear relative."""
+    """Return stability by the exact model: of the scenario, or of the nearest linear one."""
     if known.exact is not None:
         return [f"{_stability(known.exact)} (hands off)."]
-    said = ", ".join(dict.fromkeys(element.said for element in nonlinear(scenario)))
-    if known.near is None and said:
-        return [f"No exact model, not linear: {said}. No linear scenario is near."]
-    if known.near is None:
+    elements = ", ".join(dict.fromkeys(element.said for element in nonlinear(scenario)))
+    if known.relative is None and elements:
+        return [f"No exact model, not linear: {elements}. No linear scenario is near."]
+    if known.relative is None:
+        ticks = hyperframe_ticks(scenario)
+        if ticks <= LONGEST:
+            return ["No exact model of these settings."]
         return [
-            "No exact model of these settings: the hyperperiod of frames and server steps is too "
-            "long."
+            "No exact model: the least common multiple of frame and server periods is too long "
+            f"({ticks} ticks, limit {LONGEST})."
         ]
-    found = [f"No exact model, not linear: {said}."]
-    if known.likeness is not None:
+    found = [f"No exact model, not linear: {elements}."]
+    if known.relative_model is not None:
         found.append(
-            f"The nearest linear scenario, with {', '.join(known.near.settings)}: "
-            f"{_stability(known.likeness)}."
+            f"The nearest linear scenario, with {', '.join(known.relative.settings)}: "
+            f"{_stability(known.relative_model)}."
         )
     return found
 
@@ -167,7 +172,7 @@ def _stability(model: Exact) -> str:
 
 
 def _device_lines(scenario: Scenario) -> list[str]:
-    """Return what a port gives out by declaration, and what an encoder adds."""
+    """Return the declared storage of each port, and the noise of its encoder."""
     found = []
     for user in scenario.users:
         if (stored := declared_storage_j(scenario.controller, user)) > 0.0:

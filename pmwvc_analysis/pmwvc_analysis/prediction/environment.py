@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the port of an unknown environment will have to limit it, from the numbers alone.
+"""The rule that tells whether the port of a black-box environment has to limit it.
 
 A wall takes and returns no more than it got if and only if (backward Euler; theory: section 5)
 
@@ -37,7 +37,7 @@ class Rule(NamedTuple):
         return self.needed <= self.b + self.slope
 
     @property
-    def met_untaught(self) -> bool:
+    def met_unlearned(self) -> bool:
         """Tell whether it is not limited before, either."""
         return self.needed <= self.b
 
@@ -45,7 +45,7 @@ class Rule(NamedTuple):
 def rule(user: User, scenario: Scenario) -> Rule | None:
     """Return the rule of a user's port that may limit; None where none is known.
 
-    Known for a wall that does not tell its slope, with backward Euler.
+    Known for a wall that does not report its slope, with backward Euler.
     """
     server = scenario.server
     environment = scenario.environment
@@ -104,7 +104,7 @@ def limited(scenario: Scenario) -> bool | None:
     rules = [rule(user, scenario) for user in scenario.users]
     if any(found is not None and not found.met for found in rules):
         return True
-    return False if all(found is not None and found.met_untaught for found in rules) else None
+    return False if all(found is not None and found.met_unlearned for found in rules) else None
 
 
 def lines(scenario: Scenario) -> list[str]:
@@ -112,21 +112,21 @@ def lines(scenario: Scenario) -> list[str]:
     found = []
     for user in scenario.users:
         own = rule(user, scenario)
-        if own is None or own.met_untaught:
+        if own is None or own.met_unlearned:
             continue
-        said = f"{user.name}: K T + 2B = {own.needed:.3g} N s/m"
+        text = f"{user.name}: K T + 2B = {own.needed:.3g} N s/m"
         if own.met:
             found.append(
-                f"{said}, above b = {own.b:.3g} N s/m: the server port may limit the environment "
+                f"{text}, above b = {own.b:.3g} N s/m: the server port may limit the environment "
                 "until it has learned its slope; from then on it is passive."
             )
         else:
             plus = f" + G = {own.b + own.slope:.3g}" if own.slope else f" = {own.b:.3g}"
             found.append(
-                f"{said}, above b{plus} N s/m: the server port will limit the environment. The "
+                f"{text}, above b{plus} N s/m: the server port will limit the environment. The "
                 "rendered stiffness is then lower, or the wall is lost."
             )
     if may_limit(scenario) and any(rule(user, scenario) is None for user in scenario.users):
         if limited(scenario) is None:
-            found.append("Whether the server port will limit the environment is not known.")
+            found.append("It is unknown whether the server port will limit the environment.")
     return found

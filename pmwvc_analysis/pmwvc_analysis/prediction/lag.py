@@ -32,7 +32,7 @@ import numpy as np
 
 from pmwvc_analysis.models.channel import Times, delay_ticks
 from pmwvc_analysis.models.loop import answer_phase, hyperframe_ticks, serve_phase
-from pmwvc_analysis.prediction.prediction_environment import decodes_late
+from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
 from pmwvc_core.plant.motion import motion
@@ -42,12 +42,12 @@ from pmwvc_core.wave.design.velocity_filter_response import slow_lags
 from pmwvc_core.wave.filters import AntiAliasing
 from pmwvc_core.wave.impedance import first_axis, transformation
 
-SAME = 1e-9  # of a ratio of impedances
-SETTLED = 1e-12  # change per frame [ticks] at which a filter's response to steps is periodic
-LONGEST = 10000  # frames for that
+RATIO_TOLERANCE = 1e-9  # of impedances: below it the ends are equal
+SETTLED_TICKS = 1e-12  # change per frame at which a filter's response to steps is periodic
+MOST_FRAMES = 10000  # for that
 
 
-def felt_stiffness(contact: float, impedance: float, tau: float, ratio: float = 1.0) -> float:
+def series_stiffness(contact: float, impedance: float, tau: float, ratio: float = 1.0) -> float:
     """Return contact and link in series [N/m]; ``ratio`` is n^2 = b_s/b_m."""
     if contact <= 0.0:
         return 0.0
@@ -57,7 +57,7 @@ def felt_stiffness(contact: float, impedance: float, tau: float, ratio: float = 
 def rendered_stiffness(user: User, tau: float) -> float:
     """Return the stiffness at a user's device, the contact being known [N/m]."""
     contact, b = float(user.contact.contact_stiffness), first_axis(user.impedance)
-    return felt_stiffness(contact, b, tau, transformer(user))
+    return series_stiffness(contact, b, tau, transformer(user))
 
 
 def transformer(user: User) -> float:
@@ -65,7 +65,7 @@ def transformer(user: User) -> float:
     return transformation(user.impedance, user.server_impedance)
 
 
-def feels_as_its_lag(user: User, scenario: Scenario) -> bool:
+def lag_decides(user: User, scenario: Scenario) -> bool:
     """Tell whether the lag alone decides what is rendered: not with a local model that answers at
     once, nor with position feedback, nor where the contact is not known.
     """
@@ -115,14 +115,14 @@ def step_lag_s(
     moves = motion(device.mass, device.damping, tick_s)
     left, root = 0.0, math.sqrt(2.0 * impedance)
     xd: Value = 0.0
-    for _ in range(LONGEST):
+    for _ in range(MOST_FRAMES):
         before = left
         for tick in range(m):
             v = 0.5 * (m - 1) - (tick - phase) % m
             stage.step(root * xd - v)
             xd = moves.xd_xd * xd - moves.f_xd * (impedance * xd - root * v)
         left = float(flatten(stage.sample())[0])
-        if abs(left - before) < SETTLED:
+        if abs(left - before) < SETTLED_TICKS:
             break
     return left * tick_s
 
