@@ -36,7 +36,7 @@ STATES = ("starting", "coupled", "damping", "fault")
 
 
 class Master:
-    """What the node does: settings, device and loop put together.
+    """The node: settings, device and loop.
 
     Raises
     ------
@@ -51,7 +51,7 @@ class Master:
         epoch = secrets.randbits(64) or 1
         self.device = make_device(settings.device.plugin, settings.device_setup(node))
         self.loop = MasterLoop(
-            settings.make_client(epoch, self.device.info),
+            settings.make_force_loop(epoch, self.device.info),
             self.device,
             wires=RosWires(
                 node,
@@ -61,7 +61,6 @@ class Master:
                 hand_force_known=self.device.info.hand_force_known,
             ),
             tick_s=settings.master.tick_s,
-            rate_drop=settings.master.rate_drop,
             dof=settings.dof,
         )
         self._use_profile()
@@ -82,16 +81,16 @@ class Master:
         self._missed = 0
         self._peers = Peers(
             publishers_of(node),
-            inboxes={node.resolve_topic_name("wave_down"): self.loop.inbox},
+            inboxes={node.resolve_topic_name("wave_down"): self.loop.protocol.inbox},
             own=[node.resolve_topic_name("wave_up")],
         )
         node.create_service(Trigger, "~/rearm", self._rearm)
         publish_health(node, self._health)
 
     def _use_profile(self) -> None:
-        """Show the force limit that holds, and say what does not fit the device."""
+        """Show the force limit that holds; warn of parameters that do not fit the device."""
         node, asked = self.node, self.settings.safety.max_force
-        allowed = self.loop.client.safety.params.max_force
+        allowed = self.loop.protocol.safety.params.max_force
         if allowed < asked:
             node.get_logger().warning(
                 f"safety.max_force = {asked:g} N: lowered to the device's limit of {allowed:g} N"
@@ -117,23 +116,23 @@ class Master:
         time.sleep(FAREWELL_PERIODS * self.settings.period_s)
 
     def _change_master(self, params: MasterParams) -> None:
-        controller = self.loop.client.controller
-        self.loop.hand_over(lambda: controller.configure(params))
+        controller = self.loop.protocol.controller
+        self.loop.protocol.hand_over(lambda: controller.configure(params))
         self._warn(params)
 
     def _change_safety(self, params: SafetyParams) -> None:
-        safety = self.loop.client.safety
-        self.loop.hand_over(lambda: safety.configure(params))
+        safety = self.loop.protocol.safety
+        self.loop.protocol.hand_over(lambda: safety.configure(params))
 
     def _rearm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Let the force come back after a fault."""
-        self.loop.hand_over(self.loop.client.safety.rearm)
+        self.loop.protocol.hand_over(self.loop.protocol.safety.rearm)
         response.success = True
         response.message = "force rises from zero once the device is slow enough"
         return response
 
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
-        """Return what people should know, once a second."""
+        """Return level, text and values of the diagnostics, once a second."""
         loop = self.loop
         now = time.monotonic()
         health, loop.health = loop.health, Health()
@@ -142,17 +141,17 @@ class Master:
         }
         missed, self._missed = loop.missed - self._missed, loop.missed
         self._looked_s = now
-        client = loop.client
-        inbox, state = loop.inbox, STATES[int(client.safety.state)]
+        safety, inbox = loop.protocol.safety, loop.protocol.inbox
+        state = STATES[int(safety.state)]
         trip = inbox.round_trip_s
         values |= {
             "missed deadlines": loop.missed,
             "device samples": loop.samples,
             "state": state,
-            "reason": client.safety.reason,
-            "safety events": client.safety.events,
+            "reason": safety.reason,
+            "safety events": safety.events,
             "packets lost": inbox.lost,
-            "packets of another controller": loop.foreign,
+            "packets of another controller": loop.protocol.other_controller,
             "round trip [ms]": "unknown" if trip is None else f"{trip * 1e3:.1f}",
             "real time": str(loop.report or "not requested yet"),
         }
@@ -160,7 +159,7 @@ class Master:
         wrong, peers = self._peers.look()
         values |= peers
         wrong += [f"{missed} deadlines missed"] if missed else []
-        text = f"{state}: {client.safety.reason}" if client.safety.reason else state
+        text = f"{state}: {safety.reason}" if safety.reason else state
         text = "; ".join([text, *wrong])
         if state == "fault":
             return ERROR, text, values

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The master node's parameters, and what is made from them."""
+"""The master node's parameters, and the objects made from them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,11 +8,11 @@ from typing import Any
 
 from rclpy.node import Node
 
-from pmwvc_core.controllers import has_waves, make_master
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.master.client import Client
+from pmwvc_core.frame.assembly import make_force_loop
+from pmwvc_core.frame.force_loop import ForceLoop
+from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.master.port import WaveMaster
-from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.master.safety_changes import check_change
 from pmwvc_core.params import (
     BaselineParams,
@@ -29,9 +29,6 @@ from pmwvc_core.params import (
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP
-from pmwvc_core.transport.inboxes import inbox
-from pmwvc_core.transport.packet import Packer
-from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
 from pmwvc_master.profile import limits_of
 
@@ -54,24 +51,19 @@ class MasterSettings:
     task: TaskParams
     contact: ContactParams
 
-    def make_client(self, epoch: int, info: DeviceInfo) -> Client:
-        """Return this user's end of the channel, for a device that declares this of itself."""
-        return Client(
-            make_master(self.controller, self.master, self.baseline),
-            SafetyLimiter(
-                limits_of(info, self.safety),
-                tick_s=self.master.tick_s,
-                packet_s=self.period_s,
-                workspace_m=info.workspace_m,
-            ),
-            inbox=inbox(
-                self.dof,
-                impedance_of(self.master),
-                waves=has_waves(self.controller),
-                period_s=self.period_s,
-                timeout_s=self.safety.timeout_s,
-            ),
-            packer=Packer(epoch, period=self.master.frame_s),
+    def make_force_loop(self, epoch: int, info: DeviceInfo) -> ForceLoop:
+        """Return this user's end of the protocol, for a device that declares this of itself."""
+        return make_force_loop(
+            self.master,
+            self.baseline,
+            limits_of(info, self.safety),
+            controller=self.controller,
+            dof=self.dof,
+            server_period_s=self.period_s,
+            epoch=epoch,
+            schedule=LIVE,
+            workspace_m=info.workspace_m,
+            watched=info.pacing in ("device", "event"),
         )
 
     def device_setup(self, node: Node) -> DeviceSetup:
@@ -111,7 +103,7 @@ def declare_settings(
         return value(f"server.{name}", specs(ServerParams)[name], getattr(ServerParams(), name))
 
     def designed(master: MasterParams) -> None:
-        WaveMaster(master)  # refuses what the force loop could not make of a change
+        WaveMaster(master)  # refuses a change that the force loop could not make
 
     binding = ParameterBinding(node)
     settings = MasterSettings(

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The loop's wires in ROS: publishers, and the subscription that the loop empties itself.
 
-Relative topics: ``wave_up`` out, ``wave_down`` in, ``trace``; and for those who watch, at the
+Relative topics: ``wave_up`` out, ``wave_down`` in, ``trace``; and for observers, at the
 packet rate and with the names of CRTK, ``measured_cv`` (TwistStamped, velocity of the device)
 and ``measured_cf`` (WrenchStamped, force of the device on the hand, ``-f_m``).
 """
@@ -19,11 +19,12 @@ from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled, offered
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_master.devices import DeviceSample
-from pmwvc_master.loop import Block, MasterLoop
+from pmwvc_master.loop import MasterLoop
+from pmwvc_master.loop_wires import Block
 
 
 class RosWires:
-    """See :class:`pmwvc_master.loop.Wires`.
+    """See :class:`pmwvc_master.loop_wires.Wires`.
 
     Parameters
     ----------
@@ -54,10 +55,12 @@ class RosWires:
         self._frame_id = f"{node.get_namespace().strip('/') or node.get_name()}/device"
         self._seq = 0
 
-    def take(self) -> WavePacket | None:
-        """Return the next packet that has arrived, or None."""
-        msg = self._down.take()
-        return None if msg is None else messages.read_wave(msg, self._dof)
+    def take(self) -> list[WavePacket]:
+        """Return the packets that have arrived since the last call."""
+        packets = []
+        while (msg := self._down.take()) is not None:
+            packets.append(messages.read_wave(msg, self._dof))
+        return packets
 
     def send(self, packet: WavePacket) -> None:
         """Publish a packet."""
@@ -80,7 +83,7 @@ class RosWires:
                 state=block.state,
                 reason=block.reason,
                 missed=loop.missed,
-                safety_events=int(loop.client.safety.events),
+                safety_events=int(loop.protocol.safety.events),
                 hand_force_known=self._hand_force_known,
                 energy=block.energy,
                 accounts=block.accounts,
@@ -88,7 +91,7 @@ class RosWires:
         )
 
     def publish_motion(self, sample: DeviceSample, f: Value, due_ns: int) -> None:
-        """Publish velocity and force of the device, to those who watch."""
+        """Publish velocity and force of the device, where anybody subscribes."""
         if not (self._twist.get_subscription_count() or self._wrench.get_subscription_count()):
             return
         stamp = messages.time_message(self._types, _ros_time(due_ns))

@@ -14,8 +14,8 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
+from pmwvc_core.frame.server_step import Presence
 from pmwvc_core.numeric import Value, flatten
-from pmwvc_core.server.service import Presence
 from pmwvc_server.loop import ServerLoop
 
 FRAME = "world"
@@ -54,13 +54,13 @@ class Scene:
 
     def markers(self, loop: ServerLoop, stamp: Any) -> MarkerArray:
         """Return the scene after the last step."""
-        server, presence = loop.service.server, list(loop.service.presence)
+        server, presence = loop.protocol.server, list(loop.protocol.presence)
         size = self._size_m
         cube = _marker("object", 0, Marker.CUBE, stamp, (0.6, 0.6, 0.6), 0.8)
         cube.pose.position = self._point(server.x_o)
         cube.scale = Vector3(x=size, y=size, z=size)
         target = _marker("target", 0, Marker.CUBE, stamp, (0.2, 0.7, 0.2), 0.25)
-        target.pose.position = self._point(loop.target.position_m)
+        target.pose.position = self._point(loop.protocol.target.position_m)
         target.scale = Vector3(x=1.02 * size, y=1.02 * size, z=1.02 * size)
         found = [cube, target]
         for user, name in enumerate(self._users):
@@ -71,7 +71,7 @@ class Scene:
         self, loop: ServerLoop, user: int, name: str, presence: Presence, stamp: Any
     ) -> list[Marker]:
         """Return a user's avatar and the force it exerts on the object; nothing while absent."""
-        server, color = loop.service.server, COLORS[user % len(COLORS)]
+        server, color = loop.protocol.server, COLORS[user % len(COLORS)]
         opacity = 0.4 if presence is Presence.DAMPING else 1.0
         avatar = _marker(f"{name}/avatar", user, Marker.SPHERE, stamp, color, opacity)
         force = _marker(f"{name}/force", user, Marker.ARROW, stamp, color, opacity)

@@ -15,11 +15,11 @@ from collections.abc import Mapping, Sequence
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
+from pmwvc_core.frame.server_step import Presence
 from pmwvc_core.plural import count
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
-from pmwvc_core.server.service import Presence
 from pmwvc_core.transport.receiver import Receiver, Verdict
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene
@@ -36,7 +36,7 @@ NEWS = {
 
 
 class Server:
-    """What the node does: settings, environment and loop put together.
+    """The node: settings, environment and loop.
 
     Raises
     ------
@@ -50,8 +50,7 @@ class Server:
         self.names = [user.name for user in settings.users]
         epoch = secrets.randbits(64) or 1
         self.loop = ServerLoop(
-            settings.make_service(epoch),
-            settings.make_target(),
+            settings.make_step(epoch),
             wires=RosWires(
                 node,
                 self.names,
@@ -65,7 +64,7 @@ class Server:
         self._markers = node.create_publisher(MarkerArray, "markers", 1)
         self._looked_s = time.monotonic()
         self._missed = 0
-        inboxes = zip(self.names, self.loop.service.inboxes, strict=True)
+        inboxes = zip(self.names, self.loop.protocol.inboxes, strict=True)
         self._peers = Peers(
             publishers_of(node),
             inboxes={node.resolve_topic_name(f"~/{n}/wave_up"): box for n, box in inboxes},
@@ -97,7 +96,7 @@ class Server:
             self.node.get_logger().info(f"{self.names[user]} {NEWS[presence]}")
 
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
-        """Return what people should know, once a second."""
+        """Return level, text and values of the diagnostics, once a second."""
         loop = self.loop
         now = time.monotonic()
         health, loop.health = loop.health, Health()
@@ -106,15 +105,15 @@ class Server:
         }
         missed, self._missed = loop.missed - self._missed, loop.missed
         self._looked_s = now
-        values |= {"missed deadlines": loop.missed, "steps": loop.steps}
-        values["packets of another controller"] = loop.foreign
+        values |= {"missed deadlines": loop.missed, "steps": loop.protocol.steps}
+        values["packets of another controller"] = loop.protocol.other_controller
         values["real time"] = str(loop.report or "not requested yet")
         silent = []
         for user, name in enumerate(self.names):
-            presence = loop.service.presence[user]
+            presence = loop.protocol.presence[user]
             silent += [name] if presence is Presence.DAMPING else []
-            values |= _user_values(name, presence, loop.service.inboxes[user])
-        there = sum(presence is not Presence.ABSENT for presence in loop.service.presence)
+            values |= _user_values(name, presence, loop.protocol.inboxes[user])
+        there = sum(presence is not Presence.ABSENT for presence in loop.protocol.presence)
         text = f"{there} of {len(self.names)} users"
         text += f"; {', '.join(silent)} silent" if silent else ""
         text += f"; {missed} deadlines missed" if missed else ""
@@ -127,7 +126,7 @@ class Server:
 
     def _contain(self, values: dict[str, object]) -> str:
         """Return and log what is wrong with the environment since the last call, if anything."""
-        trouble = self.loop.service.server.trouble
+        trouble = self.loop.protocol.server.trouble
         if trouble is None:
             return ""
         steps, text = trouble.steps, trouble.text

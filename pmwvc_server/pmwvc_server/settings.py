@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The server node's parameters, and what is made from them.
+"""The server node's parameters, and the objects made from them.
 
 What holds for all users stands once (``server.contact_stiffness``, ``master.impedance``); with a
 user's name in front (``user2.server.contact_stiffness``) it holds for that user.
@@ -12,8 +12,9 @@ from typing import Any
 
 from rclpy.node import Node
 
-from pmwvc_core.controllers import has_waves, make_server
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.frame.assembly import UserAtServer, make_server_step
+from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.params import (
     BaselineParams,
     ContactParams,
@@ -24,13 +25,10 @@ from pmwvc_core.params import (
     Validated,
 )
 from pmwvc_core.params.matrix import matrix_conflicts
-from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP
-from pmwvc_core.server.service import Service
-from pmwvc_core.transport.inboxes import inbox
-from pmwvc_core.transport.packet import Packer
-from pmwvc_core.wave.impedance import Impedance, server_impedance
+from pmwvc_core.scenario.server_times import ServerTimes
+from pmwvc_core.wave.impedance import server_impedance
 from pmwvc_server.asking import caller
 
 LARGEST = 8
@@ -44,7 +42,7 @@ def _same_as(owner: type, name: str) -> Any:
 
 @dataclass(frozen=True)
 class PortParams(Validated):
-    """What the server has to know of a user's master."""
+    """Parameters of a user's master that the server needs."""
 
     impedance: float = _same_as(MasterParams, "impedance")
     impedance_matrix: str = _same_as(MasterParams, "impedance_matrix")
@@ -81,9 +79,10 @@ class UserSettings:
     baseline: BaselineParams
 
     @property
-    def impedance(self) -> Impedance:
-        """Wave impedance of this user's port at the server [N s/m]."""
-        return server_impedance(self.contact, self.port)
+    def at_server(self) -> UserAtServer:
+        """The parameters that its port is made from."""
+        impedance = server_impedance(self.contact, self.port)
+        return UserAtServer(self.side, self.contact, self.baseline, impedance, self.port.frame_s)
 
 
 @dataclass(frozen=True)
@@ -97,41 +96,20 @@ class ServerSettings:
     watchdog: WatchdogParams
     task: TaskParams
 
-    def make_service(self, epoch: int) -> Service:
-        """Return the environment at rest, with nobody there."""
-        controller = make_server(
-            self.controller,
-            self.server,
-            [user.contact for user in self.users],
-            [user.impedance for user in self.users],
+    def make_step(self, epoch: int) -> ServerStep:
+        """Return the server's end of the protocol at rest, with no user present."""
+        return make_server_step(
+            [user.at_server for user in self.users],
+            controller=self.controller,
             dof=self.dof,
-            sides=[user.side for user in self.users],
-            baselines=[user.baseline for user in self.users],
+            server=self.server,
+            task=self.task,
+            times=ServerTimes(
+                self.watchdog.timeout_s, self.watchdog.release_s, self.watchdog.soft_start_s
+            ),
+            epochs=[epoch for _ in self.users],
             call=caller(self.server),
-        )
-        return Service(
-            controller,
-            inboxes=[
-                inbox(
-                    self.dof,
-                    user.impedance,
-                    waves=has_waves(self.controller),
-                    period_s=user.port.frame_s,
-                    timeout_s=self.watchdog.timeout_s,
-                )
-                for user in self.users
-            ],
-            packers=[Packer(epoch, period=self.server.period_s) for _ in self.users],
-            release_s=self.watchdog.release_s,
-        )
-
-    def make_target(self) -> ShownTarget:
-        """Return the target of the task."""
-        return ShownTarget(
-            Task(self.task),
-            period_s=self.server.period_s,
-            soft_start_s=self.watchdog.soft_start_s,
-            dof=self.dof,
+            idle_until_joined=True,
         )
 
 

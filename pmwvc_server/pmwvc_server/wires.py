@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 from rclpy.node import Node
 
+from pmwvc_core.frame.server_step import ServerRow
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled, offered
@@ -47,45 +48,49 @@ class RosWires:
         ]
         self._trace = node.create_publisher(types.ServerTrace, "~/trace", trace_qos)
 
-    def take(self, user: int) -> WavePacket | None:
-        """Return a user's next packet that has arrived, or None."""
-        msg = self._up[user].take()
-        return None if msg is None else messages.read_wave(msg, self._dof)
+    def take(self, user: int) -> list[WavePacket]:
+        """Return a user's packets that have arrived since the last call."""
+        packets = []
+        while (msg := self._up[user].take()) is not None:
+            packets.append(messages.read_wave(msg, self._dof))
+        return packets
 
     def send(self, user: int, packet: WavePacket) -> None:
         """Publish a packet to a user."""
         msg = messages.wave(self._types, packet, time.time_ns(), dof=self._dof)
         self._down[user].publish(msg)
 
-    def publish_trace(self, loop: ServerLoop, tick: Tick, compute_s: float) -> None:
+    def publish_trace(
+        self, loop: ServerLoop, row: ServerRow, tick: Tick, compute_s: float
+    ) -> None:
         """Publish the step just made."""
-        server = loop.service.server
+        x_s, xd_s, f_s, u_s, v_s, energy_u_s, energy_v_s, contact = zip(*row.ports, strict=True)
         self._trace.publish(
             messages.server_trace(
                 self._types,
                 stamp_ns=time.time_ns() - time.monotonic_ns() + tick.due_ns,
                 start_ns=tick.due_ns,
                 epoch=self._epoch,
-                step=loop.steps,
+                step=loop.protocol.steps,
                 period=loop.period_s,
                 dof=self._dof,
                 users=self._users,
-                x_o=server.x_o,
-                xd_o=server.xd_o,
-                target=loop.target.position_m,
-                x_s=server.x_s,
-                xd_s=server.xd_s,
-                f_s=server.f_s,
-                u_s=server.u_s,
-                v_s=server.v_s,
-                state=loop.service.presence,
-                contact=[bool(contact) for contact in server.contact],
-                energy_u_s=server.energy_u_s,
-                energy_v_s=server.energy_v_s,
-                kinetic=server.kinetic,
-                potential=server.potential,
-                dissipated=server.dissipated,
-                accounts=server.accounts,
+                x_o=row.x_o,
+                xd_o=row.xd_o,
+                target=row.target,
+                x_s=x_s,
+                xd_s=xd_s,
+                f_s=f_s,
+                u_s=u_s,
+                v_s=v_s,
+                state=row.state,
+                contact=[bool(touching) for touching in contact],
+                energy_u_s=energy_u_s,
+                energy_v_s=energy_v_s,
+                kinetic=row.kinetic,
+                potential=row.potential,
+                dissipated=row.dissipated,
+                accounts=row.accounts,
                 lateness=tick.lateness_ns * 1e-9,
                 compute=compute_s,
             )

@@ -13,8 +13,9 @@ from pmwvc_analysis.replay.differences import reproduced
 from pmwvc_analysis.replay.run import replay, scenario_of
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.errors import RecordingError
+from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.simulation.conditions import LIVE, Conditions
+from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
 
 BASE = {
@@ -116,7 +117,7 @@ def test_a_changed_parameter_is_what_a_simulation_with_the_same_network_does(rec
 
 def test_a_replay_with_the_phases_of_live_loops_is_repeated_with_them(tmp_path):
     scenario = parse_scenario(BASE)
-    phased = simulate_one(scenario, Conditions(phases=LIVE))
+    phased = simulate_one(scenario, Conditions(schedule=LIVE))
     plain = simulate_one(scenario)
     gap = np.abs(phased.users[0].f_applied - plain.users[0].f_applied).max()
     assert gap > 1e-3  # four milliseconds more of round trip are felt
@@ -181,13 +182,13 @@ def test_late_ticks_are_late_and_missed_ticks_are_missed_again():
     ran = np.arange(1600, dtype=np.int64) * 1_000_000
     ran[300:330] += np.linspace(6e6, 1e5, 30).astype(np.int64)
     ran[700:730] = -1
-    late = simulate_one(scenario, Conditions(phases=LIVE, ran_ns={"user1": ran}))
+    late = simulate_one(scenario, Conditions(schedule=LIVE, ran_ns={"user1": ran}))
     assert late.users[0].missed == 30
     assert late.users[0].lateness_s.max() == pytest.approx(6e-3)
     late.metadata.update(AS_LIVE)
     again = replay(late, scenario, scenario)
     assert max(user["force_max_n"] for user in again.differences) < 1e-12
-    on_time = simulate_one(scenario, Conditions(phases=LIVE))
+    on_time = simulate_one(scenario, Conditions(schedule=LIVE))
     rows = np.flatnonzero(ran >= 0)
     gap = np.abs(on_time.users[0].f_applied[rows] - late.users[0].f_applied).max()
     assert gap > 1e-6

@@ -34,8 +34,8 @@ CORE = {
     "baselines": BASE | {"server"},  # the same users and contacts behind another coupling
     "controllers": BASE | {"master", "server", "baselines"},
     "scenario": BASE | {"controllers", "network", "server"},
-    "simulation": BASE
-    | {"plant", "network", "master", "server", "controllers", "scenario", "traces"},
+    "frame": BASE | {"plant", "master", "server", "controllers", "scenario"},
+    "simulation": BASE | {"plant", "network", "controllers", "scenario", "frame", "traces"},
 }
 # Below each room of the analysis: the rooms it may import beside itself.
 ANALYSIS = {

@@ -15,18 +15,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pmwvc_core.controllers import has_waves, make_master, make_server
-from pmwvc_core.master.client import Client
-from pmwvc_core.master.safety import SafetyLimiter
+from pmwvc_core.frame.assembly import force_loop_of, server_step_of
+from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.plant.operators import make_operator
-from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.server.service import Service
-from pmwvc_core.simulation.stacking import stack
+from pmwvc_core.simulation.stacking import stack_scenarios
 from pmwvc_core.state import Stateful, attributes
-from pmwvc_core.transport.inboxes import inbox
-from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave.impedance import MatrixImpedance
 from pmwvc_core.wave.ledger import EnergyLedger
 from pmwvc_core.wave.rates import Hold
@@ -106,43 +101,22 @@ class Ends:
     """Both ends of a session: every block that runs, and packets that come at once or never."""
 
     def __init__(self, scenarios, seed):
-        first, self.seed = scenarios[0], seed
-        self.tick_ns, self.period = round(first.tick_s * 1e9), first.period_ticks
-        dof, waves = first.dof, has_waves(first.controller)
-        users = [[scenario.users[i] for scenario in scenarios] for i in range(len(first.users))]
-        server = stack([scenario.server for scenario in scenarios])
-        half = server.object_size_m / 2
-        self.drops = [user.master.rate_drop for user in first.users]
-        self.clients, self.devices, self.hands, inboxes = [], [], [], []
-        for i, same in enumerate(users):
-            user, tick_s = same[0], first.tick_s
-            master = stack([u.master for u in same])
+        scenario, runs, self.seed = stack_scenarios(scenarios), len(scenarios), seed
+        tick_s, dof = scenario.tick_s, scenario.dof
+        self.tick_ns, self.period = round(tick_s * 1e9), scenario.period_ticks
+        half = scenario.server.object_size_m / 2
+        self.loops = [force_loop_of(scenario, i) for i in range(len(scenario.users))]
+        self.server = server_step_of(scenario)
+        self.devices, self.hands = [], []
+        for user in scenario.users:
             start = user.side * (half + user.contact.gap_m)
-            if len(same) > 1:
-                start = start + np.zeros((len(same), 1))
-            ways = [
-                inbox(dof, b, waves=waves, period_s=period_s, timeout_s=user.safety.timeout_s)
-                for b, period_s in (
-                    (user.impedance, server.period_s),
-                    (user.server_impedance, user.master.frame_s),
-                )
-            ]
-            self.clients.append(
-                Client(
-                    make_master(first.controller, master, user.baseline),
-                    SafetyLimiter(user.safety, tick_s=tick_s, packet_s=server.period_s),
-                    inbox=ways[0],
-                    packer=Packer(i + 1, period=user.master.frame_s),
-                )
-            )
-            inboxes.append(ways[1])
             device = SimulatedDevice(user.device, tick_s=tick_s, dof=dof)
-            device.place(start)
+            device.place(start + np.zeros((runs, 1)) if runs > 1 else start)
             self.devices.append(device)
             self.hands.append(
                 make_operator(
                     user.operator,
-                    first.task,
+                    scenario.task,
                     side=user.side,
                     half_width=half,
                     tick_s=tick_s,
@@ -150,23 +124,7 @@ class Ends:
                     start=start,
                 )
             )
-        self.service = Service(
-            make_server(
-                first.controller,
-                server,
-                [stack([u.contact for u in same]) for same in users],
-                [same[0].server_impedance for same in users],
-                dof=dof,
-                sides=[user.side for user in first.users],
-                baselines=[user.baseline for user in first.users],
-            ),
-            inboxes=inboxes,
-            packers=[Packer(1000 + i, period=server.period_s) for i in range(len(users))],
-        )
-        self.target = ShownTarget(
-            Task(first.task), period_s=server.period_s, soft_start_s=0.05, dof=dof
-        )
-        self.blocks = [*self.clients, *self.devices, *self.hands, self.service, self.target]
+        self.blocks = [*self.loops, *self.devices, *self.hands, self.server]
 
     def run(self, ticks):
         """Go through the ticks; return everything that comes out, as bytes."""
@@ -176,29 +134,27 @@ class Ends:
             rng = np.random.default_rng([self.seed, tick])
             dead = np.random.default_rng([self.seed, tick // 100]).random() < 0.3
             odds = [1.0, 0.0, 0.0] if dead else [0.1, 0.8, 0.1]  # none, one or two arrive
-            for i, client in enumerate(self.clients):
-                if tick % self.drops[i] == 0:
-                    client.controller.measure(*self.devices[i].read())
-                    packet = client.send(now_ns)
+            samples = [DeviceSample(*device.read()) for device in self.devices]
+            for i, (loop, sample) in enumerate(zip(self.loops, samples, strict=True)):
+                packet = loop.start_frame(tick, now_ns, sample)
+                if packet is not None:
                     found += [packet.wave, packet.energy, packet.position]
                     for _ in range(rng.choice([0, 1, 2], p=odds)):
-                        self.service.deliver(i, packet, now_ns)
+                        self.server.deliver(i, packet, now_ns)
             if tick % self.period == 0:
-                for client, answer in zip(self.clients, self.service.step(now_ns), strict=True):
+                answers, row = self.server.tick(now_ns, [[] for _ in self.loops])
+                found += [row.dissipated, row.target]
+                for loop, answer in zip(self.loops, answers, strict=True):
                     if answer is not None:
                         found += [answer.wave, answer.energy, answer.position]
-                    for _ in range(rng.choice([0, 1, 2], p=odds)):
-                        if answer is not None:
-                            client.inbox.push(answer, now_ns)
-                together = self.service.together()
-                found += [self.service.server.dissipated, self.target.step(together=together)]
-            for i, client in enumerate(self.clients):
-                device, hand = self.devices[i], self.hands[i]
-                if tick % self.drops[i] == 0:
-                    client.receive(now_ns)
-                f_h = hand.step(device.x, device.xd) if client.ready() else hand.hold()
-                force = client.step(*device.read(), now_ns)
-                found += [*device.step(f_h, force), force, f_h, client.safety.state]
+                        for _ in range(rng.choice([0, 1, 2], p=odds)):
+                            loop.inbox.push(answer, now_ns)
+            for loop, device, hand, sample in zip(
+                self.loops, self.devices, self.hands, samples, strict=True
+            ):
+                f_h = hand.step(device.x, device.xd) if loop.ready else hand.hold()
+                force, _, _ = loop.tick(tick, now_ns, sample, [])
+                found += [*device.step(f_h, force), force, f_h, loop.safety.state]
         return b"".join(np.asarray(value, dtype=float).tobytes() for value in found)
 
 

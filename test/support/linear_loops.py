@@ -12,9 +12,10 @@ import math
 
 import numpy as np
 
+from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.plant.forces import RecordedForce
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.simulation.conditions import LIVE, Conditions
+from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import SessionBatch
 
 SETTLED = 200  # ticks after which every user has joined, whatever the delay here
@@ -56,10 +57,10 @@ def simulated(of, forces, *, live=False):
     ticks = SETTLED + forces.shape[1]
     batch = SessionBatch(
         [dataclasses.replace(of, duration_s=ticks * of.tick_s)],
-        Conditions(phases=LIVE) if live else Conditions(),
+        Conditions(schedule=LIVE) if live else Conditions(),
     )
     for user, row in zip(batch.users, forces, strict=True):
-        user.client.safety = Wire()
+        user.loop.safety = Wire()
         for link in (user.up, user.down):  # a loop that grows passes every legal wave
             link.receiver.max_wave = math.inf
         force = np.concatenate([np.zeros(SETTLED), row])[:, np.newaxis]

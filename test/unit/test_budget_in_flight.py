@@ -20,7 +20,7 @@ class Changed(SessionBatch):
     impedance = 25.0
 
     def _send(self, who, time_ns, tick):
-        port = self.users[who].client.controller
+        port = self.users[who].loop.controller
         if who == 0 and time_ns[0] >= CHANGE_NS and port.params.impedance != self.impedance:
             port.configure(dataclasses.replace(port.params, impedance=self.impedance))
         super()._send(who, time_ns, tick)

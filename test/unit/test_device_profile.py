@@ -12,7 +12,7 @@ from pmwvc_core.errors import DeviceError
 from pmwvc_core.master.safety_states import SafetyState
 from pmwvc_core.params import DeviceParams, MasterParams, SafetyParams
 from pmwvc_core.transport import Packer
-from pmwvc_master.devices import DeviceInfo
+from pmwvc_master.devices import DeviceInfo, DeviceSample
 from pmwvc_master.profile import limits_of, warnings_of_device
 from pmwvc_master.settings import declare_settings
 
@@ -47,25 +47,23 @@ def test_a_pacing_that_nobody_knows_is_refused():
 
 
 class Rig:
-    """The client that the node makes for a device, pushed against a wave of 5 N."""
+    """The force loop that the node makes for a device, pushed against a wave of 5 N."""
 
     def __init__(self, declared):
         with ros(automatically_declare_parameters_from_overrides=True) as peer:
             settings = declare_settings(peer.node, lambda _: None, lambda _: None)
-        self.client = settings.make_client(1, declared)
+        self.loop = settings.make_force_loop(1, declared)
         self.packer = Packer(2, period=settings.period_s)
         self.tick = 0
 
     def force(self, x=0.0, xd=0.0, *, ticks=1):
         forces = []
         for _ in range(ticks):
-            now_ns = self.tick * 1_000_000
+            now_ns, packets = self.tick * 1_000_000, []
             if self.tick % 8 == 0:
-                self.client.inbox.push(
-                    self.packer.pack(-5.0 / math.sqrt(50.0), 0.0, now_ns), now_ns
-                )
-                self.client.receive(now_ns)
-            forces.append(self.client.step(x, xd, now_ns))
+                packets = [self.packer.pack(-5.0 / math.sqrt(50.0), 0.0, now_ns)]
+            sample = DeviceSample(x=x, xd=xd)
+            forces.append(self.loop.tick(self.tick, now_ns, sample, packets)[0])
             self.tick += 1
         return forces
 
@@ -83,8 +81,8 @@ def test_beyond_the_workspace_a_force_only_brakes():
     pushed = rig.force(x=0.103, ticks=50)
     assert pushed[-1] == 0.0
     assert max(abs(a - b) for a, b in itertools.pairwise(pushed)) < 2.1
-    assert rig.client.safety.state == SafetyState.DAMPING
-    assert rig.client.safety.reason == "beyond the device's workspace: damping only"
+    assert rig.loop.safety.state == SafetyState.DAMPING
+    assert rig.loop.safety.reason == "beyond the device's workspace: damping only"
     assert rig.force(x=0.103, xd=0.2, ticks=30)[-1] > 0.0  # against the motion
     assert rig.force(x=0.103, xd=-0.2, ticks=30)[-1] <= 0.0
     back = rig.force(x=0.09, ticks=600)

@@ -26,7 +26,7 @@ def test_the_server_is_silent_to_all_users_alike_as_live(scenario, tmp_path):
     live = nodes["server"].parameters
     batch = SessionBatch([scenario])
     assert live["safety.timeout_s"] == 0.2
-    assert batch.service.release_s == live["safety.release_s"] == 2.0
+    assert batch.server.release_s == live["safety.release_s"] == 2.0
     for user in batch.users:
         assert user.up.receiver._silence_ns == round(live["safety.timeout_s"] * 1e9)
     own = [user.down.receiver._silence_ns for user in batch.users]
@@ -48,7 +48,7 @@ def test_a_run_of_a_batch_that_diverges_leaves_the_others_alone(scenario):
     batch = SessionBatch([scenario, wild])
     link = batch.users[0].up
     longest = link.receiver.max_wave
-    packet = batch.users[0].client.send(0)
+    packet = batch.users[0].loop.leave(0)
     wave = np.array([[0.5], [2.0 * longest]])
     link.send(dataclasses.replace(packet, wave=wave), 0)
     np.testing.assert_allclose(link.sent[-1].wave, [[0.5], [0.0]])

@@ -8,14 +8,13 @@ import threading
 
 import pytest
 
-from pmwvc_core.controllers import make_master
 from pmwvc_core.errors import DeviceError
-from pmwvc_core.master.client import Client
-from pmwvc_core.master.safety import SafetyLimiter, SafetyState
-from pmwvc_core.params import MasterParams, SafetyParams
+from pmwvc_core.frame.assembly import make_force_loop
+from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.master.safety import SafetyState
+from pmwvc_core.params import BaselineParams, MasterParams, SafetyParams
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.transport.packet import FLAG_LEAVING, Packer
-from pmwvc_core.transport.receiver import Receiver
 from pmwvc_master import loop as loop_module
 from pmwvc_master.devices import DeviceInfo, DeviceSample
 from pmwvc_master.loop import MasterLoop
@@ -62,7 +61,8 @@ class Wires:
         self.motions = 0
 
     def take(self):
-        return self.arrived.pop(0) if self.arrived else None
+        arrived, self.arrived = self.arrived, []
+        return arrived
 
     def send(self, packet):
         self.sent.append(packet)
@@ -83,18 +83,22 @@ class Rig:
         master = MasterParams(rate_drop=rate_drop)
         self.device, self.wires, self.now_ns = Device(pacing), Wires(), 0
         self.server = Packer(99, period=FRAME_S)
-        client = Client(
-            make_master("pmwvc", master),
-            SafetyLimiter(SafetyParams(), tick_s=0.001, packet_s=FRAME_S),
-            inbox=Receiver(1, period_s=FRAME_S, timeout_s=0.03),
-            packer=Packer(7, period=master.frame_s),
+        protocol = make_force_loop(
+            master,
+            BaselineParams(),
+            SafetyParams(),
+            controller="pmwvc",
+            dof=1,
+            server_period_s=FRAME_S,
+            epoch=7,
+            schedule=LIVE,
+            watched=pacing == "event",
         )
         self.loop = MasterLoop(
-            client,
+            protocol,
             self.device,
             wires=self.wires,
             tick_s=0.001,
-            rate_drop=rate_drop,
             dof=1,
             clock=lambda: self.now_ns,
         )
@@ -209,7 +213,7 @@ def test_the_hand_begins_once_when_the_force_is_there():
     for grid in range(40, 1200):
         rig.answer()
         rig.tick(grid)
-        full = rig.loop.client.safety.state == SafetyState.COUPLED
+        full = rig.loop.protocol.safety.state == SafetyState.COUPLED
         assert rig.device.couplings <= full
     assert rig.device.couplings == 1
 
@@ -222,7 +226,7 @@ def test_an_answer_counts_from_the_fourth_tick_of_its_frame():
     v_m = []
     for grid in range(16, 24):
         rig.tick(grid)
-        v_m.append(rig.loop.client.controller.v_m)
+        v_m.append(rig.loop.protocol.controller.v_m)
     assert v_m[:4] == [0.0] * 4
     assert v_m[4] != 0.0
 
@@ -233,16 +237,16 @@ def test_an_answer_after_the_fourth_tick_waits_for_the_next_frame():
     rig.ticks(*range(8, 21))
     rig.answer(0.5)
     rig.ticks(21, 22, 23)
-    assert rig.loop.client.controller.v_m == 0.0
+    assert rig.loop.protocol.controller.v_m == 0.0
     rig.ticks(24, 25, 26, 27, 28)
-    assert rig.loop.client.controller.v_m != 0.0
+    assert rig.loop.protocol.controller.v_m != 0.0
 
 
 def test_a_change_from_another_thread_waits_for_the_frame_start():
     rig = Rig()
     rig.ticks(*range(3))
     seen = []
-    rig.loop.hand_over(lambda: seen.append(rig.now_ns))
+    rig.loop.protocol.hand_over(lambda: seen.append(rig.now_ns))
     rig.ticks(*range(3, 10))
     assert seen == [8 * TICK_NS]
 
@@ -278,7 +282,7 @@ def test_a_device_that_is_silent_gets_no_force_and_says_so_until_it_speaks_again
             rig.tick(grid)
 
     tick_with_answers(*range(8, 800))
-    safety = rig.loop.client.safety
+    safety = rig.loop.protocol.safety
     assert rig.device.forces[-1] > 0.5 and (safety.state, safety.events) == (1, 0)
     rig.device.sample.fresh = False
     tick_with_answers(*range(800, 820))
@@ -304,9 +308,9 @@ def test_a_device_that_never_spoke_is_a_fault_after_a_second():
         rig.answer(-0.05)
         rig.tick(grid)
         if grid == 900:
-            assert rig.loop.client.safety.state == SafetyState.STARTING
+            assert rig.loop.protocol.safety.state == SafetyState.STARTING
     assert set(rig.device.forces) == {0.0}
-    assert rig.loop.client.safety.state == SafetyState.FAULT
+    assert rig.loop.protocol.safety.state == SafetyState.FAULT
 
 
 def test_a_device_that_is_asked_need_not_say_that_a_sample_is_new():
@@ -357,7 +361,7 @@ def test_behind_another_server_the_force_starts_from_zero_even_after_a_stall_of_
         if grid % TICKS == 2:
             rig.answer(-0.3)
         rig.tick(grid)
-    assert rig.loop.inbox.epoch == 1234
+    assert rig.loop.protocol.inbox.epoch == 1234
     wanted = 25.0 * 0.02 + math.sqrt(50.0) * 0.3
     share = [force / wanted for force in rig.device.forces]
     assert max(share[2:20]) < 0.05  # 0.5 s of soft start

@@ -4,13 +4,13 @@
 
 import pytest
 
-from pmwvc_core.controllers import make_server
-from pmwvc_core.params import ContactParams, ServerParams, TaskParams
-from pmwvc_core.plant.task import ShownTarget, Task
+from pmwvc_core.frame.assembly import UserAtServer, make_server_step
+from pmwvc_core.frame.server_step import Presence
+from pmwvc_core.params import BaselineParams, ContactParams, ServerParams, TaskParams
+from pmwvc_core.plant.task import Task
 from pmwvc_core.runtime.pacing import Tick
-from pmwvc_core.server.service import Presence, Service
+from pmwvc_core.scenario.server_times import ServerTimes
 from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_LEAVING, Packer
-from pmwvc_core.transport.receiver import Receiver
 from pmwvc_server.loop import ServerLoop
 
 PERIOD_S = 0.008
@@ -28,13 +28,14 @@ class Wires:
         self.steps = []
 
     def take(self, user):
-        return self.arrived[user].pop(0) if self.arrived[user] else None
+        arrived, self.arrived[user] = self.arrived[user], []
+        return arrived
 
     def send(self, user, packet):
         self.sent[user].append(packet)
 
-    def publish_trace(self, loop, tick, compute_s):
-        self.steps.append((loop.steps, list(loop.service.presence)))
+    def publish_trace(self, loop, row, tick, compute_s):
+        self.steps.append((loop.protocol.steps, list(row.state)))
 
 
 class Rig:
@@ -42,17 +43,20 @@ class Rig:
 
     def __init__(self):
         self.wires, self.now_ns, self.grid = Wires(2), 0, 0
-        contacts = [ContactParams(contact="bilateral")] * 2
-        server = make_server("pmwvc", ServerParams(), contacts, [25.0, 25.0], dof=1, sides=[-1, 1])
-        service = Service(
-            server,
-            inboxes=[Receiver(1, period_s=PERIOD_S, timeout_s=0.03) for _ in range(2)],
-            packers=[Packer(9, period=PERIOD_S) for _ in range(2)],
-        )
+        contact, baseline = ContactParams(contact="bilateral"), BaselineParams()
+        users = [UserAtServer(side, contact, baseline, 25.0, PERIOD_S) for side in (-1, 1)]
         self.masters = [Packer(epoch, period=PERIOD_S) for epoch in (1, 2)]
         self.loop = ServerLoop(
-            service,
-            ShownTarget(Task(TASK), period_s=PERIOD_S, soft_start_s=SOFT_START_S),
+            make_server_step(
+                users,
+                controller="pmwvc",
+                dof=1,
+                server=ServerParams(),
+                task=TASK,
+                times=ServerTimes(timeout_s=0.03, release_s=1.0, soft_start_s=SOFT_START_S),
+                epochs=[9, 9],
+                idle_until_joined=True,
+            ),
             wires=self.wires,
             period_s=PERIOD_S,
             clock=lambda: self.now_ns,
@@ -73,18 +77,18 @@ class Rig:
 
     @property
     def presence(self):
-        return [presence.name for presence in self.loop.service.presence]
+        return [presence.name for presence in self.loop.protocol.presence]
 
 
 def test_steps_begin_with_the_first_packet_of_any_user():
     rig = Rig()
     rig.step(times=5)
-    assert rig.loop.steps == 0 and not rig.wires.steps
+    assert rig.loop.protocol.steps == 0 and not rig.wires.steps
     rig.step(1)
-    assert rig.loop.steps == 1
+    assert rig.loop.protocol.steps == 1
     assert rig.presence == ["ABSENT", "COUPLED"]
     rig.step(times=5)
-    assert rig.loop.steps == 6
+    assert rig.loop.protocol.steps == 6
 
 
 def test_only_users_who_are_there_are_answered():
@@ -98,7 +102,7 @@ def test_only_users_who_are_there_are_answered():
 def test_an_avatar_appears_where_the_device_is_without_a_force():
     rig = Rig()
     rig.step(0, 1)
-    server = rig.loop.service.server
+    server = rig.loop.protocol.server
     assert server.x_s == pytest.approx([-0.5, 0.5])
     assert server.f_s == [0.0, 0.0]
 
@@ -108,7 +112,7 @@ def test_a_silent_user_is_damped_then_gone_and_the_other_one_stays():
     rig.step(0, 1, times=10)
     rig.step(0, times=4)
     assert rig.presence == ["COUPLED", "DAMPING"]
-    assert rig.loop.service.server.u_s[1] == 0.0
+    assert rig.loop.protocol.server.u_s[1] == 0.0
     rig.step(0, times=130)
     assert rig.presence == ["COUPLED", "ABSENT"]
     rig.step(0, 1)
@@ -143,7 +147,7 @@ def test_a_restarted_user_begins_anew_without_a_force():
     rig = Rig()
     rig.step(0, 1, times=10)
     rig.step(0, 1, times=5, wave=0.7)
-    server = rig.loop.service.server
+    server = rig.loop.protocol.server
     assert server.f_s[1] != 0.0
     rig.masters[1] = Packer(77, period=PERIOD_S)
     rig.step(0, 1, times=2)  # the old life is not silent yet: nothing of the new one is used
@@ -151,8 +155,8 @@ def test_a_restarted_user_begins_anew_without_a_force():
     rig.step(0, times=2)
     rig.step(0, 1)
     rig.send(1)
-    rig.loop.service.deliver(1, rig.wires.arrived[1].pop(), rig.now_ns)
-    assert rig.loop.service.inboxes[1].epoch == 77
+    rig.loop.protocol.deliver(1, rig.wires.arrived[1].pop(), rig.now_ns)
+    assert rig.loop.protocol.inboxes[1].epoch == 77
     assert server.f_s[1] == 0.0
     assert server.x_s[1] == pytest.approx(0.5)
 
@@ -173,9 +177,9 @@ def test_who_comes_and_goes_is_told_in_order():
 def test_the_target_rests_until_all_are_there():
     rig = Rig()
     rig.step(0, times=200)
-    assert rig.loop.target.position_m == 0.0
+    assert rig.loop.protocol.target.position_m == 0.0
     rig.step(0, 1, times=1 + round(0.5 / PERIOD_S))
     moving_s = round(0.5 / PERIOD_S) * PERIOD_S - SOFT_START_S
     expected = Task(TASK).target(moving_s)[0]
-    assert rig.loop.target.position_m == pytest.approx(expected, rel=1e-9)
+    assert rig.loop.protocol.target.position_m == pytest.approx(expected, rel=1e-9)
     assert expected > 0.0

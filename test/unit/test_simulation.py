@@ -198,7 +198,7 @@ def test_the_search_for_garbage_rests_while_a_session_runs_and_only_then(monkeyp
         (gc.enable if before else gc.disable)()
         simulate_one(scenario)
         assert gc.isenabled() is before
-        monkeypatch.setattr("pmwvc_core.server.service.Service.step", breaks)
+        monkeypatch.setattr("pmwvc_core.frame.server_step.ServerStep.tick", breaks)
         with pytest.raises(RuntimeError, match="no more steps"):
             simulate_one(scenario)
         assert gc.isenabled() is before

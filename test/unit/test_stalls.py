@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from pmwvc_bringup import scenarios
+from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
 from pmwvc_core.params import SafetyParams
-from pmwvc_core.simulation.conditions import LIVE, Conditions
+from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate_one
 
 FRAME_S, DELAY_S, LENGTH_S = 0.008, 0.016, 20.0
@@ -31,7 +32,7 @@ def stalled_link(pause_s):
 def carried(pause_s, *links):
     scenario = scenarios.load("carry_16ms", duration_s=LENGTH_S)
     made = {link: (lambda: stalled_link(pause_s)) for link in links}
-    return simulate_one(scenario, Conditions(phases=LIVE, links=made))
+    return simulate_one(scenario, Conditions(schedule=LIVE, links=made))
 
 
 def force_and_offset(traces):

@@ -16,12 +16,12 @@ import numpy as np
 from pmwvc_analysis.budget.budget_clock import Clock, Sums, sum_of
 from pmwvc_analysis.traces.sums import anchored, half_square, running
 from pmwvc_analysis.traces.true_motion import complete
+from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import ServerTraces, UserTraces
 from pmwvc_core.wave.transform import WavePort
 
-LIVE_TAKE_S = 0.004  # a live master takes the answer that much into its frame
 UNLIMITED_N = 1e-9  # forces closer than this are the same
 UNLIMITED_ROOT_W = 1e-9
 
@@ -77,7 +77,7 @@ def channel_account(
     includes what is under way, and what becomes of packets at a server of another period.
     """
     place = server.users.index(user.name)
-    frame_s, take_s = known.master.frame_s, LIVE_TAKE_S if live else 0.0
+    frame_s, take_s = known.master.frame_s, (LIVE if live else AT_ONCE).answer_s
     u_m, v_m = _kept(clock, user, "u_m"), _kept(clock, user, "v_m")
     u_tx = clock.of_blocks(user, user.energy["u_tx"], frame_s, after_s=0.0)
     v_rx = clock.of_blocks(user, user.energy["v_rx"], frame_s, after_s=take_s)

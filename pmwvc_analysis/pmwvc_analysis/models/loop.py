@@ -4,8 +4,7 @@
 
 The order of events at a tick is that of the simulator: masters send, the server takes what has
 arrived and answers, masters take the newest answer, hands and devices go on. A live session has
-the same order with two phases: the server steps 2 ms into the grid of its period, the master takes
-the answer 4 ms into its frame.
+the same order with the phases of :data:`pmwvc_core.frame.schedule.LIVE`.
 """
 
 import math
@@ -19,11 +18,10 @@ from pmwvc_analysis.models.linear import require_linear
 from pmwvc_analysis.models.ports import PORTS, Port
 from pmwvc_analysis.models.server import Server
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 
-LIVE_STEP_S = 0.002
-LIVE_ANSWER_S = 0.004
 LONGEST = 20000  # ticks of a hyperperiod
 
 
@@ -34,12 +32,14 @@ def hyperframe_ticks(scenario: Scenario) -> int:
 
 def answer_phase(user: User, *, live: bool) -> int:
     """Return the tick of a frame at which the master takes an answer."""
-    return min(round(LIVE_ANSWER_S / user.master.tick_s), user.master.rate_drop - 1) if live else 0
+    schedule = LIVE if live else AT_ONCE
+    return schedule.answer_tick(tick_s=user.master.tick_s, rate_drop=user.master.rate_drop)
 
 
 def serve_phase(scenario: Scenario, *, live: bool) -> int:
     """Return the tick of its period at which the server steps."""
-    return round(LIVE_STEP_S / scenario.tick_s) % scenario.period_ticks if live else 0
+    schedule = LIVE if live else AT_ONCE
+    return schedule.server_tick(tick_s=scenario.tick_s, period_ticks=scenario.period_ticks)
 
 
 class Line:

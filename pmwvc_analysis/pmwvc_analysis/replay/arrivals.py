@@ -19,7 +19,7 @@ from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.event_schedule import EventKind, Integers, Loop, Steps, frame_events
+from pmwvc_core.simulation.event_schedule import Integers, LoopTimes, Steps, frame_events
 from pmwvc_core.traces import PacketTraces, SessionTraces, UserTraces
 
 NEVER_NS = int(np.iinfo(np.int64).max)
@@ -95,7 +95,7 @@ def tick_numbers(time_s: Array, tick_s: float) -> Integers:
 
 
 def sent_and_used(
-    traces: SessionTraces, recorded: Scenario, loops: Mapping[str, Loop], steps: Steps | None
+    traces: SessionTraces, recorded: Scenario, loops: Mapping[str, LoopTimes], steps: Steps | None
 ) -> dict[str, tuple[Sent, Looks]]:
     """Return what is known of the links of a session, by name.
 
@@ -112,7 +112,7 @@ def sent_and_used(
             continue
         port, loop = server.users.index(user.name), loops[user.name]
         up, down = f"{user.name}/up", f"{user.name}/down"
-        _, sends_ns = frame_events(loop, EventKind.SEND, ticks=ticks, tick_ns=0)
+        _, sends_ns = frame_events(loop, 0, ticks=ticks, tick_ns=0)
         if (sent := _sent(traces.packets.get(source_of(up)), sends_ns)) is not None:
             found[up] = sent, Looks(steps.ran_ns, server.u_s[port][:count])
         answers_ns = steps.ran_ns[server.state[port][:count] > 0]
@@ -132,8 +132,8 @@ def _sent(packets: PacketTraces | None, times_ns: Integers) -> Sent | None:
     return Sent(times_ns[:count], packets.wave[:count])
 
 
-def _used_by_master(user: UserTraces, loop: Loop, ticks: int) -> Looks:
+def _used_by_master(user: UserTraces, loop: LoopTimes, ticks: int) -> Looks:
     """Return the waves a master used: what its hold has reached before the next answer."""
-    tick, time_ns = frame_events(loop, EventKind.ANSWER, ticks=ticks, tick_ns=0)
+    tick, time_ns = frame_events(loop, loop.answer, ticks=ticks, tick_ns=0)
     rows = np.searchsorted(tick_numbers(user.time_s, user.tick_s), tick[1:]) - 1
     return Looks(time_ns[:-1], user.v_m[rows])

@@ -20,11 +20,12 @@ import numpy as np
 from pmwvc_analysis.replay.arrivals import sent_and_used, tick_numbers
 from pmwvc_analysis.replay.network import links
 from pmwvc_core.errors import RecordingError
+from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
 from pmwvc_core.numeric import Array
 from pmwvc_core.plant.on_record import ForceOnRecord
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.simulation.conditions import LIVE, Conditions, Phases
-from pmwvc_core.simulation.event_schedule import Integers, Loop, Steps
+from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.event_schedule import Integers, LoopTimes, Steps
 from pmwvc_core.traces import SessionTraces, UserTraces
 
 Hand = Literal["operator", "force"]
@@ -71,12 +72,12 @@ def prescription(
     ticks = _length(index)
     if replayed.duration_s != recorded.duration_s:
         ticks = min(ticks, round(replayed.duration_s / tick_s))
-    phases = _phases(traces)
+    schedule = _schedule(traces, tick_s)
     loops = {
-        user.name: Loop(
+        user.name: LoopTimes(
             old.master.rate_drop,
             first=int(index[user.name][0] - user.tick[0] % old.master.rate_drop),
-            answer=min(phases.answer_ticks, old.master.rate_drop - 1),
+            answer=schedule.answer_tick(tick_s=tick_s, rate_drop=old.master.rate_drop),
             ran_ns=_ran_ns(user, index[user.name], ticks),
         )
         for user, old in zip(users, recorded.users, strict=True)
@@ -98,7 +99,7 @@ def prescription(
         if hands[user.name] == "force"
     }
     conditions = Conditions(
-        phases=phases,
+        schedule=schedule,
         first={name: loop.first for name, loop in loops.items()},
         ran_ns={name: loop.ran_ns for name, loop in loops.items() if loop.ran_ns is not None},
         steps=_steps(traces, recorded, replayed, ticks),
@@ -155,12 +156,12 @@ def _force(user: UserTraces, index: Integers, ticks: int) -> Array:
     return rows[int(index[0]) :]
 
 
-def _phases(traces: SessionTraces) -> Phases:
-    """Return the phases of the loops: live ones, or as a replay noted them."""
-    noted = traces.metadata.get("replay", {}).get(ANSWER)
-    if noted is not None:
-        return Phases(answer_ticks=int(noted))
-    return LIVE if traces.source == "live" else Phases()
+def _schedule(traces: SessionTraces, tick_s: float) -> FrameSchedule:
+    """Return the phases of the loops: those of live ones, or those that a replay gives."""
+    ticks = traces.metadata.get("replay", {}).get(ANSWER)
+    if ticks is not None:
+        return FrameSchedule(answer_s=int(ticks) * tick_s)
+    return LIVE if traces.source == "live" else AT_ONCE
 
 
 def _ran_ns(user: UserTraces, index: Integers, ticks: int) -> Integers:

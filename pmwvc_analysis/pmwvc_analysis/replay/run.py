@@ -36,7 +36,8 @@ class Replay:
         """Return the MCAP metadata record of a replay."""
         hands = {f"hand.{name}": hand for name, hand in self.prescribed.hands.items()}
         changed = {f"set.{name}": str(value) for name, value in self.changes.items()}
-        answer = {ANSWER: str(self.prescribed.conditions.phases.answer_ticks)}
+        answer_s = self.prescribed.conditions.schedule.answer_s
+        answer = {ANSWER: str(round(answer_s / self.scenario.tick_s))}
         return {"replay": {**answer, **hands, **changed}}
 
 

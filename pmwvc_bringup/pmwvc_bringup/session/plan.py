@@ -15,7 +15,7 @@ import yaml
 
 from pmwvc_core.runtime.parameter_values import to_ros_yaml
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.transport.inboxes import server_times
+from pmwvc_core.scenario.server_times import server_times
 
 MODULES = {
     "recorder": "pmwvc_analysis.recorder_node",

@@ -1,14 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The client end: wave port, safety limits, and both in one object with receiver and sender."""
+"""The master's end of the channel: wave port, port filters, safety limits."""
 
-from pmwvc_core.master.client import Client
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.master.safety import SafetyLimiter, SafetyState
 
 __all__ = [
-    "Client",
     "MasterController",
     "SafetyLimiter",
     "SafetyState",

@@ -1,25 +1,22 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where a simulated session writes its traces while it runs, and how one run is taken out of a
-batch.
-"""
+"""Buffers of a simulated session's traces, and the traces of one run of a batch."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from pmwvc_core.frame.force_loop import SIGNALS, FrameReport
+from pmwvc_core.frame.server_step import ServerRow
 from pmwvc_core.numeric import Array, Value, where
-from pmwvc_core.server.user_ports import ServerController
 from pmwvc_core.simulation.columns import Columns
-from pmwvc_core.simulation.event_schedule import Loop
+from pmwvc_core.simulation.event_schedule import LoopTimes
 from pmwvc_core.traces import (
-    Integers,
     ServerTraces,
     UserTraces,
 )
 
-SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
 OBJECT = ("x_o", "xd_o")
 PER_USER = ("x_s", "xd_s", "f_s", "u_s", "v_s")
@@ -30,7 +27,7 @@ ENERGIES_PER_USER = ("energy_u_s", "energy_v_s")
 class UserBuffer:
     """Traces of one user while running: rows per tick, and per frame after its last tick."""
 
-    def __init__(self, name: str, loop: Loop, *, ticks: int, runs: int, dof: int) -> None:
+    def __init__(self, name: str, loop: LoopTimes, *, ticks: int, runs: int, dof: int) -> None:
         self.name = name
         self._loop = loop
         every = np.arange(ticks, dtype=np.int64)
@@ -58,20 +55,16 @@ class UserBuffer:
         """Tell whether a tick is the last one of its frame that the loop ran."""
         return tick in self._last
 
-    def write_block(
-        self,
-        state: int | Integers,
-        reason: str | Sequence[str],
-        energies: Sequence[Value],
-        accounts: Mapping[str, Value],
-    ) -> None:
-        """Write what is noted once a frame, after its last tick, with its ``ENERGIES``."""
+    def write_block(self, report: FrameReport, work: tuple[Value, Value]) -> None:
+        """Write the report of a frame, after its last tick, with the work at the device [J]."""
         block = len(self._reason)
-        self._state[block] = state
+        reason = report.reason
+        self._state[block] = report.state
         self._reason.append([reason] if isinstance(reason, str) else list(reason))
+        energies = (report.u_m, report.u_tx, report.v_rx, report.v_m, *work)
         self._energies.write([block], energies)
-        if accounts:
-            _put(self._accounts, block, accounts, shape=self._state.shape)
+        if report.accounts:
+            _put(self._accounts, block, report.accounts, shape=self._state.shape)
 
     def run(self, run: int, *, tick_s: float, safety_events: int) -> UserTraces:
         """Return the traces of one run: of the ticks that the loop ran."""
@@ -120,23 +113,19 @@ class ServerBuffer:
         self._accounts: dict[str, Array] = {}
         self._shape = (steps, runs, 1)
 
-    def write(
-        self, step: int, server: ServerController, presence: Sequence[int], target: Value
-    ) -> None:
-        """Write one step of the environment."""
-        accounts = server.accounts
-        signals = [server.x_o, server.xd_o]
-        energies: list[Value] = [server.kinetic, server.potential, server.dissipated]
-        for port in server.ports:
-            signals += (port.x_s, port.xd_s, port.f_s, port.u_s, port.v_s)
-            touching = where(port.present and port.contact.touching, 1.0, 0.0)
-            energies += (port.energy_u_s, port.energy_v_s, touching)
+    def write(self, step: int, row: ServerRow) -> None:
+        """Write one step of the server."""
+        signals = [row.x_o, row.xd_o]
+        energies: list[Value] = [row.kinetic, row.potential, row.dissipated]
+        for port in row.ports:
+            signals += port[:5]
+            energies += (port.energy_u_s, port.energy_v_s, where(port.contact, 1.0, 0.0))
         self._signals.write([step], signals)
         self._energies.write([step], energies)
-        self._state.append(tuple(presence))
-        self._target.append(target)
-        if accounts:
-            _put(self._accounts, step, accounts, shape=self._shape)
+        self._state.append(row.state)
+        self._target.append(row.target)
+        if row.accounts:
+            _put(self._accounts, step, row.accounts, shape=self._shape)
 
     def run(self, run: int, *, period_s: float) -> ServerTraces:
         """Return the traces of one run."""

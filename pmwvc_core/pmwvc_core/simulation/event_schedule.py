@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The events of a session in virtual time, in their order.
 
-Without a recording everything happens on its grid and in the order of a frame: all masters send,
-the server steps, all masters take the answer, all ticks. With the times at which the loops of a
+Without a recording events lie on their grid; those of one instant come in the order of a frame:
+all masters send, the server steps, all ticks (the tick that takes an answer is for
+:class:`pmwvc_core.frame.force_loop.ForceLoop` to know). With the times at which the loops of a
 recorded session really ran, events come in the order of those times.
 
 Users interact through the network only, so the ticks of one user between two events of other
@@ -28,13 +29,12 @@ class EventKind(enum.IntEnum):
     PASS = 0  # a tick that the force loop missed: only the device moves
     SEND = 1
     SERVE = 2
-    ANSWER = 3
-    TICK = 4
+    TICK = 3
 
 
 @dataclass(frozen=True)
-class Loop:
-    """One force loop.
+class LoopTimes:
+    """The times of one force loop.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Steps:
 EventGroup = tuple[int, int, list[int], list[int]]  # kind, user, times [ns], ticks
 
 
-def events(loops: Sequence[Loop], steps: Steps, *, ticks: int, tick_ns: int) -> Integers:
+def events(loops: Sequence[LoopTimes], steps: Steps, *, ticks: int, tick_ns: int) -> Integers:
     """Return all events in their order, ``(events, 4)``: time [ns], kind, whose, tick.
 
     For the server ``tick`` is the number of its step.
@@ -80,7 +80,7 @@ def events(loops: Sequence[Loop], steps: Steps, *, ticks: int, tick_ns: int) -> 
     Parameters
     ----------
     loops, steps
-        When everybody runs.
+        When they run.
     ticks, tick_ns
         Length of the session, and of a tick [ns].
     """
@@ -106,15 +106,16 @@ def groups(table: Integers) -> Iterator[EventGroup]:
             yield kind[start], who[start], time_ns[start:end], tick[start:end]
 
 
-def _of_loop(loop: Loop, who: int, *, ticks: int, tick_ns: int) -> list[Integers]:
+def _of_loop(loop: LoopTimes, who: int, *, ticks: int, tick_ns: int) -> list[Integers]:
     """Return the events of one force loop, ``(events, 4)`` each kind."""
     tick, times = _ran(loop, ticks=ticks, tick_ns=tick_ns)
     if not len(tick):
         return []
-    found = [_rows(times, EventKind.TICK, who, tick)]
-    for kind in (EventKind.SEND, EventKind.ANSWER):
-        chosen, at_ns = frame_events(loop, kind, ticks=ticks, tick_ns=tick_ns)
-        found.append(_rows(at_ns, kind, who, chosen))
+    sends, at_ns = frame_events(loop, 0, ticks=ticks, tick_ns=tick_ns)
+    found = [
+        _rows(times, EventKind.TICK, who, tick),
+        _rows(at_ns, EventKind.SEND, who, sends),
+    ]
     if len(tick) <= tick[-1] - tick[0]:
         missed = np.setdiff1d(np.arange(tick[0], tick[-1], dtype=np.int64), tick)
         found.append(_rows(times[np.searchsorted(tick, missed)], EventKind.PASS, who, missed))
@@ -122,20 +123,20 @@ def _of_loop(loop: Loop, who: int, *, ticks: int, tick_ns: int) -> list[Integers
 
 
 def frame_events(
-    loop: Loop, kind: EventKind, *, ticks: int, tick_ns: int
+    loop: LoopTimes, place: int, *, ticks: int, tick_ns: int
 ) -> tuple[Integers, Integers]:
-    """Return tick and time [ns] of every ``SEND`` or ``ANSWER`` of a loop.
+    """Return tick and time [ns] of the first tick of every frame that ran at ``place`` or later.
 
-    It is the first tick of the frame that ran, for an answer of those not before its place.
+    Place 0 is where a loop sends, ``loop.answer`` where it takes the answer.
     """
     tick, times = _ran(loop, ticks=ticks, tick_ns=tick_ns)
-    frame, place = np.divmod(tick - loop.first, loop.rate_drop)
-    may = place >= (loop.answer if kind == EventKind.ANSWER else 0)
+    frame, within = np.divmod(tick - loop.first, loop.rate_drop)
+    may = within >= place
     begins = np.diff(frame[may], prepend=-1) > 0  # frames come in their order, from 0
     return tick[may][begins], times[may][begins]
 
 
-def _ran(loop: Loop, *, ticks: int, tick_ns: int) -> tuple[Integers, Integers]:
+def _ran(loop: LoopTimes, *, ticks: int, tick_ns: int) -> tuple[Integers, Integers]:
     """Return the ticks that a loop ran, and when [ns]."""
     tick = np.arange(loop.first, ticks, dtype=np.int64)
     if loop.ran_ns is None:

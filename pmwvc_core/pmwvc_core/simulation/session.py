@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The session in virtual time: the live system's own objects, stepped in the order of a frame.
+"""The session in virtual time: the frame protocol of the live nodes, driven by an event schedule.
 
-1. Frame start: every master sends the filter's output of its last tick. 2. The server uses what
-has arrived and answers. 3. Every master takes the newest answer. 4. M ticks. With zero delay a
-packet arrives at the instant it was sent, so 1 to 3 are one instant, unless
-:mod:`pmwvc_core.simulation.conditions` say otherwise.
+With the schedule of a scenario (:data:`pmwvc_core.frame.schedule.AT_ONCE`) frame start, server
+step and answer are one instant: without delay a packet arrives when it was sent.
+:mod:`pmwvc_core.simulation.conditions` can give other phases.
 
 Deterministic: the same scenario gives the same bits. Batched: scenarios of equal structure are
 stepped together on arrays ``(runs, dof)``; a single run with one axis is stepped on floats, as the
@@ -18,30 +17,21 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from pmwvc_core.controllers import make_server
-from pmwvc_core.plant.task import ShownTarget, Task
-from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.service import Service
-from pmwvc_core.simulation.buffers import (
-    ServerBuffer,
-    UserBuffer,
-)
+from pmwvc_core.frame.assembly import server_step_of
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.buffers import ServerBuffer, UserBuffer
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.event_schedule import EventKind, Steps, events, groups
 from pmwvc_core.simulation.garbage import no_garbage
 from pmwvc_core.simulation.network_traces import PacketTable, fate_traces
-from pmwvc_core.simulation.stacking import batches, stack
+from pmwvc_core.simulation.stacking import batches, stack_scenarios
 from pmwvc_core.simulation.user import SimulatedUser
 from pmwvc_core.traces import FateTraces, SessionTraces
-from pmwvc_core.transport.inboxes import server_times
-from pmwvc_core.transport.packet import Packer
-from pmwvc_core.wave.impedance import Impedance, server_impedance
 
 R = TypeVar("R")
 LARGEST_BATCH = 512  # bounds the memory of the traces: 330 MB per user and ten seconds
 AS_THE_SCENARIO_SAYS = Conditions()
 PROGRESS_NS = 1_000_000_000  # of virtual time between two reports
-SERVER_EPOCH = 1000  # epochs are random in live sessions, where a process can start again
 
 
 def simulate_one(
@@ -95,65 +85,41 @@ class SessionBatch:
     def __init__(
         self, scenarios: Sequence[Scenario], conditions: Conditions = AS_THE_SCENARIO_SAYS
     ) -> None:
-        first = scenarios[0]
         self.scenarios = list(scenarios)
-        self.tick_s = first.tick_s
-        self.tick_ns = round(first.tick_s * 1e9)
-        self.ticks = round(first.duration_s / first.tick_s)
         self.conditions = conditions
+        scenario, runs = stack_scenarios(scenarios), len(scenarios)
+        tick_s, dof = scenario.tick_s, scenario.dof
+        self.tick_s, self.tick_ns = tick_s, round(tick_s * 1e9)
+        self.ticks = round(scenario.duration_s / tick_s)
+        self.server = server_step_of(scenario)
         self.users = [
-            SimulatedUser([s.users[i] for s in scenarios], scenarios, i, conditions)
-            for i in range(len(first.users))
+            SimulatedUser(scenario, i, runs=runs, server_inbox=inbox, conditions=conditions)
+            for i, inbox in enumerate(self.server.inboxes)
         ]
+        every = scenario.period_ticks
+        phase = conditions.schedule.server_tick(tick_s=tick_s, period_ticks=every)
         self.steps = conditions.steps or Steps.on_grid(
-            every=first.period_ticks,
-            first=conditions.phases.server_ticks,
-            ticks=self.ticks,
-            tick_ns=self.tick_ns,
+            every=every, first=phase, ticks=self.ticks, tick_ns=self.tick_ns
         )
-        times = server_times(user.safety for user in first.users)
-        self.target = ShownTarget(
-            Task(first.task),
-            period_s=first.server.period_s,
-            soft_start_s=times.soft_start_s,
-            dof=first.dof,
+        self.server_buffer = ServerBuffer(
+            [user.name for user in scenario.users],
+            steps=len(self.steps.tick),
+            runs=runs,
+            dof=dof,
         )
-        server = make_server(
-            first.controller,
-            stack([s.server for s in scenarios]),
-            [stack([s.users[i].contact for s in scenarios]) for i in range(len(self.users))],
-            [_impedance([s.users[i] for s in scenarios]) for i in range(len(self.users))],
-            dof=first.dof,
-            sides=[user.settings.side for user in self.users],
-            baselines=[
-                stack([s.users[i].baseline for s in scenarios]) for i in range(len(self.users))
-            ],
-        )
-        self.service = Service(
-            server,
-            inboxes=[user.up.receiver for user in self.users],
-            packers=[
-                Packer(SERVER_EPOCH + i, period=first.server.period_s)
-                for i in range(len(self.users))
-            ],
-            release_s=times.release_s,
-        )
-        runs, dof, names = len(scenarios), first.dof, [user.settings.name for user in self.users]
-        self.server_buffer = ServerBuffer(names, steps=len(self.steps.tick), runs=runs, dof=dof)
         self.user_buffers = [
-            UserBuffer(user.settings.name, user.loop, ticks=self.ticks, runs=runs, dof=dof)
+            UserBuffer(user.settings.name, user.times, ticks=self.ticks, runs=runs, dof=dof)
             for user in self.users
         ]
 
     def run(self, progress: Callable[[float], None]) -> None:
         """Step from the first tick to the last."""
-        loops = [user.loop for user in self.users]
+        loops = [user.times for user in self.users]
         end_ns, next_ns = self.ticks * self.tick_ns, 0
         handlers: dict[int, Callable[[int, list[int], list[int]], None]] = {
             EventKind.PASS: self._pass,
             EventKind.SEND: self._send,
             EventKind.SERVE: self._serve,
-            EventKind.ANSWER: self._answer,
             EventKind.TICK: self._advance,
         }
         table = events(loops, self.steps, ticks=self.ticks, tick_ns=self.tick_ns)
@@ -169,35 +135,27 @@ class SessionBatch:
         progress(1.0)
 
     def _send(self, who: int, time_ns: list[int], tick: list[int]) -> None:
-        self.users[who].send(time_ns[0])
-
-    def _answer(self, who: int, time_ns: list[int], tick: list[int]) -> None:
-        self.users[who].answer(time_ns[0])
+        self.users[who].send(tick[0], time_ns[0])
 
     def _pass(self, who: int, time_ns: list[int], tick: list[int]) -> None:
         self.users[who].pass_by()
 
     def _advance(self, who: int, time_ns: list[int], tick: list[int]) -> None:
-        """Go on tick by tick; note energies and safety where a frame ends."""
+        """Run ticks of a user; write energies and safety where a frame ends."""
         user, buffer = self.users[who], self.user_buffers[who]
-        buffer.write_ticks(tick, user.advance(time_ns))
+        buffer.write_ticks(tick, user.advance(tick, time_ns))
         if buffer.ends_block(tick[-1]):
-            port, safety = user.client.controller, user.client.safety
-            waves = (port.energy_u_m, port.energy_u_tx, port.energy_v_rx, port.energy_v_m)
-            energies = (*waves, *user.device.work)
-            buffer.write_block(safety.state, safety.reason, energies, port.accounts)
+            buffer.write_block(user.loop.report(), user.device.work)
 
     def _serve(self, who: int, time_ns: list[int], tick: list[int]) -> None:
-        """Take in what has arrived, step the environment, answer."""
+        """Step the server on what has arrived; send its answers."""
         now_ns = time_ns[0]
-        for number, user in enumerate(self.users):
-            for packet in user.up.collect(now_ns):
-                self.service.deliver(number, packet, now_ns)
-        for user, answer in zip(self.users, self.service.step(now_ns), strict=True):
+        answers, row = self.server.tick(now_ns, [user.up.collect(now_ns) for user in self.users])
+        for user, answer in zip(self.users, answers, strict=True):
             if answer is not None:
                 user.down.send(answer, now_ns)
-        target = self.target.step(together=self.service.together())
-        self.server_buffer.write(tick[0], self.service.server, self.service.presence, target)
+        if row is not None:
+            self.server_buffer.write(tick[0], row)
 
     def traces(self, run: int) -> SessionTraces:
         """Return what one run of the batch leaves behind."""
@@ -209,18 +167,18 @@ class SessionBatch:
                 buffer.run(
                     run,
                     tick_s=self.tick_s,
-                    safety_events=_of_run(user.client.safety.events, run),
+                    safety_events=_of_run(user.loop.safety.events, run),
                 )
                 for user, buffer in zip(self.users, self.user_buffers, strict=True)
             ],
             server=self.server_buffer.run(run, period_s=scenario.server.period_s),
         )
-        prescribed = self.conditions.steps or self.conditions.phases.server_ticks
+        prescribed = self.conditions.steps or self.conditions.schedule.server_s
         if traces.server is not None and prescribed:
             traces.server.time_s = self.steps.tick.astype(np.float64) * self.tick_s
             late_ns = self.steps.ran_ns - self.steps.tick * self.tick_ns
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
-        trouble = self.service.server.trouble
+        trouble = self.server.server.trouble
         if trouble is not None and trouble.steps and not trouble.replaced:
             what = f"{trouble.steps} steps: {trouble.text}"
             event = {"time_s": None, "who": "server", "kind": "environment", "what": what}
@@ -254,13 +212,6 @@ class SessionBatch:
                     tables.append(PacketTable(seen, f"{side}/wave_{way}", runs=runs, dof=dof))
                 found[f"{name}/{way}"] = fate_traces(link, f"{name}/{way}")
         return tables, found
-
-
-def _impedance(users: Sequence[User]) -> Impedance:
-    """Return the wave impedance of a user's server port, an array where the runs differ."""
-    return server_impedance(
-        stack([user.contact for user in users]), stack([user.master for user in users])
-    )
 
 
 def _of_run(value: object, run: int) -> int:

@@ -100,6 +100,25 @@ def stack(items: Sequence[P]) -> P:
     return dataclasses.replace(first, **changes) if changes else first  # type: ignore[type-var]
 
 
+def stack_scenarios(scenarios: Sequence[Scenario]) -> Scenario:
+    """Join scenarios of equal structure; see :func:`stack`."""
+    first = scenarios[0]
+    if len(scenarios) == 1:
+        return first
+    groups_of_user = [attribute for attribute, _ in USER_GROUPS.values()]
+    users = tuple(
+        dataclasses.replace(
+            user,
+            **{
+                attribute: stack([getattr(s.users[i], attribute) for s in scenarios])
+                for attribute in groups_of_user
+            },
+        )
+        for i, user in enumerate(first.users)
+    )
+    return dataclasses.replace(first, users=users, server=stack([s.server for s in scenarios]))
+
+
 def batches(scenarios: Sequence[Scenario], *, largest: int) -> list[list[int]]:
     """Return the positions of scenarios that are stepped together, at most ``largest`` at once."""
     by_structure: dict[Hashable, list[int]] = {}

@@ -1,27 +1,23 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One user in virtual time: device, hand, client, and the paths both ways."""
+"""One user in virtual time: device, hand, force loop, and the links both ways."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from pmwvc_core.controllers import has_waves, make_master
-from pmwvc_core.master.client import Client
-from pmwvc_core.master.safety import SafetyLimiter
+from pmwvc_core.frame.assembly import force_loop_of
+from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.plant.operators import Operator, make_operator
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.event_schedule import Loop
+from pmwvc_core.simulation.event_schedule import LoopTimes
 from pmwvc_core.simulation.links import SimulatedLink
-from pmwvc_core.simulation.stacking import stack
-from pmwvc_core.transport.inboxes import inbox, server_times
-from pmwvc_core.transport.packet import Packer
-from pmwvc_core.wave.impedance import Impedance
-from pmwvc_core.wave.limits import largest_wave
+from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.transport.receiver import Receiver
 
 
 class SimulatedUser:
@@ -29,83 +25,64 @@ class SimulatedUser:
 
     Parameters
     ----------
-    users, scenarios
-        This user in every run of the batch, and the runs' scenarios.
+    scenario, runs
+        The scenario, stacked for this many runs.
     index
-        Place of the user, from 0.
+        Number of the user, from 0.
+    server_inbox
+        Receiver of its packets at the server.
     conditions
-        What does not come from the scenario.
+        Whatever does not come from the scenario.
     """
 
     def __init__(
         self,
-        users: Sequence[User],
-        scenarios: Sequence[Scenario],
+        scenario: Scenario,
         index: int,
+        *,
+        runs: int,
+        server_inbox: Receiver,
         conditions: Conditions,
     ) -> None:
-        first, scenario = users[0], scenarios[0]
-        dof, tick_s, name = scenario.dof, scenario.tick_s, first.name
-        master, safety = stack([u.master for u in users]), stack([u.safety for u in users])
-        contact, server = stack([u.contact for u in users]), stack([s.server for s in scenarios])
-        self.settings = first
-        self.loop = Loop(
-            first.master.rate_drop,
-            first=conditions.first.get(name, 0),
-            answer=min(conditions.phases.answer_ticks, first.master.rate_drop - 1),
-            ran_ns=conditions.ran_ns.get(name),
+        user, dof, tick_s = scenario.users[index], scenario.dof, scenario.tick_s
+        self.settings = user
+        self.loop = force_loop_of(scenario, index, schedule=conditions.schedule)
+        self.times = LoopTimes(
+            user.master.rate_drop,
+            first=conditions.first.get(user.name, 0),
+            answer=self.loop.answer_tick,
+            ran_ns=conditions.ran_ns.get(user.name),
         )
         # As live: packets come in at every tick, and the hand begins the tick after an answer.
-        self._listens = conditions.phases.answer_ticks > 0
-        self._coupled = False
+        self._listens = conditions.schedule.answer_s > 0.0
         self._acts = False
-        frame_s = first.master.frame_s
-        half = server.object_size_m / 2
-        start = first.side * (half + contact.gap_m)
-        times = server_times(user.safety for user in scenario.users)
-        waves = has_waves(scenario.controller)
-        up, down = (conditions.links.get(f"{name}/{way}") for way in ("up", "down"))
-        self.up = SimulatedLink(
-            up() if up else first.link_up,
-            seed=stream_of(scenario.seed, index, 0),
-            inbox=inbox(
-                dof,
-                _loosest([user.server_impedance for user in users], waves=waves),
-                waves=waves,
-                period_s=frame_s,
-                timeout_s=times.timeout_s,
-            ),
-            dof=dof,
+        self.up, self.down = (
+            SimulatedLink(
+                recorded() if recorded else params,
+                seed=stream_of(scenario.seed, index, way),
+                inbox=inbox,
+                dof=dof,
+            )
+            for way, (params, inbox, recorded) in enumerate(
+                (
+                    (user.link_up, server_inbox, conditions.links.get(f"{user.name}/up")),
+                    (user.link_down, self.loop.inbox, conditions.links.get(f"{user.name}/down")),
+                )
+            )
         )
-        self.down = SimulatedLink(
-            down() if down else first.link_down,
-            seed=stream_of(scenario.seed, index, 1),
-            inbox=inbox(
-                dof,
-                _loosest([user.impedance for user in users], waves=waves),
-                waves=waves,
-                period_s=server.period_s,
-                timeout_s=first.safety.timeout_s,
-            ),
-            dof=dof,
-        )
-        self.client = Client(
-            make_master(scenario.controller, master, stack([user.baseline for user in users])),
-            SafetyLimiter(safety, tick_s=tick_s, packet_s=server.period_s),
-            inbox=self.down.receiver,
-            packer=Packer(index + 1, period=frame_s),
-        )
-        self.device = SimulatedDevice(stack([u.device for u in users]), tick_s=tick_s, dof=dof)
+        half = scenario.server.object_size_m / 2
+        start = user.side * (half + user.contact.gap_m)
+        self.device = SimulatedDevice(user.device, tick_s=tick_s, dof=dof)
         # In a batch every run has a place of its own from the beginning.
-        self.device.place(start + np.zeros((len(users), 1)) if len(users) > 1 else start)
-        hand = conditions.hands.get(name)
+        self.device.place(start + np.zeros((runs, 1)) if runs > 1 else start)
+        hand = conditions.hands.get(user.name)
         self.operator: Operator = (
             hand()
             if hand
             else make_operator(
-                stack([u.operator for u in users]),
+                user.operator,
                 scenario.task,
-                side=first.side,
+                side=user.side,
                 half_width=half,
                 tick_s=tick_s,
                 dof=dof,
@@ -113,60 +90,54 @@ class SimulatedUser:
             )
         )
         self.f_applied: Value = 0.0
+        self._sample = DeviceSample(*self.device.read())
 
-    def send(self, now_ns: int) -> None:
+    def send(self, tick: int, now_ns: int) -> None:
         """Send the packet of a frame start."""
-        self.client.controller.measure(*self.device.read())
-        self.up.send(self.client.send(now_ns), now_ns)
+        packet = self.loop.start_frame(tick - self.times.first, now_ns, self._sample)
+        if packet is not None:
+            self.up.send(packet, now_ns)
 
-    def answer(self, now_ns: int) -> None:
-        """Hand the newest answer to the controller, once a frame."""
-        self._listen(now_ns)
-        self.client.receive(now_ns)
-        self._coupled = self._coupled or self.client.ready()
-
-    def _listen(self, now_ns: int) -> None:
-        for packet in self.down.collect(now_ns):
-            self.down.receiver.push(packet, now_ns)
-
-    def advance(self, times_ns: Sequence[int]) -> list[Value]:
-        """Go on tick by tick, in between two events of the network.
+    def advance(self, ticks: Sequence[int], times_ns: Sequence[int]) -> list[Value]:
+        """Run the ticks between two events of the network.
 
         Returns
         -------
         list
-            Signals tick by tick, in the order of ``buffers.SIGNALS``.
+            Signals tick by tick, in the order of ``SIGNALS``.
         """
-        device, client, port = self.device, self.client, self.client.controller
-        operator = self.operator
-        due_ns = self.down.link.next_due_ns if self._listens else None
-        comes = due_ns is not None and due_ns <= times_ns[-1]
-        f_applied, acts = self.f_applied, self._acts
+        device, operator, sample, first = (
+            self.device,
+            self.operator,
+            self._sample,
+            self.times.first,
+        )
+        loop, acts = self.loop, self._acts
         values: list[Value] = []
-        x, xd = device.read()
-        for now_ns in times_ns:
-            if comes:
-                self._listen(now_ns)
+        packets: Sequence[WavePacket] = ()
+        due_ns = self.down.link.next_due_ns
+        comes = due_ns is not None and due_ns <= times_ns[-1]
+        if comes and loop.takes_answer(ticks[0] - first):
+            packets = self.down.collect(times_ns[0])
+        listens = comes and self._listens
+        for tick, now_ns in zip(ticks, times_ns, strict=True):
             if not acts:
-                self._acts = acts = not self._listens and client.ready()
+                self._acts = acts = not self._listens and loop.ready
             # The hand is in touch with the device itself, not with its encoder.
-            f_h = operator.step(device.x, device.xd) if acts else operator.hold()
-            if self._coupled:
+            sample.f_h = f_h = operator.step(device.x, device.xd) if acts else operator.hold()
+            if listens:
+                packets = [*packets, *self.down.collect(now_ns)]
+            f, _, row = loop.tick(tick - first, now_ns, sample, packets)
+            packets = ()
+            if not acts and loop.coupled:
                 self._acts = acts = True
-            f_applied = client.step(x, xd, now_ns)
-            measured = device.step(f_h, f_applied)
-            values += (x, xd, f_h, client.f_asked, f_applied, port.u_m, port.u_m_lp, port.v_m)
-            x, xd = measured
-        self.f_applied = f_applied
+            sample.x, sample.xd = device.step(f_h, f)
+            values += row
+        self.f_applied = f
         return values
 
     def pass_by(self) -> None:
         """Let a tick pass that the force loop missed: the last force stays on the device."""
         device, operator = self.device, self.operator
         f_h = operator.step(device.x, device.xd) if self._acts else operator.hold()
-        device.step(f_h, self.f_applied)
-
-
-def _loosest(impedances: Sequence[Impedance], *, waves: bool) -> Impedance:
-    """Return the impedance of the run whose waves may be longest."""
-    return max(impedances, key=lambda impedance: largest_wave(impedance, waves=waves))
+        self._sample.x, self._sample.xd = device.step(f_h, self.f_applied)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the fast loop asks of a haptic device, and what a device is told when it is made.
+"""The interface between the force loop and a haptic device.
 
 A device speaks SI units in the axes of the world (axis 0 is +x, along which the users meet) and
 converts its own inside. Limits of force, slope and speed are not its business: the safety layer
@@ -12,10 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, TypeAlias
 
+from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
-
-STALE_S = 0.02  # without anything new: the device is silent
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,26 +42,6 @@ class DeviceInfo:
     pacing: Literal["host", "exchange", "device", "event"] = "host"
     velocity: Literal["measured", "estimated"] = "measured"
     hand_force_known: bool = False
-
-
-@dataclass(slots=True)
-class DeviceSample:
-    """What a device senses at one tick.
-
-    ``valid`` is False where position or velocity cannot be trusted: the loop then asks for no
-    force. ``fresh`` is False where nothing new came since the last read; only devices with pacing
-    ``device`` or ``event`` need to say so. ``f_h`` is the hand's force on the device, zero where
-    ``hand_force_known`` is False. ``work`` is for devices that know their true motion, as a
-    simulated one does: the work of the controller's force against the hand and of the hand's
-    force on the device since the start [J]. Where it is None the loop counts the motion measured.
-    """
-
-    x: Value = 0.0  # [m]
-    xd: Value = 0.0  # [m/s]
-    f_h: Value = 0.0  # [N]
-    valid: bool = True
-    work: tuple[Value, Value] | None = None
-    fresh: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,10 +15,11 @@ from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.qos import qos_profile_sensor_data
 
 from pmwvc_core.errors import DeviceError
+from pmwvc_core.frame.device_sample import STALE_S, DeviceSample
 from pmwvc_core.numeric import Value, finite, flatten, signal
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_master.devices import cdr
-from pmwvc_master.devices.interface import STALE_S, DeviceInfo, DeviceSample, DeviceSetup
+from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
 
 MOST_AXES = 3
 

@@ -8,10 +8,11 @@ real device, but never more than ``CATCH_UP_S`` at once: beyond that the device 
 one with a watchdog.
 """
 
+from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import SimulatedDevice as Plant
 from pmwvc_core.plant.operators import make_operator
-from pmwvc_master.devices.interface import DeviceInfo, DeviceSample, DeviceSetup
+from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
 
 CATCH_UP_S = 0.1
 

@@ -1,0 +1,219 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The assembly of both ends of the frame protocol, from parameters or from a scenario.
+
+The live nodes know a part of a scenario each and give their parameters; the simulator gives whole
+scenarios. Receivers get the same rules either way: a wave longer than any that a port of this
+impedance can emit is refused, and the server is silent to all users after the longest of their
+timeouts.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmwvc_core.controllers import has_waves, make_master, make_server
+from pmwvc_core.frame.force_loop import ForceLoop
+from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
+from pmwvc_core.frame.server_step import ServerStep
+from pmwvc_core.master.safety import SafetyLimiter
+from pmwvc_core.params import (
+    BaselineParams,
+    ContactParams,
+    MasterParams,
+    SafetyParams,
+    ServerParams,
+    TaskParams,
+)
+from pmwvc_core.plant.task import ShownTarget, Task
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.server_times import ServerTimes, server_times
+from pmwvc_core.server.black_box.containment import Call, directly
+from pmwvc_core.transport.packet import Packer
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.wave.impedance import Impedance, impedance_of
+from pmwvc_core.wave.limits import largest_wave
+
+SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process can start again
+
+
+@dataclass(frozen=True)
+class UserAtServer:
+    """Parameters of a user at the server.
+
+    Parameters
+    ----------
+    side
+        Of the object: -1 pushes towards +x.
+    contact, baseline
+        Contact with the object, parameters of other controllers than waves.
+    impedance
+        Wave impedance of the port at the server [N s/m].
+    frame_s
+        Interval of the user's packets [s].
+    """
+
+    side: int
+    contact: ContactParams
+    baseline: BaselineParams
+    impedance: Impedance
+    frame_s: float
+
+
+def make_force_loop(
+    master: MasterParams,
+    baseline: BaselineParams,
+    safety: SafetyParams,
+    *,
+    controller: str,
+    dof: int,
+    server_period_s: float,
+    epoch: int,
+    schedule: FrameSchedule,
+    workspace_m: float | None = None,
+    watched: bool = False,
+) -> ForceLoop:
+    """Return a user's force loop, at rest.
+
+    Parameters
+    ----------
+    master, baseline, safety
+        Of the user.
+    controller, dof, server_period_s
+        Of the session: controller by name, axes, time step of the server [s].
+    epoch
+        Of its packets.
+    schedule
+        Phases of a frame.
+    workspace_m
+        Half extent that the device declares [m].
+    watched
+        Whether the device's samples say if they are fresh.
+    """
+    return ForceLoop(
+        make_master(controller, master, baseline),
+        SafetyLimiter(
+            safety, tick_s=master.tick_s, packet_s=server_period_s, workspace_m=workspace_m
+        ),
+        inbox=_inbox(
+            controller,
+            dof,
+            impedance_of(master),
+            period_s=server_period_s,
+            timeout_s=safety.timeout_s,
+        ),
+        packer=Packer(epoch, period=master.frame_s),
+        rate_drop=master.rate_drop,
+        answer_tick=schedule.answer_tick(tick_s=master.tick_s, rate_drop=master.rate_drop),
+        tick_s=master.tick_s,
+        watched=watched,
+    )
+
+
+def make_server_step(
+    users: Sequence[UserAtServer],
+    *,
+    controller: str,
+    dof: int,
+    server: ServerParams,
+    task: TaskParams,
+    times: ServerTimes,
+    epochs: Sequence[int],
+    call: Call = directly,
+    idle_until_joined: bool = False,
+) -> ServerStep:
+    """Return the server's step with no user present.
+
+    Parameters
+    ----------
+    users
+        Their parameters.
+    controller, dof, server, task
+        Of the session.
+    times
+        Silence, release and start.
+    epochs
+        Of the packets to each user.
+    call
+        How an unknown environment is asked.
+    idle_until_joined
+        Whether steps begin with the first user.
+    """
+    return ServerStep(
+        make_server(
+            controller,
+            server,
+            [user.contact for user in users],
+            [user.impedance for user in users],
+            dof=dof,
+            sides=[user.side for user in users],
+            baselines=[user.baseline for user in users],
+            call=call,
+        ),
+        ShownTarget(
+            Task(task), period_s=server.period_s, soft_start_s=times.soft_start_s, dof=dof
+        ),
+        inboxes=[
+            _inbox(
+                controller,
+                dof,
+                user.impedance,
+                period_s=user.frame_s,
+                timeout_s=times.timeout_s,
+            )
+            for user in users
+        ],
+        packers=[Packer(epoch, period=server.period_s) for epoch in epochs],
+        release_s=times.release_s,
+        idle_until_joined=idle_until_joined,
+    )
+
+
+def force_loop_of(
+    scenario: Scenario, number: int, *, schedule: FrameSchedule = AT_ONCE
+) -> ForceLoop:
+    """Return the force loop of user ``number`` (from 0) of a scenario."""
+    user = scenario.users[number]
+    return make_force_loop(
+        user.master,
+        user.baseline,
+        user.safety,
+        controller=scenario.controller,
+        dof=scenario.dof,
+        server_period_s=scenario.server.period_s,
+        epoch=number + 1,
+        schedule=schedule,
+    )
+
+
+def server_step_of(scenario: Scenario) -> ServerStep:
+    """Return the server's step of a scenario; it runs from the first tick on."""
+    return make_server_step(
+        [
+            UserAtServer(
+                user.side,
+                user.contact,
+                user.baseline,
+                user.server_impedance,
+                user.master.frame_s,
+            )
+            for user in scenario.users
+        ],
+        controller=scenario.controller,
+        dof=scenario.dof,
+        server=scenario.server,
+        task=scenario.task,
+        times=server_times(user.safety for user in scenario.users),
+        epochs=[SERVER_EPOCH + number for number in range(len(scenario.users))],
+    )
+
+
+def _inbox(
+    controller: str, dof: int, impedance: Impedance, *, period_s: float, timeout_s: float
+) -> Receiver:
+    """Return the receiver of a port; in a batch it takes the longest wave of any run."""
+    waves = has_waves(controller)
+    runs = np.ravel(impedance) if isinstance(impedance, np.ndarray) else [impedance]
+    longest = max(largest_wave(run, waves=waves) for run in runs)
+    return Receiver(dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)

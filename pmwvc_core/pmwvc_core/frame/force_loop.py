@@ -1,0 +1,279 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The master's end of the frame protocol: receiver, controller, safety limits and sender of one
+user.
+
+::
+
+    tick 0 of a frame     the packet: the filter's output of the tick before
+    every tick            packets to the receiver; motion -> controller -> limits -> force
+    answer tick           the newest wave to the controller, once a frame
+
+A frame whose first ticks were skipped sends and takes its answer at the first tick that runs.
+Time is an argument: integer nanoseconds of any monotonic clock.
+"""
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+from pmwvc_core.frame.device_sample import STALE_S, DeviceSample
+from pmwvc_core.master.controller import MasterController
+from pmwvc_core.master.safety import SafetyLimiter
+from pmwvc_core.master.safety_states import Integers
+from pmwvc_core.numeric import Value, truth
+from pmwvc_core.state import Stateful
+from pmwvc_core.transport.packet import (
+    FLAG_DIRECT,
+    FLAG_LEAVING,
+    FLAG_LIMITED,
+    Packer,
+    WavePacket,
+)
+from pmwvc_core.transport.receiver import Receiver
+
+# Of a tick: x_m [m], xd_m [m/s], f_h, f_m, f_applied [N], u_m, u_m_lp, v_m [sqrt(W)].
+Row = tuple[Value, Value, Value, Value, Value, Value, Value, Value]
+SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
+
+
+class FrameReport(NamedTuple):
+    """Safety state and running sums of energy at the end of a frame [J]."""
+
+    state: int | Integers
+    reason: str | list[str]
+    u_m: Value
+    u_tx: Value
+    v_rx: Value
+    v_m: Value
+    accounts: Mapping[str, Value]
+
+
+class ForceLoop(Stateful):
+    """One user's force loop.
+
+    Parameters
+    ----------
+    controller
+        From motion to force and waves.
+    safety
+        The limits between controller and device.
+    inbox
+        The receiver of the returning packets.
+    packer
+        Numbers the outgoing packets and keeps their running sums.
+    rate_drop, answer_tick
+        Ticks per frame, and the one of them that takes the answer.
+    tick_s
+        Period of a tick [s].
+    watched
+        Whether samples of the device say if they are fresh; without a fresh one for ``STALE_S``
+        no force is rendered.
+
+    Attributes
+    ----------
+    ended
+        State and energies when the last frame ended, its last packet included.
+    coupled
+        Whether the server had answered and the soft start was over when an answer was taken.
+    x
+        Last valid position [m].
+    other_controller
+        Packets of another kind of controller, which are ignored.
+    """
+
+    BLOCKS = "controller safety inbox packer"
+    MEMORY = (
+        "ended coupled x other_controller _fresh_tick _next_frame _next_answer _next_event "
+        "_events_sent _epoch"
+    )
+
+    def __init__(
+        self,
+        controller: MasterController,
+        safety: SafetyLimiter,
+        *,
+        inbox: Receiver,
+        packer: Packer,
+        rate_drop: int,
+        answer_tick: int,
+        tick_s: float,
+        watched: bool = False,
+    ) -> None:
+        self.controller = controller
+        self.safety = safety
+        self.inbox = inbox
+        self.packer = packer
+        self.rate_drop = rate_drop
+        self.answer_tick = answer_tick
+        self.ended: FrameReport | None = None
+        self.coupled = False
+        self.x: Value = 0.0
+        self.other_controller = 0
+        self._watched = watched
+        self._stale_ticks = round(STALE_S / tick_s)
+        self._fresh_tick = -1 - self._stale_ticks
+        self._next_frame = self._next_answer = 0  # ticks
+        self._next_event = 0  # the earlier one of them
+        self._events_sent = 0
+        self._epoch = 0  # of the server whose answers are used
+        self._changes: deque[Callable[[], None]] = deque()
+
+    @property
+    def ready(self) -> bool:
+        """Whether the server has answered and the soft start is over.
+
+        From then on a simulated hand may act against the force that the controller renders;
+        before, it would push the device away from its avatar against a force held back.
+        """
+        return truth(self.safety.ready)
+
+    def hand_over(self, change: Callable[[], None]) -> None:
+        """Have a change made at the next frame start, behind its packet; from any thread."""
+        self._changes.append(change)
+
+    def starts_frame(self, tick: int) -> bool:
+        """Tell whether a tick is the first of its frame to run."""
+        return tick >= self._next_frame
+
+    def takes_answer(self, tick: int) -> bool:
+        """Tell whether a tick is the one of its frame that takes the answer."""
+        if tick < self._next_frame:
+            return tick >= self._next_answer
+        return tick % self.rate_drop >= self.answer_tick
+
+    def start_frame(self, tick: int, now_ns: int, sample: DeviceSample) -> WavePacket | None:
+        """Return the packet where a frame starts with this tick; None inside a frame.
+
+        ``tick`` does this itself. A caller whose answers come within the same instant calls it
+        before: the packet leaves, the answer arrives, the tick begins.
+        """
+        if tick < self._next_frame:
+            return None
+        start = tick - tick % self.rate_drop
+        self._next_frame = start + self.rate_drop
+        self._next_answer = self._next_event = start + self.answer_tick
+        if sample.valid:
+            self.controller.measure(sample.x, sample.xd)
+        packet = self._packed(now_ns, 0)
+        while self._changes:
+            self._changes.popleft()()
+        return packet
+
+    def tick(
+        self, tick: int, now_ns: int, sample: DeviceSample, packets: Sequence[WavePacket]
+    ) -> tuple[Value, WavePacket | None, Row]:
+        """Run one tick.
+
+        Parameters
+        ----------
+        tick
+            Its number; frames start at the multiples of the rate drop.
+        now_ns
+            Time of the tick.
+        sample
+            Of the device at the start of the tick. Where it cannot be trusted (not valid, or
+            stale), no force is rendered, and after it the force rises from zero.
+        packets
+            Arrived since the last tick, in the order of arrival.
+
+        Returns
+        -------
+        tuple
+            Force that the device may render until the next tick [N]; packet to send, at a frame
+            start; signals of the tick (``SIGNALS``).
+        """
+        packet = None
+        if packets or tick >= self._next_event:
+            packet = self._exchange(tick, now_ns, sample, packets)
+        x, xd = sample.x, sample.xd
+        if sample.valid and not (self._watched and self._stale(tick, sample)):
+            sensed, place, velocity = True, x, xd
+            self.x = x
+        else:  # where it was last seen; its velocity is not known
+            sensed, place, velocity = False, self.x, 0.0 * self.x
+        controller = self.controller
+        f_m = controller.step(place, velocity)
+        silence_s = self.inbox.silence_s(now_ns)
+        f = self.safety.step(f_m, place, velocity, silence_s, silence_s < math.inf, sensed)
+        controller.applied(f)
+        row = (x, xd, sample.f_h, f_m, f, controller.u_m, controller.u_m_lp, controller.v_m)
+        return f, packet, row
+
+    def leave(self, now_ns: int) -> WavePacket:
+        """Return the last packet: the user leaves."""
+        return self._packed(now_ns, FLAG_LEAVING)
+
+    def report(self) -> FrameReport:
+        """Return safety state and energies as they are now."""
+        safety, port = self.safety, self.controller
+        return FrameReport(
+            safety.state,
+            safety.reason,
+            port.energy_u_m,
+            port.energy_u_tx,
+            port.energy_v_rx,
+            port.energy_v_m,
+            dict(port.accounts),
+        )
+
+    def _exchange(
+        self, tick: int, now_ns: int, sample: DeviceSample, packets: Sequence[WavePacket]
+    ) -> WavePacket | None:
+        """Start a frame, take packets in, take the answer: whatever of it is due."""
+        packet = self.start_frame(tick, now_ns, sample)
+        if packet is not None:
+            self.ended = self.report()
+        for arrived in packets:
+            if (arrived.flags ^ self.controller.flags) & FLAG_DIRECT:
+                self.other_controller += 1
+            else:
+                self.inbox.push(arrived, now_ns)
+        if tick >= self._next_answer:
+            self._next_answer += self.rate_drop  # until the frame starts that sets it
+            self._next_event = self._next_frame
+            self._take_answer(now_ns)
+        return packet
+
+    def _stale(self, tick: int, sample: DeviceSample) -> bool:
+        """Tell whether a watched device has brought nothing fresh for too long."""
+        if sample.fresh:
+            self._fresh_tick = tick
+        return tick - self._fresh_tick > self._stale_ticks
+
+    def _packed(self, now_ns: int, flags: int) -> WavePacket:
+        """Return the next packet: the filter's output after the last tick."""
+        controller = self.controller
+        flags |= controller.flags
+        events = self.safety.events
+        if isinstance(events, int) and events != self._events_sent:
+            self._events_sent = events
+            flags |= FLAG_LIMITED
+        return self.packer.pack(
+            controller.send(),
+            controller.position(),
+            now_ns,
+            flags,
+            self.inbox.echo(now_ns),
+            controller.account(),
+        )
+
+    def _take_answer(self, now_ns: int) -> None:
+        """Give the newest wave to the controller; a silent server becomes a matched damper.
+
+        Behind another server than before, the force starts from zero.
+        """
+        inbox, controller = self.inbox, self.controller
+        wave = inbox.take(now_ns)
+        if inbox.epoch != self._epoch:
+            if self._epoch:
+                self.safety.restart()
+            self._epoch = inbox.epoch
+        if inbox.newest is not None:
+            controller.on_packet(inbox.newest)
+        if inbox.silent(now_ns):
+            controller.silence()
+        else:
+            controller.receive(wave)
+        self.coupled = self.coupled or self.ready

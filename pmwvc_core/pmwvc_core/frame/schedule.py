@@ -1,0 +1,38 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The frame schedule: when, after the start of a frame, the server steps and masters take its
+answer.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class FrameSchedule:
+    """Phases of a frame [s]; zero for both makes a frame start, step and answer one instant.
+
+    Parameters
+    ----------
+    server_s
+        From the start of a frame to the server's step. Steps lie on the grid of the server's own
+        period, shifted by this.
+    answer_s
+        From the start of a frame to the tick at which a master takes the newest answer. It adds
+        to the round trip.
+    """
+
+    server_s: float = 0.0
+    answer_s: float = 0.0
+
+    def server_tick(self, *, tick_s: float, period_ticks: int) -> int:
+        """Return the tick of its period at which the server steps."""
+        return round(self.server_s / tick_s) % period_ticks
+
+    def answer_tick(self, *, tick_s: float, rate_drop: int) -> int:
+        """Return the tick of a frame that takes the answer, the last one of shorter frames."""
+        return min(round(self.answer_s / tick_s), rate_drop - 1)
+
+
+AT_ONCE = FrameSchedule()  # virtual time
+# One machine: the server's step and two ways through the emulator fit between the phases.
+LIVE = FrameSchedule(server_s=0.002, answer_s=0.004)

@@ -1,0 +1,222 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server's end of the frame protocol: receivers, membership, the environment's step, target
+and senders for all users.
+
+A user joins with its first packet (or with a new epoch: it was restarted), is rendered a matched
+damper while it is silent, and leaves when it says so or stays silent for ``release_s``.
+Time is an argument: integer nanoseconds of any monotonic clock.
+"""
+
+import enum
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from pmwvc_core.numeric import Flag, Value
+from pmwvc_core.plant.task import ShownTarget
+from pmwvc_core.server.user_ports import ServerController
+from pmwvc_core.state import Stateful
+from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_DIRECT, FLAG_LEAVING, Packer, WavePacket
+from pmwvc_core.transport.receiver import Receiver, Verdict
+
+
+class Presence(enum.IntEnum):
+    """State of a user at the server; the numbers are those of the ServerTrace message."""
+
+    ABSENT = 0
+    JOINING = 1
+    COUPLED = 2
+    DAMPING = 3
+
+
+# At hand: a member is looked up in Python.
+ABSENT, COUPLED, DAMPING = Presence.ABSENT, Presence.COUPLED, Presence.DAMPING
+ACCEPTED, NEW_EPOCH = Verdict.ACCEPTED, Verdict.NEW_EPOCH
+
+
+class PortRow(NamedTuple):
+    """A user's port after a step."""
+
+    x_s: Value  # [m]
+    xd_s: Value  # [m/s]
+    f_s: Value  # [N]
+    u_s: Value  # [sqrt(W)]
+    v_s: Value  # [sqrt(W)]
+    energy_u_s: Value  # [J]
+    energy_v_s: Value  # [J]
+    contact: Flag
+
+
+class ServerRow(NamedTuple):
+    """The server after a step; one port and state per user."""
+
+    x_o: Value  # [m]
+    xd_o: Value  # [m/s]
+    target: Value  # [m]
+    kinetic: Value  # [J]
+    potential: Value  # [J]
+    dissipated: Value  # [J]
+    ports: list[PortRow]
+    state: tuple[Presence, ...]
+    accounts: Mapping[str, Value]  # [J]
+
+
+class ServerStep(Stateful):
+    """All users' server ports around one environment.
+
+    Parameters
+    ----------
+    server
+        The environment with its ports.
+    target
+        Where the object is to be brought.
+    inboxes, packers
+        One receiver and one sender per user.
+    release_s
+        Silence after which a user is taken out [s].
+    idle_until_joined
+        Whether steps begin with the first user rather than with the first tick.
+
+    Attributes
+    ----------
+    steps
+        Steps made so far.
+    presence
+        State of every user.
+    other_controller
+        Packets of another kind of controller, which are ignored.
+    """
+
+    BLOCKS = "server target inboxes packers"
+    MEMORY = "presence steps other_controller _idle _anew"
+
+    def __init__(
+        self,
+        server: ServerController,
+        target: ShownTarget,
+        *,
+        inboxes: Sequence[Receiver],
+        packers: Sequence[Packer],
+        release_s: float,
+        idle_until_joined: bool = False,
+    ) -> None:
+        self.server = server
+        self.target = target
+        self.inboxes = list(inboxes)
+        self.packers = list(packers)
+        self.release_s = release_s
+        self.presence = [ABSENT for _ in self.inboxes]
+        self.steps = 0
+        self.other_controller = 0
+        self._idle = idle_until_joined
+        self._anew = [0 for _ in self.inboxes]  # FLAG_ANEW of each user's packets
+
+    def tick(
+        self, now_ns: int, packets: Sequence[Iterable[WavePacket]]
+    ) -> tuple[list[WavePacket | None], ServerRow | None]:
+        """Take in what has arrived, advance the environment by its period, answer.
+
+        Parameters
+        ----------
+        now_ns
+            Time of the step.
+        packets
+            Of each user, arrived since the last step, in the order of arrival.
+
+        Returns
+        -------
+        tuple
+            Each user's answer (None for an absent one), and the server after the step (None while
+            it waits for the first user).
+        """
+        for user, arrived in enumerate(packets):
+            for packet in arrived:
+                self.deliver(user, packet, now_ns)
+        if self._idle and self.presence.count(ABSENT) == len(self.presence):
+            return [None for _ in self.presence], None
+        self._idle = False
+        self.steps += 1
+        answers = self.server.step(self._received(now_ns))
+        packed = [self._packed(user, answer, now_ns) for user, answer in enumerate(answers)]
+        self.target.step(together=self.presence.count(COUPLED) == len(self.presence))
+        return packed, self._row()
+
+    def deliver(self, user: int, packet: WavePacket, now_ns: int) -> None:
+        """Take one packet of a user in; a first one, or one of a new life, joins the user."""
+        if (packet.flags ^ self.server.flags) & FLAG_DIRECT:
+            self.other_controller += 1
+            return
+        verdict = self.inboxes[user].push(packet, now_ns)
+        if verdict is not ACCEPTED and verdict is not NEW_EPOCH:
+            return
+        if packet.flags & FLAG_LEAVING:
+            self._leave(user)
+        elif verdict is NEW_EPOCH or self.presence[user] is ABSENT:
+            self._join(user, packet.position)
+
+    def _join(self, user: int, position: Value) -> None:
+        """Put a user's avatar where its device is, without a force."""
+        if self.presence[user] is not ABSENT:
+            self.server.leave(user)
+        self.server.join(user, position)
+        self._anew[user] ^= FLAG_ANEW
+        self.presence[user] = Presence.JOINING
+
+    def _leave(self, user: int) -> None:
+        """Take a user's avatar out; the energy in its spring is lost."""
+        if self.presence[user] is not ABSENT:
+            self.server.leave(user)
+        self.presence[user] = ABSENT
+
+    def _received(self, now_ns: int) -> list[Any]:
+        """Return each user's wave (with its position for direct coupling); zero when silent."""
+        server = self.server
+        direct = bool(server.flags & FLAG_DIRECT)
+        received: list[Any] = []
+        for user, inbox in enumerate(self.inboxes):
+            wave, quiet = inbox.take(now_ns), inbox.silent(now_ns)
+            if quiet:
+                wave = wave * 0.0
+            if self.presence[user] is not ABSENT:
+                if inbox.silence_s(now_ns) > self.release_s:
+                    self._leave(user)
+                else:
+                    self.presence[user] = DAMPING if quiet else COUPLED
+                    if inbox.newest is not None:
+                        server.on_packet(user, inbox.newest)
+            received.append((inbox.position(), wave) if direct else wave)
+        return received
+
+    def _packed(self, user: int, answer: Value, now_ns: int) -> WavePacket | None:
+        if self.presence[user] is ABSENT:
+            return None
+        port = self.server.ports[user]
+        flags = self.server.flags | self._anew[user]
+        echo = self.inboxes[user].echo(now_ns)
+        return self.packers[user].pack(answer, port.x_s, now_ns, flags, echo, port.account)
+
+    def _row(self) -> ServerRow:
+        server = self.server
+        return ServerRow(
+            server.x_o,
+            server.xd_o,
+            self.target.position_m,
+            server.kinetic,
+            server.potential,
+            server.dissipated,
+            [
+                PortRow(
+                    port.x_s,
+                    port.xd_s,
+                    port.f_s,
+                    port.u_s,
+                    port.v_s,
+                    port.energy_u_s,
+                    port.energy_v_s,
+                    touching,
+                )
+                for port, touching in zip(server.ports, server.contact, strict=True)
+            ],
+            tuple(self.presence),
+            server.accounts,
+        )

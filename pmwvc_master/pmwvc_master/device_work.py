@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The work done at a device by the forces held between its samples."""
+
+from pmwvc_core.numeric import Value, dot
+from pmwvc_master.devices import DeviceSample
+
+
+class DeviceWork:
+    """Running sums of work [J].
+
+    Parameters
+    ----------
+    hand_force_known
+        Whether samples hold the hand's force.
+
+    Attributes
+    ----------
+    device, hand
+        Work of the device's force against the hand, and of the hand on the device [J].
+    """
+
+    def __init__(self, *, hand_force_known: bool) -> None:
+        self.device: Value = 0.0
+        self.hand: Value = 0.0
+        self._hand_force_known = hand_force_known
+        self._x: Value = 0.0  # [m] last valid position
+        self._held: tuple[Value, Value] | None = None  # [N] of device and hand since then
+
+    def moved(self, sample: DeviceSample) -> None:
+        """Add the work between the last valid position and a new sample."""
+        if sample.work is not None:
+            self.device, self.hand = sample.work
+        elif sample.valid and self._held is not None:
+            moved = sample.x - self._x
+            f, f_h = self._held
+            self.device = self.device + dot(f, moved)
+            if self._hand_force_known:
+                self.hand = self.hand + dot(f_h, moved)
+
+    def hold(self, x: Value, f: Value, f_h: Value) -> None:
+        """Note the last valid position [m] and the forces held from now on [N]."""
+        self._x = x
+        self._held = f, f_h
