@@ -79,7 +79,7 @@ class Task:
 class ShownTarget(Stateful):
     """The target as the server shows it.
 
-    The hands begin once the force is there (``master.client``), so the target begins when all
+    The hands begin once the force is there (``ForceLoop.ready``), so the target begins when all
     users have been together for the length of the soft start.
 
     Parameters
