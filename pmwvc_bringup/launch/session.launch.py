@@ -6,7 +6,7 @@
 
     ros2 launch pmwvc_bringup session.launch.py scenario:=carry_16ms users:=2 duration:=20
 
-The nodes wait until all have met, then begin together (:mod:`pmwvc_bringup.session.starter`);
+The nodes wait until all are connected, then begin together (:mod:`pmwvc_bringup.session.starter`);
 ``duration`` counts from there. ``namespace:=lab`` puts all topics and nodes below ``/lab``.
 """
 
@@ -30,8 +30,8 @@ from pmwvc_bringup.session.surroundings import new_folder
 
 ARGUMENTS = {
     "scenario": ("carry_16ms", "name of a scenario, or a YAML file"),
-    "users": ("", "number of users (empty: as the scenario says)"),
-    "duration": ("", "length in s (empty: as the scenario says; 0: until interrupted)"),
+    "users": ("", "number of users (empty: that of the scenario)"),
+    "duration": ("", "length in s (empty: that of the scenario; 0: until interrupted)"),
     "record": ("true", "whether to record into the session folder"),
     "out": ("", "session folder (empty: sessions/<UTC time>-<scenario>)"),
     "namespace": ("", "namespace of the whole session"),

@@ -1,9 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Is this machine fit for a session? One finding per check, each with its remedy.
+"""The checks of this machine for live sessions: one finding each, with its remedy.
 
-Looks only; changes nothing. What is wrong with a recorded session is another question
-(:mod:`pmwvc_analysis.doctor`).
+They change nothing. Checks of a recorded session: :mod:`pmwvc_analysis.doctor`.
 """
 
 import importlib
@@ -32,7 +31,7 @@ TICK_NS = 1_000_000  # the force loop of every scenario
 
 @dataclass(frozen=True)
 class Finding:
-    """What one check found: ``status`` is ok, warning (a session runs, less well) or problem."""
+    """The result of a check: ``status`` is ok, warning (a session runs, less well) or problem."""
 
     check: str
     status: str
@@ -51,7 +50,7 @@ def examine() -> list[Finding]:
     for name, check in CHECKS.items():
         try:
             findings.append(check())
-        except Exception as error:  # a doctor that dies of the illness helps nobody
+        except Exception as error:  # a broken machine must not end the doctor
             text = f"the check failed: {type(error).__name__}: {error}"
             findings.append(Finding(name, PROBLEM, text, "report this as a bug"))
     return findings
@@ -188,13 +187,13 @@ def _disk() -> Finding:
 
 
 def recording_size() -> str:
-    """Return what live sessions take on disk, reckoned from a scenario of the library."""
+    """Return the disk space of live sessions, computed from a scenario of the library."""
     sizes = {
         users: live_bytes_per_minute(scenarios.load("carry_16ms", users=users)) / MIB
         for users in (2, 8)
     }
-    said = [f"{size:.0f} MiB a minute with {users} users" for users, size in sizes.items()]
-    return f"a live session takes about {', '.join(said)}"
+    texts = [f"{size:.0f} MiB a minute with {users} users" for users, size in sizes.items()]
+    return f"a live session takes about {', '.join(texts)}"
 
 
 def _environment() -> Finding:
@@ -219,7 +218,7 @@ def _environment() -> Finding:
 
 
 def _in_thread(work: Callable[[], None]) -> None:
-    """Run in a thread that ends at once: what it asks of the scheduler ends with it."""
+    """Run in a thread of its own: its scheduling parameters end with it."""
     thread = threading.Thread(target=work)
     thread.start()
     thread.join()

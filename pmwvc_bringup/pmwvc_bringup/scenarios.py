@@ -1,9 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Scenario files: where they are, how one is found and read. Works without ROS.
+"""Scenario files: folders, YAML and the ``name=value`` texts of the command line.
 
-What a scenario means is in :mod:`pmwvc_core.simulation`; here are only files, YAML and the
-``name=value`` texts of the command line.
+A scenario itself: :mod:`pmwvc_core.scenario`. Works without ROS.
 """
 
 import os
@@ -24,11 +23,11 @@ FILE_NAMES = ("operator.file", "trace_file")  # parameters that name a file
 
 
 class _Loader(yaml.SafeLoader):
-    """Safe YAML that refuses a name given twice, of which YAML itself keeps only the last."""
+    """Safe YAML that refuses a name given twice; YAML itself keeps the last."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         """Build a mapping; a repeated key is an error with its line."""
-        seen: set[Any] = set()
+        seen: set[Hashable] = set()
         for key_node, _ in node.value:
             if key_node.tag == "tag:yaml.org,2002:merge":
                 continue
@@ -83,8 +82,8 @@ def find(name: str) -> Path:
     )
 
 
-def read(path: Path) -> dict[str, Any]:
-    """Return what a scenario file holds by dotted name, with the files it names made absolute.
+def read(path: Path) -> dict[str, object]:
+    """Return the values of a scenario file by dotted name, with absolute paths of named files.
 
     Raises
     ------
@@ -105,9 +104,9 @@ def read(path: Path) -> dict[str, Any]:
     return _with_files(content, path.resolve().parent)
 
 
-def settings(texts: Iterable[str]) -> tuple[dict[str, Any], list[str]]:
-    """Return the values of ``name=value`` texts (values are YAML scalars), and what is wrong."""
-    values: dict[str, Any] = {}
+def settings(texts: Iterable[str]) -> tuple[dict[str, object], list[str]]:
+    """Return the values of ``name=value`` texts (YAML scalars), and the problems."""
+    values: dict[str, object] = {}
     problems = []
     for text in texts:
         name, equals, value = text.partition("=")
@@ -155,8 +154,8 @@ def to_yaml(scenario: Scenario) -> str:
     return yaml.safe_dump(scenario.to_dict(), sort_keys=False, allow_unicode=True, width=99)
 
 
-def _with_files(values: Mapping[str, Any], base: Path) -> dict[str, Any]:
-    """Return values by dotted name, file names made absolute where the file is below ``base``."""
+def _with_files(values: Mapping[str, object], base: Path) -> dict[str, object]:
+    """Return values by dotted name, with absolute paths of files that are below ``base``."""
     return {
         name: str(base / value)
         if name.endswith(FILE_NAMES)
@@ -169,9 +168,9 @@ def _with_files(values: Mapping[str, Any], base: Path) -> dict[str, Any]:
 
 
 def _yaml_text(error: yaml.YAMLError) -> str:
-    """Return a YAML error on one line, with its place."""
+    """Return a YAML error on one line, with line and column."""
     if not isinstance(error, yaml.MarkedYAMLError):
         return f"is not YAML: {error}"
     mark = error.problem_mark
-    place = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-    return f"is not YAML{place}: {error.problem}"
+    position = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+    return f"is not YAML{position}: {error.problem}"

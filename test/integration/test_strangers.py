@@ -24,15 +24,15 @@ import sys
 from pmwvc_bringup import __main__
 from pmwvc_bringup.session import monitor
 
-glance, calls = monitor.Monitor.glance, []
+status, calls = monitor.Monitor.status, []
 
 def fail(self):
-    calls.append(glance(self))
+    calls.append(status(self))
     if len(calls) == 8:
         raise IndexError("an error of the runner itself")
     return calls[-1]
 
-monitor.Monitor.glance = fail
+monitor.Monitor.status = fail
 sys.argv = ["pmwvc", "run", "carry_16ms", "--duration", "600", "--out", sys.argv[1]]
 sys.exit(__main__.main())
 """

@@ -11,7 +11,7 @@ from pmwvc_bringup.comparison.variants import (
     fitting,
     names,
     settings_of,
-    words_of,
+    variants_of,
 )
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.simulation.session import simulate
@@ -105,7 +105,7 @@ def test_words_that_are_none_are_named_with_those_there_are():
     with pytest.raises(ScenarioError, match=r"'drect': must be of pmwvc, direct.*ledger"):
         settings_of("drect", {})
     with pytest.raises(ScenarioError, match="different names"):
-        words_of("waves,waves")
+        variants_of("waves,waves")
     with pytest.raises(ScenarioError, match="give one of them"):
         combinations("wall", ["controller=direct"], controllers=["waves"])
 

@@ -27,7 +27,7 @@ def started(children: Children, name: str, code: str, folder: Path):
     child = children.start(
         name, [sys.executable, "-c", code], env=os.environ, log=folder / f"{name}.log"
     )
-    while not child.says("ready"):
+    while not child.has_logged("ready"):
         assert child.running, child.log_tail()
         time.sleep(0.01)
     return child
@@ -119,7 +119,7 @@ def test_children_end_when_their_parent_is_killed(tmp_path):
         f"command = [sys.executable, '-c', {OBEYS!r}]\n"
         "tied = Children().start('tied', command, env=os.environ, log=Path(sys.argv[1], 'log'))\n"
         "loose = subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)\n"
-        "while not tied.says('ready'): pass\n"
+        "while not tied.has_logged('ready'): pass\n"
         "print(tied.process.pid, loose.pid, flush=True)\n"
         "tied.process.wait()\n"
     )

@@ -27,9 +27,10 @@ examples:
 
 --controllers takes pmwvc (the scenario's own settings), direct, virtual_coupling, tdpa, pspm, and
 waves (plain), or features on plain waves, joined by +: printed, corrected, ledger (compensation of
-an unknown environment decoded late), secant (ledger behind a learned slope), velocity_filter,
+a black-box environment decoded late), secant (ledger behind a learned slope), velocity_filter,
 velocity_filter_printed, filter_bank, complementary_bank, position, position_printed,
-position_integral. What a scenario does not allow is left out with a note.
+position_integral. Controllers that a scenario does not allow are left out
+with a note.
 
 Every combination of the values runs with the same hands and the same fate of every packet (one
 seed), in virtual time or, with --live, as nodes one session after the other. virtual_coupling,
@@ -40,17 +41,17 @@ tdpa and pspm are tuned by their rules for each combination, unless baseline.NAM
 def run(arguments: argparse.Namespace) -> Result:
     """Run every combination, record each, and report all of them together."""
     from pmwvc_bringup.comparison.combinations import combinations
-    from pmwvc_bringup.comparison.variants import fitting, words_of
+    from pmwvc_bringup.comparison.variants import fitting, variants_of
     from pmwvc_bringup.session.surroundings import new_folder
 
-    words, left_out = fitting(
-        arguments.scenario, words_of(arguments.controllers), arguments.settings
+    variants, left_out = fitting(
+        arguments.scenario, variants_of(arguments.controllers), arguments.settings
     )
-    notes = [f"Left out: {word}: {why}." for word, why in left_out.items()]
+    notes = [f"Left out: {variant}: {reason}." for variant, reason in left_out.items()]
     chosen = combinations(
         arguments.scenario,
         arguments.over,
-        controllers=words,
+        controllers=variants,
         settings_texts=arguments.settings,
         users=arguments.users,
         duration_s=arguments.duration,

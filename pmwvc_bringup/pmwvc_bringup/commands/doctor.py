@@ -22,16 +22,16 @@ examples:
   pmwvc doctor sessions/20260101T120000Z-carry_16ms    a recorded session
   pmwvc doctor sessions/20260101T120000Z-carry_16ms --mend mended    a file that was cut
 
-exit code: 1 when the machine has a problem; a recording gives 0 when it is complete, 2 when it is
-but for losses it declares, 3 when it is damaged
+exit code: 1 when the machine has a problem; a recording gives 0 when it is complete, 2 when it has
+only losses that it declares, 3 when it is damaged
 """
 
 
 def run(arguments: argparse.Namespace) -> Result:
     """Examine the machine (1 when there is a problem) or a recording.
 
-    A recording gives 0 when it is complete, 2 when it is but for losses it declares, 3 when it is
-    damaged.
+    A recording gives 0 when it is complete, 2 when it has only losses that it declares, 3 when it
+    is damaged.
     """
     findings: Sequence[Finding | RecordingFinding]
     if arguments.mend and not arguments.folder:
@@ -90,7 +90,7 @@ COMMAND = Command(
         argument(
             "--mend",
             metavar="NEW",
-            help="write what is whole of a damaged recording into a new session folder",
+            help="write the intact part of a damaged recording into a new session folder",
         ),
         json_document("print the findings as JSON on stdout"),
     ),

@@ -18,11 +18,11 @@ examples:
       --set master.velocity_filter.order=1 --set master.velocity_filter.alpha=0.929
 
 Without alpha and cutoff_hz the filter is designed for the anti-aliasing filter: order 1 by minimax
-(App. D), order 2 and more by the lowest cut-off for any environment. Refused where there is none.
+(App. D), order 2 and more by the lowest cut-off for any environment. Refused where none exists.
 
 Keys of --json: scenario, user, kind, order, share, alpha, cutoff_hz, designed, in_phase_margin,
 in_phase_worst_hz, any_environment_margin, any_environment_worst_hz (Hz), switching_gain (at most 1
-is passive whatever happens), port_margin (of b; null but for the equivalent form), noise_gain
+is passive under any switching), port_margin (of b; null but for the equivalent form), noise_gain
 (rms), flags (conditions not met: in_phase, any_environment, switching, port). --out writes
 filter.png, .svg and .json.
 """

@@ -33,15 +33,14 @@ examples:
   pmwvc map carry_16ms --x server.contact_stiffness --y link.delay_s --sessions sessions/*carry*
   pmwvc map wall --x server.contact_damping=0:40:100 --y server.contact_stiffness=0:5000:100
 
-NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. An interrupted map goes on where
-it stopped when the same command is given again. Written are map.png, .svg, .npz, .csv, .mat and
-.json.
+NAME=FIRST:LAST:COUNT; a name alone takes a suitable range. The same command continues an
+interrupted map. The map is written as map.png, .svg, .npz, .csv, .mat and .json.
 """
-COUNT = 60
-FRAMES = 6  # of delay, where no range is given
-MOST = 1_000_000  # points
-MOST_DIFFERENCES = 4  # named in a refusal
-# Parameters that the model of the loop does not have; "side": which way a user pushes.
+COUNT = 60  # points of an axis without a range
+FRAMES = 6  # largest delay of an axis without a range
+MOST_POINTS = 1_000_000
+MOST_DIFFERENCES = 4  # in a refusal
+# Parameters that the model of the loop does not have; "side": direction of a user's push.
 NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
 
 
@@ -55,8 +54,8 @@ def run(arguments: argparse.Namespace) -> Result:
     if arguments.workers is not None and arguments.workers < 1:
         raise PmwvcError(f"--workers {arguments.workers}: must be >= 1")
     x, y = (axis_of(scenario, getattr(arguments, name), name) for name in ("x", "y"))
-    if x.name == y.name or len(x.values) * len(y.values) > MOST:
-        raise PmwvcError(f"--x and --y: two different parameters and at most {MOST} points")
+    if x.name == y.name or len(x.values) * len(y.values) > MOST_POINTS:
+        raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
     grid = Grid(scenario, x, y, live=arguments.live)
     measured = [measured_in(Path(folder), grid) for folder in arguments.sessions]
     default = f"maps/{scenario.name}-{y.name}-{x.name}-{key_of(grid)[:6]}"

@@ -20,16 +20,16 @@ EXAMPLES = """\
 examples:
   pmwvc transparency carry_16ms
   pmwvc transparency wall --set master.impedance=80 --json
-  pmwvc transparency wall --set operator.kind=chirp --out /tmp/felt
-  pmwvc transparency sessions/20260101T120000Z-wall --out /tmp/felt
+  pmwvc transparency wall --set operator.kind=chirp --out /tmp/rendered
+  pmwvc transparency sessions/20260101T120000Z-wall --out /tmp/rendered
 
-A session folder adds the estimate from its recording (operator.kind chirp, sinusoid or a played
+A session folder adds the estimate from its recording (operator.kind chirp, sinusoid or a replayed
 force). --out writes transparency.png, .svg, .csv, .npz, .mat and .json.
 
 Keys of --json: scenario, user, admittance_dc (m/N at rest), k_felt (its inverse), b_felt (N s/m,
 pressing, device included), mass_felt (kg, nothing touched, device included), first_peak_hz, ideal
 (the same five for direct coupling at every tick, no delay), measured (null, or points, trusted,
-stretches, from_hz, to_hz, coherence_median, error_median), notes. null: there is no such limit.
+stretches, from_hz, to_hz, coherence_median, error_median), notes. null: no such limit exists.
 """
 
 

@@ -17,10 +17,10 @@ examples:
   pmwvc tune carry_24ms --live --json
   pmwvc tune carry_24ms --out tuned.yaml && pmwvc simulate tuned.yaml
 
-Criteria: margin (proved at any delay, spectral radius, largest stiffness, aliasing gain), felt
-stiffness and mass beside the ideal, noise that an encoder's steps (device.encoder_step_m, or
-10 um) make of the force. What is not linear is left out of the exact model, which is said. Keys of
---json: scenario, not_linear, bounds, best, others, costs; see docs/tuning.md.
+Criteria: margin (proved at any delay, spectral radius, largest stiffness, aliasing gain), rendered
+stiffness and mass beside the ideal, force noise by encoder steps (device.encoder_step_m, or
+10 um). Nonlinear elements are left out of the exact model and named. Keys of --json: scenario,
+not_linear, bounds, best, others, costs; see docs/tuning.md.
 """
 
 

@@ -5,7 +5,6 @@
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import yaml
 
@@ -17,15 +16,15 @@ from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.scenario import Scenario
 
 CONTROLLER = "controller"
-MOST = 100  # sessions whose traces are held at a time
+MOST = 100  # sessions, whose traces are held in memory
 
 
 @dataclass(frozen=True)
 class Combination:
-    """One choice of values: what it is called, what was set, and the scenario."""
+    """One choice of values: its label, the settings, and the scenario."""
 
     label: str
-    settings: dict[str, Any]
+    settings: dict[str, object]
     scenario: Scenario
 
 
@@ -51,7 +50,7 @@ def combinations(
     controllers
         Words of :mod:`pmwvc_bringup.comparison.variants`, an axis of their own.
     settings_texts, users, duration_s
-        What is set for all, as with ``pmwvc simulate``.
+        Settings of all, as with ``pmwvc simulate``.
 
     Raises
     ------
@@ -102,7 +101,7 @@ def _given(texts: Sequence[str], controller: str) -> bool:
 
 
 def _axes(over: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
-    """Return the texts of the values by parameter, and what is wrong."""
+    """Return the texts of the values by parameter, and the problems."""
     axes: dict[str, list[str]] = {}
     problems = []
     for text in over:
@@ -121,7 +120,7 @@ def _axes(over: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
 
 
 def _short(paths: list[str]) -> list[str]:
-    """Return the last part of each name where that is enough to tell them apart."""
+    """Return the last part of each name where it is unique, else the whole name."""
     last = [path.rpartition(".")[2] for path in paths]
     return [
         leaf if last.count(leaf) == 1 else path for leaf, path in zip(last, paths, strict=True)

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Controllers to compare by a word each: ``--controllers waves,ledger,filter_bank+position,tdpa``.
+"""Variants of a scenario by name: ``--controllers waves,ledger,filter_bank+position,tdpa``.
 
-``pmwvc`` is the scenario's own settings with waves; ``waves`` is plain waves with nothing around
-them; a feature stands for plain waves with it, and several may be joined by ``+``; the other
-controllers stand for themselves. Where a scenario says nothing of a feature but its kind, it gets
-a gain of position feedback, and the order of velocity filter that leaves the least noise with its
+``pmwvc`` is the scenario's own settings with waves; ``waves`` is plain waves without port filters;
+a feature stands for plain waves with it, and several may be joined by ``+``; the other
+controllers stand for themselves. Where a scenario leaves them open, the gain of position feedback
+is a default, and the order of the velocity filter is the one with the least noise for its
 anti-aliasing filter. ``velocity_filter_printed`` is of order 1, as App. D has it.
 """
 
@@ -57,12 +57,12 @@ ORDERS = range(2, 9)  # of a velocity filter
 
 
 def names() -> list[str]:
-    """Return every word that may stand in the list."""
+    """Return the name of every controller and feature."""
     return [*controllers.names(), *FEATURES]
 
 
 def defaults_of(scenario: Scenario) -> dict[str, str]:
-    """Return what features need beside their kind and the scenario does not say."""
+    """Return the settings that features need beside their kind and the scenario leaves open."""
     found = {}
     if not any(float(user.master.position.gain) > 0.0 for user in scenario.users):
         found["master.position.gain"] = DEFAULT_GAIN
@@ -74,9 +74,7 @@ def defaults_of(scenario: Scenario) -> dict[str, str]:
 
 
 def _noise_left(master: MasterParams, order: int) -> float:
-    """Return how much noise a velocity filter of an order leaves, as designed; inf: there is
-    none.
-    """
+    """Return the noise gain of the designed velocity filter of an order; inf where none exists."""
     own = VelocityFilterParams(kind="exact", order=order)
     try:
         (designed,) = chosen(dataclasses.replace(master, velocity_filter=own))
@@ -86,7 +84,7 @@ def _noise_left(master: MasterParams, order: int) -> float:
 
 
 def _build(scenario: Scenario) -> None:
-    """Make both ends of a scenario's controller once, which refuses what they cannot be."""
+    """Make both ends of a scenario's controller; refused where parameters do not allow it."""
     users = scenario.users
     for user in users:
         make_master(scenario.controller, user.master, user.baseline)
@@ -101,12 +99,12 @@ def _build(scenario: Scenario) -> None:
     )
 
 
-def settings_of(word: str, defaults: Mapping[str, str]) -> list[str]:
-    """Return the settings ``name=value`` that a word stands for.
+def settings_of(variant: str, defaults: Mapping[str, str]) -> list[str]:
+    """Return the settings ``name=value`` of a variant.
 
     Parameters
     ----------
-    word
+    variant
         A name, or features joined by ``+``.
     defaults
         Those of :func:`defaults_of`.
@@ -114,12 +112,12 @@ def settings_of(word: str, defaults: Mapping[str, str]) -> list[str]:
     Raises
     ------
     ScenarioError
-        Naming the words there are.
+        Naming the known ones.
     """
-    if word in controllers.names():
-        return [f"controller={word}"]
+    if variant in controllers.names():
+        return [f"controller={variant}"]
     found = dict(PLAIN)
-    for part in word.split("+"):
+    for part in variant.split("+"):
         if part not in FEATURES:
             known = f"must be of {', '.join(names())}; features may be joined by +"
             raise ScenarioError("--controllers", [f"{part!r}: {known}"])
@@ -130,43 +128,43 @@ def settings_of(word: str, defaults: Mapping[str, str]) -> list[str]:
 
 
 def fitting(
-    name: str, words: Sequence[str], settings_texts: Sequence[str]
+    name: str, variants: Sequence[str], settings_texts: Sequence[str]
 ) -> tuple[list[str], dict[str, str]]:
-    """Return the words that a scenario can be run with, and of the others why not.
+    """Return the variants that a scenario can be run with, and the reasons against the others.
 
-    Where it cannot be run with any, all are returned: what is wrong is not the words.
+    Where it cannot be run with any, all are returned: then the scenario itself is wrong.
 
     Raises
     ------
     ScenarioError
-        If there is no such word or scenario.
+        If there is no such variant or scenario.
     """
-    defaults = defaults_of(files.load(name, settings_texts=settings_texts)) if words else {}
+    defaults = defaults_of(files.load(name, settings_texts=settings_texts)) if variants else {}
     kept, left_out = [], {}
-    for word in words:
-        texts = [*settings_texts, *settings_of(word, defaults)]
+    for variant in variants:
+        texts = [*settings_texts, *settings_of(variant, defaults)]
         try:
             _build(files.load(name, settings_texts=texts))
         except ScenarioError as error:
-            left_out[word] = "; ".join(error.problems)
+            left_out[variant] = "; ".join(error.problems)
         except ParameterError as error:
-            left_out[word] = str(error)
+            left_out[variant] = str(error)
         else:
-            kept.append(word)
-    return (kept, left_out) if kept else (list(words), {})
+            kept.append(variant)
+    return (kept, left_out) if kept else (list(variants), {})
 
 
-def words_of(text: str | None) -> Sequence[str]:
-    """Return the words of a comma-separated list.
+def variants_of(text: str | None) -> Sequence[str]:
+    """Return the variants of a comma-separated list.
 
     Raises
     ------
     ScenarioError
-        If a word is empty or given twice.
+        If a name is empty or given twice.
     """
     if text is None:
         return ()
-    words = [word.strip() for word in text.split(",")]
-    if not all(words) or len(set(words)) < len(words):
+    variants = [name.strip() for name in text.split(",")]
+    if not all(variants) or len(set(variants)) < len(variants):
         raise ScenarioError("--controllers", [f"{text}: must be different names, a,b,..."])
-    return words
+    return variants

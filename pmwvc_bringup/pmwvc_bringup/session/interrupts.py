@@ -18,7 +18,7 @@ class Interrupts:
 
     @contextmanager
     def caught(self) -> Iterator["Interrupts"]:
-        """Count signals inside the block instead of dying of them."""
+        """Count signals inside the block instead of ending by them."""
         before = {
             number: signal.signal(number, self._take)
             for number in self.SIGNALS

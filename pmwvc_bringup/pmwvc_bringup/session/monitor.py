@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The runner's own ROS node: sees whether the session's nodes have met, starts them, and takes a
-glance at them a few times per second.
+"""The runner's ROS node: checks the connections of the session's nodes, starts them together and
+reads their status a few times per second.
 
-It subscribes with a short queue, which it empties itself, so that watching costs next to nothing.
-Any program on the domain can publish on these topics: a message whose fields do not fit together
-is passed over, and so is another publisher while the one that is followed goes on. A topic with
-more publishers than planned is named.
+It subscribes with a short queue, which it empties itself, so that it costs almost no time. Any
+program on the domain can publish on these topics: a message whose fields do not fit together is
+skipped, and so is another publisher while the one that is followed goes on. A topic with more
+publishers than planned is named.
 """
 
 import json
@@ -32,17 +32,19 @@ from pmwvc_msgs.msg import LinkState, MasterTrace, ServerTrace
 
 NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 STALE_S = 1.0
-ANSWER_S = 5.0  # patience with a service of a node
+CONNECTION_TIMEOUT_S = 30.0  # until all nodes are connected; 1.5 s is usual
+SERVICE_TIMEOUT_S = 5.0
+FIRST_TICKS_TIMEOUT_S = 3.0
 RATE_STATES = 25  # six seconds of link states
 
 
 class Monitor:
-    """Looks at a session from outside.
+    """A session seen from outside.
 
     Parameters
     ----------
     node
-        The node to look with.
+        The node that subscribes and calls services.
     users
         Names of the users.
     """
@@ -60,7 +62,7 @@ class Monitor:
         self._counts: dict[str, deque[tuple[int, int]]] = {}  # of a link: (time [ns], packets out)
 
     def missing(self, ends: Mapping[str, tuple[int, int]]) -> list[str]:
-        """Return what is not there yet, in words.
+        """Return the publishers and subscribers that are missing yet, as texts.
 
         Parameters
         ----------
@@ -78,8 +80,8 @@ class Monitor:
                 found.append(f"{topic}: {listening} of {subscribers} subscribers")
         return found
 
-    def strangers(self, ends: Mapping[str, tuple[int, int]]) -> dict[str, str]:
-        """Return the topics with more publishers than planned, and in words who they are."""
+    def other_publishers(self, ends: Mapping[str, tuple[int, int]]) -> dict[str, str]:
+        """Return the topics with more publishers than planned, with their names as a text."""
         found = {}
         for topic, (publishers, _) in ends.items():
             if self._node.count_publishers(topic) > publishers:
@@ -89,27 +91,32 @@ class Monitor:
         return found
 
     def unmatched(self, nodes: Sequence[str], ends: Mapping[str, tuple[int, int]]) -> list[str]:
-        """Return what the nodes themselves have not matched yet, in words."""
+        """Return the ends that the nodes themselves have not matched yet, as texts."""
         return [
             f"{name}: {text}"
             for name, answer in self._call(nodes, "matched").items()
             for text in unmatched(json.loads(answer), ends)
         ]
 
-    def start(self, nodes: Sequence[str]) -> None:
-        """Call ``start`` of nodes that wait for it, all at once.
+    def start(self, *groups: Sequence[str]) -> None:
+        """Call ``start`` of nodes that wait for it, one group after the other, and wait for the
+        first ticks of all masters: the time of a session counts from there.
 
         Raises
         ------
         PmwvcError
             Naming the nodes that did not answer.
         """
-        self._call(nodes, "start")
+        for nodes in groups:
+            self._call(nodes, "start")
+        until = time.monotonic() + FIRST_TICKS_TIMEOUT_S
+        while not self._all_ticking() and time.monotonic() < until:
+            time.sleep(0.01)
 
     def _call(self, nodes: Sequence[str], service: str) -> dict[str, str]:
         """Call a service of several nodes at once; return their messages."""
         clients = {name: self._node.create_client(Trigger, f"{name}/{service}") for name in nodes}
-        until = time.monotonic() + ANSWER_S
+        until = time.monotonic() + SERVICE_TIMEOUT_S
         calls = {}
         for name, client in clients.items():
             if client.wait_for_service(max(until - time.monotonic(), 0.0)):
@@ -123,14 +130,14 @@ class Monitor:
             raise PmwvcError(f"{', '.join(late)}: no answer to a call of {service}")
         return {name: str(call.result().message) for name, call in calls.items()}
 
-    def all_ticking(self) -> bool:
-        """Tell whether every master has begun: its first ticks have come."""
+    def _all_ticking(self) -> bool:
+        """Tell whether the first ticks of every master have come."""
         for user, polled in self._masters.items():
             self._take(user, polled)
         return all(user in self._seen for user in self._masters)
 
-    def glance(self) -> list[UserStatus]:
-        """Return the newest known of every user."""
+    def status(self) -> list[UserStatus]:
+        """Return the newest values of every user."""
         for user, polled in self._masters.items():
             self._take(user, polled)
         self._take("server", self._server)
@@ -152,12 +159,12 @@ class Monitor:
             status.force_n = trace.f_applied[-trace.dof] if trace.f_applied else None
             status.state = trace.state
         if server is not None and name in server.users:
-            place = list(server.users).index(name)
-            status.contact = server.contact[place]
+            index = list(server.users).index(name)
+            status.contact = server.contact[index]
             # A master that was started again counts from zero, the server does not.
             if trace is not None and self._epochs.setdefault(name, trace.epoch) == trace.epoch:
-                sent = trace.energy_u_m - server.energy_u_s[place]
-                returned = server.energy_v_s[place] - trace.energy_v_m
+                sent = trace.energy_u_m - server.energy_u_s[index]
+                returned = server.energy_v_s[index] - trace.energy_v_m
                 status.balance_j = sent + returned
         return status
 
@@ -193,6 +200,12 @@ class Monitor:
 
     def _polled(self) -> list[Polled]:
         return [*self._masters.values(), self._server, self._links]
+
+
+def not_connected(missing: Sequence[str]) -> str:
+    """Return the text for a session whose nodes were not connected in time."""
+    limit = f"{CONNECTION_TIMEOUT_S:g} s"
+    return f"the nodes have not found each other within {limit}: {'; '.join(missing)}"
 
 
 @contextmanager

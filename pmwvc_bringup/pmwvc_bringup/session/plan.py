@@ -1,15 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which nodes a session has: module, namespace and parameters of each, from the scenario.
+"""The nodes of a session, from its scenario: module, namespace and parameters of each.
 
-Needs no ROS; the session runner and the launch file start what is listed here.
+Session runner and launch file start the nodes listed here. Works without ROS.
 """
 
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import yaml
 
@@ -31,7 +30,7 @@ class NodePlan:
 
     kind: str
     namespace: str = ""
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, object] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -82,11 +81,11 @@ def nodes(scenario: Scenario, *, folder: Path, paused: bool) -> list[NodePlan]:
     ]
 
 
-def _common(scenario: Scenario) -> dict[str, Any]:
+def _common(scenario: Scenario) -> dict[str, object]:
     return {"controller": scenario.controller, "dof": scenario.dof}
 
 
-def _master(scenario: Scenario, user: User) -> dict[str, Any]:
+def _master(scenario: Scenario, user: User) -> dict[str, object]:
     return {
         **_common(scenario),
         "seed": scenario.seed,
@@ -103,7 +102,7 @@ def _master(scenario: Scenario, user: User) -> dict[str, Any]:
     }
 
 
-def _server(scenario: Scenario) -> dict[str, Any]:
+def _server(scenario: Scenario) -> dict[str, object]:
     times = server_times(user.safety for user in scenario.users)
     found = {
         **_common(scenario),
@@ -121,8 +120,8 @@ def _server(scenario: Scenario) -> dict[str, Any]:
     return found
 
 
-def _netem(scenario: Scenario) -> dict[str, Any]:
-    found: dict[str, Any] = {
+def _netem(scenario: Scenario) -> dict[str, object]:
+    found: dict[str, object] = {
         "seed": scenario.seed,
         "users": [user.name for user in scenario.users],
     }
@@ -132,18 +131,18 @@ def _netem(scenario: Scenario) -> dict[str, Any]:
     return found
 
 
-def _recorder(scenario: Scenario, folder: Path) -> dict[str, Any]:
+def _recorder(scenario: Scenario, folder: Path) -> dict[str, object]:
     return {"folder": str(folder.resolve()), "users": [user.name for user in scenario.users]}
 
 
 def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[int, int]]:
-    """Return how many publishers and subscribers every topic has once all have met."""
-    watching = 1 if recorded else 0
+    """Return the numbers of publishers and subscribers of every topic of a complete session."""
+    recorders = 1 if recorded else 0
     names = ["/server/trace", "/netem/links", "/netem/fates"]
     names += [f"/{user.name}/trace" for user in scenario.users]
-    ends = dict.fromkeys(names, (1, watching))
+    ends = dict.fromkeys(names, (1, recorders))
     for user in scenario.users:
         for direction in ("up", "down"):  # netem or the far end, and the recorder
-            ends[f"/{user.name}/wave_{direction}"] = (1, 1 + watching)
-            ends[f"/server/{user.name}/wave_{direction}"] = (1, 1 + watching)
+            ends[f"/{user.name}/wave_{direction}"] = (1, 1 + recorders)
+            ends[f"/server/{user.name}/wave_{direction}"] = (1, 1 + recorders)
     return ends

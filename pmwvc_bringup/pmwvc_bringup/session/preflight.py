@@ -1,8 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a scenario names beside numbers, looked at before anything starts: recordings, delay
-traces, plug-ins of devices and environments; and filters that no design gives. Works without
-ROS.
+"""Checks of a scenario before anything starts: the recordings, delay traces and plug-ins it names,
+and filters without a design. Works without ROS.
 """
 
 import importlib.util

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-# Time a child has to obey each signal [s]: a recorder finishes its file on SIGINT.
+# Signal and time to end after it [s]: a recorder finishes its file on SIGINT.
 STOP_SIGNALS = ((signal.SIGINT, 10.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0))
 _PR_SET_PDEATHSIG = 1
 _libc = ctypes.CDLL(None, use_errno=True)
@@ -36,7 +36,7 @@ class Child:
         """Tell whether the process is still there."""
         return self.process.poll() is None
 
-    def says(self, word: str) -> bool:
+    def has_logged(self, word: str) -> bool:
         """Tell whether a line of its log is this word, or begins or ends with it."""
         lines = self.log_tail(lines=1000).splitlines()
         return any(line.split()[:1] == [word] or line.split()[-1:] == [word] for line in lines)
@@ -52,7 +52,7 @@ class Child:
 
 @dataclass(frozen=True)
 class Ending:
-    """How a process ended: ``signal`` is its name when a signal did it, else ``code`` counts."""
+    """The end of a process: by ``signal`` where that is a name, else with ``code``."""
 
     name: str
     code: int
@@ -119,18 +119,18 @@ class Children:
     def stop(
         self, names: Iterable[str], *, hurried: Callable[[], bool] = lambda: False
     ) -> list[Ending]:
-        """End processes together: SIGINT, then SIGTERM, then SIGKILL, each with its time to obey.
+        """End processes together: SIGINT, then SIGTERM, then SIGKILL, each with a time to end.
 
-        ``hurried`` cuts the patience short (a second Ctrl-C). Returns how they ended, where that
-        was not a clean exit.
+        ``hurried`` cuts these times short (a second Ctrl-C). Returns the ends that were not a
+        clean exit.
         """
         chosen = [self.children[name] for name in names if name in self.children]
         for child in chosen:
             _wake(child)
-        for number, patience_s in STOP_SIGNALS:
+        for number, timeout_s in STOP_SIGNALS:
             for child in chosen:
                 _send(child, number)
-            if _await(chosen, patience_s, hurried if number != signal.SIGKILL else lambda: False):
+            if _await(chosen, timeout_s, hurried if number != signal.SIGKILL else lambda: False):
                 break
         endings = []
         for child in chosen:
@@ -149,13 +149,13 @@ class Children:
 
 def _die_with(parent: int) -> None:
     """Run in the child between fork and exec: end with the parent, even when that is killed, and
-    heed SIGINT, also where a shell started the parent in the background and ignores it.
+    end on SIGINT, also where a shell started the parent in the background and ignores it.
 
     SIGTERM and not SIGKILL: a master lets go of its device, a recorder finishes its file.
     """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-    if os.getppid() != parent:  # it died before the line above
+    if os.getppid() != parent:  # it ended before the line above
         os._exit(1)
 
 
@@ -166,13 +166,13 @@ def _send(child: Child, number: signal.Signals) -> None:
 
 
 def _wake(child: Child) -> None:
-    """Let a process that somebody stopped (SIGSTOP) run on, so that it can obey."""
+    """Continue a process that was stopped (SIGSTOP), so that it can end."""
     _send(child, signal.SIGCONT)
 
 
-def _await(children: Sequence[Child], patience_s: float, hurried: Callable[[], bool]) -> bool:
+def _await(children: Sequence[Child], timeout_s: float, hurried: Callable[[], bool]) -> bool:
     """Wait until all have ended; tell whether they have."""
-    until = time.monotonic() + patience_s
+    until = time.monotonic() + timeout_s
     while any(child.running for child in children):
         if time.monotonic() > until or hurried():
             return False

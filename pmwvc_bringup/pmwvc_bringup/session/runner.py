@@ -2,17 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """A live session from its first process to its recording.
 
-Recorder, network emulator, server and masters are started in this order; when all have met, they
-are told to begin. A node that dies is noted and the others go on. On every way out, an error of
-the runner itself included, masters, server, emulator and recorder stop in this order: devices
-first, and what is sent last is still recorded.
+Recorder, network emulator, server and masters are started in this order; when all are connected,
+they begin together. A node that ends is noted and the others go on. However the session ends, by
+an error of the runner too, masters, server, emulator and recorder stop in this order: devices
+first, and the last packets are still recorded.
 """
 
 import json
 import os
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.live import Live
@@ -26,17 +26,18 @@ from pmwvc_bringup.session.surroundings import node_environment, own_domain
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario
 
-MEETING_S = 30.0  # patience until all nodes have met; 1.5 s is usual
-GLANCE_S = 0.25
-BEGINNING_S = 3.0
-LINE_S = 2.0  # between two lines where there is no terminal
-STRANGERS_S = 1.0  # between two looks for publishers that do not belong to the session
+if TYPE_CHECKING:
+    from pmwvc_bringup.session.monitor import Monitor
+
+STATUS_PERIOD_S = 0.25
+LINE_PERIOD_S = 2.0  # of status lines where there is no terminal
+PUBLISHERS_PERIOD_S = 1.0  # of checks for publishers that do not belong to the session
 READY = "ready"
-STOPPED = "recorder: recording stopped"  # begin of what the recorder says when its disk is full
+STOPPED = "recorder: recording stopped"  # begin of the recorder's line when its disk is full
 
 
 class StartError(PmwvcError):
-    """A node of the session never came up; the message holds its last words."""
+    """A node of the session did not start; the message holds the last lines of its log."""
 
 
 class LiveSession:
@@ -49,7 +50,7 @@ class LiveSession:
     folder
         The session folder; it exists and is empty.
     console
-        Where words for people go.
+        For the texts for people.
     """
 
     def __init__(self, scenario: Scenario, folder: Path, *, console: Console) -> None:
@@ -57,7 +58,7 @@ class LiveSession:
         self.folder = folder
         self.console = console
         self.children = Children()
-        self.events: list[dict[str, Any]] = []
+        self.events: list[dict[str, object]] = []
         self.interrupts = Interrupts()
         self.nodes = plan.nodes(scenario, folder=folder, paused=True)
         self.ends = plan.topic_ends(scenario)
@@ -65,12 +66,12 @@ class LiveSession:
     def run(self) -> bool:
         """Run the session; tell whether it took place.
 
-        Returns False when it was interrupted before its nodes had met.
+        Returns False when it was interrupted before its nodes were connected.
 
         Raises
         ------
         StartError
-            If a node did not come up.
+            If a node did not start.
         """
         try:
             (self.folder / "scenario.yaml").write_text(to_yaml(self.scenario), "utf-8")
@@ -91,16 +92,16 @@ class LiveSession:
                 from pmwvc_bringup.session.monitor import watching
 
                 with watching([user.name for user in self.scenario.users]) as monitor:
-                    met = self._met(monitor)
-                    if met:
-                        self._attend(monitor)
+                    begun = self._begin(monitor)
+                    if begun:
+                        self._watch(monitor)
             finally:
                 try:
                     self._stop_nodes()
                 finally:
                     self.children.kill()
                     self._write_events()
-        return met
+        return begun
 
     def _write_events(self) -> None:
         try:
@@ -116,50 +117,51 @@ class LiveSession:
             log = logs / f"{node.file_name}.log"
             self.children.start(node.name, node.command(file), env=environment, log=log)
 
-    def _met(self, monitor: Any) -> bool:
+    def _begin(self, monitor: "Monitor") -> bool:
         """Wait until every topic has its ends and each end has matched the others, then start."""
+        from pmwvc_bringup.session.monitor import CONNECTION_TIMEOUT_S, not_connected
+
         ends = self.ends
         names = [node.ros_name for node in self.nodes]
         recorder = self.children.children["recorder"]
-        until = time.monotonic() + MEETING_S
+        until = time.monotonic() + CONNECTION_TIMEOUT_S
         while True:
             if self.interrupts.count:
                 return False
             if ended := self.children.endings():
-                raise StartError(f"{ended[0]} before the session began\n{self._words(ended[0])}")
+                raise StartError(f"{ended[0]} before the session began\n{self._log_end(ended[0])}")
             missing = monitor.missing(ends)
-            if not missing and not recorder.says(READY):
+            if not missing and not recorder.has_logged(READY):
                 missing = ["recorder: not ready"]
             if not missing and not (missing := monitor.unmatched(names, ends)):
                 break
             if time.monotonic() > until:
                 raise StartError(
-                    f"the nodes have not found each other within {MEETING_S:g} s: "
-                    f"{'; '.join(missing)}\n"
+                    f"{not_connected(missing)}\n"
                     f"logs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
                 )
             time.sleep(0.02)
-        for kind in ("netem", "server", "master"):  # nobody speaks before there is who listens
-            monitor.start([node.ros_name for node in self.nodes if node.kind == kind])
-        # The session's time counts from here, so that every loop has run for all of it.
-        until = time.monotonic() + BEGINNING_S
-        while not monitor.all_ticking() and time.monotonic() < until:
-            time.sleep(0.01)
+        monitor.start(  # no node sends before its receivers run
+            *(
+                [node.ros_name for node in self.nodes if node.kind == kind]
+                for kind in ("netem", "server", "master")
+            )
+        )
         return True
 
-    def _words(self, ending: Ending) -> str:
+    def _log_end(self, ending: Ending) -> str:
         """Return the last lines of a node's log, indented."""
         child = self.children.children[ending.name]
         return "\n".join(f"  {line}" for line in child.log_tail().splitlines()) + (
             f"\n  ({child.log})"
         )
 
-    def _attend(self, monitor: Any) -> None:
-        """Watch the running session until its time is over or somebody wants it to end."""
+    def _watch(self, monitor: "Monitor") -> None:
+        """Watch the running session until its time is over or it is interrupted."""
         begin = time.monotonic()
         length = self.scenario.duration_s
         ended: list[str] = []
-        glance_at, line_at, strangers_at = begin, begin + LINE_S / 2, begin
+        status_at, line_at, publishers_at = begin, begin + LINE_PERIOD_S / 2, begin
         with Live(console=self.console, auto_refresh=False, transient=True) as live:
             while (now := time.monotonic()) < begin + length and not self.interrupts.count:
                 for ending in self.children.endings():
@@ -167,25 +169,25 @@ class LiveSession:
                     ended.append(str(ending))
                 if not self.children.running():
                     return
-                if now >= strangers_at:
-                    strangers_at += STRANGERS_S
-                    ended += self._strangers(monitor)
-                if now >= glance_at:
-                    glance_at += GLANCE_S
+                if now >= publishers_at:
+                    publishers_at += PUBLISHERS_PERIOD_S
+                    ended += self._other_publishers(monitor)
+                if now >= status_at:
+                    status_at += STATUS_PERIOD_S
                     if stopped := self._recording_stopped():
                         ended.append(stopped)
-                    status = Status(now - begin, length, monitor.glance(), ended)
+                    status = Status(now - begin, length, monitor.status(), ended)
                     if self.console.is_terminal:
                         live.update(status.table(), refresh=True)
                     elif now >= line_at:
-                        line_at += LINE_S
+                        line_at += LINE_PERIOD_S
                         self.console.print(status.line(), highlight=False, soft_wrap=True)
                 time.sleep(max(min(0.05, begin + length - now), 0.0))
         if self.interrupts.count:
             self.console.print("ending the session")
 
     def _stop_nodes(self) -> None:
-        """End the nodes so that what the others send last is still recorded."""
+        """End the nodes in an order in which the last packets are still recorded."""
         first = self.interrupts.count
         for kind in ("master", "server", "netem", "recorder"):
             names = [node.name for node in self.nodes if node.kind == kind]
@@ -194,21 +196,21 @@ class LiveSession:
                 self._note(ending)
 
     def _recording_stopped(self) -> str | None:
-        """Note, once, that the recorder records no more, and return it in words."""
+        """Note, once, that the recorder has stopped recording, and return it as a text."""
         lines = self.children.children["recorder"].log_tail().splitlines()
-        said = next((line for line in lines if line.startswith(STOPPED)), "")
-        what = said.removeprefix("recorder: ")
-        if not said or any(event["what"] == what for event in self.events):
+        stopped = next((line for line in lines if line.startswith(STOPPED)), "")
+        what = stopped.removeprefix("recorder: ")
+        if not stopped or any(event["what"] == what for event in self.events):
             return None
         event = {"time_ns": time.time_ns(), "who": "recorder", "kind": "recording", "what": what}
         self.events.append(event)
-        self.console.print(said, markup=False)
+        self.console.print(stopped, markup=False)
         return "recording stopped"
 
-    def _strangers(self, monitor: Any) -> list[str]:
-        """Note every publisher that does not belong to the session, once; return them in words."""
+    def _other_publishers(self, monitor: "Monitor") -> list[str]:
+        """Note every publisher that does not belong to the session, once; return them as texts."""
         found = []
-        for topic, what in monitor.strangers(self.ends).items():
+        for topic, what in monitor.other_publishers(self.ends).items():
             if any(event["what"] == what for event in self.events):
                 continue
             event = {"time_ns": time.time_ns(), "who": topic, "kind": "stranger", "what": what}
@@ -218,7 +220,7 @@ class LiveSession:
         return found
 
     def _note(self, ending: Ending) -> None:
-        """Keep how a node ended, for the report."""
+        """Keep the end of a node as an event, for the report."""
         self.events.append(
             {
                 "time_ns": time.time_ns(),

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Starts the nodes of a launched session together, and ends when the session's time is over.
+"""The starter of a launched session: starts its nodes together, and ends when its time is over.
 
 ::
 
     python -m pmwvc_bringup.session.starter FOLDER/scenario.yaml --duration 20 --namespace /lab
 
-For the launch file: its nodes wait for their ``start`` service. When all of them have met, the
-emulator, the server and then the masters are started; the time counts from the first ticks of all
-masters. Ends with 0 when the time is over, with 2 when the nodes do not meet.
+For the launch file: its nodes wait for their ``start`` service. When all of them are connected,
+the emulator, the server and then the masters are started; the time counts from the first ticks of
+all masters. Exit code 0: the time is over; 2: the nodes were not connected in time.
 """
 
 import argparse
@@ -18,9 +18,6 @@ import time
 from collections.abc import Sequence
 from types import FrameType
 from typing import NoReturn
-
-MEETING_S = 30.0
-BEGINNING_S = 3.0
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -36,7 +33,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
     from pmwvc_bringup import scenarios
     from pmwvc_bringup.session import plan
-    from pmwvc_bringup.session.monitor import watching
+    from pmwvc_bringup.session.monitor import CONNECTION_TIMEOUT_S, not_connected, watching
     from pmwvc_core.errors import PmwvcError
 
     scenario = scenarios.load(given.scenario)
@@ -46,25 +43,17 @@ def main(args: Sequence[str] | None = None) -> int:
     ends = {f"{prefix}{topic}": counts for topic, counts in ends.items()}
     masters = [f"{prefix}/{user.name}/master" for user in scenario.users]
     with watching([user.name for user in scenario.users], namespace=namespace) as monitor:
-        until = time.monotonic() + MEETING_S
+        until = time.monotonic() + CONNECTION_TIMEOUT_S
         while missing := monitor.missing(ends):
             if time.monotonic() > until:
-                print(
-                    f"starter: the nodes have not found each other within {MEETING_S:g} s: "
-                    f"{'; '.join(missing)}",
-                    flush=True,
-                )
+                print(f"starter: {not_connected(missing)}", flush=True)
                 return 2
             time.sleep(0.02)
         try:
-            for names in ([f"{prefix}/netem"], [f"{prefix}/server"], masters):
-                monitor.start(names)
+            monitor.start([f"{prefix}/netem"], [f"{prefix}/server"], masters)
         except PmwvcError as error:
             print(f"starter: {error}", flush=True)
             return 2
-        until = time.monotonic() + BEGINNING_S
-        while not monitor.all_ticking() and time.monotonic() < until:
-            time.sleep(0.01)
     print("starter: the session begins", flush=True)
     time.sleep(given.duration)
     return 0

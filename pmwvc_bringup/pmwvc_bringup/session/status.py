@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a person sees while a session runs: a few numbers per user, as a table or as a line."""
+"""The status of a running session: a few numbers per user, as a table or as a line."""
 
 from dataclasses import dataclass, field
 
@@ -11,26 +11,26 @@ STATES = ("starting", "coupled", "damping", "FAULT")
 
 @dataclass
 class UserStatus:
-    """The newest known of one user; None where nothing was heard lately."""
+    """The newest values of one user; None where none came within the last second."""
 
     name: str
     tick_hz: float | None = None
     packet_hz: float | None = None
     delay_s: float | None = None
     force_n: float | None = None
-    balance_j: float | None = None  # energy the channel holds or has lost; negative: it made some
+    balance_j: float | None = None  # energy kept by the channel; negative: generated
     state: int | None = None
     contact: bool | None = None
 
 
 @dataclass
 class Status:
-    """One glance at a running session."""
+    """The status of all users at one instant."""
 
     elapsed_s: float
     duration_s: float
     users: list[UserStatus] = field(default_factory=list)
-    ended: list[str] = field(default_factory=list)  # nodes that died
+    ended: list[str] = field(default_factory=list)  # nodes that ended
 
     def line(self) -> str:
         """Return everything on one line, for logs."""

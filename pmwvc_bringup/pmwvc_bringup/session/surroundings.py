@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a live session needs around it: a folder, a ROS domain of its own, an environment."""
+"""The surroundings of a live session: its folder, ROS domain and environment variables."""
 
 import contextlib
 import os
@@ -55,7 +55,7 @@ def _free(folder: Path) -> Path:
 
 @contextlib.contextmanager
 def own_domain(environment: Mapping[str, str]) -> Iterator[int]:
-    """Yield the ROS domain of a session: the user's, or one that nobody on this machine uses.
+    """Yield the ROS domain of a session: the user's, or one that is free on this machine.
 
     Sockets reserve it against other sessions; they go away with this process, however it ends.
 
@@ -64,25 +64,25 @@ def own_domain(environment: Mapping[str, str]) -> Iterator[int]:
     PmwvcError
         If the user's choice is no domain or holds another session, or all domains are taken.
     """
-    wish = environment.get("ROS_DOMAIN_ID", "")
-    if wish and not (wish.isdigit() and int(wish) <= 232):
-        raise PmwvcError(f"ROS_DOMAIN_ID={wish}: must be a number, 0..101; or unset it")
+    given = environment.get("ROS_DOMAIN_ID", "")
+    if given and not (given.isdigit() and int(given) <= 232):
+        raise PmwvcError(f"ROS_DOMAIN_ID={given}: must be a number, 0..101; or unset it")
     first = os.getpid() % len(DOMAINS)
-    for domain in [int(wish)] if wish else [*DOMAINS[first:], *DOMAINS[:first]]:
+    for domain in [int(given)] if given else [*DOMAINS[first:], *DOMAINS[:first]]:
         with contextlib.ExitStack() as reservations:
             if not _held(f"\0pmwvc-domain-{domain}", reservations):
                 continue
             port = ("127.0.0.1", RESERVING_PORT + domain)
-            if wish or (_held(port, reservations) and _silent(domain)):
+            if given or (_held(port, reservations) and _silent(domain)):
                 yield domain
                 return
-    if wish:
-        raise PmwvcError(f"ROS_DOMAIN_ID={wish}: another session runs there; unset it, or wait")
+    if given:
+        raise PmwvcError(f"ROS_DOMAIN_ID={given}: another session runs there; unset it, or wait")
     raise PmwvcError("every ROS domain from 1 to 101 is in use on this machine")
 
 
 def _held(address: str | tuple[str, int], until: contextlib.ExitStack) -> bool:
-    """Bind a socket to an address, or tell that somebody else has."""
+    """Tell whether an address was free; it stays bound to a socket until the stack closes."""
     family = socket.AF_UNIX if isinstance(address, str) else socket.AF_INET
     reservation = until.enter_context(socket.socket(family, socket.SOCK_STREAM))
     try:
@@ -93,7 +93,7 @@ def _held(address: str | tuple[str, int], until: contextlib.ExitStack) -> bool:
 
 
 def _silent(domain: int) -> bool:
-    """Tell whether no ROS program of this machine is in a domain, from its discovery ports."""
+    """Tell whether no ROS program of this machine uses a domain, from its discovery ports."""
     base = 7400 + 250 * domain
     for port in (base, base + 10):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
@@ -109,8 +109,8 @@ def node_environment(
 ) -> dict[str, str]:
     """Return the environment of the session's nodes.
 
-    They meet on this machine only, over the loopback interface, unless the user says otherwise;
-    never over shared memory, of which a killed node leaves files behind.
+    They connect on this machine only, over the loopback interface, unless the user sets another
+    range; never over shared memory, of which a killed node leaves files behind.
     """
     given = {RANGE: LOCALHOST} | {name: value for name, value in environment.items() if value}
     chosen = own_environment(given)
@@ -125,9 +125,9 @@ def node_environment(
 
 
 def own_environment(environment: Mapping[str, str]) -> dict[str, str]:
-    """Return an environment without shared memory, as a node wants it that is started by hand.
+    """Return an environment without shared memory, also for a node that is started by hand.
 
-    What is given stays, except a range of discovery that brings shared memory with it.
+    Given values stay, except a range of discovery that brings shared memory with it.
     """
     given = {name: value for name, value in environment.items() if value}
     chosen = {"AMENT_PREFIX_PATH": sys.prefix, "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
