@@ -17,15 +17,27 @@ PACKAGES = {
     "pmwvc_analysis": {"pmwvc_core", "pmwvc_msgs"},
 }
 # Below each folder of the core: what it may import of the core beside itself.
-BASE = {"errors", "numeric", "params", "plugins", "state", "transport", "wave"}
+BASE = {
+    "account",
+    "errors",
+    "motion",
+    "numeric",
+    "params",
+    "plugins",
+    "state",
+    "transport",
+    "wave",
+}
 CORE = {
     "errors": set(),
     "numeric": set(),
+    "account": {"numeric"},
+    "motion": {"numeric"},
     "params": {"errors", "plugins"},
     "plugins": {"errors"},
     "state": {"numeric"},
     "traces": {"numeric"},
-    "wave": {"errors", "numeric", "params", "state"},
+    "wave": {"account", "errors", "numeric", "params", "state"},
     "transport": {"errors", "numeric", "params", "state", "wave"},
     "plant": BASE,
     "network": BASE,

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from support import handmade
 
-from pmwvc_analysis.budget import budget_summary
+from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.budget_result import SERVER, TOLERANCE_NOTED
+from pmwvc_analysis.budget.result import SERVER, TOLERANCE_NOTED
 from pmwvc_analysis.verdicts import passivity_words
 from pmwvc_analysis.verdicts.passivity_findings import Passivity
 from pmwvc_bringup import scenarios as files
@@ -239,9 +239,9 @@ def test_without_scenario_or_server_there_is_no_budget():
 
 def test_the_summary_is_plain_numbers_and_the_table_adds_up(pressed):
     found = budget(*pressed)
-    said = budget_summary.summary(found)
+    said = tables.summary(found)
     assert json.loads(json.dumps(said, allow_nan=False)) == said
-    table = budget_summary.rows(found)
+    table = tables.rows(found)
     given = sum(value for value in table[0][1] if value is not None)
     spent = sum(value for _, row in table[1:] for value in row if value is not None)
     assert given == pytest.approx(spent, abs=1e-12)

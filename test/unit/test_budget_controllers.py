@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.budget_result import SERVER
 from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.simulation.session import simulate_one

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy import integrate, signal
 
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.motion import SERIES_BELOW, motion
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant import SimulatedDevice
-from pmwvc_core.plant.motion import SERIES_BELOW, motion
 
 TICK_S = 0.001
 masses = st.floats(0.01, 10.0)

@@ -9,8 +9,8 @@ import pytest
 from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.budget_words import GROUPS, account_words, words_of
 from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.budget.words import GROUPS, account_words, words_of
 from pmwvc_analysis.charts import chart_png, style
 from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
 from pmwvc_analysis.figures.figures import FIGURES, charts, write_all

@@ -4,34 +4,32 @@
 
     hands = devices + safety + channels + server + residual
 
-at every step of the server. A part whose sum ever is below zero has given out energy that it never
-got: it was *active*. Parts and what they rest on: :mod:`.budget_device`,
-:mod:`.budget_channel`, :mod:`.budget_server`.
+at every step of the server. Each part is the account of a block (:mod:`pmwvc_core.account`),
+stated beside the block's law and summed over the session in :mod:`.blocks`. A part whose sum ever
+is below zero has given out energy that it never got: it was *active*.
 
 The residual is what the parts, each computed for itself, do not explain. In a session of which
 nothing is missing it is rounding, ``TOLERANCE`` of the energy moved; ticks that were not recorded
 (live), and Coulomb friction where the motion turns, show: ``TOLERANCE_NOTED``. Parts that are not
 computed for themselves are named with what they hide: :mod:`.remainders`. Intervals that are not
 on record are left out, and the budget ends where a master or the server was started again:
-:mod:`.stretches`.
+:mod:`..traces.stretches`.
 
 Equations: docs/theory.md 13.6.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pmwvc_analysis.budget.budget_around import at_frames, between, evenly
-from pmwvc_analysis.budget.budget_channel import channel_account, master_account
-from pmwvc_analysis.budget.budget_clock import Clock, Sums, sum_of
-from pmwvc_analysis.budget.budget_device import device_account
-from pmwvc_analysis.budget.budget_result import SERVER, Budget
-from pmwvc_analysis.budget.budget_server import server_account
-from pmwvc_analysis.budget.budget_words import booked
+from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.budget.remainders import Remainder, of_server
+from pmwvc_analysis.budget.result import SERVER, Budget, sum_of
+from pmwvc_analysis.budget.words import accounted
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stretches import stretches
-from pmwvc_analysis.traces.sums import running
+from pmwvc_analysis.traces.sums import UserSums
+from pmwvc_core.account import Account
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
@@ -53,81 +51,58 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         return None
     if not all(np.isfinite(u.x_m).all() and np.isfinite(u.xd_m).all() for u in users):
         return None
-    clock = _clock(traces, users)
-    inside = server_account(clock, server, scenario)
-    shared = inside.pop("into_server")
-    waves = has_waves(scenario.controller)
-    hands, parts, residuals, frames = {}, {}, {}, {}
+    waves, live = has_waves(scenario.controller), traces.source == "live"
+    time_s, rows = _instants(traces, users)
+    into = blocks.into(server, server.users)
+    inside, unexplained = blocks.server_parts(server, scenario, into)
+    recorded = blocks.into(server, [user.name for user in users])  # the others sent no trace
+    hands, parts, frames = {}, {}, {}
+    residuals = {SERVER: (unexplained - (into - recorded))[rows]}
     left_over: list[Remainder] = []
     for user in users:
-        own = known[user.name]
-        device, unknown = device_account(clock, user, own.device)
-        hands[user.name] = device.pop("hand")
-        residuals[user.name] = device.pop("residual")
-        port = _port(clock, user, own, traces, waves=waves)
-        residuals[user.name] = residuals[user.name] + port.pop("residual")
-        device["sample_hold"] = device.pop("rendered") - port.pop("taken")
-        parts[user.name] = {**device, **port}
-        if waves and booked(user.accounts):
-            frames[user.name] = at_frames(user, own)
-            unknown.add("bank" if "bank_low_in" in user.accounts else "filter_and_hold")
+        own, sums = known[user.name], UserSums(user, time_s)
+        device, unknown = blocks.device(sums, own.device)
+        port, beside = blocks.master(sums, own, waves=waves)
+        at_server = [blocks.energy_at(server, user.name, wave)[rows] for wave in ("u_s", "v_s")]
+        if waves:
+            found = blocks.channel(sums, own, at_server, live=live)
+            if accounted(user.accounts):
+                frames[user.name] = blocks.at_frames(user, own)
+                unknown.add("bank" if "bank_low_in" in user.accounts else "filter_and_hold")
+        else:
+            found = {n: sums.between_blocks(s) for n, s in accounted(user.accounts).items()}
+            link = np.asarray(Account(port.given, at_server[0] - at_server[1]).kept)
+            found["link"] = link - sum_of([0.0 * link, *found.values()])
         if "tdpa_dissipated" in user.accounts:
             unknown.add("link")
+        hands[user.name] = np.asarray(device.taken)
+        parts[user.name] = {
+            "device_kinetic": np.asarray(device.stored),
+            "device_damping": np.asarray(device.dissipated),
+            "sample_hold": np.asarray(device.given - port.taken),
+            **beside,
+            "safety": np.asarray(port.dissipated),
+            **found,
+        }
+        residuals[user.name] = np.asarray(device.residual + port.residual)
         left_over += [Remainder(user.name, part) for part in sorted(unknown)]
-        shared = shared - _into(clock, server, user.name)
-    residuals[SERVER] = inside.pop("residual") - shared  # of users whose own trace is not there
     return Budget(
-        clock.time_s,
+        time_s,
         hands,
-        {**parts, SERVER: inside},
-        residuals,
+        {**parts, SERVER: {part: sums[rows] for part, sums in inside.items()}},
+        {name: residuals[name] for name in (*hands, SERVER)},
         frames,
-        _paid(users, scenario),
-        _notes(traces, users, scenario, left_over),
+        _tanks(users, scenario),
+        _notes(users, known, server, left_over),
         {user.name: declared_storage_j(scenario.controller, known[user.name]) for user in users},
         [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],
         tuple(hole.unjudged for hole in holes.of_server(server)),
     )
 
 
-def _port(
-    clock: Clock, user: UserTraces, known: User, traces: SessionTraces, *, waves: bool
-) -> Sums:
-    """Return the parts between a device and the server's port, and ``residual``."""
-    assert traces.server is not None
-    port = master_account(clock, user, known, waves=waves)
-    into_channel = port.pop("into_channel")
-    if not waves:
-        own = evenly(clock, user, booked(user.accounts))
-        link = into_channel - _into(clock, traces.server, user.name)
-        return {**port, **own, "link": link - sum_of([*own.values(), 0.0 * link])}
-    found = channel_account(clock, user, known, traces.server, live=traces.source == "live")
-    if booked(user.accounts):
-        own = between(clock, user, known)
-        rest = found.pop("filter") + found.pop("hold") - sum_of(list(own.values()))
-        found = {**own, "filter_and_hold": rest, **found}
-    return {**port, **found}
-
-
-def _paid(users: list[UserTraces], scenario: Scenario) -> frozenset[str]:
-    """Return the owners whose controllers spend only what they have got."""
-    found = {user.name for user in users if "position_surplus" in user.accounts}
-    server = scenario.server
-    if scenario.coupling.black_box and COMPENSATIONS.of(server.compensation).limits:
-        found.add(SERVER)
-    return frozenset(found)
-
-
-def _into(clock: Clock, server: ServerTraces, name: str) -> Array:
-    """Return what went into the server at one user's port [J]."""
-    place = server.users.index(name)
-    sums = running(server.energy_u_s[place]) - running(server.energy_v_s[place])
-    return np.asarray(sums[clock.steps], dtype=float)
-
-
-def _clock(traces: SessionTraces, users: list[UserTraces]) -> Clock:
-    """Return the times of the server's steps of which every user's record tells, up to the last
-    one that every user's ticks reach.
+def _instants(traces: SessionTraces, users: list[UserTraces]) -> tuple[Array, NDArray[np.intp]]:
+    """Return times and rows of the server's steps of which every user's record tells, up to the
+    last one that every user's ticks reach.
     """
     assert traces.server is not None
     times = traces.server.time_s
@@ -140,17 +115,25 @@ def _clock(traces: SessionTraces, users: list[UserTraces]) -> Clock:
         stays = stretches(user, traces.server, traces)
         known &= stays.known(times) & (times <= stays.lives[0].end_s)
     rows = np.flatnonzero(known) if known.any() else np.zeros(1, dtype=np.intp)
-    return Clock(times[rows], rows)
+    return times[rows], rows
+
+
+def _tanks(users: list[UserTraces], scenario: Scenario) -> frozenset[str]:
+    """Return the owners whose controllers release only what their energy tank holds."""
+    found = {user.name for user in users if "position_surplus" in user.accounts}
+    server = scenario.server
+    if scenario.coupling.black_box and COMPENSATIONS.of(server.compensation).limits:
+        found.add(SERVER)
+    return frozenset(found)
 
 
 def _notes(
-    traces: SessionTraces,
     users: list[UserTraces],
-    scenario: Scenario,
+    known: dict[str, User],
+    server: ServerTraces,
     left_over: list[Remainder],
 ) -> list[str]:
     """Return in words what keeps a budget from closing to rounding."""
-    known = {user.name: user for user in scenario.users}
     found = []
     for user in users:
         device = known[user.name].device
@@ -178,10 +161,9 @@ def _notes(
             found.append(
                 f"{user.name}: the heat of friction is exact except where motion reverses"
             )
-    assert traces.server is not None
-    steps = np.diff(traces.server.step)
+    steps = np.diff(server.step)
     if (steps < 0).any():
-        again_s = float(traces.server.time_s[int(np.argmax(steps < 0)) + 1])
+        again_s = float(server.time_s[int(np.argmax(steps < 0)) + 1])
         found.append(f"server: it was started again at {again_s:.2f} s; the budget ends there")
     if (steps > 1).any():
         found.append(f"server: {int(np.sum(steps[steps > 1] - 1))} steps were not recorded")

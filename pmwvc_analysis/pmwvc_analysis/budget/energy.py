@@ -37,7 +37,8 @@ import numpy as np
 from pmwvc_analysis.budget.criterion import tolerance
 from pmwvc_analysis.budget.hand_work import hand_work
 from pmwvc_analysis.traces.stretches import Stretches, stretches
-from pmwvc_analysis.traces.sums import anchored, half_square, running
+from pmwvc_analysis.traces.sums import anchored, ran_s, running, up_to
+from pmwvc_core.account import wave_energy
 from pmwvc_core.controllers import record_of
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -166,8 +167,8 @@ def _of_user(
     joint = balance(at.sums, u_s - v_s)
     up = down = None
     if (user.u_m.any() or user.v_m.any()) and not user.accounts:
-        u_m = anchored(user, half_square(user.u_m) * user.tick_s, user.energy.get("u_m"))
-        v_m = anchored(user, half_square(user.v_m) * user.tick_s, user.energy.get("v_m"))
+        u_m = anchored(user, wave_energy(user.u_m, user.tick_s), user.energy.get("u_m"))
+        v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
         up = balance(_at(times, user, u_m), u_s)
         down = balance(v_s, _at(times, user, v_m))
     storage = declared_storage_j(scenario.controller, known) if scenario and known else 0.0
@@ -181,6 +182,4 @@ def declared_storage_j(controller: str, user: User) -> float:
 
 def _at(times: Array, user: UserTraces, sums: Array) -> Array:
     """Return a sum per tick at other times: of all ticks that ran before (times are rounded)."""
-    ran = np.maximum.accumulate(user.time_s + user.lateness_s)
-    count = np.searchsorted(ran, times - 0.001 * user.tick_s)
-    return np.concatenate([[0.0], sums])[count]
+    return up_to(sums, np.searchsorted(ran_s(user), times - 0.001 * user.tick_s))

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.stretches import gaps
+from pmwvc_analysis.traces.sums import ran_s, up_to
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.traces import UserTraces
@@ -56,8 +57,7 @@ class Work:
     def at(self, user: UserTraces, times: Array) -> At:
         """Return the work of all ticks that ran before some instants."""
         count = np.searchsorted(self.ran_s, times - 0.001 * user.tick_s)
-        sums = np.concatenate([[0.0], self.sums])[count]
-        return At(sums, np.concatenate([[0.0], self.resolution])[count])
+        return At(up_to(self.sums, count), up_to(self.resolution, count))
 
 
 def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
@@ -66,7 +66,7 @@ def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
     Tick by tick where the recorded positions are what the master counted, else at the ends of
     blocks. ``device`` tells the step of the encoder; None: taken as exact.
     """
-    ran = np.maximum.accumulate(user.time_s + user.lateness_s)
+    ran = ran_s(user)
     per_tick = np.sum(user.f_applied * np.diff(user.x_m, axis=0, append=user.x_m[-1:]), axis=-1)
     counted = np.concatenate([[0.0], np.cumsum(per_tick)])
     said = user.energy.get("device")

@@ -5,9 +5,9 @@
 import numpy as np
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.budget_result import SERVER, Budget
-from pmwvc_analysis.budget.budget_summary import worth_drawing
-from pmwvc_analysis.budget.budget_words import GROUPS, account_words, words_of
+from pmwvc_analysis.budget.result import SERVER, Budget
+from pmwvc_analysis.budget.tables import worth_drawing
+from pmwvc_analysis.budget.words import GROUPS, account_words, words_of
 from pmwvc_analysis.charts.chart import DASHES, Chart, Layer, Line, Panel
 from pmwvc_analysis.charts.colours import user_tint
 from pmwvc_analysis.figures import recorded

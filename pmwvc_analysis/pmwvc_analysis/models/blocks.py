@@ -15,9 +15,9 @@ from typing import Protocol
 
 import numpy as np
 
+from pmwvc_core.motion import motion
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import DeviceParams
-from pmwvc_core.plant.motion import motion
 
 
 def column(value: Value) -> Array:

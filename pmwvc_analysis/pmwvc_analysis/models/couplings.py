@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pmwvc_analysis.models.blocks import column
+from pmwvc_core.motion import motion
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import ServerParams
-from pmwvc_core.plant.motion import motion
 from pmwvc_core.server.couplings import sampled
 
 

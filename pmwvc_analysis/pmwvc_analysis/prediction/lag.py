@@ -33,9 +33,9 @@ import numpy as np
 from pmwvc_analysis.models.channel import Times, delay_ticks
 from pmwvc_analysis.models.loop import answer_phase, hyperframe_ticks, serve_phase
 from pmwvc_analysis.prediction.environment import decodes_late
+from pmwvc_core.motion import motion
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
-from pmwvc_core.plant.motion import motion
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design import aliasing
 from pmwvc_core.wave.design.velocity_filter_response import slow_lags

@@ -7,7 +7,7 @@ each took in by the end (negative: generated).
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from pmwvc_analysis.budget.budget_result import SERVER, Budget
+from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.charts.text import article
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_stiffness
 from pmwvc_core.controllers import has_waves, proofs_hold

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.budget.budget_result import Budget
-from pmwvc_analysis.budget.budget_words import GROUPS
+from pmwvc_analysis.budget.result import Budget
+from pmwvc_analysis.budget.words import GROUPS
 from pmwvc_analysis.charts.text import listed, quantity
 from pmwvc_analysis.figures import recorded
 from pmwvc_core.plural import count

@@ -1,17 +1,15 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Running sums of energy over the rows of a trace."""
+"""Running sums of energy over the rows of a trace, and their values at other instants."""
+
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Value
 from pmwvc_core.traces import UserTraces
-
-
-def half_square(wave: Array) -> Array:
-    """Return the power of a wave, |w|^2 / 2 [W], per row."""
-    power: Array = np.sum(wave * wave, axis=-1) / 2.0
-    return power
 
 
 def running(sums: Array) -> Array:
@@ -22,7 +20,7 @@ def running(sums: Array) -> Array:
     return result
 
 
-def anchored(user: UserTraces, per_tick: Array, at_block_ends: Array | None) -> Array:
+def anchored(user: UserTraces, per_tick: Value, at_block_ends: Array | None) -> Array:
     """Return the running sum after each tick [J].
 
     The sums that the master itself kept, at the ends of its blocks, hold; in between the ticks'
@@ -35,3 +33,49 @@ def anchored(user: UserTraces, per_tick: Array, at_block_ends: Array | None) -> 
     blocks = np.clip(np.searchsorted(last, np.arange(len(sums))), 0, len(last) - 1)
     ends = np.clip(last, 0, len(sums) - 1)
     return sums + (at_block_ends - sums[ends])[blocks]
+
+
+def ran_s(user: UserTraces) -> Array:
+    """Return when each tick ran [s]."""
+    return np.maximum.accumulate(user.time_s + user.lateness_s)
+
+
+def up_to(sums: Array, count: NDArray[np.intp]) -> Array:
+    """Return a running sum after so many rows; zero before the first."""
+    return np.concatenate([[0.0], sums])[count]
+
+
+@dataclass(frozen=True)
+class UserSums:
+    """The running sums of one user's trace at the instants of a budget."""
+
+    user: UserTraces
+    time_s: Array
+
+    @cached_property
+    def ticks(self) -> NDArray[np.intp]:
+        """How many recorded ticks had run; never all, so that the next one's start is known."""
+        user = self.user
+        count = np.searchsorted(ran_s(user), self.time_s - 0.001 * user.tick_s)
+        return np.minimum(count, len(user.time_s) - 1)
+
+    def of_ticks(self, per_tick: Value) -> Array:
+        """Return the sum of an energy per tick."""
+        return up_to(np.cumsum(per_tick), self.ticks)
+
+    def anchored(self, per_tick: Value, at_block_ends: Array | None) -> Array:
+        """Return the sum of an energy per tick that the master summed up as well."""
+        return up_to(anchored(self.user, per_tick, at_block_ends), self.ticks)
+
+    def of_blocks(self, sums: Array, frame_s: float, *, after_s: float = 0.0) -> Array:
+        """Return a sum the master kept, which grows ``after_s`` into each of its frames."""
+        user, ends = self.user, self.user.block_time_s
+        starts = np.maximum(ends - frame_s, np.concatenate([[-np.inf], ends[:-1]]))
+        first = np.searchsorted(user.time_s, starts + after_s - 0.5 * user.tick_s)
+        grown_s = ran_s(user)[np.minimum(first, len(user.time_s) - 1)]
+        return up_to(sums, np.searchsorted(grown_s, self.time_s + 0.001 * user.tick_s))
+
+    def between_blocks(self, sums: Array) -> Array:
+        """Return a sum known at the ends of blocks, taken to go evenly in between."""
+        ends = np.concatenate([[0.0], self.user.block_time_s])
+        return np.asarray(np.interp(self.time_s, ends, np.concatenate([[0.0], sums])))

@@ -24,7 +24,6 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget import energy
-from pmwvc_analysis.budget.budget_result import SERVER, Budget
 from pmwvc_analysis.budget.criterion import (
     Finding,
     judge,
@@ -32,6 +31,7 @@ from pmwvc_analysis.budget.criterion import (
     together,
     tolerance,
 )
+from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import Hole, Unjudged, holes
 from pmwvc_analysis.traces.sums import running
 from pmwvc_analysis.verdicts.open_balances import hidden, within

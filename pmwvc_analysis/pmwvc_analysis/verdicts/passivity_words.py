@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from pmwvc_analysis.budget.budget_result import SERVER, Budget
-from pmwvc_analysis.budget.budget_words import words_of
 from pmwvc_analysis.budget.criterion import Finding
+from pmwvc_analysis.budget.result import SERVER, Budget
+from pmwvc_analysis.budget.words import words_of
 from pmwvc_analysis.verdicts.passivity_findings import Passivity
 
 PORTS = {

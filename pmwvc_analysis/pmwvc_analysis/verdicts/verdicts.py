@@ -38,8 +38,8 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget import energy
-from pmwvc_analysis.budget.budget_result import Budget
 from pmwvc_analysis.budget.criterion import Finding
+from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import environment, events
 from pmwvc_analysis.traces import cut, holes, reductions
 from pmwvc_analysis.traces.reductions import final, number, position_error, rms

@@ -33,6 +33,7 @@ from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.wave.cascade import Cascade
 from pmwvc_core.wave.design.velocity_filter_design import high_pass, low_pass
+from pmwvc_core.wave.transform import WavePort
 
 ACCOUNT = "velocity_filter"
 AT_DEVICE = "force_velocity_filter"
@@ -150,6 +151,13 @@ class EquivalentVelocityFilter(Stateful):
     def accounts(self) -> Mapping[str, Value]:
         """Energy kept, less than none where the device gave less than left on the wave [J]."""
         return {AT_DEVICE: self._kept}
+
+
+def force_filter_kept(f_m: Value, xd: Value, v_m: Value, port: WavePort, dt: float) -> Value:
+    """Return the energy that the equivalent filter kept in a tick [J], (F_m - b xd + sqrt(2b) v_m)
+    . xd dt: below none where the device gave less than left on the wave.
+    """
+    return dot(f_m - port.force(xd, v_m), xd) * dt
 
 
 def make_velocity_filter(

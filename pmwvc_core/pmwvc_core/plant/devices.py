@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated force-feedback device: m x'' + b_hd x' = f_h - F_m, plus what a real one adds.
 
-* Mass and damper are advanced exactly over a tick with both forces held (:mod:`.motion`).
+* Mass and damper are advanced exactly over a tick with both forces held (:mod:`..motion`).
 * Coulomb friction is one vector against the direction of motion, the same whatever the axes. Its
   direction is that at the start of a tick; along one axis it is integrated exactly: where it stops
   the device within a tick, the rest of the tick starts from the point of rest, and it stays there
@@ -19,7 +19,9 @@ import math
 
 import numpy as np
 
+from pmwvc_core.account import Account
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.motion import Motion, damper_heat, motion, time_to_rest
 from pmwvc_core.numeric import (
     Value,
     absolute,
@@ -33,7 +35,6 @@ from pmwvc_core.numeric import (
     where,
 )
 from pmwvc_core.params import DeviceParams
-from pmwvc_core.plant.motion import Motion, motion, time_to_rest
 from pmwvc_core.state import Stateful
 
 
@@ -167,6 +168,48 @@ class SimulatedDevice(Stateful):
         after = motion(self._mass, self._damping, self._tick_s - time_s)
         x_after, xd_after = after.advance(x_rest, across, push)
         return where(turns, x_after, x), where(turns, xd_after, xd)
+
+
+def device_account(
+    params: DeviceParams,
+    tick_s: float,
+    before: tuple[Value, Value],
+    after: tuple[Value, Value],
+    f_h: Value | None,
+    f_m: Value,
+) -> Account:
+    """Return the energy of a device over a tick of which its true motion is known [J].
+
+    ::
+
+        taken       f_h . (x+ - x), a force held over a tick works on what it moves
+        given       f_m . (x+ - x), to the force of the controller
+        stored      m (|xd+|^2 - |xd|^2)/2
+        dissipated  b_hd times the integral of |xd|^2, and friction |x+ - x|; at a stop the rest
+
+    Parameters
+    ----------
+    before, after
+        Position [m] and velocity [m/s] at the start and at the end of the tick.
+    f_h, f_m
+        Forces of the hand and of the controller [N]. A hand whose force is not known (None) is
+        taken to have given what the device shows.
+    """
+    (x, xd), (x_after, xd_after) = before, after
+    moved = x_after - x
+    push = -f_m if f_h is None else f_h - f_m
+    stored = 0.5 * params.mass * (squared(xd_after) - squared(xd))
+    if f_h is not None and params.friction == 0.0:
+        heat = damper_heat(params.mass, params.damping, tick_s, xd, push)
+    else:  # within a tick the velocity is as good as a straight line
+        square = squared(xd) + dot(xd, xd_after) + squared(xd_after)
+        heat = params.damping * tick_s / 3.0 * square
+    heat = heat + params.friction * root(squared(moved))
+    stopped = squared(where(absolute(x_after) >= params.workspace_m, 1.0, 0.0))
+    heat = where(stopped > 0.0, dot(push, moved) - stored, heat)
+    given = dot(f_m, moved)
+    taken = given + stored + heat if f_h is None else dot(f_h, moved)
+    return Account(taken, given, stored, heat)
 
 
 def _length(vector: Value) -> Value:

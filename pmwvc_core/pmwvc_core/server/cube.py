@@ -15,8 +15,8 @@ Equations: docs/theory.md 4.2.
 
 from typing import Protocol
 
-import numpy as np
-
+from pmwvc_core.account import Account
+from pmwvc_core.motion import damper_heat, motion
 from pmwvc_core.numeric import Value, dot, squared
 from pmwvc_core.state import Stateful
 
@@ -49,18 +49,6 @@ class Body(Protocol):
         ...
 
 
-def _held(damping: Value, mass: Value, period: float) -> tuple[Value, Value, Value]:
-    """Return exp(-z), (1 - exp(-z))/z, (z - 1 + exp(-z))/z^2 for z = damping period/mass >= 0."""
-    z = np.asarray(damping * period / mass, dtype=float)
-    series = sum((-z) ** k / float(np.prod(np.arange(1, k + 3))) for k in range(10))
-    safe = np.where(z > 0.1, z, 1.0)
-    second = np.where(z > 0.1, (safe + np.expm1(-safe)) / safe**2, series)
-    decay, first = np.exp(-z), 1.0 - z * second
-    if z.ndim == 0:
-        return float(decay), float(first), float(second)
-    return decay, first, second
-
-
 class Cube(Stateful):
     """The free object. Starts at rest at the origin.
 
@@ -81,11 +69,7 @@ class Cube(Stateful):
         self.xd: Value = 0.0
         self._period = period
         self._inertance = 2.0 * mass / period  # [N s/m]
-        decay, first, second = _held(damping, mass, period)
-        self._decay = decay
-        self._glide = period * first
-        self._kick = period / mass * first
-        self._shove = period * period / mass * second
+        self._motion = motion(mass, damping, period)
 
     @property
     def kinetic(self) -> Value:
@@ -95,8 +79,7 @@ class Cube(Stateful):
     def push(self, force: Value) -> tuple[Value, Value]:
         """Go one step on exactly; the energy lost to ground is work minus gain in motion."""
         before = self.kinetic
-        moved = self._glide * self.xd + self._shove * force
-        self.xd = self._decay * self.xd + self._kick * force
+        moved, self.xd = self._motion.advance(0.0, self.xd, force)
         self.x = self.x + moved
         return moved, dot(force, moved) - (self.kinetic - before)
 
@@ -113,3 +96,37 @@ class Cube(Stateful):
         self.x = self.x + self._period * velocity
         self.xd = 2.0 * velocity - self.xd
         return self._period * self.damping * squared(velocity)
+
+
+def object_account(
+    mass: Value,
+    damping: Value,
+    period: float,
+    moved: Value,
+    velocity: Value,
+    force: Value,
+    gained: Value,
+    *,
+    midpoint: bool,
+) -> Account:
+    """Return the energy of the object over a step [J]: the forces' work, its gain in motion, and
+    the heat of its damper.
+
+    Parameters
+    ----------
+    moved
+        How far it went [m].
+    velocity
+        With which it began [m/s].
+    force
+        Sum of the forces on it [N], held over the step.
+    gained
+        By how much its energy of motion grew [J].
+    midpoint
+        Whether it went by the midpoint rule: at a mean velocity, so the heat is b_o |moved|^2/h.
+    """
+    if midpoint:
+        heat = damping / period * squared(moved)
+    else:
+        heat = damper_heat(mass, damping, period, velocity, force)
+    return Account(dot(force, moved), stored=gained, dissipated=heat)

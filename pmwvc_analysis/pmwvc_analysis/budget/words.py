@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of an energy budget in words, and what the accounts of controllers mean for it."""
+"""The words of an energy budget: its parts and accounts by name."""
 
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
@@ -85,7 +85,7 @@ ACCOUNTS: Mapping[str, Account] = {
 }
 
 
-def booked(accounts: Mapping[str, Array]) -> dict[str, Array]:
+def accounted(accounts: Mapping[str, Array]) -> dict[str, Array]:
     """Return the accounts that are parts of a budget, as energy taken in."""
     known = {name: ACCOUNTS[name].taken for name in accounts if name in ACCOUNTS}
     return {name: sign * accounts[name] for name, sign in known.items() if sign}

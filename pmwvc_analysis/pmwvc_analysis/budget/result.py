@@ -10,10 +10,10 @@ filter, hold and link have kept.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.budget.budget_clock import AtFrames, Series, sum_of
 from pmwvc_analysis.budget.criterion import Finding, judge, tolerance
 from pmwvc_analysis.budget.remainders import Remainder
 from pmwvc_analysis.traces.holes import Unjudged
@@ -31,18 +31,40 @@ PAID = ("position_spent", *AROUND, "link_down")
 PAID_PORT = ("late_decoding", "withheld", *ENVIRONMENT)
 
 
+Sums = dict[str, Array]  # running sums [J] by part
+
+
+class Series(NamedTuple):
+    """A running sum [J] over time."""
+
+    time_s: Array
+    sums: Array
+
+
+class AtFrames(NamedTuple):
+    """Running sums at the ends of a master's frames."""
+
+    time_s: Array
+    sums: Sums
+
+
+def sum_of(sums: list[Array]) -> Array:
+    """Return the sum of several energies over time."""
+    return np.asarray(np.sum(sums, axis=0), dtype=float)
+
+
 @dataclass(frozen=True)
 class Budget:
     """Running energies at ``time_s``; by owner (a user, or ``server``), then by part [J]."""
 
     time_s: Array
     hands: dict[str, Array]
-    parts: dict[str, dict[str, Array]]
+    parts: dict[str, Sums]
     residuals: dict[str, Array]
     at_frames: dict[str, AtFrames] = field(default_factory=dict)  # what is known better then
-    paid: frozenset[str] = frozenset()  # owners that spend only what they have
+    tanks: frozenset[str] = frozenset()  # owners that release only what their energy tank holds
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
-    declared: dict[str, float] = field(default_factory=dict)  # storage of a paid owner [J]
+    declared: dict[str, float] = field(default_factory=dict)  # storage of an owner with a tank [J]
     remainders: list[Remainder] = field(default_factory=list)  # what no error shows in
     # steps of the server that were not recorded: its parts, summed step by step, end at the first
     server_holes: tuple[Unjudged, ...] = ()
@@ -82,7 +104,7 @@ class Budget:
                     series = [known.pop(part) for part in members]
                     sums = sum_of([each.sums for each in series])
                     known["_and_".join(members)] = Series(series[0].time_s, sums)
-            if owner in self.paid:
+            if owner in self.tanks:
                 members = [part for part in (*PAID, *PAID_PORT) if part in parts]
                 for part in ("position_spent", "late_decoding", "withheld"):
                     known.pop(part, None)
