@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What all tests share: their order, hypothesis profiles and recorded data."""
+"""What all tests share: their order, hypothesis profiles, recorded data, compiled modules."""
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,11 @@ from hypothesis import settings
 RECORDED_DATA = Path(__file__).parent / "data"
 # Quick ones first. Live sessions last and on one worker: nothing else of ours runs beside them.
 ORDER = ("project", "unit", "property", "oracle", "integration")
+
+# Several hundred processes start: each module is compiled once, also where the machine says not to.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+os.environ.setdefault("PYTHONPYCACHEPREFIX", str(Path(__file__).parents[1] / ".pytest_cache/code"))
+sys.dont_write_bytecode, sys.pycache_prefix = False, os.environ["PYTHONPYCACHEPREFIX"]
 
 settings.register_profile("local", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True)
