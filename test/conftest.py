@@ -13,7 +13,7 @@ RECORDED_DATA = Path(__file__).parent / "data"
 # Quick ones first. Live sessions last and on one worker: nothing else of ours runs beside them.
 ORDER = ("project", "unit", "property", "oracle", "integration")
 
-# Several hundred processes start: each module is compiled once, also where the machine says not to.
+# Several hundred processes start: each module is compiled once, whatever the machine prefers.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 os.environ.setdefault("PYTHONPYCACHEPREFIX", str(Path(__file__).parents[1] / ".pytest_cache/code"))
 sys.dont_write_bytecode, sys.pycache_prefix = False, os.environ["PYTHONPYCACHEPREFIX"]

@@ -103,9 +103,7 @@ def test_recipe_of_a_parameter(tmp_path):
     file.write_text(text.replace(before, code("parameter") + before, 1), "utf-8")
     script = """
 import runpy, sys
-from pmwvc_bringup import commands, scenarios
-from pmwvc_bringup.cli import main
-from pmwvc_bringup.parser import ORDER, library
+from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError
 print(scenarios.to_yaml(scenarios.load("wall", settings_texts=["user1.device.stiction=0.5"])))
 try:
