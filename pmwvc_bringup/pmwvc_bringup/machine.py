@@ -17,6 +17,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, request_real_time
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
 MIB = 2**20
 TICK_NS = 1_000_000  # the force loop of every scenario
+Outcome: TypeAlias = tuple[str, str, str]  # status, text, remedy
 
 
 @dataclass(frozen=True)
@@ -49,32 +51,32 @@ def examine() -> list[Finding]:
     findings = []
     for name, check in CHECKS.items():
         try:
-            findings.append(check())
+            findings.append(Finding(name, *check()))
         except Exception as error:  # a broken machine must not end the doctor
             text = f"the check failed: {type(error).__name__}: {error}"
             findings.append(Finding(name, PROBLEM, text, "report this as a bug"))
     return findings
 
 
-def _python() -> Finding:
+def _python() -> Outcome:
     text = f"{platform.python_version()} in {sys.prefix}"
     if not (3, 11) <= sys.version_info[:2] <= (3, 13):
-        return Finding("python", PROBLEM, text, "use Python 3.11 to 3.13: make setup")
-    return Finding("python", OK, text)
+        return PROBLEM, text, "use Python 3.11 to 3.13: make setup"
+    return OK, text, ""
 
 
-def _ros() -> Finding:
+def _ros() -> Outcome:
     try:
         importlib.import_module("rclpy")
         version = importlib.metadata.version("ros-rclpy")
     except importlib.metadata.PackageNotFoundError:
-        return Finding("ros", OK, "rclpy of a ROS installation")
+        return OK, "rclpy of a ROS installation", ""
     except ImportError as error:
-        return Finding("ros", PROBLEM, f"rclpy cannot be imported: {error}", "run make setup")
-    return Finding("ros", OK, f"rclpy {version} from wheels")
+        return PROBLEM, f"rclpy cannot be imported: {error}", "run make setup"
+    return OK, f"rclpy {version} from wheels", ""
 
 
-def _messages() -> Finding:
+def _messages() -> Outcome:
     try:
         messages = importlib.import_module("pmwvc_msgs.msg")
         support = importlib.import_module("rclpy.type_support")
@@ -82,35 +84,34 @@ def _messages() -> Finding:
         for name in names:
             support.check_for_type_support(getattr(messages, name))
     except Exception as error:
-        return Finding("messages", PROBLEM, f"{type(error).__name__}: {error}", "run make setup")
-    return Finding("messages", OK, f"{len(names)} types with their support libraries")
+        return PROBLEM, f"{type(error).__name__}: {error}", "run make setup"
+    return OK, f"{len(names)} types with their support libraries", ""
 
 
-def _compiler() -> Finding:
+def _compiler() -> Outcome:
     found = [tool for tool in ("gcc", "g++", "make") if shutil.which(tool)]
     if len(found) < 3:
         missing = ", ".join({"gcc", "g++", "make"} - set(found))
-        return Finding(
-            "compiler", WARNING, f"{missing} missing: messages cannot be rebuilt",
+        return (
+            WARNING,
+            f"{missing} missing: messages cannot be rebuilt",
             "run apt install build-essential",
-        )  # fmt: skip
-    return Finding("compiler", OK, " ".join(found))
+        )
+    return OK, " ".join(found), ""
 
 
-def _cores() -> Finding:
+def _cores() -> Outcome:
     count = len(os.sched_getaffinity(0))
     load = os.getloadavg()[0]
     text = f"{count} cores, load {load:.1f}"
     if count < 2:
-        return Finding(
-            "cores", WARNING, text, "use two cores or more: on one, loops wait for each other"
-        )
+        return WARNING, text, "use two cores or more: on one, loops wait for each other"
     if load > count:
-        return Finding("cores", WARNING, text, "close other programs: loops will be late")
-    return Finding("cores", OK, text)
+        return WARNING, text, "close other programs: loops will be late"
+    return OK, text, ""
 
 
-def _clock() -> Finding:
+def _clock() -> Outcome:
     resolution_ns = time.get_clock_info("monotonic").resolution * 1e9
     late_ns: list[int] = []
 
@@ -123,67 +124,61 @@ def _clock() -> Finding:
     text = f"resolution {resolution_ns:.0f} ns; 1 kHz wake-ups: median lateness {half:.0f} µs"
     text += f", 99th percentile {most:.0f} µs"
     if resolution_ns > 1000:
-        return Finding("clock", PROBLEM, text, "use a kernel with high-resolution timers")
+        return PROBLEM, text, "use a kernel with high-resolution timers"
     if most > 1000:
-        return Finding(
-            "clock", WARNING, text, "ticks will be late: the machine is busy or virtual"
-        )
-    return Finding("clock", OK, text)
+        return WARNING, text, "ticks will be late: the machine is busy or virtual"
+    return OK, text, ""
 
 
-def _real_time() -> Finding:
+def _real_time() -> Outcome:
     reports: list[RealTimeReport] = []
     _in_thread(lambda: reports.append(request_real_time(20)))
     report = reports[0]
     text = str(report).removeprefix("real time: ")
     if report.refused:
         remedy = "set rtprio 20 and memlock unlimited in /etc/security/limits.conf; log in again"
-        return Finding("real time", WARNING, text, remedy)
-    return Finding("real time", OK, text)
+        return WARNING, text, remedy
+    return OK, text, ""
 
 
-def _shared_memory() -> Finding:
+def _shared_memory() -> Outcome:
     folder = Path("/dev/shm")
     if not folder.is_dir():
-        return Finding("/dev/shm", OK, "not there; sessions do not use it")
+        return OK, "not there; sessions do not use it", ""
     left = sorted(folder.glob("fastrtps_*")) + sorted(folder.glob("fastdds_*"))
     size = sum(path.stat().st_size for path in left if path.exists()) / MIB
     free = shutil.disk_usage(folder).free / MIB
     text = f"{free:.0f} MiB free"
     if left:
-        return Finding(
-            "/dev/shm", WARNING, f"{text}; {len(left)} files of ROS programs, {size:.1f} MiB",
+        return (
+            WARNING,
+            f"{text}; {len(left)} files of ROS programs, {size:.1f} MiB",
             "if no ROS program is running, killed ones left them: run fastdds shm clean",
-        )  # fmt: skip
-    return Finding("/dev/shm", OK, text)
+        )
+    return OK, text, ""
 
 
-def _limits() -> Finding:
+def _limits() -> Outcome:
     files = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
     processes = resource.getrlimit(resource.RLIMIT_NPROC)[0]
     text = f"open files {_limit(files)}, processes {_limit(processes)}"
     if 0 <= files < 1024:
-        return Finding("limits", WARNING, text, "run ulimit -n 1024")
+        return WARNING, text, "run ulimit -n 1024"
     if 0 <= processes < 512:
-        return Finding("limits", WARNING, text, "run ulimit -u 512")
-    return Finding("limits", OK, text)
+        return WARNING, text, "run ulimit -u 512"
+    return OK, text, ""
 
 
-def _disk() -> Finding:
+def _disk() -> Outcome:
     free = shutil.disk_usage(Path.cwd()).free / MIB
     text = f"{free / 1024:.1f} GiB free here; {recording_size()}"
     if not os.access(Path.cwd(), os.W_OK):
-        return Finding(
-            "disk",
-            PROBLEM,
-            "this folder is not writable",
-            "use --out, or start in a writable folder",
-        )
+        return PROBLEM, "this folder is not writable", "use --out, or start in a writable folder"
     if free < 200:
-        return Finding("disk", PROBLEM, text, "free disk space, or use --out")
+        return PROBLEM, text, "free disk space, or use --out"
     if free < 2048:
-        return Finding("disk", WARNING, text, "free disk space for long sessions, or use --out")
-    return Finding("disk", OK, text)
+        return WARNING, text, "free disk space for long sessions, or use --out"
+    return OK, text, ""
 
 
 def recording_size() -> str:
@@ -196,25 +191,23 @@ def recording_size() -> str:
     return f"a live session takes about {', '.join(texts)}"
 
 
-def _environment() -> Finding:
+def _environment() -> Outcome:
     names = ("ROS_", "RMW_", "FASTDDS_", "FASTRTPS_", "CYCLONEDDS_")
     found = {k: v for k, v in sorted(os.environ.items()) if k.startswith(names)}
     text = " ".join(f"{name}={value}" for name, value in found.items()) or "nothing set"
     domain = found.get("ROS_DOMAIN_ID", "")
     if domain and not (domain.isdigit() and int(domain) <= 232):
-        return Finding(
-            "environment", PROBLEM, text, "ROS_DOMAIN_ID must be 0 to 101: change or unset it"
-        )
+        return PROBLEM, text, "ROS_DOMAIN_ID must be 0 to 101: change or unset it"
     if domain and int(domain) > 101:
-        return Finding("environment", WARNING, text, "ROS_DOMAIN_ID above 101: ports may be taken")
+        return WARNING, text, "ROS_DOMAIN_ID above 101: ports may be taken"
     if found.get("ROS_DISTRO", "jazzy") != "jazzy":
-        return Finding("environment", PROBLEM, text, "another ROS is sourced: use a fresh shell")
+        return PROBLEM, text, "another ROS is sourced: use a fresh shell"
     if found.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp") != "rmw_fastrtps_cpp":
-        return Finding("environment", WARNING, text, "only rmw_fastrtps_cpp is tested; unset it")
+        return WARNING, text, "only rmw_fastrtps_cpp is tested; unset it"
     if found.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper() == "OFF":
         remedy = "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF: nodes will not meet; unset it"
-        return Finding("environment", PROBLEM, text, remedy)
-    return Finding("environment", OK, text)
+        return PROBLEM, text, remedy
+    return OK, text, ""
 
 
 def _in_thread(work: Callable[[], None]) -> None:
@@ -228,7 +221,7 @@ def _limit(value: int) -> str:
     return "unlimited" if value == resource.RLIM_INFINITY else str(value)
 
 
-CHECKS: dict[str, Callable[[], Finding]] = {
+CHECKS: dict[str, Callable[[], Outcome]] = {
     "python": _python,
     "ros": _ros,
     "messages": _messages,

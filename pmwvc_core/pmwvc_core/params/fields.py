@@ -8,6 +8,7 @@ metadata. A number may be an array with a last axis of length 1: one value per r
 """
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -140,14 +141,18 @@ def parameter(
 
 def specs(owner: Any) -> Mapping[str, Spec]:
     """Return the parameters of a dataclass by field name, nested groups left out."""
-    return {f.name: f.metadata["spec"] for f in dataclasses.fields(owner) if "spec" in f.metadata}
+    return _declared(owner if isinstance(owner, type) else type(owner), "spec")
 
 
 def groups(owner: Any) -> Mapping[str, type]:
     """Return the nested parameter groups of a dataclass by field name."""
-    return {
-        f.name: f.metadata["group"] for f in dataclasses.fields(owner) if "group" in f.metadata
-    }
+    return _declared(owner if isinstance(owner, type) else type(owner), "group")
+
+
+@functools.cache
+def _declared(kind: type, key: str) -> Mapping[str, Any]:
+    """Return the metadata of the fields of a dataclass that have a key, by field name."""
+    return {f.name: f.metadata[key] for f in dataclasses.fields(kind) if key in f.metadata}
 
 
 def group(kind: type) -> Any:

@@ -6,7 +6,8 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
-from pmwvc_core.params import Spec, groups, specs
+from pmwvc_core.params import Spec
+from pmwvc_core.params.names import flattened, leaves
 
 _HEAD = "| name | type | unit | default | range | description |\n|---|---|---|---|---|---|\n"
 _TYPE_NAMES = {float: "number", int: "whole number", bool: "true/false", str: "text"}
@@ -34,10 +35,7 @@ def docs_table(declarations: Mapping[str, Spec], defaults: Mapping[str, Any]) ->
 
 def group_table(prefix: str, kind: type) -> str:
     """Return the table of a parameter dataclass, nested groups included, by dotted name."""
-    declarations: dict[str, Spec] = {}
-    defaults: dict[str, Any] = {}
-    _collect(prefix, kind(), declarations, defaults)
-    return docs_table(declarations, defaults)
+    return docs_table(leaves(prefix, kind), flattened(prefix, kind()))
 
 
 def reference_page(sections: Mapping[str, type]) -> str:
@@ -58,16 +56,6 @@ def reference_page(sections: Mapping[str, type]) -> str:
         text = "\n".join(line.strip() for line in (kind.__doc__ or "").strip().splitlines())
         parts.append(f"## {heading}\n\n{text}\n\n{group_table(prefixes[0], kind)}")
     return "\n".join(parts)
-
-
-def _collect(
-    prefix: str, owner: Any, declarations: dict[str, Spec], defaults: dict[str, Any]
-) -> None:
-    for name, spec in specs(owner).items():
-        declarations[f"{prefix}.{name}"] = spec
-        defaults[f"{prefix}.{name}"] = getattr(owner, name)
-    for name in groups(owner):
-        _collect(f"{prefix}.{name}", getattr(owner, name), declarations, defaults)
 
 
 def _default_text(value: Any) -> str:

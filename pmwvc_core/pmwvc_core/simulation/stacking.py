@@ -9,11 +9,11 @@ within a batch.
 
 import dataclasses
 from collections.abc import Hashable, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
-from pmwvc_core.params import groups, specs
+from pmwvc_core.params.names import assembled, flattened, leaves
 from pmwvc_core.scenario.scenario import USER_GROUPS, Scenario
 
 P = TypeVar("P")
@@ -64,15 +64,15 @@ def structure_of(scenario: Scenario) -> Hashable:
     )
 
 
-def _structure(owner: Any) -> Hashable:
+def _structure(owner: object) -> Hashable:
     """Return the values of one parameter group that belong to the structure."""
-    found: list[Hashable] = []
-    for name, spec in specs(owner).items():
-        value = getattr(owner, name)
-        stays = spec.kind is not float or name in STRUCTURAL
-        found.append((name, value if stays else value is None))
-    found += [(name, _structure(getattr(owner, name))) for name in groups(owner)]
-    return tuple(found)
+    declared = leaves("", owner)
+    return tuple(
+        value
+        if declared[name].kind is not float or name.rpartition(".")[2] in STRUCTURAL
+        else value is None
+        for name, value in flattened("", owner).items()
+    )
 
 
 def stack(items: Sequence[P]) -> P:
@@ -85,19 +85,18 @@ def stack(items: Sequence[P]) -> P:
         If something else than a number differs.
     """
     first = items[0]
-    changes: dict[str, Any] = {}
-    for name, spec in specs(first).items():
-        values = [getattr(item, name) for item in items]
+    if all(item == first for item in items):
+        return first
+    each = [flattened("", item) for item in items]
+    changes = {}
+    for name, spec in leaves("", first).items():
+        values = [one[name] for one in each]
         if all(value == values[0] for value in values):
             continue
         if spec.kind is not float or None in values:
             raise ValueError(f"{name} differs within a batch: {sorted(map(str, set(values)))}")
         changes[name] = np.asarray(values, dtype=float)[:, np.newaxis]
-    for name in groups(first):
-        nested = [getattr(item, name) for item in items]
-        if any(part != nested[0] for part in nested):
-            changes[name] = stack(nested)
-    return dataclasses.replace(first, **changes) if changes else first  # type: ignore[type-var]
+    return assembled("", type(first), each[0] | changes) if changes else first
 
 
 def stack_scenarios(scenarios: Sequence[Scenario]) -> Scenario:
