@@ -8,25 +8,12 @@ import signal
 import subprocess
 
 import pytest
-from support.sessions import ROOT, Running, shared_memory_of
+from support.sessions import ROOT, Running
 
 from pmwvc_analysis.recording.reader import read_session
 
 pytestmark = pytest.mark.integration
 USERS = ("user1", "user2")
-
-
-@pytest.fixture(scope="module")
-def carried(tmp_path_factory):
-    """One undisturbed session of 4 s: the hands have closed and hold."""
-    folder = tmp_path_factory.mktemp("carried") / "session"
-    with Running(folder, "carry_16ms", "--duration", 4) as session:
-        session.await_ticks()
-        session.seen = session.nodes()
-        session.shared_memory = {name: shared_memory_of(pid) for name, pid in session.seen.items()}
-        session.code = session.end()
-        session.left = session.nodes()
-        yield session
 
 
 @pytest.fixture(scope="module")
