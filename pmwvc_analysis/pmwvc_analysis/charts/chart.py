@@ -8,7 +8,7 @@ drawn before it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,7 +35,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Dots:
-    """Single points; ``mark`` is ``dot``, ``cross`` or ``plus``."""
+    """Single points; ``mark`` is ``dot``, ``ring``, ``cross`` or ``plus``."""
 
     label: str
     x: Array
@@ -101,6 +101,8 @@ class Panel:
     y_log: bool = False
     with_zero: bool = False
     height: float = 180.0
+    y_range: Span | None = None  # of the curves where it is None
+    x_names: Sequence[str] = ()  # of the places 0, 1, 2... instead of numbers
 
     @property
     def of_time(self) -> bool:
@@ -117,10 +119,14 @@ class Panel:
 
     def x_span(self) -> Span:
         """Return the range of the horizontal axis."""
+        if self.x_names:
+            return -0.5, len(self.x_names) - 0.5
         return _span([x for x, _ in self.curves()], log=self.x_log, margin=0.0)
 
     def y_span(self, within: Span | None = None) -> Span:
-        """Return the range of the vertical axis, of what is seen ``within`` a horizontal range."""
+        """Return the range of the vertical axis, of the curves ``within`` a horizontal range."""
+        if self.y_range is not None:
+            return self.y_range
         values = [y[_inside(x, within)] for x, y in self.curves()]
         values += [np.array([level.y]) for level in self.levels]
         if self.with_zero:
@@ -138,7 +144,22 @@ class Chart:
     panels: Sequence[Panel]
     title: str = ""
     note: str = ""
-    events: Sequence[tuple[float, str]] = field(default=())  # time [s], number in the list
+    events: Sequence[tuple[float, str]] = ()  # time [s], number in the list
+
+    def labelled(self, place: int) -> bool:
+        """Tell whether a panel has a labelled axis: the last one above another horizontal axis."""
+        below = self.panels[place + 1 :]
+        return not below or below[0].x_label != self.panels[place].x_label
+
+    def x_span(self, place: int, time: Span | None = None) -> Span:
+        """Return the range of a panel's horizontal axis, common to those with the same label;
+        ``time`` is that of the session, if given.
+        """
+        panel = self.panels[place]
+        if panel.of_time and time is not None:
+            return time
+        spans = [each.x_span() for each in self.panels if each.x_label == panel.x_label]
+        return min(low for low, _ in spans), max(high for _, high in spans)
 
 
 def _inside(x: Array, within: Span | None) -> np.typing.NDArray[np.bool_]:

@@ -3,7 +3,7 @@
 """A figure as PNG, for slides and documents: the panels of a chart on white."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,35 +12,35 @@ from pmwvc_analysis.charts.chart import Chart, Dots, Layer, Line, Panel, Span
 from pmwvc_analysis.charts.colours import LIGHT
 from pmwvc_analysis.charts.decimate import reduced
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 COLUMNS = 2000
-MARKERS = {"dot": (".", 2.5), "cross": ("x", 5.0), "plus": ("+", 5.0)}
+MARKERS = {"dot": (".", 2.5), "ring": ("o", 5.0), "cross": ("x", 5.0), "plus": ("+", 5.0)}
 HATCHES = ("", "///", "\\\\\\", "---", "|||", "xxx", "...", "+++")
 
 
-def write(chart: Chart, path: Path, span: Span) -> Path:
+def write(chart: Chart, path: Path, span: Span | None = None) -> None:
     """Draw a chart and write it."""
     import matplotlib
 
     with matplotlib.rc_context(style.SETTINGS):
-        return style.save(figure(chart, span), path)
+        style.save(figure(chart, span), path)
 
 
-def figure(chart: Chart, span: Span) -> Any:
+def figure(chart: Chart, span: Span | None = None) -> "Figure":
     """Return the matplotlib figure of a chart."""
     heights = [panel.height for panel in chart.panels]
-    drawn, rows = style.canvas(
-        len(heights), title=chart.title, note=chart.note, share="none", heights=heights
-    )
-    last = len(rows) - 1
+    drawn, rows = style.canvas(heights, title=chart.title, note=chart.note)
     for place, (axes, panel) in enumerate(zip(rows, chart.panels, strict=True)):
-        labelled = place == last or not panel.of_time
-        _panel(axes, panel, span if panel.of_time else panel.x_span(), labelled=labelled)
+        _panel(axes, panel, chart.x_span(place, span), labelled=chart.labelled(place))
         for time_s, _ in chart.events if panel.of_time else ():
             axes.axvline(time_s, color=LIGHT["soft"], lw=0.7, ls=":")
     return drawn
 
 
-def _panel(axes: Any, panel: Panel, span: Span, *, labelled: bool) -> None:
+def _panel(axes: "Axes", panel: Panel, span: Span, *, labelled: bool) -> None:
     for place, band in enumerate(panel.bands):
         known = band.label in {each.label for each in panel.bands[:place]}
         axes.axvspan(
@@ -72,6 +72,8 @@ def _panel(axes: Any, panel: Panel, span: Span, *, labelled: bool) -> None:
     axes.set(ylabel=panel.y_label, xlim=span, ylim=panel.y_span())
     axes.set_xscale("log" if panel.x_log else "linear")
     axes.set_yscale("log" if panel.y_log else "linear")
+    if panel.x_names:
+        axes.set_xticks(range(len(panel.x_names)), panel.x_names)
     if labelled:
         axes.set_xlabel(panel.x_label)
     else:
@@ -79,23 +81,32 @@ def _panel(axes: Any, panel: Panel, span: Span, *, labelled: bool) -> None:
     style.legend(axes)
 
 
-def _line(axes: Any, line: Line, column: float) -> None:
+def _line(axes: "Axes", line: Line, column: float) -> None:
     parts = reduced(line.x, line.y, period=line.period, column=column)
     hole = np.array([-1])
     rows = np.concatenate([hole, *(each for part in parts for each in (part, hole))])
     x, y = line.x[rows], np.where(rows < 0, np.nan, line.y[rows])
-    ls: Any = (0, tuple(each / line.width for each in line.dash)) if line.dash else "-"
-    axes.plot(x, y, color=LIGHT[line.tint], lw=line.width / 1.25, ls=ls, label=line.label)
+    width = line.width / 1.25
+    (drawn,) = axes.plot(x, y, color=LIGHT[line.tint], lw=width, label=line.label)
+    if line.dash:
+        drawn.set_linestyle((0, tuple(each / line.width for each in line.dash)))
 
 
-def _dots(axes: Any, dots: Dots) -> None:
+def _dots(axes: "Axes", dots: Dots) -> None:
     marker, size = MARKERS[dots.mark]
     axes.plot(
-        dots.x, dots.y, ls="", marker=marker, ms=size, color=LIGHT[dots.tint], label=dots.label
+        dots.x,
+        dots.y,
+        ls="",
+        marker=marker,
+        ms=size,
+        mfc="none" if dots.mark == "ring" else None,
+        color=LIGHT[dots.tint],
+        label=dots.label,
     )
 
 
-def _layer(axes: Any, layer: Layer, label: str | None) -> None:
+def _layer(axes: "Axes", layer: Layer, label: str | None) -> None:
     axes.fill_between(
         layer.x,
         layer.low,

@@ -12,7 +12,7 @@ from html import escape
 import numpy as np
 
 from pmwvc_analysis.charts.axis import Axis
-from pmwvc_analysis.charts.chart import Chart, Dots, Layer, Line, Note, Panel
+from pmwvc_analysis.charts.chart import Chart, Dots, Layer, Line, Note, Panel, Span
 from pmwvc_analysis.charts.colours import LIGHT
 from pmwvc_analysis.charts.decimate import reduced
 from pmwvc_core.numeric import Array
@@ -20,15 +20,21 @@ from pmwvc_core.numeric import Array
 WIDTH = 1000.0
 LEFT, RIGHT, TOP, BOTTOM = 56.0, 10.0, 6.0, 34.0
 KEY, HEAD, FOOT = 26.0, 40.0, 30.0  # heights: legend of a panel, title and note of a file
+NAME = 14  # height of a line of a name
 LETTER = 6.6  # mean width of a letter of 12 px
-MARKS = {"dot": "h0", "cross": "m-3-3l6 6m0-6l-6 6", "plus": "m-3 0h6m-3-3v6"}
+MARKS = {
+    "dot": "h0",
+    "cross": "m-3-3l6 6m0-6l-6 6",
+    "plus": "m-3 0h6m-3-3v6",
+    "ring": "m-3 0a3 3 0 1 0 6 0a3 3 0 1 0-6 0",
+}
 HATCHES = (
     "", "M0 8L8 0", "M0 0L8 8", "M0 4H8", "M4 0V8", "M0 8L8 0M0 0L8 8", "M4 4h.1", "M0 4H8M4 0V8",
 )  # fmt: skip
 STYLE = (
     "text{font:12px system-ui,'DejaVu Sans',sans-serif}"
     ".line,.dots,.grid,.ev,.sample{fill:none}.dots{stroke-linecap:round;stroke-width:2.6}"
-    ".dots.cross,.dots.plus{stroke-width:1.4}.line{stroke-linejoin:round}"
+    ".dots.cross,.dots.plus,.dots.ring{stroke-width:1.4}.line{stroke-linejoin:round}"
 )
 Paint = Callable[[str], str]
 
@@ -46,7 +52,7 @@ def literal(tint: str) -> str:
 def panel_svg(
     panel: Panel,
     *,
-    span: tuple[float, float],
+    span: Span,
     events: Sequence[tuple[float, str]] = (),
     labelled: bool = True,
     paint: Paint = variable,
@@ -60,12 +66,13 @@ def panel_svg(
     for place, text in zip(*_ticks(y, round(panel.height / 36)), strict=True):
         out.append(f'<path class="grid" style="stroke:{grid}" d="M{LEFT:g} {place:.1f}H{x.end}"/>')
         out.append(f'<text x="{LEFT - 6}" y="{place + 4:.1f}" text-anchor="end">{text}</text>')
-    for place, text in zip(*_ticks(x, 10), strict=True):
+    for place, text in zip(*_ticks(x, 10, panel.x_names), strict=True):
         out.append(f'<path class="grid" style="stroke:{grid}" d="M{place:.1f} {TOP:g}V{bottom}"/>')
-        if labelled:
-            out.append(
-                f'<text x="{place:.1f}" y="{bottom + 15}" text-anchor="middle">{text}</text>'
-            )
+        out += [
+            f'<text x="{place:.1f}" y="{bottom + 15 + NAME * row}" text-anchor="middle">'
+            f"{escape(line)}</text>"
+            for row, line in enumerate(text.split("\n") if labelled else ())
+        ]
     if labelled:
         middle = (LEFT + x.end) / 2
         label = escape(panel.x_label)
@@ -81,7 +88,8 @@ def panel_svg(
 
 def panel_height(panel: Panel, *, labelled: bool) -> float:
     """Return the height of a panel with its axis."""
-    return TOP + panel.height + (BOTTOM if labelled else 4.0)
+    rows = max((name.count("\n") for name in panel.x_names), default=0)
+    return TOP + panel.height + (BOTTOM + NAME * rows if labelled else 4.0)
 
 
 def _contents(panel: Panel, x: Axis, y: Axis, paint: Paint) -> str:
@@ -126,9 +134,8 @@ def _path(across: Array, up: Array) -> str:
 
 def _dots(dots: Dots, x: Axis, y: Axis, paint: Paint) -> str:
     places = np.column_stack([x.at(dots.x), y.at(dots.y)])
-    grid = 3.0 if dots.mark == "dot" else 1.0
-    kept = np.unique(np.round(places[np.isfinite(places).all(axis=1)] / 1.5 * grid / 3.0), axis=0)
-    kept = kept * 1.5 * 3.0 / grid
+    grid = {"dot": 1.5, "ring": 0.1}.get(dots.mark, 4.5)
+    kept = np.unique(np.round(places[np.isfinite(places).all(axis=1)] / grid), axis=0) * grid
     mark = MARKS[dots.mark]
     path = "".join(f"M{a:.1f} {b:.1f}{mark}" for a, b in kept.tolist())
     return f'<path class="dots {dots.mark}" style="stroke:{paint(dots.tint)}" d="{path}"/>'
@@ -174,8 +181,8 @@ def _event(across: float, number: str, paint: Paint) -> str:
     )
 
 
-def _ticks(axis: Axis, wanted: int) -> tuple[list[float], list[str]]:
-    found = axis.ticks(wanted)
+def _ticks(axis: Axis, wanted: int, names: Sequence[str] = ()) -> tuple[list[float], list[str]]:
+    found = list(enumerate(names)) or axis.ticks(wanted)
     values = axis.at(np.array([value for value, _ in found], dtype=float))
     return values.tolist(), [text for _, text in found]
 
@@ -214,16 +221,15 @@ def entries(panel: Panel) -> list[Line | Dots | Layer]:
     return list(found.values())
 
 
-def file_svg(chart: Chart, span: tuple[float, float]) -> str:
+def file_svg(chart: Chart, span: Span | None = None) -> str:
     """Return a figure as a file of its own: title, panels with legends, note; on white."""
     out, top = [], HEAD
-    last = len(chart.panels) - 1
     for place, panel in enumerate(chart.panels):
-        labelled = place == last or not panel.of_time
+        labelled = chart.labelled(place)
         key, rows = _key(panel)
         inner = panel_svg(
             panel,
-            span=span if panel.of_time else panel.x_span(),
+            span=chart.x_span(place, span),
             events=chart.events,
             labelled=labelled,
             paint=literal,

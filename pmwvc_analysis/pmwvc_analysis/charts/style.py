@@ -8,16 +8,19 @@ Users differ by colour, the signals of a user by line style: never by colour alo
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from pmwvc_analysis.charts.colours import LIGHT, LIGHT_USERS
 
-Share = Literal["none", "col"]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 USERS = LIGHT_USERS
 OBJECT = LIGHT["object"]
 TARGET = LIGHT["target"]
 ALARM = LIGHT["alarm"]
-WIDTH_IN = 10.0
+WIDTH_IN, ROW_IN = 10.0, 2.4  # of a figure; of a panel of 180 px
 DPI = 110
 SETTINGS: dict[str, Any] = {
     "font.family": "DejaVu Sans",
@@ -43,37 +46,29 @@ def colour(place: int) -> str:
     return USERS[place % len(USERS)]
 
 
-def canvas(
-    rows: int,
-    *,
-    title: str,
-    note: str,
-    row_in: float = 2.4,
-    share: Share = "col",
-    heights: Sequence[float] | None = None,
-) -> tuple[Any, list[Any]]:
+def canvas(heights: Sequence[float], *, title: str, note: str) -> tuple["Figure", "list[Axes]"]:
     """Return a figure and its rows of axes, titled and noted; ``heights`` of the rows in px."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    tall = sum(row_in * each / 180.0 for each in heights) if heights else row_in * rows
+    tall = ROW_IN * sum(heights) / 180.0
     figure = Figure(figsize=(WIDTH_IN, 1.1 + tall), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
-    ratios = {"height_ratios": heights} if heights else {}
-    axes: Any = figure.subplots(rows, 1, sharex=share, squeeze=False, gridspec_kw=ratios)
+    axes = figure.subplots(
+        len(heights), 1, squeeze=False, gridspec_kw={"height_ratios": list(heights)}
+    )
     figure.suptitle(title, x=0.01, ha="left", fontsize=13, fontweight="bold")
     figure.supxlabel(note, x=0.01, ha="left", fontsize=8, color="#555555")
     return figure, list(axes[:, 0])
 
 
-def save(figure: Any, path: Path) -> Path:
-    """Write a figure as PNG."""
+def save(figure: "Figure", path: Path) -> None:
+    """Write a figure on white."""
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=DPI, facecolor="white")
-    return path
 
 
-def legend(axes: Any) -> None:
+def legend(axes: "Axes") -> None:
     """Put the legend to the right of the axes, where it hides nothing."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:

@@ -3,12 +3,11 @@
 """The figures of a session, in reading order. One whose signals were not recorded is left out."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
-from pmwvc_analysis.charts import chart_png
 from pmwvc_analysis.charts.chart import Chart
-from pmwvc_analysis.charts.chart_svg import file_svg
+from pmwvc_analysis.charts.files import write
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.conditions import conditions, title
 from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
@@ -20,16 +19,6 @@ from pmwvc_core.traces import SessionTraces
 
 Draw = Callable[[SessionTraces, Scenario | None], Chart | None]
 FIGURES: Sequence[Draw] = (positions, forces, energy, whereabouts, accounts, network, loop)
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure on disk, and how to read it."""
-
-    name: str
-    path: Path
-    heading: str
-    caption: str
 
 
 def charts(traces: SessionTraces, scenario: Scenario | None) -> list[Chart]:
@@ -49,8 +38,5 @@ def charts(traces: SessionTraces, scenario: Scenario | None) -> list[Chart]:
 
 def write_all(drawn: Sequence[Chart], traces: SessionTraces, folder: Path) -> None:
     """Write figures as ``NAME.png`` and ``NAME.svg``."""
-    folder.mkdir(parents=True, exist_ok=True)
-    span = recorded.span(traces)
     for chart in drawn:
-        chart_png.write(chart, folder / f"{chart.name}.png", span)
-        (folder / f"{chart.name}.svg").write_text(file_svg(chart, span), encoding="utf-8")
+        write(chart, folder, recorded.span(traces))

@@ -34,10 +34,9 @@ def _figure(grid: Grid, radius: Array, measured: list[Measured]) -> Any:
     model = "exact model" + (", phases of a live session" if grid.live else "")
     varied = {"seed", *(axis.name.rpartition(".")[2] for axis in (grid.x, grid.y))}
     figure, (axes,) = style.canvas(
-        1,
+        [345.0],
         title=title("Stability", grid.scenario),
         note=conditions(grid.scenario, model, without=varied),
-        row_in=4.6,
     )
     x, y = np.array(grid.x.values), np.array(grid.y.values)
     mesh = axes.pcolormesh(
@@ -61,7 +60,8 @@ def _figure(grid: Grid, radius: Array, measured: list[Measured]) -> Any:
         at = [(point.x, point.y) for point in measured if point.stable is flag]
         if at:
             axes.scatter(
-                *zip(*at, strict=True),
+                [across for across, _ in at],
+                [up for _, up in at],
                 marker=marker,
                 s=70,
                 facecolor=face,

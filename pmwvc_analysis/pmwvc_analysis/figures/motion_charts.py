@@ -38,7 +38,7 @@ def positions(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
             panels.append(
                 Panel(
                     "position [mm]" if dof == 1 else f"{AXES[axis]} [mm]",
-                    lines=_position_lines(traces, axis, group),
+                    lines=position_lines(traces, axis, group),
                     bands=recorded.bands(traces),
                     title=title,
                     tint=user_tint(names.index(title)) if title else "ink",
@@ -54,7 +54,8 @@ def positions(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     )
 
 
-def _position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[Line]:
+def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[Line]:
+    """Return target, object and, for the users of a group, device and avatar along an axis."""
     server, names = traces.server, recorded.names(traces)
     lines = []
     if server is not None:
@@ -104,7 +105,7 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     panels = []
     for user in traces.users:
         for axis in axes:
-            lines = _force_lines(traces, user, axis, user_tint(names.index(user.name)))
+            lines = force_lines(traces, user, axis)
             along = "force [N]" if dof == 1 else f"force, {AXES[axis]} [N]"
             panels.append(
                 Panel(
@@ -126,8 +127,10 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     )
 
 
-def _force_lines(traces: SessionTraces, user: UserTraces, axis: int, tint: str) -> list[Line]:
+def force_lines(traces: SessionTraces, user: UserTraces, axis: int) -> list[Line]:
+    """Return the forces at hand, device and avatar of a user along an axis."""
     lines, server = [], traces.server
+    tint = user_tint(recorded.names(traces).index(user.name))
     if np.isfinite(user.f_h[:, axis]).any():
         f_h = user.f_h[:, axis]
         lines.append(Line("hand on device", user.time_s, f_h, "hand", (), 4.0, user.tick_s))

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from pmwvc_analysis.charts.chart import Chart
 from pmwvc_analysis.compare.files import write_tables
 from pmwvc_analysis.compare.measures import Entry
 from pmwvc_analysis.compare.settings import parameters_of, tuning_of
-from pmwvc_analysis.figures import comparison_figures
-from pmwvc_analysis.figures.figures import Picture
+from pmwvc_analysis.figures.comparison_charts import draw_all
 from pmwvc_analysis.report.page import data_uri, filled
 from pmwvc_core.errors import RecordingError
 
@@ -50,8 +50,8 @@ def write(
     found = write_tables(folder, title, entries, about)
     if figures:
         try:
-            pictures = comparison_figures.draw_all(entries, folder / "plots")
-            (folder / PAGE).write_text(render(title, entries, found, pictures), encoding="utf-8")
+            drawn = draw_all(entries, folder / "plots")
+            (folder / PAGE).write_text(render(title, entries, found, drawn), encoding="utf-8")
         except OSError as error:
             raise RecordingError(
                 f"cannot write into {folder}: {error.strerror or error}"
@@ -60,7 +60,10 @@ def write(
 
 
 def render(
-    title: str, entries: Sequence[Entry], about: dict[str, Any], pictures: Sequence[Picture]
+    title: str,
+    entries: Sequence[Entry],
+    about: dict[str, Any],
+    figures: Sequence[tuple[Chart, Path]],
 ) -> str:
     """Return the report as HTML."""
     return filled(
@@ -75,5 +78,5 @@ def render(
         entries=entries,
         settings=[(e.label, parameters_of(e.scenario), tuning_of(e.scenario)) for e in entries],
         columns=COLUMNS,
-        pictures=[(picture, data_uri(picture.path)) for picture in pictures],
+        figures=[(chart, data_uri(path)) for chart, path in figures],
     )

@@ -57,10 +57,10 @@ def figure_blocks(charts: Sequence[Chart], traces: SessionTraces) -> list[Figure
 def _panels(chart: Chart, span: Span) -> list[PanelBlock]:
     found = []
     for place, panel in enumerate(chart.panels):
-        labelled = place == len(chart.panels) - 1 or not panel.of_time
+        labelled = chart.labelled(place)
         drawing = chart_svg.panel_svg(
             panel,
-            span=span if panel.of_time else panel.x_span(),
+            span=chart.x_span(place, span),
             events=chart.events,
             labelled=labelled,
         )

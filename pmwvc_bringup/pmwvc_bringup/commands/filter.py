@@ -39,13 +39,13 @@ def run(arguments: argparse.Namespace) -> Result:
     for line in sentences(result):
         print(line)
     if arguments.out:
-        from pmwvc_analysis.figures import velocity_filter_figure
-        from pmwvc_analysis.figures.transparency_figure import save
+        from pmwvc_analysis.charts.files import write
+        from pmwvc_analysis.figures.model_charts import velocity_filter
 
         folder = Path(arguments.out)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            paths = save(velocity_filter_figure.draw(found, scenario), folder, NAME)
+            paths = write(velocity_filter(found, scenario), folder)
             write_json(folder / f"{NAME}.json", result)
         except OSError as error:
             raise PmwvcError(f"cannot write into {folder}: {error.strerror}") from error

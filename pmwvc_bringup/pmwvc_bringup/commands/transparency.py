@@ -100,12 +100,12 @@ def _write(
     live: bool,
 ) -> None:
     """Write curves, figure and numbers."""
-    from pmwvc_analysis.figures import transparency_figure
+    from pmwvc_analysis.charts.files import write
+    from pmwvc_analysis.figures.model_charts import transparency as chart
     from pmwvc_analysis.transparency.answer import NAME, arrays_of, write_arrays
 
     paths = write_arrays(folder, arrays_of(found, measured))
-    figure = transparency_figure.draw(found, measured, scenario, live=live)
-    paths += transparency_figure.save(figure, folder, NAME)
+    paths += write(chart(found, measured, scenario, live=live), folder)
     write_json(folder / f"{NAME}.json", result)
     print(f"written: {folder} ({', '.join(path.name for path in paths)}, {NAME}.json)")
 

@@ -1,0 +1,253 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of a comparison: the same signals of all sessions in panels of one scale, the measures
+as dots. Along the axis of the task.
+
+The scale is that of the stable sessions, so that one that diverges does not flatten the others; a
+title says where signals leave the panel.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel, Span
+from pmwvc_analysis.charts.colours import user_tint
+from pmwvc_analysis.charts.files import write
+from pmwvc_analysis.compare.feel import ideal_feel
+from pmwvc_analysis.compare.measures import Entry
+from pmwvc_analysis.figures import recorded
+from pmwvc_analysis.figures.motion_charts import force_lines, position_lines
+from pmwvc_analysis.traces.reductions import position_error
+
+MEASURES = (  # measure, label, unit, factor
+    ("coherency_rms_m", "device from avatar, RMS", "mm", 1e3),
+    ("force_error_rms_n", "force error, RMS", "N", 1.0),
+    ("force_noise_n", "force noise, RMS", "mN", 1e3),
+    ("energy_min_j", "lowest energy balance", "mJ", 1e3),
+)
+MOST_ADMITTANCES = 8  # curves that can be told apart
+WIDE = 30.0  # ratio of measures from which their axis is logarithmic
+
+
+def draw_all(entries: Sequence[Entry], folder: Path) -> list[tuple[Chart, Path]]:
+    """Write every figure as PNG and SVG; return the figures with their PNG in reading order."""
+    found = [measures(entries)]
+    if len(entries) == 2:
+        found.append(overlay(*entries))
+    found += [
+        signals(
+            "positions",
+            "Positions",
+            "Devices, their avatars (short dashes), the object (black) and its target (grey).",
+            "position [mm]",
+            _positions,
+            entries,
+        ),
+        signals(
+            "forces",
+            "Forces",
+            "Solid: force of the device on the hand. Dashed: the contact force on the avatar.",
+            "force [N]",
+            _forces,
+            entries,
+        ),
+        signals(
+            "separations",
+            "Device from avatar",
+            "Distance of each device from its avatar, less the distance at joining.",
+            "x_m - x_s [mm]",
+            _position_errors,
+            entries,
+        ),
+    ]
+    found += admittances(entries)
+    named = [
+        replace(chart, name=f"compare_{chart.name}", title=chart.title or chart.heading)
+        for chart in found
+    ]
+    return [(chart, write(chart, folder)[0]) for chart in named]
+
+
+def signals(
+    name: str,
+    heading: str,
+    caption: str,
+    y_label: str,
+    lines_of: Callable[[Entry], list[Line]],
+    entries: Sequence[Entry],
+) -> Chart:
+    """Return one panel per session, all with the same axes."""
+    drawn = [lines_of(entry) for entry in entries]
+    low, high = _common_range(entries, drawn)
+    panels = []
+    for entry, lines in zip(entries, drawn, strict=True):
+        beyond = any(np.nanmax(line.y) > high or np.nanmin(line.y) < low for line in lines)
+        stable = entry.measures["stable"]
+        verdict = "stable" if stable else entry.measures["instability"] or "not judged"
+        panels.append(
+            Panel(
+                y_label,
+                lines,
+                title=f"{entry.label}: {verdict}{'; leaves the panel' if beyond else ''}",
+                tint="ink" if stable else "alarm",
+                y_range=(low, high),
+                height=130.0,
+            )
+        )
+    return Chart(name, heading, caption, panels)
+
+
+def _common_range(entries: Sequence[Entry], drawn: list[list[Line]]) -> Span:
+    """Return the limits that hold every signal of the stable sessions (of all if none is)."""
+    pairs = list(zip(entries, drawn, strict=True))
+    chosen = [line.y for entry, lines in pairs for line in lines if entry.measures["stable"]]
+    chosen = chosen or [line.y for lines in drawn for line in lines]
+    values = np.concatenate([y[np.isfinite(y)] for y in chosen] or [np.zeros(1)])
+    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+    margin = 0.06 * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+def _positions(entry: Entry) -> list[Line]:
+    return position_lines(entry.traces, 0, recorded.names(entry.traces))
+
+
+def _forces(entry: Entry) -> list[Line]:
+    names = recorded.names(entry.traces)
+    return [
+        replace(line, label=f"{user.name}, {line.label}", tint=user_tint(names.index(user.name)))
+        for user in entry.traces.users
+        for line in force_lines(entry.traces, user, 0)
+        if line.tint != "hand"
+    ]
+
+
+def _position_errors(entry: Entry) -> list[Line]:
+    server, names, found = entry.traces.server, recorded.names(entry.traces), []
+    for user in entry.traces.users:
+        if server is None or user.name not in server.users:
+            continue
+        apart = position_error(user, server, server.users.index(user.name))
+        if apart is not None:
+            tint = user_tint(names.index(user.name))
+            found.append(Line(user.name, apart[0], apart[1][:, 0] * 1e3, tint))
+    return found
+
+
+def overlay(first: Entry, second: Entry) -> Chart:
+    """Return each user's force and position, both sessions in the same panel."""
+    names, panels = recorded.names(first.traces), []
+    others = {user.name: user for user in second.traces.users}
+    for user in first.traces.users:
+        other, tint = others[user.name], user_tint(names.index(user.name))
+        panels += [
+            Panel(
+                y_label,
+                [
+                    Line(first.label, user.time_s, scale * ours, tint, (), 2.6, user.tick_s),
+                    Line(
+                        second.label,
+                        other.time_s,
+                        scale * theirs,
+                        "object",
+                        (6, 4),
+                        1.4,
+                        other.tick_s,
+                    ),
+                ],
+                title=user.name,
+                tint=tint,
+            )
+            for y_label, ours, theirs, scale in (
+                ("device on hand [N]", user.f_applied[:, 0], other.f_applied[:, 0], 1.0),
+                ("device [mm]", user.x_m[:, 0], other.x_m[:, 0], 1e3),
+            )
+        ]
+    return Chart(
+        "overlay",
+        "Two sessions overlaid",
+        "Each user's force and position: the first session solid, the second dashed.",
+        panels,
+        f"{first.label} and {second.label}",
+    )
+
+
+def measures(entries: Sequence[Entry]) -> Chart:
+    """Return the measures of all sessions, those that were not stable as crosses."""
+    names = [entry.label.replace(", ", "\n") for entry in entries]
+    panels = []
+    for name, label, unit, factor in MEASURES:
+        known = [
+            (place, entry.measures[name] * factor, bool(entry.measures["stable"]))
+            for place, entry in enumerate(entries)
+            if entry.measures[name] is not None
+        ]
+        values = [value for _, value, _ in known]
+        wide = bool(values) and min(values) > 0.0 and max(values) > WIDE * min(values)
+        panels.append(
+            Panel(
+                f"[{unit}]",
+                title=label,
+                dots=[
+                    Dots(
+                        words,
+                        np.array([place for place, _, ok in known if ok is stable], dtype=float),
+                        np.array([value for _, value, ok in known if ok is stable], dtype=float),
+                        tint,
+                        mark,
+                    )
+                    for stable, words, tint, mark in (
+                        (True, "stable", "u0", "ring"),
+                        (False, "not stable", "alarm", "cross"),
+                    )
+                ],
+                x_label="",
+                x_names=names,
+                y_log=wide,
+                with_zero=not wide,
+                height=110.0,
+            )
+        )
+    caption = "One row of marks per measure, one column per session."
+    return Chart("measures", "Measures", caption, panels)
+
+
+def admittances(entries: Sequence[Entry]) -> list[Chart]:
+    """Return |x/f| over frequency, lines from models and rings from chirps; empty without any."""
+    known = [(entry, feel) for entry in entries if (feel := entry.feel) is not None]
+    shown = [(entry, feel) for entry, feel in known if len(feel.frequency_hz)][:MOST_ADMITTANCES]
+    if not shown:
+        return []
+    lines, dots = [], []
+    ideal = ideal_feel(shown[0][0].scenario)
+    if ideal.source:
+        label = "ideal: direct at every tick, no delay"
+        lines.append(Line(label, ideal.frequency_hz, ideal.admittance, "object", (2, 3)))
+    for place, (entry, feel) in enumerate(shown):
+        hertz, size, tint = feel.frequency_hz, feel.admittance, user_tint(place)
+        if feel.source == "measured":
+            dots.append(Dots(entry.label, hertz, size, tint, "ring"))
+        else:
+            lines.append(Line(entry.label, hertz, size, tint))
+    panel = Panel(
+        "|x / f| [m/N]",
+        lines,
+        dots,
+        x_label="frequency [Hz]",
+        x_log=True,
+        y_log=True,
+        height=315.0,
+    )
+    return [
+        Chart(
+            "admittance",
+            "Rendered to the first user",
+            "Motion of the device per force of the hand; low is stiff, a peak is a resonance.",
+            [panel],
+            "Transmitted admittance of the first user",
+            "lines: exact model · rings: from the chirp of the session",
+        )
+    ]

@@ -1,0 +1,144 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of answers of the model: transmitted admittance, and margins of a velocity filter."""
+
+import numpy as np
+
+from pmwvc_analysis.charts.chart import Chart, Dots, Level, Line, Panel
+from pmwvc_analysis.figures.conditions import conditions, title
+from pmwvc_analysis.filters.velocity_filter import VelocityFilter
+from pmwvc_analysis.transparency.frequency import Complex
+from pmwvc_analysis.transparency.measured import TRUSTED, Measured
+from pmwvc_analysis.transparency.transparency import Transparency
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+
+MOST_DOTS = 70  # evenly spread over the logarithm of the frequency
+BELOW = 0.3  # lower end of the vertical axis, of the smallest value of the link
+DOTTED, DASHED, DASH_DOT = (2.0, 3.0), (9.0, 5.0), (12.0, 3.0, 2.0, 3.0)
+FREQUENCY = "frequency [Hz]"
+
+
+def transparency(
+    found: Transparency, measured: Measured | None, scenario: Scenario, *, live: bool
+) -> Chart:
+    """Return magnitude and phase of x/f: link, ideal coupling and, with its coherence, the
+    measurement.
+    """
+    hertz = found.frequency_hz
+    curves = (
+        ("link, exact model", found.admittance, "u0", ()),
+        ("ideal: direct, no delay", found.ideal_admittance, "object", DOTTED),
+    )
+    size = [Line(label, hertz, np.abs(x), tint, dash) for label, x, tint, dash in curves]
+    phase = [Line(label, hertz, _degrees(x), tint, dash) for label, x, tint, dash in curves]
+    size_dots: list[Dots] = []
+    phase_dots: list[Dots] = []
+    coherence: list[Panel] = []
+    if measured is not None:
+        first, last = measured.frequency_hz[[0, -1]]
+        shown = np.unique(
+            np.searchsorted(measured.frequency_hz, np.geomspace(first, last, MOST_DOTS))
+        )
+        at, label = measured.frequency_hz[shown], f"measured ({measured.stretches} stretches)"
+        size_dots = [Dots(label, at, np.abs(measured.admittance)[shown], "u1", "ring")]
+        phase_dots = [Dots(label, at, _degrees(measured.admittance)[shown], "u1", "ring")]
+        coherence = [
+            Panel(
+                "coherence",
+                dots=[Dots("coherence", at, measured.coherence[shown], "u1", "ring")],
+                levels=[Level("trusted above", TRUSTED, "target")],
+                x_label=FREQUENCY,
+                x_log=True,
+                y_range=(0.0, 1.05),
+            )
+        ]
+    magnitudes = np.concatenate([each.y for each in size] + [each.y for each in size_dots])
+    y_range = (BELOW * float(size[0].y.min()), 1.4 * float(np.nanmax(magnitudes)))
+    rendered = found.felt
+    levels = []
+    if rendered.admittance_dc is not None and rendered.k_felt is not None:
+        levels = [Level(f"1 / {rendered.k_felt:.4g} N/m", rendered.admittance_dc, "u0")]
+    if rendered.first_peak_hz is not None:
+        across: Array = np.full(2, rendered.first_peak_hz)
+        label = f"first peak {rendered.first_peak_hz:.3g} Hz"
+        size.append(Line(label, across, np.array(y_range), "target", DASH_DOT, 1.0))
+    return Chart(
+        "transparency",
+        "Transmitted admittance",
+        "Position of the device per force of the hand.",
+        [
+            Panel(
+                "|x / f| [m/N]",
+                size,
+                size_dots,
+                levels=levels,
+                x_label=FREQUENCY,
+                x_log=True,
+                y_log=True,
+                y_range=y_range,
+                height=240.0,
+            ),
+            Panel("phase [°]", phase, phase_dots, x_label=FREQUENCY, x_log=True, height=200.0),
+            *coherence,
+        ],
+        title(f"Transmitted admittance of {found.user}", scenario),
+        conditions(
+            scenario,
+            "phases of a live session" if live else "phases of the simulator",
+            without={"seed"},
+        ),
+    )
+
+
+def _degrees(values: Complex) -> Array:
+    """Return the phase, continued over half turns [degrees]; NaN where there are no values."""
+    if not np.isfinite(values).all():
+        return np.full(len(values), np.nan)
+    return np.asarray(np.degrees(np.unwrap(np.angle(values))), dtype=float)
+
+
+def velocity_filter(found: VelocityFilter, scenario: Scenario) -> Chart:
+    """Return both passivity margins of a velocity filter and its gain over frequency."""
+    own, margins = found.master.velocity_filter, found.margins
+    hertz = margins["frequency_hz"]
+    margin_lines = [
+        Line("in phase, |H_LP + s H_HP|²", hertz, margins["in_phase"], "u0"),
+        Line("any environment, |H_LP| + s |H_HP|", hertz, margins["any_environment"], "u1"),
+    ]
+    if own.kind == "equivalent":
+        label = "1 less the damping at the device / b"
+        margin_lines.append(Line(label, hertz, 1.0 - found.port, "target", DASH_DOT))
+    design = f"α = {own.alpha:.5f}" if own.alpha is not None else f"{own.cutoff_hz:.4g} Hz"
+    note = (
+        f"{own.kind}, order {own.order}, {design}, s = {own.share:g} ({found.designed})",
+        f"noise × {found.noise_gain:.3g}",
+        f"switching gain {found.switching_gain:.4f}",
+        f"M = {found.master.rate_drop}",
+    )
+    return Chart(
+        "filter",
+        "Velocity filter",
+        "Above, both passivity conditions; below, the velocity left in the force.",
+        [
+            Panel(
+                "gain",
+                margin_lines,
+                levels=[Level("passive up to here", 1.0, "object")],
+                x_label=FREQUENCY,
+                x_log=True,
+                with_zero=True,
+                height=200.0,
+            ),
+            Panel(
+                "velocity in the force",
+                [Line("|F_m / (b ẋ)|", hertz, found.gain, "u0")],
+                x_label=FREQUENCY,
+                x_log=True,
+                with_zero=True,
+                height=200.0,
+            ),
+        ],
+        title("Velocity filter", scenario),
+        " · ".join(note),
+    )
