@@ -19,7 +19,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from pmwvc_core.errors import ParameterError, RecordingError
-from pmwvc_core.network.delay_trace import load_delay_trace
+from pmwvc_core.network import effects
 from pmwvc_core.network.link import stream_of
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams, Spec, Validated, specs
@@ -136,7 +136,7 @@ class Settings:
     def _declare_link(
         self, prefix: str, listener: Callable[[LinkParams], None], defaults: LinkParams | None
     ) -> LinkParams:
-        check = partial(_check_trace, prefix)
+        check = partial(_check, prefix)
         return self._binding.declare(prefix, LinkParams, listener, defaults=defaults, check=check)
 
     def _agreed(self, prefix: str, common: LinkParams, each: Sequence[LinkParams]) -> LinkParams:
@@ -175,12 +175,13 @@ class Settings:
             self._node.get_logger().warning(result.reason)
 
 
-def _check_trace(prefix: str, params: LinkParams) -> None:
-    if params.jitter == "trace":
-        try:
-            load_delay_trace(params.trace_file, params.trace_scale)
-        except RecordingError as error:
-            raise ParameterError(f"{prefix}.trace_file: {error}") from None
+def _check(prefix: str, params: LinkParams) -> None:
+    try:
+        effects.check(params)
+    except RecordingError as error:
+        raise ParameterError(f"{prefix}.trace_file: {error}") from None
+    except ParameterError as error:
+        raise ParameterError(f"{prefix}.{error}") from None
 
 
 def _declared_type(node: Node, name: str) -> tuple[str, Any]:

@@ -43,7 +43,7 @@ CORE = {
     "network": BASE,
     "master": BASE,
     "server": BASE,
-    "baselines": BASE | {"server"},  # the same users and contacts behind another coupling
+    "baselines": BASE | {"server", "network"},  # the same users, contacts and links
     "controllers": BASE | {"master", "server", "baselines"},
     "scenario": BASE | {"controllers", "network", "server"},
     "frame": BASE | {"plant", "master", "server", "controllers", "scenario"},

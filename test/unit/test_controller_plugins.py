@@ -2,17 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Controllers by name: the library, and one of another package through the whole program."""
 
-import ast
 import dataclasses
 import json
-import os
 import re
 import sys
 import types
 from importlib.metadata import EntryPoint
 
 import pytest
-from support.command_line import ROOT, call, refused
+from support.command_line import refused
+from support.lab import installed
 
 from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.models.linear import NonlinearError
@@ -24,30 +23,11 @@ from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
 
-PRODUCT = [file for folder in ROOT.glob("pmwvc_*") for file in folder.glob("pmwvc_*/**/*.py")]
-OWN_CURVES = "reproduction"  # compares the names of published curves, not of controllers
-
 
 @pytest.fixture(scope="module")
 def pmwvc(tmp_path_factory):
     """The command line beside an installed package: the example of the documentation."""
-    text = (ROOT / "docs" / "controllers.md").read_text("utf-8")
-    [source] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    [points] = re.findall(r"```toml\n\[project\.entry-points\.(.*?)```", text, re.DOTALL)
-    group, point = points.replace('"', "").split("]\n")
-    folder = tmp_path_factory.mktemp("lab")
-    (folder / "lab_soft.py").write_text(source)
-    (folder / "lab_soft-1.0.dist-info").mkdir()
-    (folder / "lab_soft-1.0.dist-info" / "METADATA").write_text(
-        "Metadata-Version: 2.1\nName: lab-soft\nVersion: 1.0\n"
-    )
-    (folder / "lab_soft-1.0.dist-info" / "entry_points.txt").write_text(f"[{group}]\n{point}")
-
-    def run(*words):
-        path = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
-        return call(*words, cwd=folder, PYTHONPATH=path)
-
-    return run
+    return installed(tmp_path_factory.mktemp("lab"), "controllers.md")
 
 
 def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
@@ -171,24 +151,3 @@ def test_a_record_refuses_properties_that_contradict_one_another():
     rule = controllers.LIBRARY["tdpa"].rule
     with pytest.raises(ParameterError, match=r"group = 'mine': BaselineParams has no such group"):
         dataclasses.replace(rule, group="mine")
-
-
-def compared_names(file):
-    """Yield the names of controllers that a file compares something with."""
-    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-        if isinstance(node, ast.Compare):
-            for leaf in ast.walk(node):
-                if isinstance(leaf, ast.Constant) and leaf.value in controllers.LIBRARY:
-                    yield f"{file.name}:{node.lineno} {leaf.value}"
-
-
-def test_no_code_compares_the_name_of_a_controller():
-    files = [file for file in PRODUCT if OWN_CURVES not in file.parts]
-    assert len(files) > 300
-    assert [found for file in files for found in compared_names(file)] == []
-
-
-def test_a_comparison_with_a_name_is_found(tmp_path):
-    file = tmp_path / "bad.py"
-    file.write_text("def f(name):\n    return name == 'tdpa' or name in ('pspm', 'x')\n")
-    assert list(compared_names(file)) == ["bad.py:2 tdpa", "bad.py:2 pspm"]

@@ -10,7 +10,8 @@ import numpy as np
 
 from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.params import LinkParams
+from pmwvc_core.network.effects import active
+from pmwvc_core.params import specs
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.compensations import COMPENSATIONS
@@ -127,9 +128,13 @@ def _of_user(user: User) -> Iterator[Element]:
             said = f"{user.name}.{name} = {port.impedance_matrix!r} (the model has one axis)"
             yield Element(said, name, "")
     for way, link in (("up", user.link_up), ("down", user.link_down)):
-        if link.rate_limit_bps > 0.0:
-            name = f"link.{way}.rate_limit_bps"
-            yield Element(f"{user.name}.{name} = {link.rate_limit_bps} bit/s", name, 0)
+        for effect in active(link):
+            if effect.linear is None:
+                parameter = effect.parameters[0]
+                unit = specs(link)[parameter].unit.replace("-", "")
+                name = f"link.{way}.{parameter}"
+                said = f"{user.name}.{name} = {getattr(link, parameter)} {unit}".rstrip()
+                yield Element(said, name, effect.off)
     position, local = user.master.position, user.master.local_model
     if position.adapts:
         yield Element(
@@ -170,21 +175,6 @@ def left_out(scenario: Scenario) -> list[str]:
     found: dict[str, list[str]] = {}
     for user in scenario.users:
         for way, link in (("up", user.link_up), ("down", user.link_down)):
-            for effect in _effects(link):
+            for effect in filter(None, (each.amount(link) for each in active(link))):
                 found.setdefault(effect, []).append(f"{user.name} {way}")
     return [f"{effect} ({', '.join(where)})" for effect, where in found.items()]
-
-
-def _effects(link: LinkParams) -> list[str]:
-    found = []
-    if link.jitter == "trace":
-        found.append(f"the delays of {link.trace_file}")
-    elif link.jitter != "none" and link.jitter_s > 0.0:
-        found.append(f"jitter ({link.jitter}, {link.jitter_s * 1e3:g} ms)")
-    if link.loss > 0.0:
-        found.append(f"loss of {link.loss:.3g} of the packets")
-    if link.duplicate > 0.0:
-        found.append(f"duplication of {link.duplicate:.3g} of the packets")
-    if link.rate_limit_bps > 0.0:
-        found.append(f"rate limit of {link.rate_limit_bps:g} bit/s")
-    return found

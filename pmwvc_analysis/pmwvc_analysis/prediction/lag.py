@@ -34,6 +34,7 @@ from pmwvc_analysis.models.channel import Times, delay_ticks
 from pmwvc_analysis.models.loop import answer_phase, hyperframe_ticks, serve_phase
 from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_core.motion import motion
+from pmwvc_core.network.effects import active
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -143,7 +144,7 @@ def network_s(user: User, scenario: Scenario, *, live: bool) -> float:
 def _age_s(
     link: LinkParams, sent: Times, taken: Times, ticks: int, tick_s: float, *, live: bool
 ) -> float:
-    if link.jitter != "none":
+    if any(effect.spreads for effect in active(link)):
         least = (taken.phase - sent.phase) * tick_s if live else 0.0
         return max(least, link.delay_s + 0.5 * taken.period * tick_s)
     delay = delay_ticks(link, tick_s=tick_s, live=live)

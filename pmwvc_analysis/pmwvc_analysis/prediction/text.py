@@ -41,8 +41,11 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     found += [f"Not modelled: {effect}." for effect in left_out(scenario)]
     if not proofs_hold(scenario.controller):
         return [*found, record_of(scenario.controller).words, *_rule_lines(scenario)]
-    for user in scenario.users:
-        found += _rendering_lines(user, scenario, live=live)
+    if scenario.coupling.linear != scenario.coupling.name:  # its lag is not known
+        found.append(scenario.coupling.words)
+    else:
+        for user in scenario.users:
+            found += _rendering_lines(user, scenario, live=live)
     found += _aliasing_lines(scenario)
     for user in scenario.users:
         if one_step_bound(user, scenario) is False:

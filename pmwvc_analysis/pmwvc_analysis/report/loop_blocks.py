@@ -11,6 +11,7 @@ from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.charts.text import article
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_stiffness
 from pmwvc_core.controllers import has_waves, proofs_hold
+from pmwvc_core.network.effects import EFFECTS, active
 from pmwvc_core.params import FilterParams, LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design.filter_design import pole_of
@@ -26,6 +27,7 @@ PARTS: Mapping[str, tuple[str, ...]] = {
     "contact": ("contact_damping", "contact_stored", "environment_stored", "environment_heat"),
     "object": ("object_kinetic", "object_damping"),
 }
+DELAY = EFFECTS.library["delay"]
 ALL_USERS = ("decoder", "contact", "object")
 
 
@@ -107,19 +109,14 @@ def _filter(known: FilterParams) -> str:
 
 
 def _link(link: LinkParams) -> list[str]:
-    found = [f"{_number(link.delay_s * 1e3)} ms"]
-    if link.jitter != "none":
-        found[0] += f", {link.jitter} jitter"
-    if link.loss > 0.0:
-        found.append(f"loss {_number(link.loss * 100.0)} %")
-    if link.rate_limit_bps > 0.0:
-        found.append(f"{_number(link.rate_limit_bps / 1e3)} kbit/s")
-    return found
+    labels = [(effect, effect.label(link)) for effect in active(link)]
+    times = [text for effect, text in labels if text and (effect is DELAY or effect.spreads)]
+    return [", ".join(times), *(text for _, text in labels if text and text not in times)]
 
 
 def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
     """Return round trip and rendered stiffness in a sentence; empty where it is unknown."""
-    if not proofs_hold(scenario.controller):
+    if not proofs_hold(scenario.controller) or scenario.coupling.linear != scenario.coupling.name:
         return ""
     tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
     said = f"Round trip {tau * 1e3:.1f} ms"

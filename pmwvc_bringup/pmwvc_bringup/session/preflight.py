@@ -10,7 +10,7 @@ from functools import partial
 
 from pmwvc_core.controllers import has_waves, make_master
 from pmwvc_core.errors import PmwvcError, ScenarioError
-from pmwvc_core.network.delay_trace import load_delay_trace
+from pmwvc_core.network import effects
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server import environments
@@ -91,8 +91,7 @@ def _problems(user: User, scenario: Scenario) -> Iterator[str]:
     if user.device.plugin != SIMULATED:  # that one is part of this, installed or run from source
         attempts.insert(0, lambda: DEVICES.required(user.device.plugin))
     for link in (user.link_up, user.link_down):
-        if link.jitter == "trace":
-            attempts.append(partial(load_delay_trace, link.trace_file, link.trace_scale))
+        attempts.append(partial(effects.check, link))
     for attempt in attempts:
         try:
             attempt()

@@ -24,6 +24,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.network.effects import spread_s
 from pmwvc_core.params import (
     ContactParams,
     DeviceParams,
@@ -83,7 +84,7 @@ def loop_of(
     jitter counts in full.
     """
     hand = operator.grip_damping if operator.kind == "hand" else 0.0
-    spread = sum(link.jitter_s for link in (up, down) if link.jitter != "none")
+    spread = spread_s(up) + spread_s(down)
     return Loop(
         mass=device.mass,
         damping=device.damping + hand,

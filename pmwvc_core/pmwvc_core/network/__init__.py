@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The network between the two ends: what happens to a packet, and the record of it."""
+"""The network between the two ends: links, their effects on packets, and the record of fates."""
 
 from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
 from pmwvc_core.network.fates import FateBlock, FateLog

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Packets under way in one direction: their fates, and when and in which order they come out.
+"""Packets in flight in one direction: their fates, and when and in which order they come out.
 
 Times are integer nanoseconds of one clock. Not here: what decides on a fate.
 """
@@ -43,6 +43,7 @@ class Fate:
     kind: FateKind
     cause: Cause
     size: int  # [byte]
+    copy: int = 0  # 0: the packet itself; 1, 2...: an extra copy of it
 
 
 @dataclass(slots=True)
@@ -61,24 +62,24 @@ class LinkCounters:
 DELIVERED = FateKind.DELIVERED  # at hand: a member is looked up in Python
 
 
-class Transit:
-    """What has gone in and not come out yet, with the counters of a link."""
+class InFlight:
+    """The packets that went in and have not come out yet, with the counters of a link."""
 
     def __init__(self) -> None:
         self.counters = LinkCounters()
-        self._under_way: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
+        self._in_flight: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
         self._order = 0
         self._highest_out = 0
 
     @property
     def next_due_ns(self) -> int | None:
-        """When the next packet comes out; None when nothing is under way."""
-        return self._under_way[0][0] if self._under_way else None
+        """When the next packet comes out; None when none is in flight."""
+        return self._in_flight[0][0] if self._in_flight else None
 
     def arrivals(self, now_ns: int) -> list[tuple[Any, Fate]]:
         """Take out what is due by now, in the order of delivery."""
         out = []
-        waiting = self._under_way
+        waiting = self._in_flight
         while waiting and waiting[0][0] <= now_ns:
             _, _, payload, fate = heapq.heappop(waiting)
             out.append((payload, fate))
@@ -94,5 +95,5 @@ class Transit:
         """Send a packet or copy on its way; what is due at one time comes out as it went in."""
         fate.time_due_ns = due_ns
         self._order += 1
-        heapq.heappush(self._under_way, (due_ns, self._order, payload, fate))
-        self.counters.queued = len(self._under_way)
+        heapq.heappush(self._in_flight, (due_ns, self._order, payload, fate))
+        self.counters.queued = len(self._in_flight)

@@ -1,24 +1,21 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What happens to the packets of one direction: delay, jitter, loss, duplication, a slow line.
+"""A link: one direction of a network, with the effects that its settings switch on.
 
-The order of things: a packet is lost on entry, or waits for the serial line of the rate limit
-(and is dropped where too many wait), then travels for its delay. Payloads are never looked into.
-Time is an argument; all times are integer nanoseconds of one clock.
+A packet is lost on entry, or copied; it and its copies leave, wait for their delay and come out.
+Payloads are never looked into. Time is an argument; all times are integer nanoseconds of one
+clock.
 """
 
-from collections import deque
-from collections.abc import Sequence
-from statistics import NormalDist
+import zlib
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
-from pmwvc_core.network.in_flight import Cause, Fate, FateKind, Transit
+from pmwvc_core.network.effects import Effect, LinkEffect, Uniform, active, check
+from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
 from pmwvc_core.params import LinkParams
-
-STANDARD_NORMAL = NormalDist()
 
 
 def stream_of(seed: int, user: int, direction: int) -> tuple[int, int, int]:
@@ -26,11 +23,13 @@ def stream_of(seed: int, user: int, direction: int) -> tuple[int, int, int]:
     return seed, user, direction
 
 
-class Link(Transit):
+class Link(InFlight):
     """One direction of a network link.
 
     Every packet takes the same four random numbers (lost?, copied?, jitter, jitter of the copy)
-    whatever the settings: the n-th packet meets the same luck under any of them.
+    whatever the settings: the n-th packet meets the same luck under any of them. An effect
+    without a place among the four has a stream of its own, by the seed, its name and the number of
+    the packet, so that it changes none of them.
 
     Parameters
     ----------
@@ -42,83 +41,99 @@ class Link(Transit):
 
     def __init__(self, params: LinkParams, *, seed: int | Sequence[int]) -> None:
         super().__init__()
+        self._seed = (seed,) if isinstance(seed, int) else tuple(seed)
         self._rng = np.random.default_rng(seed)
-        self._last_due_ns = 0  # latest of all that went in
-        self._line_free_ns = 0
-        self._starts_ns: deque[int] = deque()  # when each waiting packet gets the line
-        self._first_ns: int | None = None
+        self._luck: list[float] = []  # the four numbers of the newest packet
+        self._made: dict[str, Effect] = {}  # by name: each keeps its memory when switched off
+        self._begin_ns: int | None = None
         self.configure(params)
 
     def configure(self, params: LinkParams) -> None:
-        """Change the settings from now on; packets under way keep their times.
+        """Change the settings from now on; packets in flight keep their times.
 
         Raises
         ------
-        RecordingError
-            If a delay trace is asked for and its file cannot be used; the settings stay.
+        PmwvcError
+            If they cannot be used, as a delay trace whose file cannot be read; the settings stay.
         """
-        trace = None
-        if params.jitter == "trace":
-            trace = load_delay_trace(params.trace_file, params.trace_scale)
-        self._trace: DelayTrace | None = trace
+        check(params)
+        effects = []
+        for record in active(params):
+            if record.name not in self._made:
+                self._made[record.name] = record.make(params, self._uniform(record))
+                self._made[record.name].begin_ns = self._begin_ns or 0
+            effects.append(self._made[record.name])
+        for effect in effects:
+            effect.configure(params)
         self.params = params
+        self._loses = _hooks(effects, "loses")
+        self._copies = _hooks(effects, "copies")
+        self._departs = _hooks(effects, "departs_ns")
+        self._delays = _hooks(effects, "delay_s")
+        self._arrives = _hooks(effects, "arrives_ns")
+
+    def _uniform(self, record: LinkEffect) -> Uniform:
+        """Return the random numbers of an effect."""
+        key, slot = (*self._seed, zlib.crc32(record.name.encode())), record.slot
+
+        def own(fate: Fate, place: int = 0) -> float:
+            stream = np.random.default_rng((*key, fate.number, fate.copy))
+            return float(stream.random(place + 1)[place])
+
+        def shared(fate: Fate, place: int = 0) -> float:
+            if slot is None or place or fate.copy > 1:
+                return own(fate, place)
+            return self._luck[slot + fate.copy]
+
+        return own if slot is None else shared
 
     def send(self, payload: Any, now_ns: int, *, size_bytes: int = 140) -> list[Fate]:
         """Put a packet in; return its fate, and one for every extra copy."""
-        if self._first_ns is None:
-            self._first_ns = now_ns
-        self.counters.in_count += 1
-        lost, copied, jitter, jitter_of_copy = self._rng.random(4).tolist()
-        if lost < self.params.loss:
-            self.counters.lost += 1
-            return [self._fate(now_ns, FateKind.LOST, Cause.LOSS, size_bytes)]
-        fate = self._fate(now_ns, FateKind.DELIVERED, Cause.NONE, size_bytes)
-        fates = [self._travel(payload, fate, jitter)]
-        if copied < self.params.duplicate:
-            self.counters.duplicated += 1
-            copy = self._fate(now_ns, FateKind.DUPLICATE, Cause.DUPLICATION, size_bytes)
-            fates.append(self._travel(payload, copy, jitter_of_copy))
+        if self._begin_ns is None:
+            self._begin_ns = now_ns
+            for effect in self._made.values():
+                effect.begin_ns = now_ns
+        number = self.counters.in_count = self.counters.in_count + 1
+        self._luck = self._rng.random(4).tolist()
+        fate = Fate(number, now_ns, 0, FateKind.DELIVERED, Cause.NONE, size_bytes)
+        for loses in self._loses:
+            if loses(fate):
+                self.counters.lost += 1
+                fate.kind, fate.cause = FateKind.LOST, Cause.LOSS
+                return [fate]
+        fates = [self._travel(payload, fate)]
+        for copies in self._copies:
+            for _ in range(copies(fate)):
+                self.counters.duplicated += 1
+                kind, cause = FateKind.DUPLICATE, Cause.DUPLICATION
+                copy = Fate(number, now_ns, 0, kind, cause, size_bytes, len(fates))
+                fates.append(self._travel(payload, copy))
         return fates
 
-    def _fate(self, now_ns: int, kind: FateKind, cause: Cause, size: int) -> Fate:
-        return Fate(self.counters.in_count, now_ns, 0, kind, cause, size)
-
-    def _travel(self, payload: Any, fate: Fate, luck: float) -> Fate:
-        """Send a packet or copy over the line and through the delay, or drop it."""
-        start_ns = self._through_line(fate)
-        if start_ns is None:
-            self.counters.dropped += 1
-            fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
-            return fate
-        due_ns = start_ns + self._delay_ns(fate.time_in_ns, luck)
-        if self.params.keep_order:
-            due_ns = max(due_ns, self._last_due_ns)
-        self._last_due_ns = max(due_ns, self._last_due_ns)
+    def _travel(self, payload: Any, fate: Fate) -> Fate:
+        """Send a packet or copy on its way, or drop it."""
+        ready_ns = fate.time_in_ns
+        for departs_ns in self._departs:
+            left_ns = departs_ns(fate, ready_ns)
+            if left_ns is None:
+                self.counters.dropped += 1
+                fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
+                return fate
+            ready_ns = left_ns
+        total_s = 0.0
+        for delay_s in self._delays:
+            total_s += delay_s(fate)
+        due_ns = ready_ns + max(0, round(total_s * 1e9))
+        for arrives_ns in self._arrives:
+            due_ns = arrives_ns(fate, due_ns)
         self._enter(payload, fate, due_ns)
         return fate
 
-    def _through_line(self, fate: Fate) -> int | None:
-        """Return when the last bit is on its way; None where too many packets wait already."""
-        rate, now_ns = self.params.rate_limit_bps, fate.time_in_ns
-        if rate <= 0.0:
-            return now_ns
-        while self._starts_ns and self._starts_ns[0] <= now_ns:
-            self._starts_ns.popleft()
-        if len(self._starts_ns) >= self.params.queue_packets:
-            return None
-        start_ns = max(now_ns, self._line_free_ns)
-        self._starts_ns.append(start_ns)
-        self._line_free_ns = start_ns + round(8e9 * fate.size / rate)
-        return self._line_free_ns
 
-    def _delay_ns(self, now_ns: int, luck: float) -> int:
-        params = self.params
-        delay_s = params.delay_s
-        if params.jitter == "uniform":
-            delay_s += params.jitter_s * (2.0 * luck - 1.0)
-        elif params.jitter == "normal":
-            delay_s += params.jitter_s * STANDARD_NORMAL.inv_cdf(max(luck, 1e-17))
-        delay_ns = max(0, round(delay_s * 1e9))
-        if self._trace is not None and self._first_ns is not None:
-            delay_ns += self._trace.at(now_ns - self._first_ns)
-        return delay_ns
+def _hooks(effects: Sequence[Effect], name: str) -> list[Callable[..., Any]]:
+    """Return a hook of the effects that have it."""
+    return [
+        getattr(effect, name)
+        for effect in effects
+        if getattr(type(effect), name) is not getattr(Effect, name)
+    ]

@@ -11,7 +11,7 @@ lost. Times are integer nanoseconds.
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pmwvc_core.network.in_flight import DELIVERED, Cause, Fate, FateKind, Transit
+from pmwvc_core.network.in_flight import DELIVERED, Cause, Fate, FateKind, InFlight
 
 TRAVELLING = (DELIVERED, FateKind.DUPLICATE)
 
@@ -30,7 +30,7 @@ class RecordedFate(NamedTuple):
 LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
 
 
-class RecordedLink(Transit):
+class RecordedLink(InFlight):
     """See the module; ``send`` is that of :class:`pmwvc_core.network.Link`.
 
     Parameters

@@ -44,3 +44,8 @@ class LinkParams(Validated):
         "a later packet waits for an earlier one; with jitter that makes the delay longer and "
         "narrower (normal, 20 and 5 ms: 20.5 +- 4.6 ms at 125 packets/s, 23.0 +- 3.6 at 500)",
     )
+    effects: str = parameter(
+        "",
+        "-",
+        "effects of other packages, name:number=value:... each, separated by blanks",
+    )

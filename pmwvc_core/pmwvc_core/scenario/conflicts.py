@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.network import effects
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.server.compensations import COMPENSATIONS
@@ -49,8 +50,5 @@ def conflicts(scenario: "Scenario") -> list[str]:
                 f"{user.name}.operator.file is missing: {user.operator.kind} needs a recording"
             )
         for way, link in (("up", user.link_up), ("down", user.link_down)):
-            if link.jitter == "trace" and not link.trace_file:
-                found.append(
-                    f"{user.name}.link.{way}.trace_file is missing: jitter = trace needs a file"
-                )
+            found += [f"{user.name}.link.{way}.{text}" for text in effects.conflicts(link)]
     return found

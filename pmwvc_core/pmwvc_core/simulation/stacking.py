@@ -13,6 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from pmwvc_core.network.effects import is_random
 from pmwvc_core.params.names import assembled, flattened, leaves
 from pmwvc_core.scenario.scenario import USER_GROUPS, Scenario
 
@@ -49,9 +50,7 @@ def structure_of(scenario: Scenario) -> Hashable:
         for user in scenario.users
     )
     random = any(
-        link.loss or link.duplicate or link.jitter != "none"
-        for user in scenario.users
-        for link in (user.link_up, user.link_down)
+        is_random(link) for user in scenario.users for link in (user.link_up, user.link_down)
     )
     return (
         scenario.seed if random else None,

@@ -1,0 +1,27 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The constant delay of a link."""
+
+from pmwvc_core.network.effects.record import Effect, LinkEffect
+from pmwvc_core.network.in_flight import Fate
+
+
+class Delay(Effect):
+    """Add ``delay_s``."""
+
+    def delay_s(self, fate: Fate) -> float:
+        """Return the constant delay [s]."""
+        return float(self.params.delay_s)
+
+
+RECORD = LinkEffect(
+    name="delay",
+    words="Every packet takes the same time.",
+    linear="delay",
+    make=Delay,
+    parameters=("delay_s",),
+    active=lambda params: True,
+    random=False,
+    label=lambda params: f"{float(params.delay_s * 1e3):.4g} ms",
+    off=0.0,
+)

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Link effects by name: the library, and entry points of the group ``pmwvc.link_effects``.
+
+Parameters of their own switch the effects of the library on. Those of other packages are named in
+``link.effects``, each with its numbers: ``bursts:rate=0.02:stay=0.5 fading:depth=0.1``.
+"""
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.network.effects import delay, duplication, jitter, loss, order, rate_limit
+from pmwvc_core.network.effects.record import LinkEffect
+from pmwvc_core.params import LinkParams
+from pmwvc_core.plugins import Records
+
+EFFECTS: Records[LinkEffect] = Records(
+    LinkEffect,
+    (
+        loss.RECORD,
+        duplication.RECORD,
+        rate_limit.RECORD,
+        delay.RECORD,
+        jitter.UNIFORM,
+        jitter.NORMAL,
+        jitter.TRACE,
+        order.RECORD,
+    ),
+    group="pmwvc.link_effects",
+    parameter="effects",
+    what="a link effect",
+)
+LAST = order.RECORD  # of those that decide when a packet comes out
+
+
+def numbers_of(text: str) -> dict[str, dict[str, float]]:
+    """Return what ``link.effects`` says: the numbers of each plug-in by its name.
+
+    Raises
+    ------
+    ParameterError
+        If it is no list of names with numbers.
+    """
+    found: dict[str, dict[str, float]] = {}
+    for word in text.split():
+        name, *pairs = word.split(":")
+        try:
+            values = {key: float(value) for key, value in (pair.split("=") for pair in pairs)}
+        except ValueError:
+            raise ParameterError(
+                f"effects = {text!r}: {word!r} must be a name with its numbers, "
+                "name:number=value:..."
+            ) from None
+        if name in found:
+            raise ParameterError(f"effects = {text!r}: {name} is given twice")
+        found[name] = values
+    return found
+
+
+@lru_cache(maxsize=256)
+def plugins_of(text: str) -> tuple[LinkEffect, ...]:
+    """Return the effects of other packages that ``link.effects`` names.
+
+    Raises
+    ------
+    ParameterError
+        If one is not installed or no effect, or its numbers are not those it has.
+    """
+    found = []
+    for name, values in numbers_of(text).items():
+        if name not in EFFECTS.installed():
+            raise ParameterError(
+                f"effects = {text!r}: {name} is not installed; there are: "
+                f"{', '.join(EFFECTS.installed()) or 'none'}. A plug-in is a package with an "
+                f"entry point in the group {EFFECTS.plugins.group!r}"
+            )
+        record = EFFECTS.of(name)
+        if values.keys() != record.numbers.keys():
+            raise ParameterError(
+                f"effects = {text!r}: {name} takes {', '.join(record.numbers) or 'no numbers'}"
+            )
+        for key, spec in record.numbers.items():
+            if wrong := spec.problem(values[key]):
+                raise ParameterError(f"effects = {text!r}: {name}: {key} = {wrong}")
+        found.append(record)
+    return tuple(found)
+
+
+def active(params: LinkParams) -> tuple[LinkEffect, ...]:
+    """Return the effects that settings switch on, in their order."""
+    own = [record for record in EFFECTS.library.values() if record.active(params)]
+    own.remove(LAST)
+    return (*own, *plugins_of(params.effects), LAST)
+
+
+def is_random(params: LinkParams) -> bool:
+    """Tell whether the seed decides what a link does."""
+    return any(record.random for record in active(params))
+
+
+def spread_s(params: LinkParams) -> float:
+    """Return by how much tuning rules have to count the delay longer [s]."""
+    return sum(record.spread_s(params) for record in active(params))
+
+
+def conflicts(params: LinkParams) -> Iterator[str]:
+    """Yield what is wrong between settings that are each right."""
+    try:
+        records = active(params)
+    except ParameterError as error:
+        yield str(error)
+        return
+    yield from filter(None, (record.conflict(params) for record in records))
+
+
+def check(params: LinkParams) -> None:
+    """Refuse settings that cannot be used.
+
+    Raises
+    ------
+    PmwvcError
+        Saying what is wrong: with a file, or with a parameter and which.
+    """
+    for record in active(params):
+        record.check(params)

@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The record of a link effect: what makes it, and the properties that other code asks for.
+
+An effect is what a link does to its packets. A link asks those that are active, in the order of
+the hooks of :class:`Effect`, and within a hook in the order of the library, plug-ins after it.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from pmwvc_core.network.in_flight import Fate
+from pmwvc_core.params import LinkParams, Spec
+from pmwvc_core.plugins import Record
+
+
+class Uniform(Protocol):
+    """Random numbers of one effect on one link, evenly spread over [0, 1)."""
+
+    def __call__(self, fate: Fate, place: int = 0) -> float:
+        """Return the number of a packet or copy; ``place`` counts those of the same packet."""
+        ...
+
+
+class Effect:
+    """An effect at work on one link. Hooks stand in the order in which they are called; each does
+    nothing unless a class overrides it. Times are integer nanoseconds.
+
+    Parameters
+    ----------
+    params
+        Settings of the link.
+    uniform
+        Random numbers of the effect.
+    """
+
+    begin_ns = 0  # when the first packet entered the link
+
+    def __init__(self, params: LinkParams, uniform: Uniform) -> None:
+        self.uniform = uniform
+        self.configure(params)
+
+    def configure(self, params: LinkParams) -> None:
+        """Change the settings from now on; what an effect remembers of packets stays."""
+        self.params = params
+
+    def loses(self, fate: Fate) -> bool:
+        """Tell whether a packet is lost on entry."""
+        return False
+
+    def copies(self, fate: Fate) -> int:
+        """Return how many extra copies of a packet travel."""
+        return 0
+
+    def departs_ns(self, fate: Fate, ready_ns: int) -> int | None:
+        """Return when a packet or copy that is ready leaves; None: it is dropped."""
+        return ready_ns
+
+    def delay_s(self, fate: Fate) -> float:
+        """Return what is added to the delay of a packet or copy [s]; the sum is never negative."""
+        return 0.0
+
+    def arrives_ns(self, fate: Fate, due_ns: int) -> int:
+        """Return when a packet or copy comes out that would be due at ``due_ns``."""
+        return due_ns
+
+
+def no_text(params: LinkParams) -> str:
+    """Return nothing."""
+    return ""
+
+
+def no_spread(params: LinkParams) -> float:
+    """Return zero [s]."""
+    return 0.0
+
+
+def usable(params: LinkParams) -> None:
+    """Accept any settings."""
+
+
+def named(params: LinkParams) -> bool:
+    """Return True: an effect that ``link.effects`` names is active."""
+    return True
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkEffect(Record):
+    """A link effect: what makes it, and its properties.
+
+    ``linear`` is ``delay`` where the linear model leaves the effect out, as every packet takes
+    ``delay_s``; None where the model must not be asked.
+
+    Attributes
+    ----------
+    make
+        Makes the effect, for the settings and random numbers of a link.
+    parameters
+        Fields of ``link.*`` that it reads; the first switches it on.
+    active
+        Tells whether settings switch it on; plug-ins are switched on by ``link.effects``.
+    numbers
+        Numbers that ``link.effects`` must give a plug-in, by name, with their ranges.
+    slot
+        Place of its number among the four that every packet draws, and of a copy's behind it;
+        None: a random stream of its own.
+    random
+        Whether the seed decides what it does.
+    spreads
+        Whether the delay differs from packet to packet.
+    spread_s
+        By how much tuning rules have to count the delay longer [s].
+    amount, label
+        It and its amount, for sentences and for the drawing of the loop; empty: not mentioned.
+    off
+        Value of the first parameter that switches it off.
+    conflict
+        What is wrong between settings that are each right; empty where nothing is.
+    check
+        Raises where settings cannot be used, a file for example.
+    """
+
+    make: Callable[[LinkParams, Uniform], Effect]
+    parameters: tuple[str, ...] = ("effects",)
+    active: Callable[[LinkParams], bool] = named
+    numbers: Mapping[str, Spec] = field(default_factory=dict)
+    slot: int | None = None
+    random: bool = True
+    spreads: bool = False
+    spread_s: Callable[[LinkParams], float] = no_spread
+    amount: Callable[[LinkParams], str] = no_text
+    label: Callable[[LinkParams], str] = no_text
+    off: Any = ""
+    conflict: Callable[[LinkParams], str] = no_text
+    check: Callable[[LinkParams], None] = usable

@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Couplings by name: the library, and one of another package through the whole program."""
+
+import dataclasses
+import json
+import re
+import sys
+import types
+from importlib.metadata import EntryPoint
+
+import pytest
+from support.command_line import refused
+from support.lab import installed
+
+from pmwvc_analysis.delays.any_delay import any_delay
+from pmwvc_bringup.scenarios import load
+from pmwvc_core import plugins
+from pmwvc_core.errors import ScenarioError
+from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.simulation.session import simulate_one
+
+AVERAGED = ("--set", "server.coupling=averaged")
+PROVED = (  # stable at any delay with implicit
+    "master.impedance=22.87",
+    "master.hold=zoh",
+    "master.filter.kind=first_order",
+    "master.filter.cutoff_hz=12.5",
+)
+
+
+@pytest.fixture(scope="module")
+def pmwvc(tmp_path_factory):
+    """The command line beside an installed package: the example of the documentation."""
+    return installed(tmp_path_factory.mktemp("lab"), "couplings.md")
+
+
+def test_a_coupling_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
+    out = tmp_path / "one"
+    result = pmwvc("simulate", "carry_16ms", *AVERAGED, "--duration", "4", "--out", out)
+    assert result.returncode == 0, result.stderr
+    assert "mean of the last two forces" in result.stdout
+    assert "linear scenario, with server.coupling=one_step_delay: Stable" in result.stdout
+    assert "round trip" not in result.stdout  # its lag is not known
+    assert "contradict" not in result.stdout
+    summary = json.loads((out / "summary.json").read_text("utf-8"))
+    assert summary["stable"] is True
+    assert summary["prediction"]["stable"] is None
+    assert summary["prediction"]["k_felt"] is None
+    assert pmwvc("report", out).returncode == 0
+    text = (out / "report.html").read_text("utf-8")
+    assert "mean of the last two forces" in text
+    assert "the link feels like" not in text
+
+
+def test_a_coupling_of_another_package_is_compared(pmwvc, tmp_path):
+    over = ["--over", "server.coupling=implicit,averaged", "--duration", "4", "--json"]
+    result = pmwvc("compare", "carry_16ms", *over, "--out", tmp_path / "all")
+    assert result.returncode == 0, result.stderr
+    implicit, averaged = json.loads(result.stdout)["sessions"]
+    # A force decoded late moves the avatar further: nearer to the device (theory: section 15).
+    assert averaged["coherency_rms_m"] < 0.6 * implicit["coherency_rms_m"]
+    assert averaged["k_max"] is None
+
+
+def test_stability_of_a_coupling_without_linear_model_is_refused(pmwvc):
+    text = refused(pmwvc("stability", "carry_16ms", *AVERAGED))
+    assert re.search(
+        r"not linear: server.coupling = averaged; ask .*coupling=one_step_delay", text
+    )
+
+
+def test_tune_names_the_coupling_that_it_computed_with(pmwvc):
+    result = pmwvc("tune", "carry_16ms", *AVERAGED)
+    assert result.returncode == 0, result.stderr
+    assert "computed with server.coupling=one_step_delay" in result.stdout
+    assert "proposed: simulated for 12 s with the scenario's hands: stable" in result.stdout
+
+
+@pytest.fixture
+def lab(monkeypatch):
+    """A laboratory's own module with records, good and bad."""
+    module = types.ModuleType("lab_couplings")
+    own = COUPLINGS.library["implicit"]
+    records = {
+        "exact": dataclasses.replace(own, name="exact"),
+        "doubtful": dataclasses.replace(own, name="doubtful", passive=lambda params: False),
+        "alone": dataclasses.replace(own, name="alone", linear=None),
+        "stone": object(),
+    }
+    vars(module).update(records)
+    monkeypatch.setitem(sys.modules, "lab_couplings", module)
+    group = COUPLINGS.plugins.group
+    points = [EntryPoint(name, f"lab_couplings:{name}", group) for name in records]
+    monkeypatch.setattr(
+        "pmwvc_core.plugins.entry_points", lambda group: [p for p in points if p.group == group]
+    )
+    plugins.imported.cache_clear()
+    yield
+    plugins.imported.cache_clear()
+
+
+def scenario(coupling):
+    values = {"name": "one", "controller": "pmwvc", "users": 1, "duration_s": 0.2}
+    return parse_scenario(values | {"server": {"coupling": coupling}})
+
+
+def test_a_coupling_runs_as_its_record_makes_it(lab):
+    ours, theirs = (simulate_one(scenario(name)) for name in ("implicit", "exact"))
+    assert (ours.server.f_s[0] == theirs.server.f_s[0]).all()
+
+
+def test_what_is_proved_rests_on_what_the_record_says(lab):
+    doubtful, exact, own = (
+        any_delay(load("carry_16ms", settings_texts=[*PROVED, f"server.coupling={name}"]))
+        for name in ("doubtful", "exact", "implicit")
+    )
+    assert own.proved
+    assert exact.proved
+    assert not doubtful.proved
+    assert "no bound is known for the server's coupling" in doubtful.reasons
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("stone", "is not a coupling: it is a object, must be a record"),
+        ("moon", "must be one of implicit, one_step_delay, .*unknown, .*exact"),
+    ],
+)
+def test_what_is_no_coupling_is_refused_with_the_reason(lab, name, text):
+    with pytest.raises(ScenarioError, match=rf"server.coupling = '{name}'.*{text}"):
+        scenario(name)
+
+
+def test_a_compensation_may_come_from_another_package(monkeypatch):
+    module = types.ModuleType("lab_compensations")
+    module.half = dataclasses.replace(COMPENSATIONS.library["ledger"], name="half", linear=None)
+    monkeypatch.setitem(sys.modules, "lab_compensations", module)
+    points = [EntryPoint("half", "lab_compensations:half", COMPENSATIONS.plugins.group)]
+    monkeypatch.setattr(
+        "pmwvc_core.plugins.entry_points", lambda group: [p for p in points if p.group == group]
+    )
+    texts = ["server.coupling=unknown", "server.environment=wall", "server.compensation=half"]
+    traces = simulate_one(load("carry_0ms", settings_texts=[*texts, "duration_s=0.5"]))
+    assert "tank" in traces.server.accounts

@@ -1,0 +1,231 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Link effects by name: the library, and one of another package through the whole program."""
+
+import dataclasses
+import json
+import re
+import sys
+import types
+from importlib.metadata import EntryPoint
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.command_line import refused
+from support.lab import installed
+
+from pmwvc_analysis.models.linear import NonlinearError, require_linear
+from pmwvc_bringup.scenarios import load
+from pmwvc_core import plugins
+from pmwvc_core.errors import ParameterError, ScenarioError
+from pmwvc_core.network import FateKind, Link
+from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, library, numbers_of
+from pmwvc_core.params import LinkParams, Spec
+
+BURSTS = ("--set", "link.effects=bursts:rate=0.01:stay=0.5")
+MS = 1_000_000
+
+
+@pytest.fixture(scope="module")
+def pmwvc(tmp_path_factory):
+    """The command line beside an installed package: the example of the documentation."""
+    return installed(tmp_path_factory.mktemp("lab"), "links.md")
+
+
+def test_an_effect_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
+    out = tmp_path / "one"
+    result = pmwvc("simulate", "carry_16ms", *BURSTS, "--duration", "4", "--out", out)
+    assert result.returncode == 0, result.stderr
+    assert "Not modelled: loss of 0.0196 of the packets, in bursts (user1 up" in result.stdout
+    summary = json.loads((out / "summary.json").read_text("utf-8"))
+    assert any("in bursts" in effect for effect in summary["prediction"]["left_out"])
+    assert pmwvc("report", out).returncode == 0
+    assert "bursts of loss" in (out / "report.html").read_text("utf-8")  # drawn at the link
+
+
+def test_an_effect_of_another_package_is_compared(pmwvc, tmp_path):
+    over = ["--over", "link.effects=bursts:rate=0:stay=0,bursts:rate=0.02:stay=0.6", "--json"]
+    words = ["carry_16ms", *over, "--duration", "4", "--out", tmp_path / "all"]
+    result = pmwvc("compare", *words)
+    assert result.returncode == 0, result.stderr
+    calm, lossy = json.loads(result.stdout)["sessions"]
+    assert calm["settings"] == {"link.effects": "bursts:rate=0:stay=0"}
+    assert lossy["force_error_rms_n"] > calm["force_error_rms_n"]
+
+
+@pytest.mark.parametrize("command", ["stability", "tune"])
+def test_an_effect_that_the_model_leaves_out_is_named_with_its_amount(pmwvc, command):
+    result = pmwvc(command, "carry_16ms", *BURSTS, "--json")
+    assert result.returncode == 0, result.stderr
+    plain = pmwvc(command, "carry_16ms", "--json")
+    ours, without = json.loads(result.stdout), json.loads(plain.stdout)
+    if command == "stability":
+        assert "loss of 0.0196 of the packets, in bursts" in " ".join(ours["notes"])
+        assert ours["spectral_radius"] == without["spectral_radius"]
+
+
+def test_wrong_numbers_are_refused_before_the_session(pmwvc):
+    text = refused(pmwvc("simulate", "carry_16ms", "--set", "link.effects=bursts:rate=2:stay=0"))
+    assert re.search(r"link.up.effects = .*bursts: rate = 2.0: must be", text)
+
+
+class Noted(Effect):
+    """Loses every second packet by its own numbers, and notes what it drew."""
+
+    drawn: list[float]
+
+    def loses(self, fate):
+        """Lose where the number is below a half."""
+        number = self.uniform(fate)
+        self.drawn.append(number)
+        return number < 0.5
+
+
+class Late(Effect):
+    """Adds as much as its number says [s]."""
+
+    def delay_s(self, fate):
+        """Return the number of this effect."""
+        return numbers_of(self.params.effects)["late"]["by_s"]
+
+
+class Twins(Effect):
+    """Sends two copies of every packet."""
+
+    def copies(self, fate):
+        """Return two."""
+        return 2
+
+
+def half(params, uniform):
+    """Make a lossy effect that notes its numbers."""
+    effect = Noted(params, uniform)
+    effect.drawn = []
+    return effect
+
+
+RECORDS = {
+    "half": LinkEffect(name="half", words="Half is lost.", make=half, linear="delay"),
+    "late": LinkEffect(
+        name="late",
+        words="Everything is later.",
+        make=Late,
+        numbers={"by_s": Spec(float, "s", low=0.0, description="delay")},
+        random=False,
+    ),
+    "twins": LinkEffect(name="twins", words="Two copies.", make=Twins, linear="delay"),
+    "stone": object(),
+}
+
+
+@pytest.fixture(scope="module")
+def lab():
+    """A laboratory's own module with records."""
+    module = types.ModuleType("lab_effects")
+    vars(module).update(RECORDS)
+    group = EFFECTS.plugins.group
+    points = [EntryPoint(name, f"lab_effects:{name}", group) for name in RECORDS]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "lab_effects", module)
+        patch.setattr(
+            "pmwvc_core.plugins.entry_points",
+            lambda group: [p for p in points if p.group == group],
+        )
+        plugins.imported.cache_clear()
+        library.plugins_of.cache_clear()
+        yield
+    plugins.imported.cache_clear()
+    library.plugins_of.cache_clear()
+
+
+def fates(params, seed, count=60):
+    link = Link(params, seed=seed)
+    return [link.send(n, n * 8 * MS) for n in range(count)], link
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    seed=st.integers(0, 2**31),
+    jitter=st.sampled_from(["none", "uniform", "normal"]),
+    loss=st.floats(0.0, 0.5),
+    duplicate=st.floats(0.0, 0.5),
+)
+def test_a_new_effect_changes_no_luck_of_the_others(lab, seed, jitter, loss, duplicate):
+    old = LinkParams(
+        delay_s=0.05,
+        jitter=jitter,
+        jitter_s=0.01,
+        loss=loss,
+        duplicate=duplicate,
+        keep_order=False,
+    )
+    before, _ = fates(old, (seed, 0, 1))
+    after, _ = fates(dataclasses.replace(old, effects="late:by_s=0.25"), (seed, 0, 1))
+    for ours, theirs in zip(before, after, strict=True):
+        assert [fate.kind for fate in ours] == [fate.kind for fate in theirs]
+        for mine, other in zip(ours, theirs, strict=True):
+            if mine.time_due_ns:  # clipped at zero delay never: 50 ms is 5 deviations
+                assert other.time_due_ns - mine.time_due_ns == 250 * MS
+
+
+def test_own_numbers_are_those_of_the_packet_whatever_else_is_on(lab):
+    _, alone = fates(LinkParams(effects="half"), (7, 0, 0))
+    _, beside = fates(LinkParams(effects="twins half", jitter="normal", jitter_s=0.01), (7, 0, 0))
+    _, other = fates(LinkParams(effects="half"), (7, 0, 1))
+    drawn = [link._made["half"].drawn for link in (alone, beside, other)]
+    assert drawn[0] == drawn[1]
+    assert not set(drawn[0]) & set(drawn[2])  # another direction, other numbers
+    assert abs(np.corrcoef(drawn[0], drawn[2])[0, 1]) < 0.5
+
+
+def test_own_numbers_are_evenly_spread(lab):
+    (sent, link) = fates(LinkParams(effects="half"), (3, 0, 0), count=2000)
+    lost = sum(kinds[0].kind is FateKind.LOST for kinds in sent)
+    assert lost == link.counters.lost
+    assert abs(lost - 1000) < 4 * np.sqrt(500)
+
+
+def test_several_copies_are_numbered_and_travel_each(lab):
+    ((original, first, second),), link = fates(LinkParams(effects="twins"), (1, 0, 0), count=1)
+    assert [fate.copy for fate in (original, first, second)] == [0, 1, 2]
+    assert link.counters.duplicated == 2
+    assert len(link.arrivals(MS)) == 3
+
+
+def test_effects_follow_new_settings(lab):
+    link = Link(LinkParams(effects="late:by_s=0.5", keep_order=False), seed=1)
+    assert link.send("a", 0)[0].time_due_ns == 500 * MS
+    link.configure(LinkParams(effects="late:by_s=0.1", keep_order=False))
+    assert link.send("b", 0)[0].time_due_ns == 100 * MS
+    link.configure(LinkParams(keep_order=False))
+    assert link.send("c", 0)[0].time_due_ns == 0
+
+
+@pytest.mark.parametrize(
+    ("effects", "text"),
+    [
+        ("moon", "moon is not installed; there are: half, late, stone, twins.*link_effects"),
+        ("late", "late takes by_s"),
+        ("late:by_s=-1", "late: by_s = -1.0: must be >= 0 s"),
+        ("late:by_s", "must be a name with its numbers"),
+        ("half half", "half is given twice"),
+        ("half:p=1", "half takes no numbers"),
+        ("stone", "is not a link effect: it is a object"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_with_the_reason(lab, effects, text):
+    with pytest.raises(ParameterError, match=text):
+        Link(LinkParams(effects=effects), seed=1)
+    with pytest.raises(ScenarioError, match=rf"user1.link.up.effects = .*{text}"):
+        load("carry_16ms", settings_texts=[f"link.effects={effects}"])
+
+
+def test_an_effect_without_linear_relative_is_refused_by_the_model(lab):
+    scenario = load("carry_16ms", settings_texts=["link.up.effects=late:by_s=0.1"])
+    with pytest.raises(
+        NonlinearError, match=r"up.effects = late:by_s=0.1.*--set link.up.effects="
+    ):
+        require_linear(scenario)
+    require_linear(load("carry_16ms", settings_texts=["link.up.effects=half"]))  # left out
