@@ -57,23 +57,36 @@ def run(words, **environment):
 def test_every_recipe_is_followed_and_of_a_few_lines():
     assert set(RECIPES) >= {
         "scenario", "parameter", "controller", "coupling", "environment", "device", "figure",
-        "command",
+        "command", "link effect",
     }  # fmt: skip
     followed = set(
         re.findall(r"^def test_recipe_of_an?_(\w+?)\(", Path(__file__).read_text(), re.M)
     )
-    elsewhere = {"controller", "environment", "device"}  # the code of their own pages, below
+    elsewhere = {
+        "controller",
+        "environment",
+        "device",
+        "link_effect",
+    }  # the code of their own pages, below
     assert {recipe.replace(" ", "_") for recipe in RECIPES} == followed | elsewhere
     for recipe, body in RECIPES.items():
         assert len(re.findall(r"^\d\. ", body, re.MULTILINE)) in (3, 4, 5), recipe
 
 
-@pytest.mark.parametrize("page", ["controllers", "environments", "devices"])
-def test_page_with_the_code_of_a_recipe_is_followed_by_its_own_test(page):
-    recipe = page.removesuffix("s")
-    assert f"docs/{page}.md" in RECIPES[recipe]
-    tests = (ROOT / "test" / "unit" / f"test_{recipe}_plugins.py").read_text("utf-8")
-    assert f"{page}.md" in tests and "```python" in tests
+@pytest.mark.parametrize(
+    ("recipe", "page"),
+    [
+        ("controller", "controllers.md"),
+        ("environment", "environments.md"),
+        ("device", "devices.md"),
+        ("link effect", "links.md"),
+    ],
+)
+def test_page_with_the_code_of_a_recipe_is_followed_by_its_own_test(recipe, page):
+    assert f"docs/{page}" in RECIPES[recipe]
+    name = f"test_{recipe.replace(' ', '_')}_plugins.py"
+    tests = (ROOT / "test" / "unit" / name).read_text("utf-8")
+    assert page in tests and ("```python" in tests or "example_of(" in tests)
 
 
 def test_every_file_that_the_page_names_exists():

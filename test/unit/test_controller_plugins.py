@@ -11,7 +11,7 @@ from importlib.metadata import EntryPoint
 
 import pytest
 from support.command_line import refused
-from support.lab import installed
+from support.lab import example_of
 
 from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.models.linear import NonlinearError
@@ -27,7 +27,7 @@ from pmwvc_core.simulation.session import simulate_one
 @pytest.fixture(scope="module")
 def pmwvc(tmp_path_factory):
     """The command line beside an installed package: the example of the documentation."""
-    return installed(tmp_path_factory.mktemp("lab"), "controllers.md")
+    return example_of(tmp_path_factory.mktemp("lab"), "controllers.md")
 
 
 def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):

@@ -11,7 +11,7 @@ from importlib.metadata import EntryPoint
 
 import pytest
 from support.command_line import refused
-from support.lab import installed
+from support.lab import example_of
 
 from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_bringup.scenarios import load
@@ -34,7 +34,7 @@ PROVED = (  # stable at any delay with implicit
 @pytest.fixture(scope="module")
 def pmwvc(tmp_path_factory):
     """The command line beside an installed package: the example of the documentation."""
-    return installed(tmp_path_factory.mktemp("lab"), "couplings.md")
+    return example_of(tmp_path_factory.mktemp("lab"), "couplings.md")
 
 
 def test_a_coupling_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.command_line import refused
-from support.lab import installed
+from support.lab import example_of
 
 from pmwvc_analysis.models.linear import NonlinearError, require_linear
 from pmwvc_bringup.scenarios import load
@@ -31,7 +31,7 @@ MS = 1_000_000
 @pytest.fixture(scope="module")
 def pmwvc(tmp_path_factory):
     """The command line beside an installed package: the example of the documentation."""
-    return installed(tmp_path_factory.mktemp("lab"), "links.md")
+    return example_of(tmp_path_factory.mktemp("lab"), "links.md")
 
 
 def test_an_effect_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
