@@ -15,21 +15,9 @@ from pmwvc_bringup.command import Command
 
 # The order of the help; commands that are not in it follow by name.
 ORDER = (
-    "run",
-    "simulate",
-    "report",
-    "replay",
-    "compare",
-    "stability",
-    "map",
-    "transparency",
-    "tune",
-    "filter",
-    "node",
-    "scenarios",
-    "doctor",
-    "completion",
-)
+    "run simulate report replay compare stability map transparency tune filter "
+    "node scenarios doctor completion"
+).split()
 EXAMPLES = """\
 examples:
   pmwvc doctor                 check whether this machine can run a session

@@ -8,6 +8,7 @@ from pathlib import Path
 from pmwvc_bringup.command import Command, Result
 from pmwvc_bringup.options import CHECK, FOLDER, json_document, out
 from pmwvc_bringup.output import terminal
+from pmwvc_bringup.session.terminal import finish
 from pmwvc_core.errors import PmwvcError
 
 EXAMPLES = """\
@@ -31,8 +32,6 @@ def run(arguments: argparse.Namespace) -> Result:
         if arguments.out:
             raise PmwvcError(f"{folder} is a comparison: its report is written into it, not --out")
         return again(folder, terminal())
-    from pmwvc_bringup.session.terminal import finish
-
     target = Path(arguments.out).expanduser() if arguments.out else None
     return finish(terminal(), folder, None, check=arguments.check, out=target)
 

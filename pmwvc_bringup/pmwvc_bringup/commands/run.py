@@ -6,9 +6,10 @@ import argparse
 import sys
 
 from pmwvc_bringup.command import Command, Result
-from pmwvc_bringup.options import SESSION, scenario_of
+from pmwvc_bringup.options import SESSION
 from pmwvc_bringup.output import terminal
 from pmwvc_bringup.session import preflight
+from pmwvc_bringup.session.terminal import announce, finish, prepared
 
 EXAMPLES = """\
 examples:
@@ -23,13 +24,8 @@ examples:
 def run(arguments: argparse.Namespace) -> Result:
     """Run a live session; 1 when a node did not come up, 130 when ended before it began."""
     preflight.require_ros()
-    from pmwvc_bringup.session.surroundings import new_folder
-
-    scenario = scenario_of(arguments)
-    preflight.check(scenario)
-    folder = new_folder(scenario.name, arguments.out)
+    scenario, folder = prepared(arguments)
     from pmwvc_bringup.session.runner import LiveSession, StartError
-    from pmwvc_bringup.session.terminal import announce, finish
 
     console = terminal()
     announce(console, scenario, folder, live=True)

@@ -6,21 +6,16 @@ import argparse
 
 from pmwvc_bringup.command import Command, Result
 from pmwvc_bringup.commands.run import EXAMPLES
-from pmwvc_bringup.options import SESSION, scenario_of
+from pmwvc_bringup.options import SESSION
 from pmwvc_bringup.output import progress, terminal
-from pmwvc_bringup.session import preflight
+from pmwvc_bringup.session.terminal import announce, finish, prepared
 from pmwvc_core.plural import count
 
 
 def run(arguments: argparse.Namespace) -> Result:
     """Simulate, record and report."""
-    from pmwvc_bringup.session.surroundings import new_folder
-
-    scenario = scenario_of(arguments)
-    preflight.check(scenario)
-    folder = new_folder(scenario.name, arguments.out)
+    scenario, folder = prepared(arguments)
     from pmwvc_analysis.recording.from_traces import record_traces
-    from pmwvc_bringup.session.terminal import announce, finish
     from pmwvc_core.simulation.session import simulate
 
     console = terminal()

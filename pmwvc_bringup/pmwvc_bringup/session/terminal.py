@@ -2,15 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """Texts of a session on the terminal: the prediction before it, and the verdict after it."""
 
+import argparse
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
 from pmwvc_bringup.command import Result
+from pmwvc_bringup.options import scenario_of
 from pmwvc_bringup.session import preflight
+from pmwvc_bringup.session.surroundings import new_folder
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
+
+
+def prepared(arguments: argparse.Namespace) -> tuple[Scenario, Path]:
+    """Return scenario and session folder; a mistake in the scenario leaves no folder behind."""
+    scenario = scenario_of(arguments)
+    preflight.check(scenario)
+    return scenario, new_folder(scenario.name, arguments.out)
 
 
 def announce(console: Console, scenario: Scenario, folder: Path, *, live: bool) -> None:
