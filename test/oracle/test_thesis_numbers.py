@@ -79,7 +79,7 @@ class _AsPrinted:
 
 
 def _as_printed(server):
-    server._coupling = _AsPrinted(server._coupling)
+    server._solver = _AsPrinted(server._solver)
 
 
 @pytest.mark.parametrize(("delay", "expected"), [(0, 139), (1, 103), (2, 83), (3, 70)])
