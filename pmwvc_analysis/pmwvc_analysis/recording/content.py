@@ -17,12 +17,11 @@ from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.mcap.salvage import RawMessage, Salvage, messages
-from pmwvc_analysis.recording.own import keep_own
+from pmwvc_analysis.recording.own import Series, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.sequence import GapCounter, numbered
 from pmwvc_core.errors import RecordingError
 
-Seen = tuple[int, Any]  # log time [ns] and decoded message
 Decode = Callable[[bytes, str], Any]
 
 
@@ -30,7 +29,7 @@ Decode = Callable[[bytes, str], Any]
 class Content:
     """Decoded messages by topic, and everything else the files say."""
 
-    by_topic: dict[str, list[Seen]] = field(default_factory=lambda: defaultdict(list))
+    by_topic: Topics = field(default_factory=lambda: defaultdict(Series))
     types: dict[str, str] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     counter: GapCounter = field(default_factory=GapCounter)
@@ -38,13 +37,20 @@ class Content:
     parameters: list[ParameterChange] = field(default_factory=list)  # of any node
     undecoded: Counter[tuple[str, str]] = field(default_factory=Counter)  # (topic, reason)
 
-    def of_type(self, type_name: str) -> dict[str, list[Seen]]:
+    def of_type(self, type_name: str) -> Topics:
         """Return the topics of one type that have messages."""
-        return {
-            t: self.by_topic[t]
-            for t, kind in self.types.items()
-            if kind == type_name and self.by_topic[t]
+        found = {
+            topic: self.by_topic[topic] for topic, kind in self.types.items() if kind == type_name
         }
+        return {topic: series for topic, series in found.items() if series.messages}
+
+    def of_links(self, type_name: str) -> dict[str, list[Any]]:
+        """Return the messages of one type by the name of their link."""
+        found: dict[str, list[Any]] = defaultdict(list)
+        for series in self.of_type(type_name).values():
+            for message in series.messages:
+                found[str(message.link)].append(message)
+        return dict(sorted(found.items()))
 
 
 def read_content(folder: Path) -> Content:
@@ -118,9 +124,9 @@ def content_of(raw: Iterable[RawMessage], decode: Decode, topics: Iterable[str] 
 
 def _own(content: Content) -> Content:
     """Keep and count the session's own messages; what else there was becomes events."""
-    content.events += [left.event() for left in keep_own(content.by_topic, content.types)]
+    content.events += keep_own(content.by_topic, content.types)
     for topic, kind in content.types.items():
-        for _, message in content.by_topic[topic]:
+        for message in content.by_topic[topic].messages:
             content.counter.add(topic, numbered(kind, message))
     for (topic, reason), count in content.undecoded.items():
         amount = "a message" if count == 1 else f"{count} messages"
@@ -166,4 +172,6 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> None:
         content.undecoded[raw.topic, str(error) or type(error).__name__] += 1
         return
     content.types[raw.topic] = raw.type_name
-    content.by_topic[raw.topic].append((raw.log_ns, message))
+    series = content.by_topic[raw.topic]
+    series.log_ns.append(raw.log_ns)
+    series.messages.append(message)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is missing in a recording, told apart from what the emulated network lost.
+"""The messages missing in a recording, told apart from those that the emulated network lost.
 
 On a topic that a node publishes itself, a number that is not in the file was not recorded. Behind
 an emulated link a number may be absent because the link lost the packet: there, what the link says
@@ -25,16 +25,6 @@ def came_out(fates: FateTraces) -> NDArray[np.bool_]:
     """Tell which packets and copies came out of a link."""
     kinds = (FateKind.DELIVERED, FateKind.DUPLICATE)
     return np.isin(fates.fate, kinds) & (fates.time_out_ns > 0)
-
-
-def delivered_numbers(fates: FateTraces) -> dict[int, set[int]]:
-    """Return per sender (epoch) the packet numbers that came out of a link."""
-    out = came_out(fates)
-    numbers: dict[int, set[int]] = {}
-    for epoch in np.unique(fates.epoch):
-        own = out & (fates.epoch == epoch)
-        numbers[int(epoch)] = {int(seq) for seq in fates.seq[own]}
-    return numbers
 
 
 def topic_counts(
@@ -78,8 +68,9 @@ def not_relayed(packets: PacketTraces, fates: FateTraces) -> tuple[int, int]:
 
 def _not_recorded(packets: PacketTraces | None, fates: FateTraces) -> int:
     """Return how many packets a link delivered that the file does not hold."""
-    missing = 0
-    for epoch, numbers in delivered_numbers(fates).items():
-        recorded = set() if packets is None else set(packets.seq[packets.epoch == epoch].tolist())
-        missing += len(numbers - recorded)
+    out, missing = came_out(fates), 0
+    for epoch in np.unique(fates.epoch):
+        numbers = fates.seq[out & (fates.epoch == epoch)]
+        recorded = [] if packets is None else packets.seq[packets.epoch == epoch]
+        missing += len(np.setdiff1d(numbers, recorded))
     return missing

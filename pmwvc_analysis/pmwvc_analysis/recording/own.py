@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which messages of a recording are the session's own; the others are counted and left out.
+"""The session's own messages in a recording; the others are counted and left out.
 
 A ROS domain is open: any program on it can publish on the topics of a session. A message is left
 out when
@@ -16,49 +16,50 @@ What is left out changes no verdict. It is an event of kind ``stranger``.
 """
 
 import bisect
+import itertools
 from collections import defaultdict
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.recording.clocks import clock
 from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording.sequence import numbered
 from pmwvc_core.runtime.messages import misfit
 
 LARGEST_JUMP = 1_000_000  # numbers missing at once: more than two hours of packets
 LATEST_NS = 1 << 62  # log times beyond overflow
 CLOCK_NS = 1_000_000_000  # a single message whose clock differs by this much from its neighbours'
 
-Seen = tuple[int, Any]  # log time [ns] and decoded message
-Topics = dict[str, list[Seen]]
 Integers = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class LeftOut:
-    """Messages of one topic that are not the session's, for one reason."""
+@dataclass
+class Series:
+    """The decoded messages of one topic, and when each was recorded [ns]."""
 
-    topic: str
-    count: int
-    why: str
-    first_ns: int
+    log_ns: list[int] = field(default_factory=list)
+    messages: list[Any] = field(default_factory=list)
 
-    def event(self) -> dict[str, Any]:
-        """Return it as an event of the session."""
-        messages = "1 message" if self.count == 1 else f"{self.count} messages"
-        what = f"{messages} on {self.topic} {self.why}, left out"
-        return {"time_ns": self.first_ns, "who": self.topic, "kind": "stranger", "what": what}
+    def kept(self, own: Sequence[bool]) -> "Series":
+        """Return the messages for which ``own`` is true."""
+        compressed = (itertools.compress(each, own) for each in (self.log_ns, self.messages))
+        return Series(*map(list, compressed))
 
 
-def keep_own(by_topic: Topics, types: dict[str, str]) -> list[LeftOut]:
-    """Remove from ``by_topic`` what is not the session's own; return what was removed."""
-    found: list[LeftOut] = []
+Topics = dict[str, Series]
+
+
+def keep_own(by_topic: Topics, types: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Remove from ``by_topic`` what is not the session's own; return that as events."""
+    found: list[dict[str, Any]] = []
     for topic, kind in types.items():
         found += _without_misfits(by_topic, topic, kind)
     for topic, epochs in _own_epochs(by_topic, types).items():
-        own = [int(message.epoch) in epochs for _, message in by_topic[topic]]
+        own = [int(message.epoch) in epochs for message in by_topic[topic].messages]
         found += _keep(by_topic, topic, own, "from another publisher")
     for topic, kind in types.items():
         own = _continuing(by_topic[topic], kind)
@@ -66,28 +67,29 @@ def keep_own(by_topic: Topics, types: dict[str, str]) -> list[LeftOut]:
     return found
 
 
-def _keep(by_topic: Topics, topic: str, own: Sequence[bool], why: str) -> list[LeftOut]:
-    """Keep the messages of a topic for which ``own`` is true."""
-    seen = by_topic[topic]
-    times = [log_ns for (log_ns, _), is_own in zip(seen, own, strict=True) if not is_own]
-    if not times:
+def _keep(by_topic: Topics, topic: str, own: list[bool], why: str) -> list[dict[str, Any]]:
+    """Keep the messages of a topic for which ``own`` is true; return an event of the others."""
+    if not (count := own.count(False)):
         return []
-    by_topic[topic] = [each for each, is_own in zip(seen, own, strict=True) if is_own]
-    return [LeftOut(topic, len(times), why, times[0])]
+    first_ns = by_topic[topic].log_ns[own.index(False)]
+    by_topic[topic] = by_topic[topic].kept(own)
+    amount = "1 message" if count == 1 else f"{count} messages"
+    what = f"{amount} on {topic} {why}, left out"
+    return [{"time_ns": first_ns, "who": topic, "kind": "stranger", "what": what}]
 
 
-def _without_misfits(by_topic: Topics, topic: str, kind: str) -> list[LeftOut]:
-    name = kind.rpartition("/")[2]
+def _without_misfits(by_topic: Topics, topic: str, kind: str) -> list[dict[str, Any]]:
+    name, series = kind.rpartition("/")[2], by_topic[topic]
     problems = [
         misfit(name, message) if log_ns < LATEST_NS else f"recorded at {log_ns} ns"
-        for log_ns, message in by_topic[topic]
+        for log_ns, message in zip(series.log_ns, series.messages, strict=True)
     ]
     example = next((problem for problem in problems if problem), "")
     why = f"whose fields do not fit together ({example})"
     return _keep(by_topic, topic, [problem is None for problem in problems], why)
 
 
-def _own_epochs(by_topic: Topics, types: dict[str, str]) -> dict[str, set[int]]:
+def _own_epochs(by_topic: Topics, types: Mapping[str, str]) -> dict[str, set[int]]:
     """Return the session's own epochs on every topic that carries one."""
     waves = {t: _spans(by_topic[t]) for t, kind in types.items() if kind == schemas.WAVE}
     own: dict[str, set[int]] = {}
@@ -114,10 +116,10 @@ def _sender(topic: str) -> str:
     return "server" if kind == "wave_down" else owner
 
 
-def _spans(seen: Sequence[Seen]) -> dict[int, tuple[int, int, int]]:
+def _spans(series: Series) -> dict[int, tuple[int, int, int]]:
     """Return per epoch the first and the last log time [ns] and the number of messages."""
     spans: dict[int, tuple[int, int, int]] = {}
-    for log_ns, message in seen:
+    for log_ns, message in zip(series.log_ns, series.messages, strict=True):
         first, last, count = spans.get(int(message.epoch), (log_ns, log_ns, 0))
         spans[int(message.epoch)] = (min(first, log_ns), max(last, log_ns), count + 1)
     return spans
@@ -133,36 +135,31 @@ def _in_turn(spans: dict[int, tuple[int, int, int]], known: Collection[int]) -> 
     return set(accepted)
 
 
-def _continuing(seen: Sequence[Seen], kind: str) -> list[bool]:
-    """Tell which messages continue one another, stream by stream."""
-    streams: dict[Any, list[int]] = defaultdict(list)
-    for place, (_, message) in enumerate(seen):
-        linked = kind in (schemas.LINK_STATE, schemas.PACKET_FATE)
-        streams[message.link if linked else int(message.epoch)].append(place)
-    kept = np.zeros(len(seen), dtype=bool)
-    for places in streams.values():
-        own = [seen[place] for place in places]
-        numbers = np.array([_number(message, kind) for _, message in own], dtype=np.int64)
-        rows = np.argsort(numbers, kind="stable")
+def _continuing(series: Series, kind: str) -> list[bool]:
+    """Tell which messages continue one another, publisher by publisher."""
+    places = [numbered(kind, message) for message in series.messages]
+    numbers = np.array([place.first for place in places], dtype=np.int64)
+    trace = kind in (schemas.MASTER_TRACE, schemas.SERVER_TRACE)
+    if kind == schemas.MASTER_TRACE:
+        numbers = np.array([message.first_tick for message in series.messages], dtype=np.int64)
+    logs = np.array(series.log_ns, dtype=np.int64)
+    streams: dict[str, list[int]] = defaultdict(list)
+    for row, place in enumerate(places):
+        streams[place.stream].append(row)
+    kept = np.zeros(len(places), dtype=bool)
+    for stream in streams.values():
+        rows = np.array(stream)
+        rows = rows[np.argsort(numbers[rows], kind="stable")]
         if kind != schemas.WAVE:  # a link may deliver a packet twice
             rows = rows[np.diff(numbers[rows], prepend=-1) > 0]
         rows = _without_jumps(rows, numbers)
-        if kind in (schemas.MASTER_TRACE, schemas.SERVER_TRACE):
-            starts = np.array([message.start_ns for _, message in own], dtype=np.int64)
-            logs = np.array([log_ns for log_ns, _ in own], dtype=np.int64)
-            rows = rows[_increasing(starts[rows])]
-            rows = rows[_clocks_agree((logs - starts)[rows])]
-        kept[np.array(places)[rows]] = True
+        if trace:
+            starts = clock.monotonic_times([series.messages[row] for row in rows])
+            increasing = _increasing(starts)
+            rows, starts = rows[increasing], starts[increasing]
+            rows = rows[_clocks_agree(logs[rows] - starts)]
+        kept[rows] = True
     return kept.tolist()
-
-
-def _number(message: Any, kind: str) -> int:
-    """Return what numbers a message of its publisher."""
-    if kind == schemas.MASTER_TRACE:
-        return int(message.first_tick)
-    if kind == schemas.SERVER_TRACE:
-        return int(message.step)
-    return int(message.first if kind == schemas.PACKET_FATE else message.seq)
 
 
 def _without_jumps(rows: Integers, numbers: Integers) -> Integers:

@@ -7,7 +7,7 @@ alike. Message definitions come from the file itself.
 """
 
 import json
-from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +22,9 @@ from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.recording.losses import not_relayed, topic_counts
 from pmwvc_analysis.recording.parameter_events import parameter_changes
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.runtime.messages import nanoseconds
+from pmwvc_core.runtime.messages.fields import PacketFate
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import FateTraces, ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 
 def read_session(folder: str | Path) -> SessionTraces:
@@ -39,58 +39,66 @@ def read_session(folder: str | Path) -> SessionTraces:
 
 
 def session_of(content: Content, folder: Path) -> SessionTraces:
-    """Return decoded messages as traces; ``folder`` may hold what the runner noted.
+    """Return decoded messages as traces; ``folder`` may hold the runner's notes.
 
     Raises
     ------
     RecordingError
         If no message is of a session.
     """
-    masters = {
-        topic.strip("/").rpartition("/")[0]: seen
-        for topic, seen in content.of_type(schemas.MASTER_TRACE).items()
-    }
-    servers = [each for seen in content.of_type(schemas.SERVER_TRACE).values() for each in seen]
-    fates = _fates(content)
-    times = time_lines(content.by_topic, masters, servers, fates)
-    starts = times.masters
-    first = [int(each.min()) for each in starts.values()]
-    if servers:
-        first.append(int(times.server.min()))
-    logs = [log_ns for seen in content.by_topic.values() for log_ns, _ in seen]
+    logs = [log_ns for series in content.by_topic.values() for log_ns in series.log_ns]
     if not logs:
         raise RecordingError(_nothing(folder, content))
-    zero_ns = clock.first(first or logs)
+    masters = {
+        topic.strip("/").rpartition("/")[0]: series.messages
+        for topic, series in sorted(content.of_type(schemas.MASTER_TRACE).items())
+    }
+    servers = content.of_type(schemas.SERVER_TRACE).values()
+    steps = [step for series in servers for step in series.messages]
+    steps_log_ns = [log_ns for series in servers for log_ns in series.log_ns]
+    waves = content.of_type(schemas.WAVE)
+    fate_messages = content.of_links(schemas.PACKET_FATE)
+    fates = {link: assemble.fate_traces(link, each) for link, each in fate_messages.items()}
+    packets = {topic: series.messages for topic, series in waves.items()}
+    times = time_lines(masters, steps, steps_log_ns, packets, fates)
+    starts = [int(each.min()) for each in (*times.masters.values(), times.server) if len(each)]
+    zero_ns = min(starts or logs)
     users = [
-        assemble.user_traces(name, [message for _, message in seen], starts[name], zero_ns=zero_ns)
-        for name, seen in sorted(masters.items())
+        assemble.user_traces(name, blocks, times.masters[name], zero_ns=zero_ns)
+        for name, blocks in masters.items()
     ]
-    server, lateness = (
-        assemble.server_traces([step for _, step in servers], times.server, zero_ns=zero_ns)
-        if servers
-        else (None, np.zeros(0))
-    )
+    server, lateness = None, np.zeros(0)
+    if steps:
+        server, lateness = assemble.server_traces(steps, times.server, zero_ns=zero_ns)
     traces = SessionTraces(
         source=content.metadata.get("session", {}).get("source", "live"),
         duration_s=_duration(users, server, logs, zero_ns),
         users=users,
         server=server,
+        packets={
+            topic: assemble.packet_traces(topic, series.messages, series.log_ns, zero_ns=zero_ns)
+            for topic, series in waves.items()
+        },
+        fates=fates,
+        link_states={
+            link: assemble.link_states(messages, zero_ns=zero_ns)
+            for link, messages in content.of_links(schemas.LINK_STATE).items()
+        },
         metadata={
             **content.metadata,
             "zero_ns": zero_ns,
             "server_lateness_s": lateness,
             "alignment": times.alignment,
+            "fate_zero_ns": _fate_zeros(fate_messages, zero_ns),
         },
-        fates=fates,
     )
-    _add_network(traces, content, zero_ns)
     traces.counts = topic_counts(content.counter, traces.fates, traces.packets)
     traces.events = _events(folder, content, zero_ns) + _start_losses(traces)
     return traces
 
 
 def _nothing(folder: Path, content: Content) -> str:
-    """Say why a recording that could be opened holds nothing of a session, and what it holds."""
+    """Return why a recording that was opened holds nothing of a session, and what it holds."""
     others = [topic for topic, count in content.counter.messages.items() if count]
     reasons = [str(event["what"]) for event in content.events]
     if others:
@@ -115,48 +123,18 @@ def read_scenario(folder: str | Path) -> Scenario | None:
     return parse_scenario(yaml.safe_load(path.read_text(encoding="utf-8")), source=str(path))
 
 
-def _add_network(traces: SessionTraces, content: Content, zero_ns: int) -> None:
-    """Fill in packets, fates and link states."""
-    for topic, seen in content.of_type(schemas.WAVE).items():
-        traces.packets[topic] = assemble.packet_traces(
-            topic,
-            [message for _, message in seen],
-            [log_ns for log_ns, _ in seen],
-            zero_ns=zero_ns,
-        )
-    zeros: dict[str, int] = {}
-    for link, messages in _of_links(content, schemas.PACKET_FATE).items():
-        last_in = np.array(
-            [int(np.max(m.time_in_ns)) for m in messages if len(m.time_in_ns)], dtype=np.int64
-        )
-        stamps = np.array(
-            [nanoseconds(m.stamp) for m in messages if len(m.time_in_ns)], dtype=np.int64
-        )
-        if len(last_in):
-            # a block is published after its last packet came in: the least difference is the
-            # clocks'
-            zeros[link] = zero_ns - int(np.min(stamps - last_in))
-    traces.metadata["fate_zero_ns"] = zeros
-    traces.link_states = {
-        link: assemble.link_states(messages, zero_ns=zero_ns)
-        for link, messages in _of_links(content, schemas.LINK_STATE).items()
-    }
+def _fate_zeros(of_links: Mapping[str, Sequence[PacketFate]], zero_ns: int) -> dict[str, int]:
+    """Return the start of the session on the monotonic clock of each link's emulator [ns].
 
-
-def _fates(content: Content) -> dict[str, FateTraces]:
-    return {
-        link: assemble.fate_traces(link, messages)
-        for link, messages in _of_links(content, schemas.PACKET_FATE).items()
-    }
-
-
-def _of_links(content: Content, type_name: str) -> dict[str, list[Any]]:
-    """Return the messages of one type by the name of their link."""
-    found: dict[str, list[Any]] = defaultdict(list)
-    for seen in content.of_type(type_name).values():
-        for _, message in seen:
-            found[str(message.link)].append(message)
-    return dict(sorted(found.items()))
+    A block is published after its last packet came in: the least difference is the clocks'.
+    """
+    found = {}
+    for link, messages in of_links.items():
+        blocks = [message for message in messages if len(message.time_in_ns)]
+        last_in = np.array([int(np.max(block.time_in_ns)) for block in blocks], dtype=np.int64)
+        if blocks:
+            found[link] = zero_ns - int(np.min(clock.stamps(blocks) - last_in))
+    return found
 
 
 def _duration(
@@ -173,7 +151,7 @@ def _duration(
 
 
 def _events(folder: Path, content: Content, zero_ns: int) -> list[dict[str, Any]]:
-    """Return what reading found and what the runner noted (``events.json``)."""
+    """Return the findings of reading and the notes of the runner (``events.json``)."""
     found = content.events + parameter_changes(content.parameters, folder, zero_ns)
     if (mended := content.metadata.get("recovered")) is not None:
         what = f"mended from {mended.get('from')}: {mended.get('cut')}"

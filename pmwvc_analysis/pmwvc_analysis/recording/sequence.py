@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sequence numbers, read from a message's bytes, and the count of what is missing.
+"""Sequence numbers of messages, and the count of missing ones.
 
 Each publisher numbers what it sends: packets and blocks by ``seq``, server steps by ``step``,
 fates by the number of their first record. A number that never came, between the first and the last

@@ -23,16 +23,16 @@ Equations: docs/theory.md 13.10.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_core.runtime.messages.fields import Wave
 from pmwvc_core.traces import FateTraces
 
 Integers = NDArray[np.int64]
 WINDOW_NS = 10_000_000_000
-ONE_HOST_NS = 1_000_000_000  # sums of both delays beyond this tell nothing of one host
+ONE_HOST_NS = 1_000_000_000  # a larger sum of both delays does not tell whether it is one host
 ONE_HOST, ECHO = "one host", "echo"
 LEAST_PAIRS = 8  # in a window, either way
 
@@ -55,7 +55,7 @@ class Alignment:
         return master_ns + np.round(shift).astype(np.int64)
 
     @property
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, str | float]:
         """Return it as plain numbers."""
         return {
             "how": self.how,
@@ -66,8 +66,8 @@ class Alignment:
 
 
 def align(
-    of_master: Sequence[Any],
-    of_server: Sequence[Any],
+    of_master: Sequence[Wave],
+    of_server: Sequence[Wave],
     up: FateTraces | None = None,
     down: FateTraces | None = None,
 ) -> Alignment | None:
@@ -117,7 +117,7 @@ def _line(windows: NDArray[np.float64], first_ns: int) -> Alignment:
     return Alignment(ECHO, offset, rate, first_ns + round(at_s), open_s)
 
 
-def _passages(messages: Sequence[Any], delays: Mapping[int, int]) -> Integers:
+def _passages(messages: Sequence[Wave], delays: Mapping[int, int]) -> Integers:
     """Return per echo the sender's clock of the echoed packet, and its passage by both clocks less
     its delay in the emulated link [ns] ``(packet, 2)``.
     """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From the two clocks of a message to the one time line of a session.
+"""The two clocks of a message, brought to the one time line of a session.
 
 Records carry the monotonic clock of their host (even steps, no meaning across hosts) and ROS time
 (of each host, may be set while running). Per publisher the difference of the two is taken
@@ -10,31 +10,40 @@ used, for all: the time lines of masters are aligned with it without wall time (
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import nanoseconds
+from pmwvc_core.runtime.messages.fields import Stamp, Trace
 
 Integers = NDArray[np.int64]
 
 
-def monotonic_times(messages: Sequence[Any]) -> Integers:
+class _Stamped(Protocol):
+    stamp: Stamp
+
+
+def monotonic_times(messages: Sequence[Trace]) -> Integers:
     """Return the monotonic time of each trace message on its own host [ns]."""
     return np.array([message.start_ns for message in messages], dtype=np.int64)
 
 
-def start_times(messages: Sequence[Any]) -> Integers:
+def stamps(messages: Sequence[_Stamped]) -> Integers:
+    """Return the ROS time of each message on its own host [ns]."""
+    return np.array([nanoseconds(message.stamp) for message in messages], dtype=np.int64)
+
+
+def start_times(messages: Sequence[Trace]) -> Integers:
     """Return the evenly stepped ROS time of each trace message [ns], epoch by epoch."""
-    result = np.zeros(len(messages), dtype=np.int64)
     epochs = np.array([message.epoch for message in messages], dtype=np.uint64)
-    monotonic = monotonic_times(messages)
-    stamps = np.array([nanoseconds(message.stamp) for message in messages], dtype=np.int64)
+    monotonic, stamped = monotonic_times(messages), stamps(messages)
+    result = np.zeros_like(monotonic)
     for epoch in np.unique(epochs):
         own = epochs == epoch
-        result[own] = ros_times(monotonic[own], stamps[own])
+        result[own] = ros_times(monotonic[own], stamped[own])
     return result
 
 
@@ -54,8 +63,3 @@ def offset_ns(monotonic_ns: Integers, stamp_ns: Integers) -> int:
 def seconds(ros_ns: Integers, zero_ns: int) -> Array:
     """Return seconds since the start of the session."""
     return (ros_ns - zero_ns).astype(float) * 1e-9
-
-
-def first(starts: Sequence[int]) -> int:
-    """Return the start of a session: the earliest of any publisher [ns], 0 without one."""
-    return min(starts, default=0)

@@ -1,24 +1,23 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When every master's block and every step of the server was, on the time line of the session.
+"""The times of every master's blocks and of every step of the server on the session's time line.
 
 The server's clock carries the time line; masters are aligned with it by echoes (alignment.py).
 Without echoes every publisher's own wall time is all there is.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.recording.clocks import clock
 from pmwvc_analysis.recording.clocks.alignment import Alignment, Integers, align
-from pmwvc_core.runtime.messages import nanoseconds
+from pmwvc_core.runtime.messages.fields import MasterTrace, ServerTrace, Wave
 from pmwvc_core.traces import FateTraces
 
 WALL = Alignment("wall clock")
-Seen = Sequence[tuple[int, Any]]  # log time [ns] and message
-FAR_NS = 20_000_000  # a server's wall clock this far from the recorder's is not believed
+LARGEST_OFFSET_NS = 20_000_000  # a server's wall clock this far from the recorder's is wrong
 
 
 class TimeLines(NamedTuple):
@@ -26,57 +25,63 @@ class TimeLines(NamedTuple):
 
     masters: dict[str, Integers]
     server: Integers
-    alignment: dict[str, dict[str, Any]]
+    alignment: dict[str, dict[str, str | float]]
 
 
 def time_lines(
-    by_topic: Mapping[str, Seen],
-    masters: Mapping[str, Seen],
-    server: Seen,
+    masters: Mapping[str, Sequence[MasterTrace]],
+    steps: Sequence[ServerTrace],
+    steps_log_ns: Sequence[int],
+    waves: Mapping[str, Sequence[Wave]],
     fates: Mapping[str, FateTraces],
 ) -> TimeLines:
-    """Return the times of all trace messages, in their order."""
-    steps = [message for _, message in server]
-    offset_ns = _offset_ns(server) if steps else 0
-    found: dict[str, Integers] = {}
-    said: dict[str, dict[str, Any]] = {}
-    aligned = False
-    for name, seen in masters.items():
-        blocks = [message for _, message in seen]
-        how = _align(name, by_topic, fates) if steps else None
-        if how is None:
-            found[name] = clock.start_times(blocks)
-            said[name] = WALL.summary
-        else:
-            aligned = True
-            found[name] = how.to_server(clock.monotonic_times(blocks)) + offset_ns
-            said[name] = how.summary
-    if not steps:
-        return TimeLines(found, np.zeros(0, dtype=np.int64), said)
-    own = clock.monotonic_times(steps) + offset_ns if aligned else clock.start_times(steps)
-    return TimeLines(found, own, said)
+    """Return the times of all trace messages, in their order.
+
+    Parameters
+    ----------
+    masters
+        Blocks of each user by its name.
+    steps, steps_log_ns
+        Steps of the server, and when they were recorded.
+    waves
+        Packets by topic.
+    fates
+        Fates of the packets by link.
+    """
+    offset_ns = _offset_ns(steps, np.array(steps_log_ns, dtype=np.int64)) if steps else 0
+    times: dict[str, Integers] = {}
+    alignment: dict[str, Alignment] = {}
+    for name, blocks in masters.items():
+        found = _align(name, waves, fates) if steps else None
+        alignment[name] = found or WALL
+        times[name] = (
+            found.to_server(clock.monotonic_times(blocks)) + offset_ns
+            if found
+            else clock.start_times(blocks)
+        )
+    aligned = any(found is not WALL for found in alignment.values())
+    server = clock.monotonic_times(steps) + offset_ns if aligned else clock.start_times(steps)
+    return TimeLines(times, server, {name: found.summary for name, found in alignment.items()})
 
 
 def _align(
-    name: str, by_topic: Mapping[str, Seen], fates: Mapping[str, FateTraces]
+    name: str, waves: Mapping[str, Sequence[Wave]], fates: Mapping[str, FateTraces]
 ) -> Alignment | None:
-    def sent(topic: str, relayed: str) -> list[Any]:
-        return [message for _, message in by_topic.get(topic) or by_topic.get(relayed) or ()]
-
+    """Align a user's clock by the packets as sent, else as they came out of their link."""
+    own, servers = f"/{name}/wave_", f"/server/{name}/wave_"
     return align(
-        sent(f"/{name}/wave_up", f"/server/{name}/wave_up"),
-        sent(f"/server/{name}/wave_down", f"/{name}/wave_down"),
+        waves.get(f"{own}up") or waves.get(f"{servers}up") or (),
+        waves.get(f"{servers}down") or waves.get(f"{own}down") or (),
         fates.get(f"{name}/up"),
         fates.get(f"{name}/down"),
     )
 
 
-def _offset_ns(server: Seen) -> int:
+def _offset_ns(steps: Sequence[ServerTrace], logs: Integers) -> int:
     """Return what turns the server's monotonic clock into ROS time; by the recorder's clock where
     the server's own was set while running [ns].
     """
-    monotonic = clock.monotonic_times([message for _, message in server])
-    stamps = np.array([nanoseconds(message.stamp) for _, message in server], dtype=np.int64)
-    logs = np.array([log_ns for log_ns, _ in server], dtype=np.int64)
-    own, recorder = clock.offset_ns(monotonic, stamps), clock.offset_ns(monotonic, logs)
-    return own if abs(own - recorder) <= FAR_NS else recorder
+    monotonic = clock.monotonic_times(steps)
+    own = clock.offset_ns(monotonic, clock.stamps(steps))
+    recorder = clock.offset_ns(monotonic, logs)
+    return own if abs(own - recorder) <= LARGEST_OFFSET_NS else recorder

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a network link does, as LinkState and PacketFate messages."""
+"""LinkState and PacketFate messages: the state of a link and the fates of its packets."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

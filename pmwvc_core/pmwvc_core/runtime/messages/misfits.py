@@ -1,14 +1,23 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the fields of a trace, packet or link message fit together.
+"""The check that the fields of a trace, packet or link message fit together.
 
 ROS checks types, not lengths: any program on the domain can publish a ``ServerTrace`` whose arrays
-do not match. Whoever reads messages of others asks here first.
+do not match. Readers of other programs' messages check them here first.
 """
 
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
+
+from pmwvc_core.runtime.messages.fields import (
+    LinkState,
+    MasterTrace,
+    PacketFate,
+    ServerTrace,
+    Trace,
+    Wave,
+)
 
 MOST_DOF = 6
 MOST_STATES = 4  # of MasterTrace and ServerTrace, 0 to 3
@@ -33,14 +42,14 @@ def misfit(kind: str, message: Any) -> str | None:
     return check(message) if check else None
 
 
-def _lengths(message: Any, wanted: Mapping[str, int]) -> str | None:
+def _lengths(message: object, wanted: Mapping[str, int]) -> str | None:
     for name, length in wanted.items():
         if (found := len(getattr(message, name))) != length:
             return f"{name} has {found} values instead of {length}"
     return None
 
 
-def _frame(message: Any) -> str | None:
+def _frame(message: Trace) -> str | None:
     """Check what both traces have: axes, period, clock, accounts."""
     if not 1 <= message.dof <= MOST_DOF:
         return f"dof = {message.dof}"
@@ -53,7 +62,7 @@ def _frame(message: Any) -> str | None:
     return _lengths(message, {"accounts": len(message.account_names)})
 
 
-def _master_trace(message: Any) -> str | None:
+def _master_trace(message: MasterTrace) -> str | None:
     ticks = len(message.lateness)
     if not ticks or message.first_tick >= _LARGEST:
         return f"{ticks} ticks from {message.first_tick} on"
@@ -65,7 +74,7 @@ def _master_trace(message: Any) -> str | None:
     return _frame(message) or _lengths(message, wanted)
 
 
-def _server_trace(message: Any) -> str | None:
+def _server_trace(message: ServerTrace) -> str | None:
     users = len(message.users)
     if message.step >= _LARGEST:
         return f"step = {message.step}"
@@ -79,18 +88,18 @@ def _server_trace(message: Any) -> str | None:
     return _frame(message) or _lengths(message, wanted)
 
 
-def _wave(message: Any) -> str | None:
+def _wave(message: Wave) -> str | None:
     axes = len(message.wave)
     if not 1 <= axes <= MOST_DOF:
         return f"wave has {axes} values"
     return _lengths(message, {"integral": axes})
 
 
-def _link_state(message: Any) -> str | None:
+def _link_state(message: LinkState) -> str | None:
     return None if "/" in message.link else f"link = {message.link!r}"
 
 
-def _packet_fate(message: Any) -> str | None:
+def _packet_fate(message: PacketFate) -> str | None:
     if "/" not in message.link:
         return f"link = {message.link!r}"
     if not 1 <= message.first < _LARGEST:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the two loops leave behind, as MasterTrace and ServerTrace messages."""
+"""The traces of both loops, as MasterTrace and ServerTrace messages."""
 
 from array import array
 from collections.abc import Mapping, Sequence

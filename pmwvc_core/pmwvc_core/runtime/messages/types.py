@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.numeric import Value
+from pmwvc_core.runtime.messages.fields import Stamp
 
 NS_PER_S = 1_000_000_000
 _NAMES = {
@@ -77,7 +78,7 @@ def time_message(types: MessageTypes, stamp_ns: int) -> Any:
     return types.Time(sec=sec, nanosec=nanosec)
 
 
-def nanoseconds(stamp: Any) -> int:
+def nanoseconds(stamp: Stamp) -> int:
     """Return a time message in ns."""
     return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.numeric import Value
+from pmwvc_core.runtime.messages.fields import Numbers, Wave
 from pmwvc_core.runtime.messages.types import MessageTypes, axes, scalar, time_message
 from pmwvc_core.transport.packet import WavePacket
 
@@ -30,7 +31,7 @@ def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1
     )
 
 
-def read_wave(msg: Any, dof: int) -> WavePacket:
+def read_wave(msg: Wave, dof: int) -> WavePacket:
     """Return a Wave message as a packet, whatever it holds.
 
     A sequence of another length than ``dof`` becomes an array of its own length, for the receiver
@@ -52,7 +53,7 @@ def read_wave(msg: Any, dof: int) -> WavePacket:
     )
 
 
-def _value(sequence: Any, dof: int) -> Value:
+def _value(sequence: Numbers, dof: int) -> Value:
     if dof == 1 and len(sequence) == 1:
         return float(sequence[0])
     return np.array(sequence, dtype=float)

@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The fields of decoded messages that are read, whether rclpy or rosbags decoded them.
+
+Units and meaning are those of the ``.msg`` files.
+"""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+Numbers = Sequence[float]
+
+
+class Stamp(Protocol):
+    """A time of ROS."""
+
+    sec: int
+    nanosec: int
+
+
+class Trace(Protocol):
+    """The fields that both traces have."""
+
+    stamp: Stamp
+    start_ns: int
+    epoch: int
+    period: float
+    dof: int
+    account_names: Sequence[str]
+    accounts: Numbers
+
+
+class MasterTrace(Trace, Protocol):
+    """A block of ticks; the signals of :class:`pmwvc_core.traces.UserTraces` are read by name."""
+
+    first_tick: int
+    state: int
+    reason: str
+    hand_force_known: bool
+    f_h: Numbers
+    lateness: Numbers
+
+
+class ServerTrace(Trace, Protocol):
+    """A step of the server; signals of each user are read by name."""
+
+    step: int
+    users: Sequence[str]
+    state: Sequence[int]
+
+
+class Wave(Protocol):
+    """A packet."""
+
+    epoch: int
+    seq: int
+    sent_ns: int
+    period: float
+    wave: Numbers
+    integral: Numbers
+    energy: float
+    position: Numbers
+    echo_seq: int
+    echo_sent_ns: int
+    echo_hold_ns: int
+    flags: int
+
+
+class LinkState(Protocol):
+    """Counts, delays and settings of a link; they are read by name."""
+
+    stamp: Stamp
+    link: str
+
+
+class PacketFate(Protocol):
+    """A block of records of a link; its columns are read by name."""
+
+    stamp: Stamp
+    link: str
+    first: int
+    epoch: Sequence[int]
+    seq: Sequence[int]
+    time_in_ns: Sequence[int]
