@@ -25,7 +25,7 @@ from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, UserTraces
 
 Integers = NDArray[np.int64]
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
-_PER_TICK = {"x_m": "x", "xd_m": "xd", "f_m": "f_m", "f_applied": "f_applied"} | {
+PER_AXIS = {"x_m": "x", "xd_m": "xd", "f_m": "f_m", "f_applied": "f_applied"} | {
     name: name for name in ("u_m", "u_m_lp", "v_m")
 }
 
@@ -92,7 +92,7 @@ def user_traces(
         missed=_total(blocks, "missed"),
         safety_events=_total(blocks, "safety_events"),
         epoch=epochs,
-        **{trace: axes(field) for trace, field in _PER_TICK.items()},
+        **{trace: axes(field) for trace, field in PER_AXIS.items()},
     )
 
 

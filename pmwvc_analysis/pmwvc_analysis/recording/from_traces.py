@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Traces of a single run, simulated or replayed, written as the folder a live run leaves.
+"""The session folder of a run that was simulated or replayed, as a live run leaves it.
 
 Same topics, types and blocks; what virtual time does not have (echoes; lateness, but in a replay)
 is zero.
@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.recording.assemble import ENERGIES
+from pmwvc_analysis.recording.assemble import ENERGIES, PER_AXIS
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.about import about
 from pmwvc_analysis.recording.format.topics import session_topics
@@ -25,14 +25,9 @@ from pmwvc_core.controllers import has_waves
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime import messages as build
+from pmwvc_core.runtime.messages import MessageTypes
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import (
-    FateTraces,
-    PacketTraces,
-    ServerTraces,
-    SessionTraces,
-    UserTraces,
-)
+from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 
 SERVER_EPOCH = 1000
@@ -94,7 +89,9 @@ def record_traces(
             writer.write(item.topic, data, log_ns=start + item.at_ns)
 
 
-def _all(types: Any, traces: SessionTraces, scenario: Scenario, start: int) -> Iterator[Outgoing]:
+def _all(
+    types: MessageTypes, traces: SessionTraces, scenario: Scenario, start: int
+) -> Iterator[Outgoing]:
     for user in traces.users:
         yield from _master_blocks(types, user, _epoch(traces, user.name), start)
     if traces.server is not None:
@@ -116,7 +113,7 @@ def _all(types: Any, traces: SessionTraces, scenario: Scenario, start: int) -> I
 
 
 def _until(fates: FateTraces, end_ns: int) -> FateTraces:
-    """Return fates in which what is still under way at the end of the session has not come out."""
+    """Return fates in which packets still in flight at the end of the session never came out."""
     out_ns = np.where(fates.time_out_ns < end_ns, fates.time_out_ns, 0)
     return replace(fates, time_out_ns=out_ns)
 
@@ -133,23 +130,17 @@ def _ns(seconds: float) -> int:
     return round(seconds * 1e9)
 
 
-def _master_blocks(types: Any, user: UserTraces, epoch: int, start: int) -> Iterator[Outgoing]:
+def _master_blocks(
+    types: MessageTypes, user: UserTraces, epoch: int, start: int
+) -> Iterator[Outgoing]:
     edges = [0, *np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s).tolist()]
-    signals = {
-        "x": user.x_m,
-        "xd": user.xd_m,
-        "f_h": user.f_h,
-        "f_m": user.f_m,
-        "f_applied": user.f_applied,
-    }
-    signals |= {"u_m": user.u_m, "u_m_lp": user.u_m_lp, "v_m": user.v_m}
+    signals = {name: getattr(user, trace) for trace, name in PER_AXIS.items()}
+    signals["f_h"] = user.f_h
     known = bool(np.isfinite(user.f_h).all())
     for block, (first, after) in enumerate(itertools.pairwise(edges)):
         series = {name: array[first:after].ravel() for name, array in signals.items()}
-        series |= {
-            "lateness": user.lateness_s[first:after],
-            "compute": user.compute_s[first:after],
-        }
+        series["lateness"] = user.lateness_s[first:after]
+        series["compute"] = user.compute_s[first:after]
         last = block == len(edges) - 2
         message = build.master_trace(
             types,
@@ -174,7 +165,9 @@ def _master_blocks(types: Any, user: UserTraces, epoch: int, start: int) -> Iter
         )
 
 
-def _server_steps(types: Any, server: ServerTraces, late: Array, start: int) -> Iterator[Outgoing]:
+def _server_steps(
+    types: MessageTypes, server: ServerTraces, late: Array, start: int
+) -> Iterator[Outgoing]:
     each = ("x_s", "xd_s", "f_s", "u_s", "v_s", "state", "contact", "energy_u_s", "energy_v_s")
     whole = ("x_o", "xd_o", "target", "kinetic", "potential", "dissipated")
     for row, (time_s, late_s) in enumerate(zip(server.time_s, late, strict=True)):
@@ -199,7 +192,11 @@ def _server_steps(types: Any, server: ServerTraces, late: Array, start: int) -> 
 
 
 def _packets(
-    types: Any, packets: PacketTraces, traces: SessionTraces, scenario: Scenario, start: int
+    types: MessageTypes,
+    packets: PacketTraces,
+    traces: SessionTraces,
+    scenario: Scenario,
+    start: int,
 ) -> Iterator[Outgoing]:
     *_, owner, kind = packets.topic.split("/")
     up = kind == "wave_up"
@@ -229,11 +226,8 @@ def _positions(traces: SessionTraces, owner: str, times: Array, *, up: bool) -> 
     """Return where the sending end was when it sent [m]."""
     if up:
         user = next(user for user in traces.users if user.name == owner)
-        return user.x_m[
-            np.clip(
-                np.searchsorted(user.time_s, times - 0.5 * user.tick_s), 0, len(user.time_s) - 1
-            )
-        ]
+        rows = np.searchsorted(user.time_s, times - 0.5 * user.tick_s)
+        return user.x_m[np.clip(rows, 0, len(user.time_s) - 1)]
     server = traces.server
     if server is None:
         return np.zeros((len(times), 1))

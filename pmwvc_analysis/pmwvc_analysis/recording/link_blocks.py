@@ -12,13 +12,14 @@ from pmwvc_analysis.recording.losses import DROPPED
 from pmwvc_core.network import FateKind
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages as build
+from pmwvc_core.runtime.messages import MessageTypes
 from pmwvc_core.traces import FateTraces
 
 BLOCK_NS = 500_000_000
 STATE_NS = 1_000_000_000
 
 
-def fate_blocks(types: Any, fates: FateTraces, start: int) -> Iterator[tuple[int, Any]]:
+def fate_blocks(types: MessageTypes, fates: FateTraces, start: int) -> Iterator[tuple[int, Any]]:
     """Yield PacketFate messages, half a second of records each, with their time [ns].
 
     A block is published once its last packet came in.
@@ -50,7 +51,7 @@ def fate_blocks(types: Any, fates: FateTraces, start: int) -> Iterator[tuple[int
 
 
 def state_blocks(
-    types: Any, fates: FateTraces, params: LinkParams, start: int, *, seed: int
+    types: MessageTypes, fates: FateTraces, params: LinkParams, start: int, *, seed: int
 ) -> Iterator[tuple[int, Any]]:
     """Yield one LinkState message a second, with its time [ns]."""
     if not len(fates.number):

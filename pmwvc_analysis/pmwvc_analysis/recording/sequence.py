@@ -17,11 +17,16 @@ from pmwvc_analysis.recording.format import schemas
 
 MOST_RANGES = 256  # of one publisher; older ones are settled: hours of losses take no memory
 MOST_STREAMS = 64  # publishers of one topic whose numbers are followed
-_AFTER_HEADER = 4  # CDR encapsulation
-_EPOCH_SEQ = struct.Struct("<QI")
-_EPOCH_STEP = struct.Struct("<QQ")
+_HEADER_BYTES = 4  # CDR encapsulation
+_STAMP_BYTES = 8
+# epoch and number, behind stamp and clock; of the types that carry them there
+_EPOCH_NUMBER = {
+    schemas.WAVE: struct.Struct("<QI"),
+    schemas.MASTER_TRACE: struct.Struct("<QI"),
+    schemas.SERVER_TRACE: struct.Struct("<QQ"),
+}
 _U32 = struct.Struct("<I")
-_U64 = struct.Struct("<Q")
+_FIRST_COUNT = struct.Struct("<QI")
 
 
 @dataclass(frozen=True)
@@ -33,43 +38,28 @@ class Numbered:
     count: int = 1
 
 
-def _aligned(offset: int, size: int) -> int:
-    return (offset + size - 1) // size * size
-
-
-def _after_string(body: bytes, offset: int) -> tuple[str, int]:
-    """Return a CDR string that starts at ``offset`` and the offset behind it."""
-    (length,) = _U32.unpack_from(body, offset)
-    text = body[offset + 4 : offset + 4 + max(length - 1, 0)].decode("utf-8", "replace")
-    return text, offset + 4 + length
-
-
 def peek(type_name: str, data: bytes) -> Numbered | None:
     """Return the numbers of a serialized message, or None: another type, or not a whole message.
 
     Offsets follow from the field order in the ``.msg`` files: the numbers come right after the
-    stamps.
+    stamps. The recorder has no time to decode messages.
     """
-    body = data[_AFTER_HEADER:]
+    body = data[_HEADER_BYTES:]
     try:
-        if type_name in (schemas.WAVE, schemas.MASTER_TRACE):
-            epoch, seq = _EPOCH_SEQ.unpack_from(body, 16)
-            return Numbered(f"{epoch:016x}", seq)
-        if type_name == schemas.SERVER_TRACE:
-            epoch, step = _EPOCH_STEP.unpack_from(body, 16)
-            return Numbered(f"{epoch:016x}", step)
+        if (layout := _EPOCH_NUMBER.get(type_name)) is not None:
+            epoch, number = layout.unpack_from(body, 2 * _STAMP_BYTES)
+            return Numbered(f"{epoch:016x}", number)
+        if type_name not in (schemas.LINK_STATE, schemas.PACKET_FATE):
+            return None
+        start = _STAMP_BYTES + _U32.size
+        (length,) = _U32.unpack_from(body, _STAMP_BYTES)
+        link = body[start : start + max(length - 1, 0)].decode("utf-8", "replace")
+        end = start + length
         if type_name == schemas.LINK_STATE:
-            link, offset = _after_string(body, 8)
-            return Numbered(link, _U32.unpack_from(body, _aligned(offset, 4))[0])
-        if type_name == schemas.PACKET_FATE:
-            link, offset = _after_string(body, 8)
-            offset = _aligned(offset, 8)
-            return Numbered(
-                link, _U64.unpack_from(body, offset)[0], _U32.unpack_from(body, offset + 8)[0]
-            )
+            return Numbered(link, *_U32.unpack_from(body, end + -end % 4))
+        return Numbered(link, *_FIRST_COUNT.unpack_from(body, end + -end % 8))
     except struct.error:
         return None
-    return None
 
 
 def numbered(type_name: str, message: Any) -> Numbered:

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A session folder being written: ``session.mcap`` and ``metadata.yaml``.
+"""The writer of a session folder: ``session.mcap`` and ``metadata.yaml``.
 
 Chunks are compressed with zstd, hold at most 4 MiB or one second, and carry a checksum; so does
 the whole data section. What a killed process leaves is readable up to its last whole chunk
-(``recover``). When the disk is full or not writable, writing stops for good: the file is cut back
+(recover.py). When the disk is full or not writable, writing stops for good: the file is cut back
 to its last whole chunk, the reason is kept in ``problem`` and everything offered afterwards is
 counted in ``refused``. Nothing here raises then: a recorder must not bring down a session.
 """
@@ -12,10 +12,10 @@ counted in ``refused``. Nothing here raises then: a recorder must not bring down
 import contextlib
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 from pmwvc_analysis.recording.format import rosbag_metadata, schemas
 from pmwvc_analysis.recording.format.topics import Topic
@@ -115,16 +115,14 @@ class SessionWriter:
                 topic.type_name, "ros2msg", text.encode()
             )
             self._chunk_bytes += len(text.encode())
-        self._chunk_bytes += 2 * len(rosbag_metadata.dump([topic.qos()]))
-        channel = self._writer.register_channel(
-            topic.name,
-            "cdr",
-            self._schemas[topic.type_name],
-            {
-                "offered_qos_profiles": rosbag_metadata.dump([topic.qos()]).strip(),
-                "topic_type_hash": self._hashes[topic.type_name],
-            },
-        )
+        qos = rosbag_metadata.dump([topic.qos()])
+        self._chunk_bytes += 2 * len(qos)
+        metadata = {
+            "offered_qos_profiles": qos.strip(),
+            "topic_type_hash": self._hashes[topic.type_name],
+        }
+        schema_id = self._schemas[topic.type_name]
+        channel = self._writer.register_channel(topic.name, "cdr", schema_id, metadata)
         self._channels[topic.name] = (channel, topic)
         self.counter.topic(topic.name)
 
@@ -153,13 +151,17 @@ class SessionWriter:
         self._chunk_bytes += len(data) + _OVERHEAD
         channel, known = self._channels[topic]
         self.counter.add(topic, peek(known.type_name, data))
-        if self.counter.messages[topic] == 1 and sum(self.counter.messages.values()) == 1:
+        number = self.counter.messages[topic]
+        if number == 1 and sum(self.counter.messages.values()) == 1:
             self.start_ns = self.end_ns = log_ns
         self.start_ns, self.end_ns = min(self.start_ns, log_ns), max(self.end_ns, log_ns)
-        number = self.counter.messages[topic] & 0xFFFFFFFF
         self._guarded(
             lambda: self._writer.add_message(
-                channel, log_ns, data, log_ns if publish_ns is None else publish_ns, number
+                channel,
+                log_ns,
+                data,
+                log_ns if publish_ns is None else publish_ns,
+                number & 0xFFFFFFFF,
             )
         )
 
@@ -210,22 +212,16 @@ class SessionWriter:
         except OSError:
             return None
 
-    def _information(self) -> dict[str, Any]:
+    def _information(self) -> dict[str, object]:
         counts = [
-            rosbag_metadata.TopicCount(
-                name,
-                topic.type_name,
-                self._hashes[topic.type_name],
-                topic.qos(),
-                self._kept.get(name, 0),
-            )
+            (topic, self._hashes[topic.type_name], self._kept.get(name, 0))
             for name, (_, topic) in self._channels.items()
         ]
         return rosbag_metadata.information(
-            counts, file_name=FILE_NAME, start_ns=self.start_ns, end_ns=self.end_ns, custom={}
+            counts, file_name=FILE_NAME, start_ns=self.start_ns, end_ns=self.end_ns
         )
 
-    def _guarded(self, action: Any) -> None:
+    def _guarded(self, action: Callable[[], object]) -> None:
         """Do something with the file; the first failure ends the recording."""
         if self.problem:
             return

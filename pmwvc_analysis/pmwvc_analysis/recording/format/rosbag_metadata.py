@@ -4,40 +4,31 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+
+from pmwvc_analysis.recording.format.topics import Topic
 
 VERSION = 9
 
 
-@dataclass(frozen=True)
-class TopicCount:
-    """One topic of a recording and how many messages it has."""
-
-    name: str
-    type_name: str
-    type_hash: str
-    qos: Mapping[str, object] | None
-    messages: int
-
-
 def information(
-    topics: Sequence[TopicCount],
-    *,
-    file_name: str,
-    start_ns: int,
-    end_ns: int,
-    custom: Mapping[str, str],
-) -> dict[str, Any]:
-    """Return the content below ``rosbag2_bagfile_information``."""
-    count = sum(topic.messages for topic in topics)
-    duration = max(0, end_ns - start_ns)
+    topics: Sequence[tuple[Topic, str, int]], *, file_name: str, start_ns: int, end_ns: int
+) -> dict[str, object]:
+    """Return the content below ``rosbag2_bagfile_information``.
+
+    Parameters
+    ----------
+    topics
+        Each topic with the hash of its type and its number of messages.
+    """
+    start = {"nanoseconds_since_epoch": start_ns}
+    duration = {"nanoseconds": max(0, end_ns - start_ns)}
+    count = sum(messages for _, _, messages in topics)
     return {
         "version": VERSION,
         "storage_identifier": "mcap",
-        "duration": {"nanoseconds": duration},
-        "starting_time": {"nanoseconds_since_epoch": start_ns},
+        "duration": dict(duration),
+        "starting_time": dict(start),
         "message_count": count,
         "topics_with_message_count": [
             {
@@ -45,12 +36,12 @@ def information(
                     "name": topic.name,
                     "type": topic.type_name,
                     "serialization_format": "cdr",
-                    "offered_qos_profiles": [dict(topic.qos)] if topic.qos else [],
-                    "type_description_hash": topic.type_hash,
+                    "offered_qos_profiles": [topic.qos()],
+                    "type_description_hash": type_hash,
                 },
-                "message_count": topic.messages,
+                "message_count": messages,
             }
-            for topic in topics
+            for topic, type_hash, messages in topics
         ],
         "compression_format": "",
         "compression_mode": "",
@@ -58,17 +49,17 @@ def information(
         "files": [
             {
                 "path": file_name,
-                "starting_time": {"nanoseconds_since_epoch": start_ns},
-                "duration": {"nanoseconds": duration},
+                "starting_time": start,
+                "duration": duration,
                 "message_count": count,
             }
         ],
-        "custom_data": dict(custom) or None,
+        "custom_data": None,
         "ros_distro": "jazzy",
     }
 
 
-def dump(content: Any) -> str:
+def dump(content: object) -> str:
     """Return YAML in block style."""
     import yaml
 
@@ -76,7 +67,7 @@ def dump(content: Any) -> str:
     return text
 
 
-def write(folder: Path, content: Mapping[str, Any]) -> None:
+def write(folder: Path, content: Mapping[str, object]) -> None:
     """Replace the folder's ``metadata.yaml`` in one step: a reader never sees half of it."""
     target = folder / "metadata.yaml"
     temporary = folder / ".metadata.yaml.tmp"

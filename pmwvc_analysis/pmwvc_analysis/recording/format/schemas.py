@@ -13,9 +13,12 @@ import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from pmwvc_core.errors import RecordingError
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
 
 WAVE = "pmwvc_msgs/msg/Wave"
 MASTER_TRACE = "pmwvc_msgs/msg/MasterTrace"
@@ -103,20 +106,18 @@ def schema_text(type_name: str) -> str:
 
 
 @functools.cache
-def typestore(*type_names: str) -> Any:
+def typestore(*type_names: str) -> "Typestore":
     """Return a rosbags type store that knows these types (ours when none is named)."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.EMPTY)
-    known: dict[str, Any] = {}
     for type_name in type_names or OUR_TYPES:
-        known.update(get_types_from_msg(schema_text(type_name), type_name))
-    store.register(known)
+        store.register(get_types_from_msg(schema_text(type_name), type_name))
     return store
 
 
 @functools.cache
-def store_of(schema: str, type_name: str) -> Any:
+def store_of(schema: str, type_name: str) -> "Typestore":
     """Return a rosbags type store that knows a type given by its whole schema text."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
