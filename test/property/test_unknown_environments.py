@@ -44,7 +44,7 @@ def waves(rng, users, dof, *, size, memory, steps):
         yield [float(row[0]) if dof == 1 else row for row in wave]
 
 
-def seat_all(server, rng, dof):
+def join_all(server, rng, dof):
     for user in range(len(server.ports)):
         place = rng.normal(0.0, 0.03, dof)
         server.join(user, float(place[0]) if dof == 1 else place)
@@ -107,7 +107,7 @@ def test_a_random_passive_network_gives_out_no_more_than_it_got(
         decoding=decoding,
         period_s=period_s,
     )
-    seat_all(server, rng, dof)
+    join_all(server, rng, dof)
     found = account(server, waves(rng, users, dof, size=size, memory=memory, steps=80))
     assert found.min() >= -TOLERANCE_J
     assert books_close(server)
@@ -169,7 +169,7 @@ def test_every_passive_environment_of_the_library_gives_out_no_more_than_it_got(
     )
     contacts = ContactParams(contact=contact, contact_stiffness=stiffness, contact_damping=damping)
     server = library_port(params, [contacts] * users, [impedance] * users, dof=dof)
-    seat_all(server, rng, dof)
+    join_all(server, rng, dof)
     found = account(server, waves(rng, users, dof, size=size, memory=memory, steps=80))
     assert found.min() >= -TOLERANCE_J
     assert books_close(server)
@@ -188,7 +188,7 @@ def test_untreated_and_as_printed_some_of_them_give_out_more(compensation):
             params = ServerParams(coupling="unknown", environment=name, **values)
             contacts = ContactParams(contact="bilateral", contact_stiffness=5000.0)
             server = library_port(params, [contacts] * 2, [25.0] * 2, dof=1)
-        seat_all(server, rng, 1)
+        join_all(server, rng, 1)
         found = account(server, waves(rng, 2, 1, size=0.3, memory=0.0, steps=300))
         worst[name] = found.min()
         assert books_close(server)
@@ -261,7 +261,7 @@ def test_an_active_environment_gives_no_more_than_its_allowance(
 ):
     rng = np.random.default_rng(seed)
     server = port(Pusher(force), [25.0] * users, allowance_w=allowance_w, allowance_j=allowance_j)
-    seat_all(server, rng, 1)
+    join_all(server, rng, 1)
     found = account(server, waves(rng, users, 1, size=0.1, memory=0.9, steps=150))
     time_s = server._period * np.arange(1, 151)
     allowed = np.minimum(allowance_w * time_s, allowance_j)
@@ -312,7 +312,7 @@ def test_energy_goes_in_at_one_user_and_out_at_the_other():
     across = 400.0 * np.array([[1.0, -1.0], [-1.0, 1.0]])
     for kind in (Network, OpenNetwork):
         server = port(kind(2, [], stiffness=across, damping=0.0 * across), [25.0] * 2)
-        seat_all(server, np.random.default_rng(0), 1)
+        join_all(server, np.random.default_rng(0), 1)
         push = np.sin(2.0 * np.pi * 0.5 * 0.008 * np.arange(1000))
         found = account(server, [[float(wave), 0.0] for wave in push])
         first, second = (u - v for u, v in zip(server.energy_u_s, server.energy_v_s, strict=True))

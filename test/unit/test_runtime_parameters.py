@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters in ROS are those of the dataclasses: names, bounds and refusals, at any time."""
 
-import dataclasses
 import sys
 
 import pytest
@@ -211,86 +210,6 @@ def test_single_values_are_checked_too():
 def test_no_names_are_names_too():
     with ros() as peer:
         assert declare_names(peer.node, "users", [], "names") == []
-
-
-def test_a_change_hands_over_the_complete_new_object():
-    with ros() as peer:
-        defaults = MasterParams(filter=FilterParams(kind="first_order"))
-        start, changes = bind(peer.node, "master", MasterParams, defaults=defaults)
-        assert change(peer.node, master__impedance=12) == ""
-        assert change(peer.node, master__hold="zoh", master__filter__cutoff_hz=5.0) == ""
-        assert changes == [
-            dataclasses.replace(start, impedance=12.0),
-            MasterParams(
-                impedance=12.0,
-                hold="zoh",
-                filter=FilterParams(kind="first_order", cutoff_hz=5.0),
-            ),
-        ]
-
-
-def test_a_refused_change_carries_the_message_of_the_dataclass_and_changes_nothing():
-    with ros() as peer:
-        _, changes = bind(peer.node, "safety", SafetyParams)
-        with pytest.raises(ParameterError) as own:
-            SafetyParams(damper_velocity=2.0)
-        reason = change(peer.node, safety__soft_start_s=1.0, safety__damper_velocity=2.0)
-        assert reason == f"safety.{own.value}"
-        assert changes == []
-        assert declared_values(peer.node, "safety", SafetyParams) == SafetyParams()
-
-
-def declared_values(node, prefix, kind):
-    return built(prefix, kind, {n: node.get_parameter(n).value for n in values_of(prefix, kind())})
-
-
-def test_two_conflicting_values_may_change_together():
-    """One after the other each would be refused."""
-    with ros() as peer:
-        _, changes = bind(peer.node, "safety", SafetyParams)
-        assert change(peer.node, safety__damper_velocity=2.0, safety__fault_velocity=3.0) == ""
-        assert changes == [SafetyParams(damper_velocity=2.0, fault_velocity=3.0)]
-
-
-def test_zero_takes_an_optional_number_back():
-    with ros() as peer:
-        defaults = MasterParams(filter=FilterParams(kind="first_order", cutoff_hz=5.0))
-        _, changes = bind(peer.node, "m", MasterParams, defaults=defaults)
-        assert change(peer.node, m__filter__pole_rad_s=50.0).startswith(
-            "m.filter.pole_rad_s and cutoff_hz are given"
-        )
-        assert change(peer.node, m__filter__pole_rad_s=50.0, m__filter__cutoff_hz=0.0) == ""
-        assert changes == [MasterParams(filter=FilterParams(kind="first_order", pole_rad_s=50.0))]
-
-
-def test_what_is_fixed_at_the_start_stays():
-    with ros() as peer:
-        _, changes = bind(peer.node, "master", MasterParams)
-        assert "read-only" in change(peer.node, master__rate_drop=4)
-        assert changes == []
-
-
-def test_a_check_beyond_the_dataclass_refuses_at_the_start_and_later():
-    def even(params):
-        if params.impedance % 2:
-            raise ParameterError("odd")
-
-    with ros() as peer:
-        defaults = MasterParams(impedance=2.0)
-        _, changes = bind(peer.node, "m", MasterParams, defaults=defaults, check=even)
-        assert change(peer.node, m__impedance=3.0) == "odd"
-        assert change(peer.node, m__impedance=4.0) == ""
-        assert len(changes) == 1
-        with pytest.raises(ParameterError, match=r"^odd$"):
-            bind(peer.node, "n", MasterParams, check=even)
-
-
-def test_parameters_of_others_do_not_concern_the_binding():
-    with ros() as peer:
-        _, changes = bind(peer.node, "master", MasterParams)
-        peer.node.declare_parameter("other", 1)
-        assert change(peer.node, other=2) == ""
-        assert changes == []
 
 
 def test_a_parameter_file_holds_everything_and_no_null():

@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The lag of a link as predicted, from filters, holds, phases and couplings, and a press on it."""
+
+import pytest
+from support import handmade
+
+from pmwvc_analysis.prediction.lag import lag_s, network_s, step_lag_s
+from pmwvc_analysis.prediction.prediction import (
+    aliasing_gain,
+    passive,
+    prediction,
+)
+from pmwvc_analysis.transparency.transparency import transparency
+from pmwvc_analysis.verdicts.outcomes import came_true
+from pmwvc_analysis.verdicts.verdicts import summary
+from pmwvc_bringup import scenarios
+from pmwvc_core.params import DeviceParams, FilterParams, MasterParams
+
+BLACK_BOX = {
+    "server__coupling": "unknown",
+    "server__environment": "wall",
+    "server__contact_damping": 10.0,
+    "server__decoding": "late",
+}
+
+
+def controlled(**overrides):
+    """The controlled experiment of App. B: pole 50 rad/s, first-order hold, T_n = 8 ms."""
+    values = {"master__filter__kind": "first_order", "master__filter__pole_rad_s": 50.0}
+    return handmade.scenario(**values | {"master__hold": "foh"} | overrides)
+
+
+@pytest.mark.parametrize(
+    ("delay_s", "lag", "ahead_mm"),
+    [(0.0, 0.0275, 0.55), (0.016, 0.0595, 1.19), (0.024, 0.0755, 1.51)],
+)
+def test_the_lag_is_that_of_the_controlled_experiment(delay_s, lag, ahead_mm):
+    scenario = controlled(link__delay_s=delay_s)
+    found = lag_s(scenario.users[0], scenario, live=False)
+    assert found == pytest.approx(lag, abs=5e-5)
+    assert 1.0 * found / (2 * 25.0) * 1e3 == pytest.approx(ahead_mm, abs=0.005)
+
+
+def test_a_live_loop_adds_its_two_phases():
+    scenario = controlled(link__delay_s=0.016)
+    user = scenario.users[0]
+    extra = lag_s(user, scenario, live=True) - lag_s(user, scenario, live=False)
+    assert extra == pytest.approx(0.004)
+
+
+def test_a_zero_order_hold_lags_half_as_much():
+    foh, zoh = controlled(), controlled(master__hold="zoh")
+    gap = lag_s(foh.users[0], foh, live=False) - lag_s(zoh.users[0], zoh, live=False)
+    steps = step_lag_s(zoh.users[0].master, zoh.users[0].device, 25.0)
+    assert gap == pytest.approx(0.0035 - steps)
+    assert steps == pytest.approx(0.0003, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("delay_s", "waits_s"), [(0.0, 0.0), (0.001, 0.008), (0.008, 0.008), (0.0081, 0.016)]
+)
+def test_a_packet_waits_until_its_receiver_looks(delay_s, waits_s):
+    of = controlled(link__up__delay_s=delay_s, link__down__delay_s=0.0)
+    assert network_s(of.users[0], of, live=False) == pytest.approx(waits_s)
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.0019, 0.002])
+def test_a_phase_hides_a_small_delay(delay_s):
+    of = controlled(link__up__delay_s=delay_s, link__down__delay_s=0.0)
+    assert network_s(of.users[0], of, live=True) == pytest.approx(0.002 + 0.002)
+
+
+def test_the_lag_of_the_press_is_predicted_and_came_true():
+    scenario, traces = handmade.scenario(), handmade.session()
+    expected = 2 * handmade.IMPEDANCE * handmade.DRIFT_M / handmade.FORCE_N
+    assert lag_s(scenario.users[0], scenario, live=False) == pytest.approx(expected)
+    words = "\n".join(came_true(scenario, summary(traces, scenario)))
+    assert "Predicted stable: it was." in words
+    assert "predicted +0.80 mm, measured +0.80 mm (hit; tolerance 0.42 mm)" in words
+
+
+def test_contact_and_link_are_springs_in_series():
+    scenario = handmade.scenario(server__contact_stiffness=500.0)
+    tau = lag_s(scenario.users[0], scenario, live=False)
+    values = prediction(scenario, live=False)
+    assert values["k_felt"] == pytest.approx(1 / (1 / 500.0 + tau / 50.0))
+    assert values["mass_felt"] * 2 * 25.0 / tau == pytest.approx(25.0**2)
+
+
+@pytest.mark.parametrize(
+    ("environment", "decoding", "stiffness", "late"),
+    [
+        ("wall", "late", 5000.0, True),
+        ("wall", "secant", 5000.0, False),
+        ("wall", "secant", 1000.0, True),  # K T < b/2: the slope is not used
+        ("wall_with_slope", "secant", 5000.0, False),
+    ],
+)
+def test_late_decoding_counts_as_a_shorter_lag(environment, decoding, stiffness, late):
+    black_box = BLACK_BOX | {"server__environment": environment, "server__decoding": decoding}
+    known, unknown = (
+        handmade.scenario(
+            server__compensation="none", server__contact_stiffness=stiffness, **values
+        )
+        for values in ({}, black_box)
+    )
+    shorter = lag_s(known.users[0], known, live=False)
+    shorter -= lag_s(unknown.users[0], unknown, live=False)
+    assert shorter == pytest.approx(2.0 * known.server.period_s if late else 0.0)
+
+
+def test_steps_of_a_zero_order_hold_behind_a_pole_lag_by_their_end():
+    """Nothing behind the mean of a frame, less than half a frame without a filter."""
+
+    def behind(m, **filtering):
+        master = MasterParams(rate_drop=m, hold="zoh", filter=FilterParams(**filtering))
+        return step_lag_s(master, DeviceParams(mass=0.2, damping=2.0), 25.0) * 1e3
+
+    assert behind(8, kind="integrate_and_dump") == pytest.approx(0.0, abs=1e-9)
+    assert 2.0 < behind(8, kind="none") < 3.5
+    assert behind(20, kind="first_order", pole_rad_s=51.0) == pytest.approx(1.3788, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("filtering", "felt", "mass"),
+    [
+        ("kind=exact order=1 share=0.5 alpha=0.929", 789.035, 0.4799),
+        ("kind=complementary order=2", 689.899, 0.8545),
+        ("kind=exact order=2 share=0.7", 869.565, 0.5850),
+    ],
+)
+def test_the_lag_of_a_velocity_filter_is_that_of_the_exact_model(filtering, felt, mass):
+    texts = [f"master.velocity_filter.{text}" for text in filtering.split()]
+    scenario = scenarios.load(
+        "wall_filtered",
+        settings_texts=[*texts, "device.velocity=exact", "device.encoder_step_m=0.0"],
+    )
+    found = prediction(scenario, live=False)
+    exactly = transparency(scenario).felt
+    assert found["k_felt"] == pytest.approx(felt, abs=1e-2)
+    assert found["k_felt"] == pytest.approx(exactly.k_felt, rel=1e-5)
+    assert found["mass_felt"] == pytest.approx(mass, abs=1e-3)
+    device = scenario.users[0].device.mass
+    assert found["mass_felt"] + device == pytest.approx(exactly.mass_felt, abs=2e-3)
+
+
+@pytest.mark.parametrize("pole_rad_s", [10.0, 50.0])
+def test_a_complementary_bank_is_felt_by_the_lag_of_its_filters(pole_rad_s):
+    """1/a each way; the exact model of bank, local model and cube says the same."""
+    scenario = controlled(master__bank__kind="complementary", master__bank__split_rad_s=pole_rad_s)
+    plain = controlled()
+    longer = [lag_s(s.users[0], s, live=False) for s in (scenario, plain)]
+    assert longer[0] - longer[1] == pytest.approx(2.0 / pole_rad_s)
+    assert passive(scenario)
+    found = prediction(scenario, live=False)
+    exactly = transparency(scenario).felt
+    assert found["k_felt"] == pytest.approx(exactly.k_felt, rel=1e-4)
+
+
+def test_the_default_filter_is_felt_stiffer_than_the_first_order_one():
+    """Its mean is 3.5 ticks late where a pole of 50 rad/s is 19.5: A steady press tells."""
+    mean = scenarios.load("carry_16ms")
+    pole = scenarios.load("carry_16ms", settings_texts=["master.filter.kind=first_order"])
+    assert mean.users[0].master.filter.kind == "integrate_and_dump"
+    felt = [prediction(one, live=False)["k_felt"] for one in (mean, pole)]
+    assert felt == pytest.approx([348.4, 313.5], abs=0.1)
+    assert aliasing_gain(mean.users[0]) == 1.0

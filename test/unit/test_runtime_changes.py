@@ -1,0 +1,119 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of a running node: what may change, and what refuses a change."""
+
+import dataclasses
+
+import pytest
+from rclpy.parameter import Parameter
+from support.processes import ros
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import (
+    FilterParams,
+    MasterParams,
+    SafetyParams,
+)
+from pmwvc_core.runtime.parameter_values import built, values_of
+from pmwvc_core.runtime.parameters import (
+    ParameterBinding,
+)
+
+
+def node_given(**values):
+    """Join ROS as a node that was given parameters; ``__`` stands for a dot."""
+    overrides = [Parameter(n.replace("__", "."), value=v) for n, v in values.items()]
+    return ros(parameter_overrides=overrides, automatically_declare_parameters_from_overrides=True)
+
+
+def bind(node, prefix, kind, **options):
+    """Bind a group; return its values at the start and the list that changes go to."""
+    changes = []
+    start = ParameterBinding(node).declare(prefix, kind, changes.append, **options)
+    return start, changes
+
+
+def change(node, **values):
+    """Set parameters together; return the reason of refusal, "" where none."""
+    wanted = [Parameter(n.replace("__", "."), value=v) for n, v in values.items()]
+    return node.set_parameters_atomically(wanted).reason
+
+
+def test_a_change_hands_over_the_complete_new_object():
+    with ros() as peer:
+        defaults = MasterParams(filter=FilterParams(kind="first_order"))
+        start, changes = bind(peer.node, "master", MasterParams, defaults=defaults)
+        assert change(peer.node, master__impedance=12) == ""
+        assert change(peer.node, master__hold="zoh", master__filter__cutoff_hz=5.0) == ""
+        assert changes == [
+            dataclasses.replace(start, impedance=12.0),
+            MasterParams(
+                impedance=12.0,
+                hold="zoh",
+                filter=FilterParams(kind="first_order", cutoff_hz=5.0),
+            ),
+        ]
+
+
+def test_a_refused_change_carries_the_message_of_the_dataclass_and_changes_nothing():
+    with ros() as peer:
+        _, changes = bind(peer.node, "safety", SafetyParams)
+        with pytest.raises(ParameterError) as own:
+            SafetyParams(damper_velocity=2.0)
+        reason = change(peer.node, safety__soft_start_s=1.0, safety__damper_velocity=2.0)
+        assert reason == f"safety.{own.value}"
+        assert changes == []
+        assert declared_values(peer.node, "safety", SafetyParams) == SafetyParams()
+
+
+def declared_values(node, prefix, kind):
+    return built(prefix, kind, {n: node.get_parameter(n).value for n in values_of(prefix, kind())})
+
+
+def test_two_conflicting_values_may_change_together():
+    """One after the other each would be refused."""
+    with ros() as peer:
+        _, changes = bind(peer.node, "safety", SafetyParams)
+        assert change(peer.node, safety__damper_velocity=2.0, safety__fault_velocity=3.0) == ""
+        assert changes == [SafetyParams(damper_velocity=2.0, fault_velocity=3.0)]
+
+
+def test_zero_takes_an_optional_number_back():
+    with ros() as peer:
+        defaults = MasterParams(filter=FilterParams(kind="first_order", cutoff_hz=5.0))
+        _, changes = bind(peer.node, "m", MasterParams, defaults=defaults)
+        assert change(peer.node, m__filter__pole_rad_s=50.0).startswith(
+            "m.filter.pole_rad_s and cutoff_hz are given"
+        )
+        assert change(peer.node, m__filter__pole_rad_s=50.0, m__filter__cutoff_hz=0.0) == ""
+        assert changes == [MasterParams(filter=FilterParams(kind="first_order", pole_rad_s=50.0))]
+
+
+def test_what_is_fixed_at_the_start_stays():
+    with ros() as peer:
+        _, changes = bind(peer.node, "master", MasterParams)
+        assert "read-only" in change(peer.node, master__rate_drop=4)
+        assert changes == []
+
+
+def test_a_check_beyond_the_dataclass_refuses_at_the_start_and_later():
+    def even(params):
+        if params.impedance % 2:
+            raise ParameterError("odd")
+
+    with ros() as peer:
+        defaults = MasterParams(impedance=2.0)
+        _, changes = bind(peer.node, "m", MasterParams, defaults=defaults, check=even)
+        assert change(peer.node, m__impedance=3.0) == "odd"
+        assert change(peer.node, m__impedance=4.0) == ""
+        assert len(changes) == 1
+        with pytest.raises(ParameterError, match=r"^odd$"):
+            bind(peer.node, "n", MasterParams, check=even)
+
+
+def test_parameters_of_others_do_not_concern_the_binding():
+    with ros() as peer:
+        _, changes = bind(peer.node, "master", MasterParams)
+        peer.node.declare_parameter("other", 1)
+        assert change(peer.node, other=2) == ""
+        assert changes == []
