@@ -7,7 +7,7 @@ import pytest
 from support import linear_loops
 
 from pmwvc_analysis.models import rigid
-from pmwvc_analysis.models.loop import Loop
+from pmwvc_analysis.models.linearize import linearize
 from pmwvc_analysis.models.multirate import build, spectral_radius, transitions
 
 RIGID = [
@@ -68,9 +68,8 @@ def tied(**values):
     ],
 )
 def test_a_position_feedback_ties_devices_to_their_avatars(values, modes):
-    loop = Loop(tied(link__delay_s=0.008, **values))
-    (a,), _ = loop.around(inputs=False)
-    found = rigid.families(loop)
+    linear = linearize(tied(link__delay_s=0.008, **values))
+    (a,), found = linear.rows, rigid.families(linear)
     assert rigid.count(found) == modes
     for place, family in enumerate(found):
         vector = family.vector[0]
@@ -100,13 +99,12 @@ def test_a_uniform_motion_goes_on(controller, live):
         master__filter__stop_hz=50.0,
         device__velocity="euler",
     )
-    loop = Loop(scenario, live=live)
-    (a,), _ = loop.around(inputs=False)
-    drift = rigid.families(loop)[-1].vector[0]
+    linear = linearize(scenario, live=live)
+    (a,), drift = linear.rows, rigid.families(linear)[-1].vector[0]
     rest = a @ drift - drift
-    positions = [name.endswith(("x", "x_o")) or ".up.x[" in name for name in loop.names]
+    positions = [name.endswith(".x") or ".up.position[" in name for name in linear.states]
     assert np.abs(rest[np.logical_not(positions)]).max() < 1e-12
-    moved = rest[loop.names.index("x_o")]
-    assert moved == pytest.approx(loop.ticks * scenario.tick_s * 1.0)
+    moved = rest[linear.states.index("server.body.x")]
+    assert moved == pytest.approx(linear.loop.ticks * scenario.tick_s * 1.0)
     if controller == "direct":  # all by the same
         np.testing.assert_allclose(rest[positions], moved, atol=1e-12)

@@ -26,7 +26,6 @@ import numpy as np
 
 from pmwvc_analysis.delays.ends import Complex, System, master_end, server_end
 from pmwvc_analysis.models.linear import nonlinear
-from pmwvc_analysis.models.loop import answer_phase
 from pmwvc_core.controllers import proofs_hold
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -82,10 +81,7 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
         return AnyDelay(False, False, None, None, tuple(reasons))
     period_s = scenario.server.period_s
     ends = [
-        [
-            master_end(user, b, tick_s=scenario.tick_s, phase=answer_phase(user, live=live))
-            for b in eigenvalues(user.impedance)
-        ]
+        [master_end(scenario, user, b, live=live) for b in eigenvalues(user.impedance)]
         for user in scenario.users
     ]
     for user, several in zip(scenario.users, ends, strict=True):

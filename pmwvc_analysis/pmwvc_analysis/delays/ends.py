@@ -17,10 +17,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.models.blocks import Block
-from pmwvc_analysis.models.ports import WavePort
-from pmwvc_analysis.models.server import Server
-from pmwvc_core.numeric import Array
+from pmwvc_analysis.models.linearize import Linear, model_of
+from pmwvc_analysis.models.links import SIGNALS, Link, Packet
+from pmwvc_analysis.models.loop import Loop
+from pmwvc_core.numeric import Array, Value
+from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 
 Complex = NDArray[np.complex128]
@@ -66,58 +67,81 @@ def observable(system: System) -> tuple[System, int]:
     return System(a, b, c, d), ones
 
 
-def _split(rows: Sequence[Array], outputs: Sequence[Array]) -> System:
-    """Return the system whose states and outputs these rows are."""
-    n = len(rows)
-    width = outputs[0].shape[-1]
-    state = np.concatenate([np.zeros((0, width)), *rows])
-    out = np.concatenate(list(outputs))
-    return observable(System(state[:, :n], state[:, n:], out[:, :n], out[:, n:]))[0]
+class _Cut:
+    """A link that is cut: keeps what is sent and hands out inputs of the loop instead."""
+
+    def __init__(self, loop: Loop, first: int) -> None:
+        self.sent: list[Value] = []
+        self._loop, self._first = loop, first
+
+    def __call__(self, packet: Packet) -> Packet:
+        place = self._first + len(self.sent)
+        self.sent += packet
+        return tuple(self._loop.unit(place + i) for i in range(len(packet)))
 
 
-def _begin(blocks: Sequence[Block], inputs: int) -> Array:
-    """Give every state of the blocks its own row; return the rows of the inputs."""
-    states = sum(len(block.names) for block in blocks)
-    unit = np.eye(states + inputs)
-    place = 0
-    for block in blocks:
-        block.state = [unit[j : j + 1] for j in range(place, place + len(block.names))]
-        place += len(block.names)
-    return unit[states:]
+def opened_at(loop: Loop, links: Sequence[tuple[Link, int]]) -> Linear:
+    """Return a loop whose inputs are what comes in at links that are cut, and whose output
+    ``sent`` is what goes out there instead, both link by link, packet by packet.
+
+    Parameters
+    ----------
+    loop
+        At its beginning.
+    links
+        Links to cut, and how many packets are sent in a hyperperiod.
+    """
+    loop.begin(sum(count for _, count in links) * len(SIGNALS))
+    cuts: list[_Cut] = []
+    for link, _ in links:
+        cuts.append(_Cut(loop, sum(count for _, count in links[: len(cuts)]) * len(SIGNALS)))
+        link.relay = cuts[-1]
+    for tick in range(loop.ticks):
+        loop.advance(tick, [0.0] * len(loop.lines))
+    return model_of(loop, loop.ended(), {"sent": loop.rows([v for cut in cuts for v in cut.sent])})
 
 
-def master_end(user: User, impedance: float, *, tick_s: float, phase: int = 0) -> System:
+def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool = False) -> System:
     """Return the master's end from the packet v to the packet u sent at the next frame start.
 
     Parameters
     ----------
-    user
-        Without a linear position feedback: that is no wave.
+    scenario, user
+        A frame is as long as a step of the server. Without a linear position feedback: that is no
+        wave.
     impedance
         In place of the user's: its own, or an eigenvalue of its matrix [N s/m].
-    tick_s
-        Of the force loop.
-    phase
-        Tick of the frame at which a packet is taken.
+    live
+        Phases of a live session instead of the simulator's.
     """
     master = dataclasses.replace(user.master, impedance=impedance, impedance_matrix="")
-    port = WavePort(dataclasses.replace(user, master=master), tick_s=tick_s, phase=phase)
-    blocks = list(port.blocks.values())
-    packet = _begin(blocks, 1)
-    sent = port.send()
-    nothing = np.zeros_like(packet)
-    for tick in range(user.master.rate_drop):
-        if tick == phase:
-            port.hear([packet], 0)
-        port.step(nothing)
-    return _split([row for block in blocks for row in block.state], sent)
+    contact = dataclasses.replace(user.contact, impedance=None, impedance_matrix="")
+    alone = dataclasses.replace(user, master=master, contact=contact)
+    wall = dataclasses.replace(scenario.server, coupling="implicit", environment="wall")
+    return _ends(dataclasses.replace(scenario, users=(alone,), server=wall), live=live)[0]
 
 
 def server_end(scenario: Scenario) -> System:
     """Return the server's end from every user's packet to the answers of the same step."""
-    server = Server(scenario, [1] * len(scenario.users))
-    blocks: list[Block] = [server.body, *server.seats]
-    packets = _begin(blocks, len(scenario.users))
-    answers = server.step([[packets[i : i + 1]] for i in range(len(scenario.users))])
-    rows = [row for block in blocks for row in block.state]
-    return _split(rows, [answer["v"] for answer in answers])
+    return _ends(scenario, live=False)[1]
+
+
+def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
+    """Return the end of the first user, and that of the server."""
+    at_once = LinkParams()
+    users = [
+        dataclasses.replace(user, link_up=at_once, link_down=at_once) for user in scenario.users
+    ]
+    loop = Loop(dataclasses.replace(scenario, users=tuple(users)), live=live)
+    links = [(line.up, 1) for line in loop.lines] + [(line.down, 1) for line in loop.lines]
+    model = opened_at(loop, links)
+    (rows,), (sent,), n = model.rows, model.outputs["sent"], len(model.columns)
+    up = [len(SIGNALS) * user for user in range(len(users))]  # the wave in each packet
+    down = [len(SIGNALS) * len(users) + place for place in up]
+
+    def end(out: list[int], into: list[int]) -> System:
+        columns = [n + j for j in into]
+        whole = System(rows[:, :n], rows[:, columns], sent[out, :n], sent[np.ix_(out, columns)])
+        return observable(whole)[0]
+
+    return end(up[:1], down[:1]), end(down, up)

@@ -21,11 +21,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.delays.ends import System, observable
+from pmwvc_analysis.delays.ends import System, observable, opened_at
 from pmwvc_analysis.delays.windings import Loci
 from pmwvc_analysis.models import rigid
-from pmwvc_analysis.models.channel import delay_ticks
-from pmwvc_analysis.models.loop import Loop, hyperframe_ticks
+from pmwvc_analysis.models.links import SIGNALS, delay_ticks, hyperperiod_ticks
+from pmwvc_analysis.models.loop import Loop
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -68,22 +68,9 @@ class Opened(NamedTuple):
         return np.array([loci.outside(limit) == 0 for loci, limit in pairs])
 
 
-class _Cut:
-    """A link that is cut: keeps what is sent and hands out what comes in instead."""
-
-    def __init__(self, incoming: list[Array]) -> None:
-        self.sent: list[Array] = []
-        self._incoming = incoming
-
-    def __call__(self, packet: list[Array]) -> list[Array]:
-        place = len(self.sent)
-        self.sent += packet
-        return self._incoming[place : place + len(packet)]
-
-
 def is_long(scenario: Scenario, *, live: bool = False) -> bool:
     """Tell whether more packets are under way than there should be states."""
-    ticks, found = hyperframe_ticks(scenario), 0
+    ticks, found = hyperperiod_ticks(scenario), 0
     for user in scenario.users:
         whole, _, _ = _split(user, scenario, ticks, live=live)
         found += whole * (ticks // user.master.rate_drop + ticks // scenario.period_ticks)
@@ -94,49 +81,38 @@ def opened(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = (
     """Return the loop of a scenario whose numbers may be columns, opened at every link that is
     longer than a hyperperiod; see :class:`.loop.Loop`.
     """
-    ticks = hyperframe_ticks(scenario)
+    ticks = hyperperiod_ticks(scenario)
     parts = [_split(user, scenario, ticks, live=live) for user in scenario.users]
     users = tuple(
         dataclasses.replace(user, link_up=up, link_down=down)
         for user, (_, up, down) in zip(scenario.users, parts, strict=True)
     )
     loop = Loop(dataclasses.replace(scenario, users=users), live=live, weights=weights)
-    channels, delays = [], []
+    links, delays = [], []
     for line, (whole, _, _) in zip(loop.lines, parts, strict=True):
         if whole:
-            up = len(line.port.signals) * (ticks // line.frame.period)
-            down = len(line.port.heard) * (ticks // loop.serve.period)
-            channels.append((line.up, up) if up <= down else (line.down, down))
-            delays += [whole] * min(up, down)
-    states = len(loop.names)
-    unit = loop.begin(states + len(delays))
-    cuts, place = [], states
-    for channel, count in channels:
-        cuts.append(_Cut([unit[j : j + 1] for j in range(place, place + count)]))
-        channel.relay = cuts[-1]
-        place += count
-    nothing = [np.zeros((1, place))] * len(loop.lines)
-    for tick in range(ticks):
-        loop.advance(tick, nothing)
-    rows = _stacked([*loop.ended(), *(row for cut in cuts for row in cut.sent)])
-    families = rigid.families(loop)
+            up, down = ticks // line.frame.period, ticks // loop.serve.period
+            # Waves and positions go up, and one of both comes down; waves alone up, too.
+            way = (line.up, up) if (1 if line.waves else 2) * up <= down else (line.down, down)
+            links.append(way)
+            delays += [whole] * (way[1] * len(SIGNALS) * loop.dof)
+    model = opened_at(loop, links)
+    states, motions = len(model.columns), rigid.motions(model)
+    read = np.flatnonzero(np.any(model.rows[:, :, states:] != 0.0, axis=(0, 1)))
+    through = np.any(model.outputs["sent"][:, :, states:] != 0.0, axis=(0, 1))
+    read = np.union1d(read, np.flatnonzero(through))  # what of the packets counts
+    inside, inputs = slice(0, states), states + read
     found, at_one = [], []
-    for run, whole_run in enumerate(rows):
-        state, sent = whole_run[:states], whole_run[states:]
+    for run, (rows, sent) in enumerate(zip(model.rows, model.outputs["sent"], strict=True)):
+        out = sent[read]
         system, ones = observable(
-            System(state[:, :states], state[:, states:], sent[:, :states], sent[:, states:])
+            System(rows[:, inside], rows[:, inputs], out[:, inside], out[:, inputs])
         )
-        motions = sum(bool(np.broadcast_to(f.mask, len(rows))[run]) for f in families)
-        at_one.append(max(motions - ones, 0))
-        found.append(Loci(system, np.array(delays), at_one[-1]))
-    return Opened(found, ticks, at_one, rigid.count(families), states + sum(delays))
-
-
-def _stacked(rows: list[Array]) -> Array:
-    """Return rows ``(1 or runs, width)`` as ``(runs, rows, width)``."""
-    runs = max(len(row) for row in rows)
-    width = rows[0].shape[-1]
-    return np.stack([np.broadcast_to(row, (runs, width)) for row in rows], axis=1)
+        own = sum(bool(np.broadcast_to(m.mask, len(model.rows))[run]) for m in motions)
+        at_one.append(max(own - ones, 0))
+        found.append(Loci(system, np.array(delays)[read], at_one[-1]))
+    packets = int(np.array(delays)[read].sum())
+    return Opened(found, ticks, at_one, rigid.count(motions), states + packets)
 
 
 def _split(

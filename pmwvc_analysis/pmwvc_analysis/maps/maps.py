@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.models.loop import hyperframe_ticks
+from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
 from pmwvc_analysis.models.variation import stackable
 from pmwvc_core.errors import PmwvcError
@@ -107,7 +107,7 @@ def growth_per_s(grid: Grid, radius: Array) -> Array:
             scenario = varied(varied(grid.scenario, grid.y.name, y), grid.x.name, x)
             rows = slice(None) if stackable(grid.y.name) else row
             places = slice(None) if stackable(grid.x.name) else place
-            seconds[rows, places] = hyperframe_ticks(scenario) * scenario.tick_s
+            seconds[rows, places] = hyperperiod_ticks(scenario) * scenario.tick_s
     found: Array = np.log(np.maximum(radius, np.finfo(float).tiny)) / seconds
     return found
 

@@ -11,7 +11,7 @@ from pmwvc_analysis.delays.long_delay import is_long, opened
 from pmwvc_analysis.models import modes, rigid, stability
 from pmwvc_analysis.models.groups import parts
 from pmwvc_analysis.models.linear import notes_of
-from pmwvc_analysis.models.loop import Loop
+from pmwvc_analysis.models.linearize import linearize
 from pmwvc_analysis.models.multirate import transitions
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
@@ -92,13 +92,14 @@ def _long(scenario: Scenario, *, live: bool) -> _Slowest:
 
 
 def _frequency_hz(scenario: Scenario, value: complex, *, live: bool) -> float | None:
-    loop = Loop(scenario, live=live)
-    rows, signals = loop.around(inputs=False)
-    values, vectors = np.linalg.eig(rows[0])
+    linear = linearize(scenario, live=live, outputs=True)
+    ticks, dof, states = linear.loop.ticks, linear.loop.dof, len(linear.columns)
+    values, vectors = np.linalg.eig(linear.rows[0])
     nearest = int(np.argmin(np.abs(values - value)))
     for name in ("xd", "f"):  # of a motion that no device takes part in, its force
-        seen = np.stack([np.concatenate(per_tick) for per_tick in signals[name]])
-        found = modes.frequency_hz(value, vectors[:, nearest], seen, loop.tick_s)
+        seen = linear.outputs[name][0].reshape(-1, ticks, dof, states)
+        seen = seen.swapaxes(1, 2).reshape(-1, ticks, states)  # each axis of each user
+        found = modes.frequency_hz(value, vectors[:, nearest], seen, scenario.tick_s)
         if found is not None:
             return found
     return None

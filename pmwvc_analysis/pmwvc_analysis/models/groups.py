@@ -41,7 +41,11 @@ def parts(scenario: Scenario) -> list[Part]:
         else:
             groups.append([user])
     together = dataclasses.replace(scenario, users=tuple(group[0] for group in groups))
-    wall = dataclasses.replace(scenario.server, environment="wall")
+    wall = scenario.server
+    if (
+        scenario.environment.movable
+    ):  # a wall stays what it is: a slope it tells is part of its law
+        wall = dataclasses.replace(wall, environment="wall")
     found = [Part(together, tuple(len(group) for group in groups))]
     for group in groups:
         if len(group) > 1:

@@ -43,8 +43,15 @@ def nonlinear(scenario: Scenario) -> list[Element]:
     return found + [element for user in scenario.users for element in _of_user(user)]
 
 
-def require_linear(scenario: Scenario) -> None:
+def require_linear(scenario: Scenario, *, several_axes: bool = False) -> None:
     """Refuse elements that no linear model stands for.
+
+    Parameters
+    ----------
+    scenario
+        What is asked of.
+    several_axes
+        Whether axes may be coupled by an impedance matrix, which most questions do not ask.
 
     Raises
     ------
@@ -52,6 +59,8 @@ def require_linear(scenario: Scenario) -> None:
         Naming each, and what to ask instead.
     """
     found = nonlinear(scenario)
+    if several_axes:
+        found = [element for element in found if not element.name.endswith("impedance_matrix")]
     if found:
         alone = [element.said for element in found if element.instead is None]
         if alone:
@@ -125,7 +134,7 @@ def _of_user(user: User) -> Iterator[Element]:
     for group, port in (("master", user.master), ("server", user.contact)):
         if port.impedance_matrix:
             name = f"{group}.impedance_matrix"
-            said = f"{user.name}.{name} = {port.impedance_matrix!r} (the model has one axis)"
+            said = f"{user.name}.{name} = {port.impedance_matrix!r} (one axis is asked for)"
             yield Element(said, name, "")
     for way, link in (("up", user.link_up), ("down", user.link_down)):
         for effect in active(link):
@@ -164,7 +173,8 @@ def notes_of(scenario: Scenario) -> list[str]:
     effects = left_out(scenario)
     if effects:
         found.append(f"Left out, as every packet takes delay_s: {'; '.join(effects)}.")
-    if scenario.dof > 1:
+    matrices = (user.master.impedance_matrix or user.contact.impedance_matrix for user in users)
+    if scenario.dof > 1 and not any(matrices):
         found.append("One axis is analysed: all axes have the same model.")
     found.append("Limits of force, speed and workspace are not modelled.")
     return found

@@ -1,97 +1,42 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The closed loop of blocks, stepped once around the hyperperiod on rows.
+"""Both ends of a scenario stepped on the identity, once around the hyperperiod.
+
+Every state is set to one in a run of its own: an array ``(states, runs, dof)`` with parameters
+``(runs, 1)``. The one is small, a power of two: limits are far away, and scaling is exact. One run
+more has all of them at once, weighted: it has to be the sum of the others.
 
 The order of events at a tick is that of the simulator: masters send, the server takes what has
 arrived and answers, masters take the newest answer, hands and devices go on. A live session has
-the same order with the phases of :data:`pmwvc_core.frame.schedule.LIVE`.
+the same order with the two phases of :data:`pmwvc_core.frame.schedule.LIVE`.
 """
 
-import math
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.models.blocks import Block
-from pmwvc_analysis.models.channel import Channel, Times, delay_ticks
-from pmwvc_analysis.models.linear import require_linear
-from pmwvc_analysis.models.ports import PORTS, Port
-from pmwvc_analysis.models.server import Server
+from pmwvc_analysis.models.line import Line, two_sided
+from pmwvc_analysis.models.linear import NonlinearError, require_linear
+from pmwvc_analysis.models.links import SIGNALS, Link, Times, hyperperiod_ticks, serve_phase
+from pmwvc_core.controllers import make_server
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.frame.schedule import AT_ONCE, LIVE
-from pmwvc_core.numeric import Array
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.numeric import Array, Value
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.state import Stateful
+from pmwvc_core.transport.packet import FLAG_DIRECT
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 LONGEST = 20000  # ticks of a hyperperiod
-
-
-def hyperframe_ticks(scenario: Scenario) -> int:
-    """Return the least common multiple of all frames and the server's period [ticks]."""
-    return math.lcm(scenario.period_ticks, *(user.master.rate_drop for user in scenario.users))
-
-
-def answer_phase(user: User, *, live: bool) -> int:
-    """Return the tick of a frame at which the master takes an answer."""
-    schedule = LIVE if live else AT_ONCE
-    return schedule.answer_tick(tick_s=user.master.tick_s, rate_drop=user.master.rate_drop)
-
-
-def serve_phase(scenario: Scenario, *, live: bool) -> int:
-    """Return the tick of its period at which the server steps."""
-    schedule = LIVE if live else AT_ONCE
-    return schedule.server_tick(tick_s=scenario.tick_s, period_ticks=scenario.period_ticks)
-
-
-class Line:
-    """One user with the links both ways.
-
-    Parameters
-    ----------
-    user, scenario
-        Parameters.
-    serve
-        When the server steps.
-    ticks
-        Length of the hyperperiod.
-    live
-        Whether the phases are those of a live session.
-    """
-
-    def __init__(
-        self, user: User, scenario: Scenario, *, serve: Times, ticks: int, live: bool
-    ) -> None:
-        tick_s, m = scenario.tick_s, user.master.rate_drop
-        phase = answer_phase(user, live=live)
-        self.name = user.name
-        self.port: Port = PORTS[scenario.controller](user, tick_s=tick_s, phase=phase)
-        self.frame, self.answer, self.serve = Times(m, 0), Times(m, phase), serve
-        self.up = Channel(
-            self.frame,
-            serve,
-            delay=delay_ticks(user.link_up, tick_s=tick_s, live=live),
-            ticks=ticks,
-            signals=self.port.signals,
-        )
-        self.delay_down = delay_ticks(user.link_down, tick_s=tick_s, live=live)
-        self.down = Channel(
-            serve,
-            self.answer,
-            delay=self.delay_down,
-            ticks=ticks,
-            signals=self.port.heard,
-        )
-
-    def ages(self) -> list[int]:
-        """Return how old packets are when the server reads them [ticks]."""
-        return self.up.ages(self.serve)
-
-    def heard_at(self, tick: int) -> int:
-        """Return when the answer was sent that the master has at a tick."""
-        return self.serve.last(self.answer.last(tick) - self.delay_down)
+ONE = 2.0**-40
+SUPERPOSED = 1e-9  # relative: what differs by more is not linear
+OUTPUTS = ("x", "xd", "f")
+BOX = "asked.environment."  # of a black box, in the state of the server
 
 
 class Loop:
-    """All blocks of a scenario.
+    """Both ends of a scenario and the links in between.
 
     Parameters
     ----------
@@ -100,146 +45,271 @@ class Loop:
     live
         Phases of a live session instead of the simulator's.
     weights
-        How many users like it each user stands for; see :mod:`.groups`.
+        How many users like it each user stands for: so many avatars move together.
 
     Attributes
     ----------
-    ticks
-        Length of the hyperperiod.
+    ticks, dof, runs
+        Length of the hyperperiod; axes of the model: one where all axes have the same model.
     names
-        Of the states.
+        Of the states, ``dof`` entries of the state vector each.
     """
 
     def __init__(
         self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
     ) -> None:
-        require_linear(scenario)
+        require_linear(scenario, several_axes=True)
         self.scenario, self.tick_s = scenario, scenario.tick_s
-        period = scenario.period_ticks
-        self.ticks = hyperframe_ticks(scenario)
+        self.ticks = hyperperiod_ticks(scenario)
         if self.ticks > LONGEST:
             raise PmwvcError(
                 f"{scenario.name}: frames and server period fit together only after {self.ticks} "
                 f"ticks, more than {LONGEST}; choose rate_drop and period_s with common factors"
             )
-        self.serve = Times(period, serve_phase(scenario, live=live))
+        users = [two_sided(user) for user in scenario.users]
+        ports = [user.server_impedance for user in users]
+        matrices = [*ports, *(user.impedance for user in users)]
+        coupled = any(isinstance(b, MatrixImpedance) for b in matrices)
+        self.dof = scenario.dof if coupled else 1
+        self.runs = max(_lengths(scenario), default=1)
+        self.serve = Times(scenario.period_ticks, serve_phase(scenario, live=live))
         self.lines = [
-            Line(user, scenario, serve=self.serve, ticks=self.ticks, live=live)
-            for user in scenario.users
+            Line(user, scenario, serve=self.serve, dof=self.dof, ticks=self.ticks, live=live)
+            for user in users
         ]
-        self.server = Server(scenario, weights or [1] * len(scenario.users))
-        self._blocks: list[tuple[str, Block]] = [("", self.server.body)]
-        for line, seat in zip(self.lines, self.server.seats, strict=True):
-            inner = [(line.name + "." + name, block) for name, block in line.port.blocks.items()]
-            up, down = (f"{line.name}.up.", line.up), (f"{line.name}.down.", line.down)
-            self._blocks += [*inner, (f"{line.name}.seat.", seat), up, down]
-        self.names = [prefix + name for prefix, block in self._blocks for name in block.names]
+        self._line_of = [i for i, n in enumerate(weights or [1] * len(users)) for _ in range(n)]
+        self.server = make_server(
+            scenario.controller,
+            scenario.server,
+            [users[i].contact for i in self._line_of],
+            [ports[i] for i in self._line_of],
+            dof=self.dof,
+            sides=[users[i].side for i in self._line_of],
+            baselines=[users[i].baseline for i in self._line_of],
+        )
+        self._join(1)
+        for tick in range(-max(self.serve.period, *(line.frame.period for line in self.lines)), 0):
+            self.advance(tick, [0.0] * len(self.lines))  # to tick 0, at rest
+        ends: dict[str, Any] = {"server.": self.server}
+        links: dict[str, Link] = {}
+        for line in self.lines:
+            name = line.name
+            ends |= {f"{name}.device.": line.device, f"{name}.": line.controller}
+            links |= {f"{name}.up.": line.up, f"{name}.down.": line.down}
+        unsaid = {type(end).__name__ for end in ends.values() if not isinstance(end, Stateful)}
+        if unsaid:
+            raise NonlinearError(
+                f"{scenario.name}: controller = {scenario.controller}: {', '.join(unsaid)} does "
+                "not say what its state is (pmwvc_core.state)"
+            )
+        self._blocks: dict[str, Stateful] = ends
+        self._copies = {
+            f"{owner}{i}.": f"{owner}{self._line_of.index(of)}."
+            for i, of in enumerate(self._line_of)
+            if of in self._line_of[:i]
+            for owner in ("ports.", f"{BOX}contacts.")
+        }
+        others = tuple(f"server.{port}" for port in self._copies)
+        self._carried = [name for name in self._values() if not name.startswith(others)]
+        self._under_way = [
+            (link, past, signal, f"{prefix}{SIGNALS[signal]}[{past}]")
+            for prefix, link in links.items()
+            for past in link.past
+            for signal in range(len(SIGNALS))
+        ]
+        self.names = self._carried + [name for *_, name in self._under_way]
+        # What is set to one: all that is carried, and the packets that are read this time.
+        self._live = list(range(len(self._carried)))
+        for place, (link, past, *_) in enumerate(self._under_way, start=len(self._carried)):
+            if past in link.read:
+                self._live.append(place)
+        self._weights: Array = np.zeros(0)  # of all runs in the last one
 
-    def around(self, *, inputs: bool) -> tuple[Array, dict[str, list[list[Array]]]]:
+    @property
+    def _box(self) -> bool:
+        return self.scenario.coupling.black_box
+
+    @property
+    def body(self) -> str:
+        """Name of the object's position; its velocity has a d more."""
+        cube = self._box and self.scenario.server.environment == "cube"
+        return f"server.{BOX}body.x" if cube else "server.body.x"
+
+    def deflection(self, place: int) -> str:
+        """Return the name of the deflection of a user's contact."""
+        port = self._line_of.index(place)
+        if self._box:
+            return f"server.{BOX}contacts.{port}.deflection"
+        return f"server.ports.{port}.contact.deflection"
+
+    def around(self, *, inputs: bool = False) -> tuple[Array, dict[str, Array]]:
         """Step once around the hyperperiod.
 
         Parameters
         ----------
         inputs
-            Whether rows also have a column for each user's force in each tick.
+            Whether columns follow for each user's force in each tick, along each axis.
 
         Returns
         -------
         rows : ndarray
-            ``(runs, states, width)``: the states at the end.
+            ``(runs, states, columns)``: the states at the end.
         outputs : dict
-            ``x``, ``xd``, ``f``: per user, per tick, a row.
+            ``x``, ``xd``, ``f``: user by user, tick by tick, axis by axis.
         """
-        states, users = len(self.names), len(self.lines)
-        width = states + (users * self.ticks if inputs else 0)
-        unit = self.begin(width)
-        outputs: dict[str, list[list[Array]]] = {
-            name: [[] for _ in self.lines] for name in ("x", "xd", "f")
-        }
-        nothing = np.zeros((1, width))
+        users = range(len(self.lines))
+        self.begin(len(users) * self.ticks if inputs else 0)
+        outputs: dict[str, list[list[Value]]] = {n: [[] for _ in users] for n in OUTPUTS}
         for tick in range(self.ticks):
-            columns = [states + user * self.ticks + tick for user in range(users)]
-            forces = [unit[j : j + 1] if inputs else nothing for j in columns]
-            for user, signals in enumerate(self.advance(tick, forces)):
-                for name, row in zip(outputs, signals, strict=True):
-                    outputs[name][user].append(row)
-        rows = self.ended()
-        runs = max(len(row) for row in rows)
-        stacked = np.stack([np.broadcast_to(row, (runs, width)) for row in rows], axis=1)
-        return stacked, outputs
+            forces = [self.unit(user * self.ticks + tick) if inputs else 0.0 for user in users]
+            for user, values in enumerate(self.advance(tick, forces)):
+                for name, value in zip(OUTPUTS, values, strict=True):
+                    outputs[name][user].append(value)
+        ends = self.ended()
+        names = [f"{self.lines[user].name}.{{}}" for user in users for _ in range(self.ticks)]
+        return ends, {
+            name: self.rows([v for values in of for v in values], [n.format(name) for n in names])
+            for name, of in outputs.items()
+        }
 
-    def begin(self, width: int) -> Array:
-        """Give every state its own row; return the unit rows ``(width, width)``."""
-        unit = np.eye(width)
-        place = 0
-        for _, block in self._blocks:
-            block.state = [unit[j : j + 1] for j in range(place, place + len(block.names))]
-            place += len(block.names)
+    def begin(self, inputs: int) -> None:
+        """Set every state to one in a run of its own, with as many runs more for inputs."""
+        width = (len(self._live) + inputs) * self.dof
+        rng = np.random.default_rng(width)
+        self._weights = rng.choice([-2.0, 1.0, 3.0], width) * rng.uniform(0.5, 1.0, width)
+        one = {self.names[j]: self._unit(place) for place, j in enumerate(self._live)}
+        self._join(width + 1)
+        for prefix, block in self._blocks.items():
+            own = {n[len(prefix) :]: one[n] for n in self._carried if n.startswith(prefix)}
+            block.set_signals(own)
+        self._follow()
+        for link, past, signal, name in self._under_way:
+            packet = [*link.packets.get(past, (0.0, 0.0))]
+            packet[signal] = one.get(name, 0.0)
+            link.packets[past] = tuple(packet)
+
+    def unit(self, place: int) -> Array:
+        """Return an input that is one in runs of its own, along each axis."""
+        return self._unit(len(self._live) + place)
+
+    def _unit(self, place: int) -> Array:
+        first, dof = place * self.dof, range(self.dof)
+        unit = np.zeros((len(self._weights) + 1, 1, self.dof))
+        for axis in dof:
+            unit[[first + axis, -1], 0, axis] = ONE, ONE * self._weights[first + axis]
         return unit
 
-    def advance(self, tick: int, forces: Sequence[Array]) -> list[tuple[Array, Array, Array]]:
+    def advance(self, tick: int, forces: Sequence[Value]) -> list[tuple[Value, Value, Value]]:
         """Go one tick on under the hands' forces; return x, xd and f of every user."""
-        self._packets(tick)
-        return [line.port.step(force) for line, force in zip(self.lines, forces, strict=True)]
-
-    def ended(self) -> list[Array]:
-        """Return the rows of all states."""
-        return [row for _, block in self._blocks for row in block.state]
-
-    def _packets(self, tick: int) -> None:
-        """Send, serve and receive, where it is time."""
         for line in self.lines:
             if line.frame.due(tick):
-                line.up.send(tick, line.port.send())
+                line.send(tick)
         if self.serve.due(tick):
-            answers = self.server.step([line.up.take(tick) for line in self.lines])
-            for line, answer in zip(self.lines, answers, strict=True):
-                line.down.send(tick, [answer[name] for name in line.port.heard])
+            self._serve(tick)
         for line in self.lines:
             if line.answer.due(tick):
-                since = line.heard_at(tick) - line.heard_at(tick - line.answer.period)
-                line.port.hear(line.down.take(tick), since)
+                line.receive(tick)
+        return [line.step(force) for line, force in zip(self.lines, forces, strict=True)]
 
-    def motion(
-        self,
-        x: list[Array],
-        xd: list[Array],
-        *,
-        x_o: Array,
-        xd_o: Array,
-        e: list[Array] | None = None,
-    ) -> Array:
-        """Return the state ``(runs, n)`` of a uniform motion without forces.
+    def _serve(self, tick: int) -> None:
+        """Take what has arrived, step the environment, answer."""
+        packets = [self.lines[i].up.take(tick)[1] for i in self._line_of]
+        direct = self.server.flags & FLAG_DIRECT
+        answers = self.server.step([packet[::-1] if direct else packet[0] for packet in packets])
+        for i, line in enumerate(self.lines):
+            port = self._line_of.index(i)
+            line.down.send(tick, (answers[port], self.server.x_s[port]))
 
-        Parameters
-        ----------
-        x, xd
-            Position [m] and velocity [m/s] of every device at tick 0, as columns.
-        x_o, xd_o
-            Those of the object; its position is that of the server's last step.
-        e
-            Deflections [m] of contacts that exert no force; else zero.
+    def ended(self) -> Array:
+        """Return the states after the hyperperiod, ``(runs, states, columns)``."""
+        values, dof = self._values(), self.dof
+        ends = [values[name] for name in self._carried]
+        place = {name: j for j, name in enumerate(self.names)}
+        shifts = []
+        for link, past, signal, name in self._under_way:
+            later = past + self.ticks
+            if later >= 0:
+                ends.append(link.packets[later][signal])
+            else:
+                ends.append(0.0)
+                shifts.append((place[name], place[name.replace(f"[{past}]", f"[{later}]")]))
+        found = self.rows(ends, self.names)
+        for new, old in shifts:
+            for axis in range(dof):
+                found[:, new * dof + axis, old * dof + axis] = 1.0
+        return found
+
+    def rows(self, values: Sequence[Value], names: Sequence[str] = ()) -> Array:
+        """Return signals as rows over all states and inputs, ``(runs, signals, columns)``.
+
+        Raises
+        ------
+        NonlinearError
+            If superposition does not hold.
         """
-        values = [x_o, xd_o][: len(self.server.body.names)]
-        last = (self.serve.phase - self.serve.period) * self.tick_s
-        offsets = e or [0.0 * x_o] * len(x)
-        for line, seat, at, rate, offset in zip(
-            self.lines, self.server.seats, x, xd, offsets, strict=True
-        ):
-            u = line.port.wave(rate)
-            now = x_o - last * xd_o + offset  # of the avatar, as if it moved between steps, too
-            rise = self.tick_s * xd_o
-            last_heard = now + rise * line.heard_at(-1)
-            values += [*line.port.steady(at, rate, last_heard), *seat.steady(u, offset)]
-            nothing = 0.0 * u
-            at_rate = {"x": (at, rate * self.tick_s), "xd": (rate, nothing), "u": (u, nothing)}
-            heard = {"x_s": (now, rise), "v": (u, nothing), "f": (nothing, nothing)}
-            for channel, known, names in (
-                (line.up, at_rate, line.port.signals),
-                (line.down, heard, line.port.heard),
-            ):
-                values += channel.steady(
-                    [known[name][0] for name in names], [known[name][1] for name in names]
-                )
-        runs = max(len(value) for value in values)
-        return np.concatenate([np.broadcast_to(v, (runs, 1)) for v in values], axis=1)
+        width = len(self._weights)
+        found = np.empty((self.runs, len(values) * self.dof, width + 1))
+        for place, value in enumerate(values):
+            shaped = np.broadcast_to(value, (width + 1, self.runs, self.dof))
+            found[:, place * self.dof : (place + 1) * self.dof] = shaped.transpose(1, 2, 0)
+        found /= ONE
+        rows, together = found[..., :-1], found[..., -1]
+        size = (np.abs(rows) @ np.abs(self._weights)).max(axis=1, keepdims=True, initial=0.0)
+        wrong = np.any(np.abs(rows @ self._weights - together) > SUPERPOSED * size, axis=0)
+        if wrong.any():
+            bad = {
+                names[j // self.dof] if names else "packet" for j in np.flatnonzero(wrong).tolist()
+            }
+            raise NonlinearError(
+                f"{self.scenario.name}: superposition does not hold for {', '.join(sorted(bad))}; "
+                "there is no linear model; use 'pmwvc simulate'"
+            )
+        states = len(self.names) * self.dof
+        live = [j * self.dof + axis for j in self._live for axis in range(self.dof)]
+        wide = np.zeros((self.runs, rows.shape[1], states + width - len(live)))
+        wide[:, :, live + list(range(states, wide.shape[-1]))] = rows
+        return wide
+
+    def _values(self) -> dict[str, Value]:
+        """Return everything that is carried from tick to tick, by name."""
+        return {
+            prefix + name: value
+            for prefix, block in self._blocks.items()
+            for name, value in block.signals().items()
+        }
+
+    def _join(self, width: int) -> None:
+        """Let everybody join at rest; an environment is told at its next step."""
+        zero = np.zeros((width, self.runs, self.dof))
+        for port in range(len(self._line_of)):
+            self.server.join(port, zero)
+        if self._box:
+            self.server.step([zero] * len(self._line_of))
+
+    def _follow(self) -> None:
+        """Put avatars where contacts and object are; equal users are with the first of them."""
+        state = dict(self.server.snapshot())
+        for name in state:
+            for copy, first in self._copies.items():
+                if name.startswith(copy):
+                    state[name] = state[first + name[len(copy) :]]
+        x_o, at = state.get(f"{BOX}body.x", state["body.x"]), {}
+        for i in range(len(self._line_of)):
+            own = state[f"ports.{i}.contact.deflection"]
+            at[i] = x_o + state.get(f"{BOX}contacts.{i}.deflection", own)
+            state[f"ports.{i}.x_s"] = at[i]
+        if f"{BOX}at" in state:
+            state[f"{BOX}at"] = at
+        self.server.restore(state)
+
+
+def _lengths(scenario: Any) -> Iterator[int]:
+    """Yield the lengths of all columns among the parameters."""
+    if isinstance(scenario, np.ndarray) and scenario.ndim == 2:
+        yield len(scenario)
+    elif isinstance(scenario, tuple):
+        for each in scenario:
+            yield from _lengths(each)
+    elif dataclasses.is_dataclass(scenario):
+        for field in dataclasses.fields(scenario):
+            yield from _lengths(getattr(scenario, field.name))

@@ -19,7 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.models import rigid
-from pmwvc_analysis.models.linear import notes_of
+from pmwvc_analysis.models.linear import notes_of, require_linear
+from pmwvc_analysis.models.linearize import linearize, model_of
 from pmwvc_analysis.models.loop import Loop
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
@@ -90,6 +91,7 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
     PmwvcError
         If the hyperperiod is too long.
     """
+    require_linear(scenario)
     loop = Loop(scenario, live=live)
     lifted = len(loop.lines) * loop.ticks
     if len(loop.names) > LARGEST_STATES:
@@ -102,23 +104,20 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
             f"{scenario.name}: {lifted} inputs (users times ticks of the hyperperiod), more than "
             f"{LARGEST_LIFTED}; choose rate_drop and period_s with common factors"
         )
-    rows, signals = loop.around(inputs=True)
-    n = len(loop.names)
-    outputs = {}
-    for name, per_user in signals.items():
-        stacked = np.concatenate([row for per_tick in per_user for row in per_tick])
-        outputs[name] = Output(stacked[:, :n], stacked[:, n:])
+    rows, read = loop.around(inputs=True)
+    linear = model_of(loop, rows, read)
+    n = len(linear.columns)
     return MultirateModel(
         scenario=scenario,
         live=live,
-        transition=rows[0, :, :n],
-        states=loop.names,
+        transition=linear.rows[0, :, :n],
+        states=linear.states,
         ticks=loop.ticks,
         tick_s=loop.tick_s,
         users=[line.name for line in loop.lines],
-        inputs=rows[0, :, n:],
-        outputs=outputs,
-        rigid=rigid.families(loop),
+        inputs=linear.rows[0, :, n:],
+        outputs={name: Output(y[0, :, :n], y[0, :, n:]) for name, y in linear.outputs.items()},
+        rigid=rigid.families(linear),
         notes=notes_of(scenario),
     )
 
@@ -139,9 +138,8 @@ def transitions(
 
     With ``weights`` every user stands for so many equal ones that move together.
     """
-    loop = Loop(scenario, live=live, weights=weights)
-    rows, _ = loop.around(inputs=False)
-    return Transitions(rows, loop.names, loop.ticks, rigid.families(loop))
+    linear = linearize(scenario, live=live, weights=weights)
+    return Transitions(linear.rows, linear.states, linear.loop.ticks, rigid.families(linear))
 
 
 def reduced(model: MultirateModel) -> Array:

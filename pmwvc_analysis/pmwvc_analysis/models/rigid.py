@@ -20,28 +20,80 @@ moves on for itself.
 Equations: docs/theory.md 15.2.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.models.blocks import column
-from pmwvc_analysis.models.loop import Line, Loop
-from pmwvc_core.numeric import Array
+from pmwvc_analysis.models.line import Line
+from pmwvc_analysis.models.linearize import Linear
+from pmwvc_core.controllers import has_waves
+from pmwvc_core.numeric import Array, Value, root
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
+
+DRIFTING = ("direct",)  # controllers without waves whose uniform motion needs no force
+
+
+Signals = dict[str, Array]  # of signals by name, a row or one per run, along each axis
+
+
+class Motion(NamedTuple):
+    """A motion by what moves in it; see :attr:`.linearize.Linear.placed`."""
+
+    pivot: str
+    axis: int
+    mask: NDArray[np.bool_]  # (runs or 1,): which runs have it
+    position: Signals  # where it begins, else zero; there of velocities their value
+    velocity: Signals  # how fast positions change, else they stay
 
 
 class Family(NamedTuple):
     """A motion t with A t = t, once the families before it are taken out."""
 
-    vector: Array  # (runs or 1, n), 1 at the pivot where the mask is set
+    vector: Array  # (runs, n), 1 at the pivot where the mask is set
     pivot: int
     mask: NDArray[np.bool_]  # (runs or 1,)
 
 
-def families(loop: Loop) -> list[Family]:
+def motions(linear: Linear) -> list[Motion]:
     """Return the motions of a loop, translations first."""
-    still = _free_positions(loop)
-    return still + _drifting(loop)
+    axes = range(linear.loop.dof)
+    still = [motion for axis in axes for motion in _free_positions(linear, axis)]
+    return still + [motion for axis in axes for motion in _drifting(linear, axis)]
+
+
+def families(linear: Linear) -> list[Family]:
+    """Return the motions of a loop as vectors of its states.
+
+    Devices, object, deflections and springs are as said; all other states follow from z(n) = z0 +
+    n z1, z(n+1) = A z(n).
+    """
+    loop, n, found = linear.loop, len(linear.columns), motions(linear)
+    matrices = linear.rows[:, :, :n]
+    now, change = np.zeros((2, len(matrices), n, len(found)))
+    given = np.zeros(n, dtype=np.bool_)
+    for (name, axis), column in linear.columns.items():
+        if name not in linear.placed:
+            continue
+        given[column] = True
+        for place, motion in enumerate(found):
+            if name in motion.position:
+                now[:, column, place] = motion.position[name][:, axis]
+            if name in motion.velocity:
+                period_s = loop.ticks * loop.tick_s
+                change[:, column, place] = motion.velocity[name][:, axis] * period_s
+    p, s = np.flatnonzero(given), np.flatnonzero(~given)
+    if len(s) and found:
+        moves = matrices - np.eye(n)  # (A - I) z1 = 0, (A - I) z0 = z1, both consistent
+        orthogonal, upper = np.linalg.qr(moves[..., s])
+        across = orthogonal.swapaxes(-1, -2)
+        change[:, s] = np.linalg.solve(upper, -across @ (moves[..., p] @ change[:, p]))
+        now[:, s] = np.linalg.solve(upper, across @ (change - moves[..., p] @ now[:, p]))
+    return [
+        Family(now[..., place], linear.columns[motion.pivot, motion.axis], motion.mask)
+        for place, motion in enumerate(found)
+    ]
 
 
 def quotient(matrices: Array, found: list[Family]) -> Array:
@@ -77,132 +129,142 @@ def radius(matrices: Array) -> Array:
     return found
 
 
-def count(found: list[Family]) -> int:
+def count(found: Sequence[Family | Motion]) -> int:
     """Return how many motions the first run has."""
-    return sum(bool(family.mask[0]) for family in found)
+    return sum(bool(each.mask[0]) for each in found)
 
 
-def _free_positions(loop: Loop) -> list[Family]:
-    if not loop.server.waves:
-        return _translations_without_waves(loop)
-    zero, one = np.zeros((1, 1)), np.ones((1, 1))
-    still, tied = [zero] * len(loop.lines), [_tied(line) for line in loop.lines]
+def _column(value: Value) -> Array:
+    return np.asarray(value, dtype=float).reshape(-1, 1)
+
+
+def _free_positions(linear: Linear, axis: int) -> list[Motion]:
+    loop = linear.loop
+    if not has_waves(loop.scenario.controller):
+        return _translations_without_waves(linear, axis)
+    one, always = np.eye(loop.dof)[axis : axis + 1], np.array([True])
+    tied = [_tied(line) for line in loop.lines]
+    devices = [f"{line.name}.device.x" for line in loop.lines]
     found = [
-        _unit(loop, f"{line.name}.x", ~bound[:, 0])
-        for line, bound in zip(loop.lines, tied, strict=True)
+        Motion(device, axis, ~bound[:, 0], {device: one}, {})
+        for device, bound in zip(devices, tied, strict=True)
         if not bound.all()
     ]
-    if loop.server.body.names:
-        x: list[Array] = [np.where(bound, 1.0, 0.0) for bound in tied]
-        vector = loop.motion(x, still, x_o=one, xd_o=zero)
-        found.append(Family(vector, loop.names.index("x_o"), np.array([True])))
-    for place, (line, seat) in enumerate(zip(loop.lines, loop.server.seats, strict=True)):
-        loose = seat.stiffness[:, 0] == 0.0
+    together = {device: bound * one for device, bound in zip(devices, tied, strict=True)}
+    if loop.body in linear.placed:
+        found.append(Motion(loop.body, axis, always, {loop.body: one} | together, {}))
+    for place, line in enumerate(loop.lines):
+        loose = _stiffness(line)[:, 0] == 0.0
         if loose.any():
-            e = [one if other is line else zero for other in loop.lines]
-            x = [np.where(bound, own, 0.0) for bound, own in zip(tied, e, strict=True)]
-            vector = loop.motion(x, still, x_o=zero, xd_o=zero, e=e)
-            found.append(Family(vector, loop.names.index(f"{line.name}.seat.e"), loose))
-        found += _free_springs(loop, place)
+            e = loop.deflection(place)
+            moved = {e: one, devices[place]: together[devices[place]]}
+            found.append(Motion(e, axis, loose, moved, {}))
+        loose = _column(line.user.master.local_model.stiffness)[:, 0] == 0.0
+        if loose.any():  # the spring of a local model that exerts nothing
+            found += [
+                Motion(spring, axis, loose, {spring: one}, {})
+                for spring in linear.placed
+                if spring.startswith(f"{line.name}.parts")
+            ]
     return found
 
 
 def _tied(line: Line) -> NDArray[np.bool_]:
     """Tell, as a column, where a position feedback ties a device to its avatar."""
-    feedback = line.port.feedback
-    return feedback.gain > 0.0 if feedback else np.zeros((1, 1), dtype=np.bool_)
+    position = line.user.master.position
+    return np.asarray(_column(position.gain if position.is_on else 0.0) > 0.0)
 
 
-def _free_springs(loop: Loop, place: int) -> list[Family]:
-    """Return the motion of a local model whose spring exerts nothing."""
-    name = f"{loop.lines[place].name}.bank.local.x"
-    if name not in loop.names:
-        return []
-    loose = column(loop.scenario.users[place].master.local_model.stiffness)[:, 0] == 0.0
-    return [_unit(loop, name, loose)] if loose.any() else []
+def _stiffness(line: Line) -> Array:
+    return _column(line.user.contact.contact_stiffness)
 
 
-def _unit(loop: Loop, name: str, mask: NDArray[np.bool_]) -> Family:
-    pivot = loop.names.index(name)
-    return Family(np.eye(1, len(loop.names), pivot), pivot, mask)
-
-
-def _translations_without_waves(loop: Loop) -> list[Family]:
+def _translations_without_waves(linear: Linear, axis: int) -> list[Motion]:
     """Return the common translation, and those of users whose position acts on nothing."""
-    zero, one = np.zeros((1, 1)), np.ones((1, 1))
-    found = []
-    loose = [seat.stiffness[:, 0] == 0.0 for seat in loop.server.seats]
+    loop, found = linear.loop, []
+    one = np.eye(loop.dof)[axis : axis + 1]
     for place, line in enumerate(loop.lines):
-        if loose[place].any():
-            x = [one if other is line else zero for other in loop.lines]
-            vector = loop.motion(x, [zero] * len(x), x_o=zero, xd_o=zero, e=x)
-            found.append(Family(vector, loop.names.index(f"{line.name}.x"), loose[place]))
-    if loop.server.body.names:
-        users = len(loop.lines)
-        vector = loop.motion([one] * users, [zero] * users, x_o=one, xd_o=zero)
-        found.append(Family(vector, loop.names.index("x_o"), np.array([True])))
+        loose, device = _stiffness(line)[:, 0] == 0.0, f"{line.name}.device.x"
+        if loose.any():
+            moved = {device: one, loop.deflection(place): one}
+            found.append(Motion(device, axis, loose, moved, {}))
+    if loop.body in linear.placed:
+        all_of_them = {f"{line.name}.device.x": one for line in loop.lines} | {loop.body: one}
+        found.append(Motion(loop.body, axis, np.array([True]), all_of_them, {}))
     return found
 
 
-def _drifting(loop: Loop) -> list[Family]:
+def _drifting(linear: Linear, axis: int) -> list[Motion]:
     """Return the uniform motions: of all that hang together, and of users by themselves.
 
     A virtual coupling pulls back what moves on: it only hears of the other end late.
     """
-    if not all(line.port.drifts for line in loop.lines):
+    loop = linear.loop
+    if not has_waves(loop.scenario.controller) and loop.scenario.controller not in DRIFTING:
         return []
-    zero, found = np.zeros((1, 1)), []
-    users, seats = loop.scenario.users, loop.server.seats
-    alone = [(seat.stiffness == 0.0) & (seat.damping == 0.0) for seat in seats]
-    braked = [column(user.device.damping) > 0.0 for user in users]
-    for place, line in enumerate(loop.lines):
-        mask = alone[place] & ~braked[place] & ~_tied(line)
+    one, found = np.eye(loop.dof)[axis : axis + 1], []
+    for line in loop.lines:
+        mask = _alone(line) & ~_braked(line) & ~_tied(line)
         if mask.any():
-            one = np.ones((1, 1))
-            xd = [one if other is line else zero for other in loop.lines]
-            vector = loop.motion([zero] * len(xd), xd, x_o=zero, xd_o=zero)
-            found.append(Family(vector, loop.names.index(f"{line.name}.xd"), mask[:, 0]))
-    if loop.server.body.names and all(_steady_age(line) for line in loop.lines):
-        found += _common_drift(loop, alone, braked)
+            x, xd = f"{line.name}.device.x", f"{line.name}.device.xd"
+            user, e = line.user, loop.deflection(loop.lines.index(line))
+            avatar = _transformed(one, user.impedance, user.server_impedance)
+            found.append(Motion(xd, axis, mask[:, 0], {xd: one}, {x: one, e: avatar}))
+    if loop.body in linear.placed and all(map(_steady_age, loop.lines)):
+        found += _common_drift(linear, axis)
     return found
 
 
-def _common_drift(
-    loop: Loop, alone: list[NDArray[np.bool_]], braked: list[NDArray[np.bool_]]
-) -> list[Family]:
+def _alone(line: Line) -> NDArray[np.bool_]:
+    idle = (_stiffness(line) == 0.0) & (_column(line.user.contact.contact_damping) == 0.0)
+    return np.asarray(idle)
+
+
+def _braked(line: Line) -> NDArray[np.bool_]:
+    return np.asarray(_column(line.user.device.damping) > 0.0)
+
+
+def _common_drift(linear: Linear, axis: int) -> list[Motion]:
     """Return the uniform motion of the object with all users who touch it, where none is braked.
 
     The two ends of a wave link move as sqrt(b of the server / b of the master). A position
     feedback hears of the avatar in steps: only with a packet at every tick is there no force.
     """
-    mask = ~(column(loop.scenario.server.object_damping) > 0.0)
-    x, xd = [], []
-    for line, user, seat, off, brake in zip(
-        loop.lines, loop.scenario.users, loop.server.seats, alone, braked, strict=True
-    ):
-        ratio = np.ones((1, 1))
-        if loop.server.waves:
-            ratio = np.sqrt(seat.b / column(user.master.impedance))
-        tied = _tied(line)
-        mask = mask & (off | ~brake) & (off | ~tied | (_steady_answers(line) & (ratio == 1.0)))
-        xd.append(np.where(off, 0.0, 1.0) * ratio)
-        if not loop.server.waves:
-            x.append(xd[-1] * (line.ages()[0] * loop.tick_s))
-        else:
-            x.append(tied * xd[-1] * (line.heard_at(0) * loop.tick_s))
+    loop = linear.loop
+    waves, serve = has_waves(loop.scenario.controller), loop.serve
+    one = np.eye(loop.dof)[axis : axis + 1]
+    mask = ~(_column(loop.scenario.server.object_damping) > 0.0)
+    now = {loop.body: one * ((serve.phase - serve.period) * loop.tick_s), f"{loop.body}d": one}
+    rates = {loop.body: one}
+    for place, line in enumerate(loop.lines):
+        off, tied = _alone(line), _tied(line)
+        rates[loop.deflection(place)] = np.where(off, -one, 0.0)  # stays behind
+        ratio = _transformed(one, line.user.server_impedance, line.user.impedance)
+        rate = np.where(off, 0.0, ratio if waves else one)
+        steady = _steady_answers(line) & np.all(ratio == one, axis=1, keepdims=True)
+        mask = mask & (off | ~_braked(line)) & (off | ~tied | steady)
+        late = tied * line.heard_at(0) if waves else line.up.ages()[0]
+        x = f"{line.name}.device.x"
+        now |= {x: rate * (late * loop.tick_s), f"{x}d": rate}
+        rates[x] = rate
     if not mask.any():
         return []
-    one, serve = np.ones((1, 1)), loop.serve
-    x_o = one * ((serve.phase - serve.period) * loop.tick_s)
-    vector = loop.motion(x, xd, x_o=x_o, xd_o=one)
-    return [Family(vector, loop.names.index("xd_o"), mask[:, 0])]
+    return [Motion(f"{loop.body}d", axis, mask[:, 0], now, rates)]
+
+
+def _transformed(xd_s: Array, server: Impedance, master: Impedance) -> Array:
+    """Return the velocity of a device whose avatar moves with xd_s, both without a force."""
+    both: list[Any] = [
+        b if isinstance(b, MatrixImpedance) else _column(b) for b in (server, master)
+    ]
+    return np.asarray(root(both[0]) * xd_s / root(both[1]))
 
 
 def _steady_age(line: Line) -> bool:
     """Tell whether motion is reported equally late at every step: else the contact is stretched
     in turns, and there is no uniform motion without forces. Waves do not mind.
     """
-    return line.port.signals == ("u",) or len(set(line.ages())) == 1
+    return line.waves or len(set(line.up.ages())) == 1
 
 
 def _steady_answers(line: Line) -> bool:

@@ -30,8 +30,13 @@ import math
 
 import numpy as np
 
-from pmwvc_analysis.models.channel import Times, delay_ticks
-from pmwvc_analysis.models.loop import answer_phase, hyperframe_ticks, serve_phase
+from pmwvc_analysis.models.links import (
+    Times,
+    answer_phase,
+    delay_ticks,
+    hyperperiod_ticks,
+    serve_phase,
+)
 from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_core.motion import motion
 from pmwvc_core.network.effects import active
@@ -134,7 +139,7 @@ def network_s(user: User, scenario: Scenario, *, live: bool) -> float:
     Receivers take the newest packet at their own times; the mean counts. With jitter the mean is
     half a period on top of the delay.
     """
-    m, period, ticks = user.master.rate_drop, scenario.period_ticks, hyperframe_ticks(scenario)
+    m, period, ticks = user.master.rate_drop, scenario.period_ticks, hyperperiod_ticks(scenario)
     sent, served = Times(m, 0), Times(period, serve_phase(scenario, live=live))
     taken = Times(m, answer_phase(user, live=live))
     up = _age_s(user.link_up, sent, served, ticks, scenario.tick_s, live=live)

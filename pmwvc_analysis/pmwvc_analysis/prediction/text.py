@@ -9,7 +9,8 @@ import math
 
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.models.linear import left_out, nonlinear
-from pmwvc_analysis.models.loop import LONGEST, hyperframe_ticks
+from pmwvc_analysis.models.links import hyperperiod_ticks
+from pmwvc_analysis.models.loop import LONGEST
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
 from pmwvc_analysis.prediction.lag import (
@@ -146,7 +147,7 @@ def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
     if known.relative is None and elements:
         return [f"No exact model, not linear: {elements}. No linear scenario is near."]
     if known.relative is None:
-        ticks = hyperframe_ticks(scenario)
+        ticks = hyperperiod_ticks(scenario)
         if ticks <= LONGEST:
             return ["No exact model of these settings."]
         return [

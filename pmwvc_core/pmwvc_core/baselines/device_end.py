@@ -30,8 +30,7 @@ class DeviceEnd(Stateful, ABC):
         Period of the force loop [s].
     """
 
-    SIGNALS = "_x _xd"
-    MEMORY = "_heard energy_u_m energy_v_m"
+    MEMORY = "_x _xd _heard energy_u_m energy_v_m"
     flags = FLAG_DIRECT
     u_m: Value = 0.0
     u_m_lp: Value = 0.0

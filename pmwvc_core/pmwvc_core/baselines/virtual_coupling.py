@@ -67,7 +67,7 @@ class VirtualCouplingMaster(DeviceEnd):
             self._pd = 0.0 * packet.wave
         elif packet.seq > before.seq:
             span_s = packet.period * (packet.seq - before.seq)
-            self._pd = (packet.wave - before.wave) / span_s
+            self._pd = (packet.wave - self._p) / span_s
 
     def receive(self, wave: Value) -> None:
         """Take the avatar's position [m]."""

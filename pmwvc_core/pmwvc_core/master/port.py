@@ -67,8 +67,10 @@ class WaveMaster(Stateful):
     """
 
     BLOCKS = "_hold _filter _parts _velocity _position"
-    SIGNALS = "u_m u_m_lp v_m f_m _x _xd _held"
-    MEMORY = "debt_j energy_u_m energy_u_tx energy_v_rx energy_v_m _packets _gain _before"
+    MEMORY = (
+        "u_m u_m_lp v_m f_m _x _xd _held _gain debt_j energy_u_m energy_u_tx energy_v_rx "
+        "energy_v_m _packets _before"
+    )
     flags = 0
 
     def __init__(self, params: MasterParams) -> None:

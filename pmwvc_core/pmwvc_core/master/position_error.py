@@ -41,8 +41,8 @@ class Separation(Stateful):
     Zero until an avatar's first packet, and where the echo is of a packet not remembered.
     """
 
-    SIGNALS = "_integral _since _y _v _sent"
-    MEMORY = "_avatar _packet _fresh _reference _newest round_trip_s"
+    SIGNALS = "_place"
+    MEMORY = "_integral _since _y _v _sent _avatar _packet _fresh _reference _newest round_trip_s"
 
     def __init__(self, params: MasterParams) -> None:
         self._integral: Value = 0.0  # U_tx
@@ -52,6 +52,7 @@ class Separation(Stateful):
         self._v: Value = 0.0
         self._avatar: tuple[int, int] | None = None
         self._packet: WavePacket | None = None
+        self._place: Value = 0.0  # of the avatar, by the newest packet [m]
         self._fresh = False
         self._reference: Value | None = None
         self._newest = 0  # number of the packet last sent
@@ -86,7 +87,7 @@ class Separation(Stateful):
         avatar = packet.epoch, packet.flags & FLAG_ANEW
         if avatar != self._avatar:
             self._avatar, self._reference = avatar, None
-        self._packet, self._fresh = packet, True
+        self._packet, self._fresh, self._place = packet, True, packet.position
         if packet.echo_seq in self._sent:
             self._time(packet)
 
@@ -108,7 +109,7 @@ class Separation(Stateful):
         if packet is None:
             return 0.0
         self._fresh = False
-        apart = x - packet.position
+        apart = x - self._place
         rest = None
         if fresh and packet.echo_seq in self._sent:
             rest = apart - self._lag(packet, before)

@@ -43,8 +43,7 @@ class ExactVelocityFilter(Stateful):
     """Feeds back a share of the high-pass part, and lets the wave pass; see the module."""
 
     BLOCKS = "_high"
-    SIGNALS = "_w"
-    MEMORY = "_kept"
+    MEMORY = "_w _kept"
 
     def __init__(self, params: MasterParams) -> None:
         self._share = params.velocity_filter.share
@@ -80,8 +79,7 @@ class ComplementaryVelocityFilter(Stateful):
     """Feeds back a share of the high-pass part, and low-pass filters what passes, both ways."""
 
     BLOCKS = "_up _down _first _second"
-    SIGNALS = "_w _passed"
-    MEMORY = "_kept"
+    MEMORY = "_w _passed _kept"
 
     def __init__(self, params: MasterParams) -> None:
         self._share = params.velocity_filter.share

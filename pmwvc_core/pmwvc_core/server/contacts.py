@@ -104,7 +104,8 @@ class Bilateral(Stateful):
     when it joined.
     """
 
-    SIGNALS = "deflection rest"
+    SIGNALS = "deflection"
+    MEMORY = "rest"
     touching: Flag = True
 
     def __init__(self, stiffness: Value, damping: Value) -> None:

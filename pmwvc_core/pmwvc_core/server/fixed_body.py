@@ -12,7 +12,7 @@ from pmwvc_core.state import Stateful
 class FixedBody(Stateful):
     """An object that never moves: whatever the force, velocity zero, no energy taken."""
 
-    SIGNALS = "x xd"
+    MEMORY = "x xd"
 
     def __init__(self) -> None:
         self.x: Value = 0.0

@@ -37,8 +37,8 @@ class UserPort(Stateful):
     """
 
     BLOCKS = "contact"
-    SIGNALS = "offset x_s xd_s f_s u_s v_s"
-    MEMORY = "account packet present energy_u_s energy_v_s"
+    SIGNALS = "xd_s f_s"
+    MEMORY = "offset x_s u_s v_s account packet present energy_u_s energy_v_s"
     __slots__ = (
         "account",
         "b",

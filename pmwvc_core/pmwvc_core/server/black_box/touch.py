@@ -28,7 +28,7 @@ class Touched(Stateful):
     """Who touches, by which law, and where everybody was at the end of the last step."""
 
     BLOCKS = "contacts"
-    SIGNALS = "at position velocity"
+    MEMORY = "at position velocity"
 
     def __init__(self, setup: EnvironmentSetup) -> None:
         self.contacts: list[Contact] = [

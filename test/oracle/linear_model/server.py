@@ -4,8 +4,9 @@
 
 from collections.abc import Mapping, Sequence
 
-from pmwvc_analysis.models.blocks import column
-from pmwvc_analysis.models.couplings import LAWS, Body, Cube, Seat, Wall, remembered
+from oracle.linear_model.blocks import column
+from oracle.linear_model.couplings import LAWS, Body, Cube, Seat, Wall, remembered
+
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -23,7 +24,7 @@ def law_of(scenario: Scenario) -> str:
     if not has_waves(scenario.controller):
         return scenario.controller
     server = scenario.server
-    return UNKNOWN[server.environment] if scenario.coupling.black_box else server.coupling
+    return UNKNOWN[server.environment] if server.coupling == "unknown" else server.coupling
 
 
 def _seat(user: User, names: tuple[str, ...], weight: int) -> Seat:
@@ -54,7 +55,7 @@ class Server:
         self._law, self._params = LAWS[law], params
         self.waves = has_waves(scenario.controller)
         names = remembered(law, params.integrator)
-        self.body: Body = Cube(params) if scenario.environment.movable else Wall()
+        self.body: Body = Cube(params) if params.environment == "cube" else Wall()
         self.seats = [
             _seat(user, names, weight)
             for user, weight in zip(scenario.users, weights, strict=True)

@@ -5,10 +5,10 @@
 from collections.abc import Mapping
 
 import numpy as np
+from oracle.linear_model.around import Feedback, LessVelocity, make_parts
+from oracle.linear_model.blocks import Block, Device, Hold, Kept, column
+from oracle.linear_model.filters import make_filter
 
-from pmwvc_analysis.models.around import Feedback, LessVelocity, make_parts
-from pmwvc_analysis.models.blocks import Block, Device, Hold, Kept, column
-from pmwvc_analysis.models.filters import make_filter
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import User
 

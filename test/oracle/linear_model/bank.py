@@ -7,9 +7,9 @@ rows (:mod:`.blocks`); what a part is stands in :mod:`.around`.
 """
 
 import numpy as np
+from oracle.linear_model.blocks import Block, Kept, column
+from oracle.linear_model.sections import Sections
 
-from pmwvc_analysis.models.blocks import Block, Kept, column
-from pmwvc_analysis.models.sections import Sections
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.design.bank_design import bank_filters

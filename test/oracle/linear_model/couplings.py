@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from oracle.linear_model.blocks import column
 
-from pmwvc_analysis.models.blocks import column
 from pmwvc_core.motion import motion
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import ServerParams

@@ -7,8 +7,8 @@ input of a tick is known its output is ``rest() + gain u``.
 """
 
 import numpy as np
+from oracle.linear_model.blocks import column
 
-from pmwvc_analysis.models.blocks import column
 from pmwvc_core.numeric import Array
 
 

@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
+from oracle.linear_model.bank import Bank
+from oracle.linear_model.blocks import Block, column
+from oracle.linear_model.sections import Sections
 
-from pmwvc_analysis.models.bank import Bank
-from pmwvc_analysis.models.blocks import Block, column
-from pmwvc_analysis.models.sections import Sections
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams
 from pmwvc_core.wave.design.velocity_filter_design import high_pass, low_pass

@@ -5,9 +5,9 @@
 from typing import Protocol
 
 import numpy as np
+from oracle.linear_model.blocks import column
+from oracle.linear_model.sections import Sections
 
-from pmwvc_analysis.models.blocks import column
-from pmwvc_analysis.models.sections import Sections
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.design.filter_design import design

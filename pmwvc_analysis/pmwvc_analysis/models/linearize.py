@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The exact linear model of a scenario: the core's own objects, stepped on the identity.
+
+Both ends and the devices are brought to rest, where all signals are zero. Then every signal that
+they carry from tick to tick (:mod:`pmwvc_core.state`) and every packet under way is set to one in
+a run of its own, and all runs are stepped side by side once around the hyperperiod
+(:mod:`.loop`). What the signals are at the end is a row each of the transition matrix, on the
+states that matter (:mod:`.reduction`).
+
+Not here: motions that are no instability (:mod:`.rigid`).
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from pmwvc_analysis.models.loop import Loop
+from pmwvc_analysis.models.reduction import reduced
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+
+
+class Linear(NamedTuple):
+    """The linear model of a scenario whose numbers may be columns.
+
+    Attributes
+    ----------
+    loop
+        What was stepped.
+    columns
+        Column of every state, by its name and axis.
+    rows
+        ``(runs, states, states and inputs)``: the states after the hyperperiod.
+    outputs
+        ``x``, ``xd`` and ``f``, likewise; see :meth:`Loop.around`.
+    placed
+        Names of the positions and velocities that a uniform motion is given by.
+    """
+
+    loop: Loop
+    columns: dict[tuple[str, int], int]
+    rows: Array
+    outputs: dict[str, Array]
+    placed: frozenset[str]
+
+    @property
+    def states(self) -> list[str]:
+        """Names of the states."""
+        several = self.loop.dof > 1
+        return [f"{name}, axis {axis}" if several else name for name, axis in self.columns]
+
+
+def linearize(
+    scenario: Scenario,
+    *,
+    live: bool = False,
+    weights: Sequence[int] = (),
+    inputs: bool = False,
+    outputs: bool = False,
+) -> Linear:
+    """Return the linear model of a scenario; see :class:`Loop` for what is asked.
+
+    Raises
+    ------
+    NonlinearError
+        If something is not linear.
+    PmwvcError
+        If the hyperperiod is too long.
+    """
+    loop = Loop(scenario, live=live, weights=weights)
+    rows, read = loop.around(inputs=inputs)
+    return model_of(loop, rows, read if outputs else {})
+
+
+def model_of(loop: Loop, rows: Array, read: dict[str, Array]) -> Linear:
+    """Return the model of what was stepped, on the states that matter."""
+    entries = [(name, axis) for name in loop.names for axis in range(loop.dof)]
+    moving = {loop.body, f"{loop.body}d"}
+    moving |= {f"{line.name}.device.{x}" for line in loop.lines for x in ("x", "xd")}
+    found = reduced(rows, list(read.values()), always=lambda j: entries[j][0] in moving)
+    columns = {entries[j]: place for place, j in enumerate(found.kept)}
+    deflections = {loop.deflection(place) for place in range(len(loop.lines))}
+    springs = {name for name, _ in columns if name.endswith(".local.model.x")}
+    placed = (moving | deflections | springs) & {name for name, _ in columns}
+    outputs = dict(zip(read, found.read, strict=True))
+    return Linear(loop, columns, found.rows, outputs, frozenset(placed))
