@@ -19,17 +19,17 @@ from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime.peers import PATIENCE_S, nothing_on, publishers_of
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
-from pmwvc_netem.lane import Lane
 from pmwvc_netem.relay import Relay
+from pmwvc_netem.relayed_link import RelayedLink
 from pmwvc_netem.reports import Reports
-from pmwvc_netem.settings import Route, Settings
+from pmwvc_netem.settings import LinkSetup, Settings
 
 DEPTH = 100  # a burst while the relay sleeps must not be lost by the relay
 LATE_NS = 2_000_000  # a release this late is worth a warning
 
 
 class Netem:
-    """What the node does: settings, lanes, relay and reports put together.
+    """The node: settings, links, relay and reports.
 
     Raises
     ------
@@ -41,14 +41,14 @@ class Netem:
         self._node = node
         self._relay: Relay | None = None
         self._settings = Settings(node, self._change)
-        made = [_lane(node, route) for route in self._settings.routes]
-        self._lanes = [lane for lane, _ in made]
+        made = [_relayed(node, setup) for setup in self._settings.setups]
+        self._links = [relayed for relayed, _ in made]
         inlets = [inlet for _, inlet in made]
-        self._reports = Reports(node, self._lanes, seed=self._settings.seed)
-        self._relay = Relay(node, self._lanes, inlets, self._reports)
+        self._reports = Reports(node, self._links, seed=self._settings.seed)
+        self._relay = Relay(node, self._links, inlets, self._reports)
         self._sources = {
-            lane.name: inlet.subscription.topic_name
-            for lane, inlet in zip(self._lanes, inlets, strict=True)
+            relayed.name: inlet.subscription.topic_name
+            for relayed, inlet in zip(self._links, inlets, strict=True)
         }
         self._publishers = publishers_of(node)
         self._running_s: float | None = None  # since when
@@ -56,8 +56,8 @@ class Netem:
 
     def run(self, stop: threading.Event) -> None:
         """Relay."""
-        names = ", ".join(lane.name for lane in self._lanes)
-        self._node.get_logger().info(f"relaying {len(self._lanes)} links: {names}")
+        names = ", ".join(relayed.name for relayed in self._links)
+        self._node.get_logger().info(f"relaying {len(self._links)} links: {names}")
         if self._relay is not None:
             self._relay.run(stop)
 
@@ -74,11 +74,11 @@ class Netem:
         reports = self._reports
         late_ns, reports.worst_error_ns = reports.worst_error_ns, 0
         values: dict[str, object] = {"release late max [us]": f"{late_ns / 1e3:.0f}"}
-        for lane in self._lanes:
-            c = lane.link.counters
-            values[lane.name] = (
+        for relayed in self._links:
+            c = relayed.link.counters
+            values[relayed.name] = (
                 f"in {c.in_count}, out {c.out_count}, lost {c.lost}, dropped {c.dropped}, "
-                f"in flight {c.queued}, invalid {lane.invalid}"
+                f"in flight {c.queued}, invalid {relayed.invalid}"
             )
         if self._relay is not None:
             values["real time"] = str(self._relay.real_time or "not requested yet")
@@ -87,7 +87,7 @@ class Netem:
             wrong.append(f"messages went out up to {late_ns / 1e6:.1f} ms late")
         if wrong:
             return WARN, "; ".join(wrong), values
-        return OK, f"relaying {len(self._lanes)} links", values
+        return OK, f"relaying {len(self._links)} links", values
 
     def _never_met(self) -> list[str]:
         """Return the links into which nothing has come though the relay has run for a while."""
@@ -97,25 +97,25 @@ class Netem:
             return []
         if time.monotonic() - self._running_s < PATIENCE_S:
             return []
-        silent = (lane for lane in self._lanes if not lane.link.counters.in_count)
-        topics = [self._sources[lane.name] for lane in silent]
+        silent = (relayed for relayed in self._links if not relayed.link.counters.in_count)
+        topics = [self._sources[relayed.name] for relayed in silent]
         return [nothing_on(topic, sorted(self._publishers(topic))) for topic in topics]
 
 
-def _lane(node: Node, route: Route) -> tuple[Lane, Polled]:
-    policy = ReliabilityPolicy.RELIABLE if route.reliable else ReliabilityPolicy.BEST_EFFORT
+def _relayed(node: Node, setup: LinkSetup) -> tuple[RelayedLink, Polled]:
+    policy = ReliabilityPolicy.RELIABLE if setup.reliable else ReliabilityPolicy.BEST_EFFORT
     qos = QoSProfile(depth=DEPTH, reliability=policy)
-    inlet = Polled(node, route.kind, route.source, qos, raw=True)
-    outlet = node.create_publisher(route.kind, route.target, qos)
-    lane = Lane(
-        route.name,
-        Link(route.params, seed=route.seed),
+    inlet = Polled(node, setup.kind, setup.source, qos, raw=True)
+    outlet = node.create_publisher(setup.kind, setup.target, qos)
+    relayed = RelayedLink(
+        setup.name,
+        Link(setup.params, seed=setup.seed),
         take=inlet.take,
         give=outlet.publish,
         clock=time.monotonic_ns,
-        is_wave=route.is_wave,
+        is_wave=setup.is_wave,
     )
-    return lane, inlet
+    return relayed, inlet
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The relay's thread: waits for messages and for deadlines at once, and serves both.
 
-One thread owns all lanes. It sleeps in a wait set until a message comes in or shortly before the
+One thread owns all links. It sleeps in a wait set until a message comes in or shortly before the
 next one is due, then to the deadline itself on the clock; no executor is involved. Other threads
 talk to it only by :meth:`Relay.change`.
 """
@@ -19,7 +19,7 @@ from rclpy.node import Node
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime.pacing import RealTimeReport, request_real_time, sleep_until
 from pmwvc_core.runtime.polling import Polled
-from pmwvc_netem.lane import Lane
+from pmwvc_netem.relayed_link import RelayedLink
 
 FINE_NS = 150_000  # the last bit before a deadline is slept on the clock
 LONGEST_WAIT_NS = 50_000_000  # a stop is seen this late
@@ -27,14 +27,14 @@ PRIORITY = 20
 
 
 class Relay:
-    """All lanes, and the loop that serves them.
+    """All links, and the loop that serves them.
 
     Parameters
     ----------
     node
         The node that owns the subscriptions.
-    lanes, inlets
-        The lanes, and the subscription of each.
+    links, inlets
+        The links, and the subscription of each.
     report
         Called after each round with the time [ns]; returns when it wants to be called again.
     """
@@ -42,11 +42,11 @@ class Relay:
     def __init__(
         self,
         node: Node,
-        lanes: Sequence[Lane],
+        links: Sequence[RelayedLink],
         inlets: Sequence[Polled],
         report: Callable[[int], int],
     ) -> None:
-        self.lanes = {lane.name: lane for lane in lanes}
+        self.links = {relayed.name: relayed for relayed in links}
         self.real_time: RealTimeReport | None = None
         self._handles = [inlet.subscription.handle for inlet in inlets]
         self._report = report
@@ -71,11 +71,11 @@ class Relay:
             while not stop.is_set():
                 while self._changes:
                     name, params = self._changes.popleft()
-                    self.lanes[name].link.configure(params)
-                for lane in self.lanes.values():
-                    lane.take_in()
-                for lane in self.lanes.values():
-                    lane.let_out()
+                    self.links[name].link.configure(params)
+                for relayed in self.links.values():
+                    relayed.take_in()
+                for relayed in self.links.values():
+                    relayed.let_out()
                 now_ns = time.monotonic_ns()
                 if now_ns >= report_ns:
                     report_ns = self._report(now_ns)
@@ -84,7 +84,9 @@ class Relay:
     def _sleep(self, report_ns: int) -> None:
         """Sleep until a message comes in, one is due, or a report is."""
         now_ns = time.monotonic_ns()
-        dues = [due for lane in self.lanes.values() if (due := lane.link.next_due_ns) is not None]
+        dues = [
+            due for relayed in self.links.values() if (due := relayed.link.next_due_ns) is not None
+        ]
         due_ns = min(dues, default=now_ns + LONGEST_WAIT_NS)
         coarse_ns = min(due_ns - FINE_NS, report_ns, now_ns + LONGEST_WAIT_NS)
         if coarse_ns > now_ns:

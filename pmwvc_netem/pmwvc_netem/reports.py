@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the relay tells the world: fates of packets in blocks, and the state of its links.
+"""The reports of the relay: fates of packets in blocks, and the state of its links.
 
 Called by the relay's own thread; published on ``netem/fates`` and ``netem/links``.
 """
@@ -14,10 +14,10 @@ from rclpy.node import Node
 
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import TRACE_QOS
-from pmwvc_netem.lane import Lane, Timing
+from pmwvc_netem.relayed_link import RelayedLink, Timing
 
 FATES_NS = 100_000_000
-BLOCK = 64  # records; a lane with as many is not kept waiting for the time
+BLOCK = 64  # records; a link with as many is not kept waiting for the time
 STATES_NS = 250_000_000
 
 
@@ -28,18 +28,18 @@ class Reports:
     ----------
     node
         The node that owns the publishers.
-    lanes
+    links
         What to report on.
     seed
         The seed all links have in common.
     """
 
-    def __init__(self, node: Node, lanes: Sequence[Lane], *, seed: int) -> None:
+    def __init__(self, node: Node, links: Sequence[RelayedLink], *, seed: int) -> None:
         self.worst_error_ns = 0  # latest release since somebody set this to zero
         self._types = messages.live_types()
         self._fates = node.create_publisher(self._types.PacketFate, "netem/fates", TRACE_QOS)
         self._states = node.create_publisher(self._types.LinkState, "netem/links", TRACE_QOS)
-        self._lanes = list(lanes)
+        self._links = list(links)
         self._seed = seed
         self._seq = 0
         self._fates_due_ns = 0
@@ -49,9 +49,9 @@ class Reports:
     def __call__(self, now_ns: int) -> int:
         """Publish what is due; return when to be called again [ns]."""
         everything = now_ns >= self._fates_due_ns
-        for lane in self._lanes:
-            if everything or len(lane.fates) >= BLOCK:
-                self._publish_fates(lane)
+        for relayed in self._links:
+            if everything or len(relayed.fates) >= BLOCK:
+                self._publish_fates(relayed)
         if everything:
             self._fates_due_ns = now_ns + FATES_NS
         if now_ns >= self._states_due_ns:
@@ -62,20 +62,20 @@ class Reports:
     def end(self) -> None:
         """Publish the rest, and wait until it has reached whoever listens."""
         self._publish_states(time.monotonic_ns())
-        for lane in self._lanes:
-            lane.end()
-            self._publish_fates(lane)
+        for relayed in self._links:
+            relayed.end()
+            self._publish_fates(relayed)
         for publisher in (self._fates, self._states):
             publisher.wait_for_all_acked(Duration(seconds=1.0))
 
-    def _publish_fates(self, lane: Lane) -> None:
-        while len(lane.fates):
-            block = lane.fates.take(BLOCK)
+    def _publish_fates(self, relayed: RelayedLink) -> None:
+        while len(relayed.fates):
+            block = relayed.fates.take(BLOCK)
             columns = {f.name: getattr(block, f.name) for f in dataclasses.fields(block)}
             columns["size"] = columns.pop("bytes")
             self._fates.publish(
                 messages.packet_fates(
-                    self._types, stamp_ns=time.time_ns(), link=lane.name, **columns
+                    self._types, stamp_ns=time.time_ns(), link=relayed.name, **columns
                 )
             )
 
@@ -83,19 +83,19 @@ class Reports:
         self._seq += 1
         elapsed_s = (now_ns - self._states_at_ns) * 1e-9
         self._states_at_ns = now_ns
-        for lane in self._lanes:
-            timing, lane.timing = lane.timing, Timing()
+        for relayed in self._links:
+            timing, relayed.timing = relayed.timing, Timing()
             self.worst_error_ns = max(self.worst_error_ns, timing.error_max_ns)
             self._states.publish(
                 messages.link_state(
                     self._types,
                     stamp_ns=time.time_ns(),
-                    link=lane.name,
+                    link=relayed.name,
                     seq=self._seq,
-                    counts=dataclasses.asdict(lane.link.counters),
+                    counts=dataclasses.asdict(relayed.link.counters),
                     delays=timing.delays(),
                     rate_hz=timing.count / elapsed_s if elapsed_s > 0.0 else 0.0,
-                    params=lane.link.params,
+                    params=relayed.link.params,
                     seed=self._seed,
                 )
             )

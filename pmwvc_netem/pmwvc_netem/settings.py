@@ -47,7 +47,7 @@ class PresetParams(Validated):
 
 
 @dataclass(frozen=True)
-class Route:
+class LinkSetup:
     """One link: its topics, their type, its random stream and its settings at the start."""
 
     name: str
@@ -88,15 +88,15 @@ class Settings:
         self.users = declare_names(
             node, "users", [] if others else ["user1"], "names of the users, two links each"
         )
-        self.routes = [*self._of_users(preset), *map(self._of_other, enumerate(others))]
-        if not self.routes:
+        self.setups = [*self._of_users(preset), *map(self._of_other, enumerate(others))]
+        if not self.setups:
             raise ParameterError("users is empty: give a user, or link_names")
 
-    def _of_users(self, preset: str) -> list[Route]:
+    def _of_users(self, preset: str) -> list[LinkSetup]:
         if not self.users:
             return []
         type_name, kind = _declared_type(self._node, "type")
-        routes = []
+        setups = []
         for number, direction in enumerate(DIRECTIONS):
             defaults = getattr(PRESETS[preset], direction) if preset != "none" else None
             common = self._declare_link(
@@ -112,12 +112,12 @@ class Settings:
                 )
                 seed = stream_of(self.seed, index, number)
                 is_wave = type_name == WAVE
-                routes.append(Route(name, kind, is_wave, source, target, False, seed, params))
+                setups.append(LinkSetup(name, kind, is_wave, source, target, False, seed, params))
                 each.append(params)
             self._all[direction] = self._agreed(f"link.{direction}", common, each)
-        return routes
+        return setups
 
-    def _of_other(self, numbered: tuple[int, str]) -> Route:
+    def _of_other(self, numbered: tuple[int, str]) -> LinkSetup:
         """Declare a link that is no user's."""
         index, name = numbered
         prefix = f"links.{name}"
@@ -131,7 +131,7 @@ class Settings:
         reliable = declare_value(self._node, f"{prefix}.reliable", RELIABLE, False)
         params = self._declare_link(prefix, partial(self._listener, name), None)
         seed = stream_of(self.seed, index, OTHER)
-        return Route(name, kind, type_name == WAVE, source, target, reliable, seed, params)
+        return LinkSetup(name, kind, type_name == WAVE, source, target, reliable, seed, params)
 
     def _declare_link(
         self, prefix: str, listener: Callable[[LinkParams], None], defaults: LinkParams | None

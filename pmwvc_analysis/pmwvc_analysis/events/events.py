@@ -61,7 +61,7 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
         yield from events_safety.of_user(user)
         yield from events_membership.of_master(user)
     if traces.server is not None:
-        grips = scenario is not None and any(u.contact.contact == "grip" for u in scenario.users)
+        grips = scenario is not None and any(u.contact.grips for u in scenario.users)
         yield from events_membership.of_server(traces, grips=grips)
     yield from events_links.silences(traces)
     yield from environment.events(traces, scenario)

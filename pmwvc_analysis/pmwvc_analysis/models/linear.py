@@ -161,7 +161,7 @@ def notes_of(scenario: Scenario) -> list[str]:
     """Return, in sentences, where the linear model stands for something else."""
     users = scenario.users
     found = []
-    if any(user.contact.contact == "grip" for user in users):
+    if any(user.contact.grips for user in users):
         found.append("Grip contacts are modelled as two-sided: valid while all users touch.")
     if any(
         user.master.bank.kind != "none" and user.master.local_model.acts != "everywhere"

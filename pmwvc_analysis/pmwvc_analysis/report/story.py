@@ -57,7 +57,7 @@ def _contact(
         yield f"No user touched {name}."
         return
     who = _who(list(first), len(server.users))
-    grips = scenario is not None and all(u.contact.contact == "grip" for u in scenario.users)
+    grips = scenario is not None and all(u.contact.grips for u in scenario.users)
     verb = "gripped" if grips and name == "the cube" else "touched"
     yield f"{who} {verb} {name} {_when(list(first.values()))}{_moved(server, rows)}."
 

@@ -14,7 +14,7 @@ In this order:
     coupled device again and again: in more than a twentieth of the second half, in three or more
     separate events.
 ``environment lost``
-    the energy limit of an unknown environment's port displaced the device so far that most of its
+    the energy limit of a black box's port displaced the device so far that most of its
     depth is neither the environment's nor the link's (environment.py).
 ``sustained oscillation``
     motion faster than anybody's on purpose, the environment's own included, that does not die out:

@@ -60,13 +60,13 @@ def make_server(
     baselines
         What other controllers than waves share between their ends, one per user.
     call
-        How an unknown environment is asked; directly by default.
+        How a black box is asked; directly by default.
 
     Raises
     ------
     ParameterError
-        Naming the controllers there are, or where the numbers of users differ; of an unknown
-        environment, why it cannot be used.
+        Naming the controllers there are, or where the numbers of users differ; of a
+        black box, why it cannot be used.
     """
     record = record_of(controller)
     ports = make_ports(server, contacts, impedances, dof=dof, sides=sides, baselines=baselines)

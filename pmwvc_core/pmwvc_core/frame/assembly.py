@@ -136,7 +136,7 @@ def make_server_step(
     epochs
         Of the packets to each user.
     call
-        How an unknown environment is asked.
+        How a black box is asked.
     idle_until_joined
         Whether steps begin with the first user.
     """

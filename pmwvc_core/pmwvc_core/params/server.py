@@ -121,6 +121,11 @@ class ContactParams(Validated):
         0.0, "m", "distance of the avatar from the object at the start (grip and wall)", low=0.0
     )
 
+    @property
+    def grips(self) -> bool:
+        """Whether the contact only pushes, from the user's own side."""
+        return self.contact == "grip"
+
     def conflicts(self) -> list[str]:
         """Check that the matrix is one, and the impedance said once."""
         if self.impedance_matrix.strip() and self.impedance is not None:

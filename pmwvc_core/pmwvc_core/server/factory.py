@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From parameters to user ports: which contact law a user gets."""
+"""Contact laws and ports of users, made from parameters."""
 
 from collections.abc import Sequence
 
@@ -35,7 +35,7 @@ def make_contact(
     if side not in (-1, 1):
         raise ParameterError(f"side = {side}: must be -1 (left of the object) or +1 (right)")
     stiffness, damping = params.contact_stiffness, params.contact_damping
-    if params.contact == "bilateral":
+    if not params.grips:
         return (CoupledBilateral if coupled else Bilateral)(stiffness, damping)
     grip = Grip(stiffness, damping, side=side, size=size, gap=params.gap_m)
     if dof == 1:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The slope of an unknown environment, learned from its own answers, one user at a time.
+"""The slope of a black box, learned from its own answers, one user at a time.
 
 The port decodes with a line through the last force F- at the last place x-::
 

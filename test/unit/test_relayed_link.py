@@ -15,7 +15,7 @@ from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.transport.packet import WavePacket
-from pmwvc_netem.lane import Lane, Timing, peek_wave
+from pmwvc_netem.relayed_link import RelayedLink, Timing, peek_wave
 
 MS = 1_000_000
 LIVE = messages.live_types()
@@ -27,13 +27,13 @@ def serialized(epoch, seq):
 
 
 class Bench:
-    """A lane with its ends in memory and a clock that is set by hand."""
+    """A relayed with its ends in memory and a clock that is set by hand."""
 
     def __init__(self, params, *, is_wave=True, seed=1):
         self.now_ns = 0
         self.before = []
         self.after = []
-        self.lane = Lane(
+        self.relayed = RelayedLink(
             "user1/up",
             Link(params, seed=seed),
             take=lambda: self.before.pop(0) if self.before else None,
@@ -45,8 +45,8 @@ class Bench:
     def at(self, now_ns, *arriving):
         self.now_ns = now_ns
         self.before += arriving
-        self.lane.take_in()
-        self.lane.let_out()
+        self.relayed.take_in()
+        self.relayed.let_out()
 
 
 @given(epoch=st.integers(0, 2**64 - 1), seq=st.integers(0, 2**32 - 1))
@@ -81,9 +81,9 @@ def test_a_message_leaves_when_it_is_due_and_as_it_came():
 def test_the_record_tells_sender_size_and_times():
     bench = Bench(LinkParams(delay_s=0.010))
     bench.at(2 * MS, serialized(3, 4))
-    assert len(bench.lane.fates) == 0  # not before it has left
+    assert len(bench.relayed.fates) == 0  # not before it has left
     bench.at(13 * MS)
-    block = bench.lane.fates.take()
+    block = bench.relayed.fates.take()
     assert (block.first, block.epoch[0], block.seq[0], block.bytes[0]) == (1, 3, 4, 126)
     times = (block.time_in_ns[0], block.time_due_ns[0], block.time_out_ns[0])
     assert times == (2 * MS, 12 * MS, 13 * MS)
@@ -93,8 +93,8 @@ def test_the_record_tells_sender_size_and_times():
 def test_every_message_has_a_fate_and_copies_have_their_own():
     bench = Bench(LinkParams(loss=0.3, duplicate=0.3))
     bench.at(MS, *[serialized(1, seq) for seq in range(1, 101)])
-    block = bench.lane.fates.take()
-    counters = bench.lane.link.counters
+    block = bench.relayed.fates.take()
+    counters = bench.relayed.link.counters
     assert len(block.seq) == 100 + counters.duplicated
     assert sorted(set(block.seq)) == list(range(1, 101))
     assert np.count_nonzero(block.fate == FateKind.LOST) == counters.lost > 0
@@ -104,28 +104,28 @@ def test_every_message_has_a_fate_and_copies_have_their_own():
 def test_what_is_no_message_is_written_down_and_the_rest_goes_on():
     bench = Bench(LinkParams())
     bench.at(MS, serialized(1, 1), b"\x00\x01", serialized(1, 2))
-    block = bench.lane.fates.take()
+    block = bench.relayed.fates.take()
     assert sorted(block.fate) == [FateKind.DELIVERED, FateKind.DELIVERED, FateKind.INVALID]
-    assert bench.lane.invalid == 1
-    assert bench.lane.link.counters.in_count == 2  # it draws no random numbers
+    assert bench.relayed.invalid == 1
+    assert bench.relayed.link.counters.in_count == 2  # it draws no random numbers
     assert len(bench.after) == 2
 
 
 def test_other_messages_are_counted_by_the_relay():
     bench = Bench(LinkParams(), is_wave=False)
     bench.at(MS, b"\x00\x01\x00\x00", b"\x00\x01\x00\x00abcd", b"")
-    block = bench.lane.fates.take()
+    block = bench.relayed.fates.take()
     delivered = block.fate == FateKind.DELIVERED
     assert list(block.seq[delivered]) == [1, 2]
     assert list(block.epoch) == [0, 0, 0]
-    assert bench.lane.invalid == 1
+    assert bench.relayed.invalid == 1
 
 
 def test_what_is_under_way_at_the_end_is_written_down_as_never_out():
     bench = Bench(LinkParams(delay_s=1.0))
     bench.at(MS, serialized(1, 1))
-    bench.lane.end()
-    block = bench.lane.fates.take()
+    bench.relayed.end()
+    block = bench.relayed.fates.take()
     assert (block.time_due_ns[0], block.time_out_ns[0]) == (1001 * MS, 0)
     assert bench.after == []
 
@@ -136,7 +136,7 @@ def test_delays_and_errors_are_those_since_the_last_look():
     bench.at(2 * MS, serialized(1, 2))
     bench.at(11 * MS)
     bench.at(15 * MS)
-    delays = bench.lane.timing.delays()
+    delays = bench.relayed.timing.delays()
     assert delays == pytest.approx(
         {"delay_mean": 0.012, "delay_min": 0.011, "delay_max": 0.013, "delay_error_max": 0.003}
     )

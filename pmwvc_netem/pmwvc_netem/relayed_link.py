@@ -66,7 +66,7 @@ class Timing:
         }
 
 
-class Lane:
+class RelayedLink:
     """One topic's way through its link.
 
     Parameters
