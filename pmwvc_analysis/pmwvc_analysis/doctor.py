@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with a recording: is it whole, complete, and does its physics add up.
+"""The checks of a recording: the file is whole, nothing is missing, the physics agrees.
 
 Three kinds of findings: the file (structure of the MCAP, metadata), what is missing (per topic and
 publisher), and physics: numbers that are finite, ports that obey F = sqrt(b/2) (u - v), running

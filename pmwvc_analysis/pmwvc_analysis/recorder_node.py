@@ -68,14 +68,14 @@ class Recorder:
         """Receive until asked to stop, and a little longer."""
         request_reception(RECEPTION_PRIORITY)
         request_priority(PRIORITY)
-        told = False
+        reported = False
         while not stop.wait(POLL_S):
             self._take_all()
             if not self._ready and self._all_matched():
                 self._ready = True
                 print("ready", flush=True)
-            if not told and self._background.problem:
-                told = True
+            if not reported and self._background.problem:
+                reported = True
                 print(f"recorder: {self._problem()}", file=sys.stderr, flush=True)
         until = time.monotonic() + LINGER_S
         while self._take_all() or time.monotonic() < until:

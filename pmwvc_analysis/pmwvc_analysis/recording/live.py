@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Writing beside receiving: a bounded queue and a thread that empties it into a session folder.
+"""The bounded queue of received messages and the thread that writes them into a session folder.
 
-Whoever receives never waits for the disk. What the queue cannot hold is counted per topic, and
-shows in the publishers' numbers as well; the final record ``losses`` names both.
+The receiver never waits for the disk. Messages that the queue cannot hold are counted per topic,
+and their numbers are missing as well; the final record ``losses`` names both.
 """
 
 import threading
@@ -77,7 +77,7 @@ class BackgroundWriter:
         return self.writer.problem
 
     def close(self) -> list[str]:
-        """Write what waits, complete the recording, and return the losses in words."""
+        """Write what waits, complete the recording, and return the losses as text."""
         if self._thread.is_alive():
             with self._news:
                 self._ending = True

@@ -194,7 +194,7 @@ def _steps(
 
 
 def _what_is_not_as_recorded(traces: SessionTraces, users: list[UserTraces]) -> list[str]:
-    """Return in words what a replay cannot have as it was."""
+    """Return as text what a replay cannot have as it was."""
     notes = [str(event["what"]) for event in traces.events if "started" in str(event["what"])]
     notes = [f"{what}: a replay starts every node once" for what in notes]
     for user in users:

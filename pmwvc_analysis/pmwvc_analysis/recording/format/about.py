@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a recording says of itself: source, scenario, seed, every parameter, versions.
+"""The metadata of a recording: source, scenario, seed, every parameter, versions.
 
 Each is one MCAP metadata record of names and texts.
 """

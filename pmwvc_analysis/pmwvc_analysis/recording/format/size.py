@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How much disk a live session takes, from the sizes and rates of its messages."""
+"""The disk space of a live session, from the sizes and rates of its messages."""
 
 from pmwvc_core.scenario.scenario import Scenario, User
 
