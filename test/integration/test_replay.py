@@ -42,7 +42,7 @@ def replayed(recorded, out, *words):
 
 
 @pytest.mark.parametrize("hand", ["operator", "force"])
-def test_a_replay_reproduces_what_was_felt(recorded, tmp_path, hand):
+def test_replay_reproduces_the_recorded_forces(recorded, tmp_path, hand):
     found = replayed(recorded, tmp_path / "again", "--hand", hand, "--no-figures")
     assert found["reproduced"] is True
     assert found["tolerance"] == {"force_n": FORCE_N, "position_m": POSITION_M}

@@ -178,7 +178,7 @@ def test_what_a_first_order_hold_keeps_is_its_closed_form(packets, ticks):
 
 
 @pytest.mark.parametrize("m", [2, 8, 20])
-def test_a_hold_started_at_another_value_gives_out_what_nobody_sent(m):
+def test_hold_that_starts_at_another_value_generates_energy(m):
     c = 0.7
     hold = Hold("foh", ticks=m)
     left_in_the_hold(hold, [c], ticks=m)

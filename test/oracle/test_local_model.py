@@ -118,7 +118,7 @@ def test_a_high_pass_filter_that_reaches_down_brings_the_first_resonance_nearer_
     assert size[1] < 0.6 * size[0]
 
 
-def test_with_position_feedback_the_felt_stiffness_is_that_of_the_environment():
+def test_position_feedback_renders_the_stiffness_of_the_environment():
     """Without: 357 N/m of 500."""
     felt = {k_p: 1.0 / abs(Loop(k_p=k_p).admittance(0.02)[0]) for k_p in (0.0, 20.0)}
     assert felt[0.0] == pytest.approx(357.2, abs=0.5)

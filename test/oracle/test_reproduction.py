@@ -68,7 +68,7 @@ def test_the_offsets_follow_the_wave_impedance():
     assert found["ahead_delay_2_mm"] == pytest.approx(1.19 / 2.0, rel=5e-3)
 
 
-def test_peaks_and_felt_stiffness_of_app_a_fig_4():
+def test_peaks_and_rendered_stiffness_of_app_a_fig_4():
     # the output of the last tick is sent: 1 ms more lag than in the known 939.4 and 1889.2 N/m
     found = numbers("A4")
     for b, stiffness, peak in ((25, 939.4, 7.47), (80, 1889.2, 5.97)):

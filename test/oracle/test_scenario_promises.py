@@ -47,7 +47,7 @@ def test_the_cube_is_carried_there_and_back():
     assert traces.server.contact[0][-1] and traces.server.contact[1][-1]
 
 
-def test_delay_is_felt_as_distance_between_hand_and_avatar():
+def test_delay_adds_distance_between_hand_and_avatar():
     """F tau / (2 b), with tau longer by twice the delay."""
     drifts = [ran(f"carry_{ms}ms")[1]["users"][0] for ms in (0, 16, 24)]
     compliance = [user["drift_m"] / user["force_final_n"] for user in drifts]

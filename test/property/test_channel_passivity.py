@@ -183,7 +183,7 @@ def test_a_first_order_hold_stores_a_quarter_of_what_its_last_ticks_would_carry(
 
 
 @pytest.mark.parametrize("start", [-1.0, 0.5])
-def test_a_first_order_hold_that_starts_elsewhere_emits_what_nobody_sent(start):
+def test_first_order_hold_that_starts_elsewhere_generates_energy(start):
     hold = Hold("foh", ticks=FULL)
     hold.load(start)
     for _ in range(FULL):

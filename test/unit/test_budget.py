@@ -214,7 +214,7 @@ def test_the_budget_ends_where_a_master_was_started_again():
     assert {(e.owner, e.part) for e in found.active} <= {(e.owner, e.part) for e in whole.active}
 
 
-def test_a_hand_that_nobody_measured_is_told_from_the_device():
+def test_unmeasured_hand_force_is_taken_from_the_device():
     traces, scenario = simulated("carry_16ms")
     known = budget(traces, scenario)
     traces.users[0].f_h = np.full_like(traces.users[0].f_h, np.nan)

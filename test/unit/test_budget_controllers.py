@@ -101,7 +101,7 @@ def test_the_printed_compensation_is_named():
     assert not [part for owner, part in said(ledger) if owner == SERVER]
 
 
-def test_late_decoding_that_nobody_pays_for_is_named():
+def test_late_decoding_without_compensation_is_named():
     settings = (*UNKNOWN, "server.contact_damping=0", "server.contact_stiffness=3000")
     settings = (*settings, "server.decoding=late")
     untreated = budget(*simulated("wall", *settings, "server.compensation=none"))

@@ -41,7 +41,7 @@ def test_a_declaration_that_cannot_be_is_refused(name, value):
         limits_of(info(**{name: value}), SafetyParams())
 
 
-def test_a_pacing_that_nobody_knows_is_refused():
+def test_unknown_pacing_is_refused():
     with pytest.raises(DeviceError, match="pacing = 'often': must be one of host"):
         limits_of(info(pacing="often"), SafetyParams())
 

@@ -70,7 +70,7 @@ def lab(monkeypatch):
     monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: points)
 
 
-def test_an_environment_of_another_package_is_made_and_felt(lab):
+def test_environment_of_another_package_is_made_and_its_force_rendered(lab):
     server = server_at("honey")
     server.join(0, -0.03)
     for _ in range(200):

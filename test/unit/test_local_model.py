@@ -84,7 +84,7 @@ def plugged(monkeypatch):
 
 
 @pytest.mark.usefixtures("plugged")
-def test_a_foreign_spring_with_a_slope_is_the_built_in_one():
+def test_plug_in_spring_with_a_slope_equals_the_built_in_one():
     motions = np.random.default_rng(7).normal(size=(80, 2))
     own = driven(WaveMaster(master(stiffness=800.0, damping=2.0)), motions)
     params = dataclasses.replace(

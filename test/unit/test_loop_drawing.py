@@ -152,7 +152,7 @@ def test_the_first_time_the_hand_is_let_go_is_told_with_its_cause(kind):
     assert "again" not in text
 
 
-def test_nobody_who_touches_is_said_and_nothing_recorded_says_nothing():
+def test_no_contact_is_stated_and_an_unrecorded_one_is_left_out():
     traces = handmade.session()
     for touches in traces.server.contact:
         touches[:] = False

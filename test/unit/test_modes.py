@@ -36,7 +36,7 @@ def test_the_slowest_motion_has_the_frequency_it_rings_at(periods):
     assert found == pytest.approx(rings_at(scenario), rel=0.05)
 
 
-def test_hyperframes_do_not_alias_it():
+def test_frequency_is_not_aliased_by_the_hyperperiod():
     """The control: modulo 1/(360 ms) the answer was another one."""
     found = answer(loop(10, 8, 9))
     assert found["hyperframe_ticks"] == 360

@@ -51,7 +51,7 @@ def device(mass, *, x=0.0, dof=1):
     return made
 
 
-def test_nobody_and_a_constant_force():
+def test_no_operator_gives_zero_and_a_constant_one_its_force():
     assert not forces(operator("none"), 5).any()
     np.testing.assert_array_equal(forces(operator("constant", force=-1.5), 5), -1.5)
 

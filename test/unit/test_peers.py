@@ -26,7 +26,7 @@ class Rig:
         return "; ".join(self.peers.look()[0])
 
 
-def test_a_node_that_nobody_sends_to_says_so_after_three_seconds(monkeypatch):
+def test_node_without_packets_warns_after_three_seconds(monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "17")
     rig = Rig()
     assert rig.wrong() == ""

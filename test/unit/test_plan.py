@@ -78,7 +78,7 @@ def test_a_node_is_started_in_its_namespace_with_its_file(nodes):
     ]  # fmt: skip
 
 
-def test_without_a_recorder_nobody_waits_for_one(scenario):
+def test_start_does_not_wait_for_a_recorder_that_is_not_planned(scenario):
     ends = plan.topic_ends(scenario, recorded=False)
     assert set(ends) == set(plan.topic_ends(scenario))
     assert {counts for topic, counts in ends.items() if "wave" in topic} == {(1, 1)}

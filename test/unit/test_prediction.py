@@ -251,7 +251,7 @@ def test_a_weak_filter_below_half_the_packet_rate_is_warned_of_too():
         {"master__position__gain": 20.0, "master__position__feedback": "printed"},
     ],
 )
-def test_what_gives_out_energy_is_not_called_passive_nor_felt_by_its_lag(setting):
+def test_parts_that_generate_energy_are_not_called_passive_nor_rendered_by_their_lag(setting):
     plain, other = controlled(), controlled(**setting)
     assert passive(plain)
     assert not passive(other)

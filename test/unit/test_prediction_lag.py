@@ -146,7 +146,7 @@ def test_the_lag_of_a_velocity_filter_is_that_of_the_exact_model(filtering, felt
 
 
 @pytest.mark.parametrize("pole_rad_s", [10.0, 50.0])
-def test_a_complementary_bank_is_felt_by_the_lag_of_its_filters(pole_rad_s):
+def test_complementary_bank_renders_the_lag_of_its_filters(pole_rad_s):
     """1/a each way; the exact model of bank, local model and cube says the same."""
     scenario = controlled(master__bank__kind="complementary", master__bank__split_rad_s=pole_rad_s)
     plain = controlled()
@@ -158,7 +158,7 @@ def test_a_complementary_bank_is_felt_by_the_lag_of_its_filters(pole_rad_s):
     assert found["k_felt"] == pytest.approx(exactly.k_felt, rel=1e-4)
 
 
-def test_the_default_filter_is_felt_stiffer_than_the_first_order_one():
+def test_default_filter_renders_a_stiffer_wall_than_the_first_order_one():
     """Its mean is 3.5 ticks late where a pole of 50 rad/s is 19.5: A steady press tells."""
     mean = scenarios.load("carry_16ms")
     pole = scenarios.load("carry_16ms", settings_texts=["master.filter.kind=first_order"])

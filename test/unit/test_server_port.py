@@ -62,7 +62,7 @@ def test_joining_stores_no_energy_and_makes_no_force(coupling, contact):
 
 @pytest.mark.parametrize("coupling", COUPLINGS)
 @pytest.mark.parametrize("contact", CONTACTS)
-def test_a_silent_late_joiner_is_not_felt_while_nothing_moves(coupling, contact):
+def test_late_joiner_without_waves_exerts_no_force_at_rest(coupling, contact):
     with_guest, without = (make(3, coupling=coupling, contact=contact) for _ in range(2))
     for server in (with_guest, without):
         server.join(0, -0.03)

@@ -148,7 +148,7 @@ def test_the_links_of_a_session_have_the_fates_of_the_link_alone():
     assert {0, 1, 2} == set(seen.fate.tolist())
 
 
-def test_nothing_moves_and_no_energy_flows_when_nobody_acts():
+def test_without_operators_nothing_moves_and_no_energy_flows():
     scenario = parse_scenario(SHORT | {"operator": {"kind": "none"}})
     traces = simulate_one(scenario)
     assert not traces.server.x_o.any()

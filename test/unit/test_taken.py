@@ -50,6 +50,6 @@ def test_waves_of_zero_and_equal_waves_tell_nothing():
     assert (found.until_ns > 10**15).all()
 
 
-def test_a_wave_that_nobody_sent_tells_nothing(sent):
+def test_wave_without_a_sender_bounds_nothing(sent):
     found = bounds(sent, Looks(times(10, 18), column(0.5, 0.7)))
     assert found.after_ns.tolist() == [-1] * 4

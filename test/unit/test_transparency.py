@@ -193,7 +193,7 @@ def test_an_ideal_that_is_not_stable_is_left_out_and_said():
     assert any("ideal coupling is not stable" in note for note in found.notes)
 
 
-def test_a_live_session_is_felt_softer_by_its_phases():
+def test_live_phases_lower_the_rendered_stiffness():
     simulated, live = (
         transparency(wall(), np.array([1.0]), live=live).felt.admittance_dc
         for live in (False, True)

@@ -182,7 +182,7 @@ def there(link):
 
 
 class TestVirtualCoupling:
-    def test_nobody_counts_so_a_late_spring_makes_energy(self):
+    def test_late_spring_without_an_account_generates_energy(self):
         params = VirtualCouplingParams(stiffness=300.0, damping=0.0)
         late = BaselineLink(
             "virtual_coupling", baseline=BaselineParams(virtual_coupling=params), delay_frames=4
