@@ -51,7 +51,7 @@ class MasterLoop:
     ) -> None:
         self.protocol = protocol
         self.device = device
-        self.wires = wires
+        self.wires, self.link = wires, wires.link
         self.tick_s = tick_s
         self.work = DeviceWork(hand_force_known=device.info.hand_force_known)
         self.health = Health()
@@ -78,7 +78,7 @@ class MasterLoop:
         try:
             self.device.stop()
         finally:
-            self.wires.send(self.protocol.leave(self._clock()))
+            self.link.send(self.protocol.leave(self._clock()))
             self._close_block(self.protocol.report())
             self._publish_block(self._done)
 
@@ -95,11 +95,11 @@ class MasterLoop:
         self.work.moved(sample)
         if tick.skipped and not protocol.starts_frame(tick.grid):
             self._close_block(protocol.report())
-        packets = self.wires.take()
+        packets = self.link.take()
         f, packet, row = protocol.tick(tick.grid, self._clock(), sample, packets)
         self.device.write(f)
         if packet is not None:
-            self.wires.send(packet)
+            self.link.send(packet)
             self._close_block(protocol.ended)
         if protocol.coupled and not self._coupled:
             self._coupled = True

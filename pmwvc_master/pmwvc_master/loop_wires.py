@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The outside of the force loop: network and observers, and the block of ticks it publishes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
 from pmwvc_core.frame.force_loop import FrameReport
 from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.messages import TraceBlock
-from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.transport.packet import PacketLink
 from pmwvc_master.device_work import DeviceWork
 from pmwvc_master.devices import DeviceSample
 
@@ -20,11 +20,9 @@ if TYPE_CHECKING:
 class Wires(Protocol):
     """Connections of the loop to the network and to observers."""
 
-    def take(self) -> Sequence[WavePacket]:
-        """Return the packets that have arrived since the last call; never wait."""
-
-    def send(self, packet: WavePacket) -> None:
-        """Send a packet to the server."""
+    @property
+    def link(self) -> PacketLink:
+        """The user's packets."""
 
     def publish_trace(self, block: "Block", loop: "MasterLoop") -> None:
         """Publish the ticks of a frame."""

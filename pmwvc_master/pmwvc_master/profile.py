@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a device declares, against what it is asked to do.
+"""The declaration of a device, compared with the parameters of its user.
 
 The force limit is the smaller of the user's and the device's own. The rendered damping b xd, held
 for a tick on a mass m, multiplies the velocity by 1 - b T_c/m per tick: it overshoots from

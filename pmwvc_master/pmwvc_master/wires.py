@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The loop's wires in ROS: publishers, and the subscription that the loop empties itself.
+"""The loop's wires in ROS: the packets' topics, and publishers for observers.
 
 Relative topics: ``wave_up`` out, ``wave_down`` in, ``trace``; and for observers, at the
 packet rate and with the names of CRTK, ``measured_cv`` (TwistStamped, velocity of the device)
@@ -16,8 +16,8 @@ from rclpy.qos import qos_profile_sensor_data
 
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled, offered
-from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.runtime.polling import TRACE_QOS, offered
+from pmwvc_core.runtime.wave_topics import WaveTopics
 from pmwvc_master.devices import DeviceSample
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.loop_wires import Block
@@ -45,26 +45,21 @@ class RosWires:
         self._epoch = epoch
         self._hand_force_known = hand_force_known
         self._types = messages.live_types()
-        self._down = Polled(node, self._types.Wave, "wave_down")
-        wave_qos, trace_qos = offered(WAVE_QOS, frame_s), offered(TRACE_QOS, frame_s)
-        self._up = node.create_publisher(self._types.Wave, "wave_up", wave_qos)
+        self.link = WaveTopics(
+            node,
+            self._types,
+            incoming="wave_down",
+            outgoing="wave_up",
+            dof=dof,
+            period_s=frame_s,
+        )
+        trace_qos = offered(TRACE_QOS, frame_s)
         self._trace = node.create_publisher(self._types.MasterTrace, "trace", trace_qos)
         sensor = qos_profile_sensor_data
         self._twist = node.create_publisher(TwistStamped, "measured_cv", sensor)
         self._wrench = node.create_publisher(WrenchStamped, "measured_cf", sensor)
         self._frame_id = f"{node.get_namespace().strip('/') or node.get_name()}/device"
         self._seq = 0
-
-    def take(self) -> list[WavePacket]:
-        """Return the packets that have arrived since the last call."""
-        packets = []
-        while (msg := self._down.take()) is not None:
-            packets.append(messages.read_wave(msg, self._dof))
-        return packets
-
-    def send(self, packet: WavePacket) -> None:
-        """Publish a packet."""
-        self._up.publish(messages.wave(self._types, packet, time.time_ns(), dof=self._dof))
 
     def publish_trace(self, block: Block, loop: MasterLoop) -> None:
         """Publish the ticks of a frame."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a live server asks an environment: one of its own directly, a plug-in through a thread.
+"""The call of a live server's environment: of its own directly, of a plug-in through a thread.
 
 A plug-in may take too long or never come back. The loop waits for a share of its period; then it
 goes on without an answer, and does not ask again before the plug-in is back. An answer that comes

@@ -18,7 +18,7 @@ from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.frame.server_step import Presence, ServerRow, ServerStep
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time
-from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.transport.packet import PacketLink
 
 PRIORITY = 20
 
@@ -26,11 +26,9 @@ PRIORITY = 20
 class Wires(Protocol):
     """Connections of the loop to the network and to observers."""
 
-    def take(self, user: int) -> Sequence[WavePacket]:
-        """Return a user's packets that have arrived since the last call; never wait."""
-
-    def send(self, user: int, packet: WavePacket) -> None:
-        """Send a packet to a user."""
+    @property
+    def links(self) -> Sequence[PacketLink]:
+        """The packets of each user."""
 
     def publish_trace(
         self, loop: "ServerLoop", row: ServerRow, tick: Tick, compute_s: float
@@ -74,7 +72,7 @@ class ServerLoop:
         self.report: RealTimeReport | None = None
         self.changes: deque[tuple[int, Presence]] = deque(maxlen=1000)
         self._clock = clock
-        self._users = range(len(protocol.inboxes))
+        self._links = wires.links
         self._before = tuple(protocol.presence)
 
     def run(self, stop: threading.Event) -> None:
@@ -87,16 +85,16 @@ class ServerLoop:
     def tick(self, tick: Tick) -> None:
         """Take in what has arrived, step, answer."""
         self.missed += tick.skipped
-        packets = [self.wires.take(user) for user in self._users]
+        packets = [link.take() for link in self._links]
         answers, row = self.protocol.tick(self._clock(), packets)
         if row is None:
             return
-        for user, answer in enumerate(answers):
+        for link, answer in zip(self._links, answers, strict=True):
             if answer is not None:
-                self.wires.send(user, answer)
+                link.send(answer)
         if row.state != self._before:
-            pairs = zip(self._users, self._before, row.state, strict=True)
-            self.changes.extend((user, new) for user, old, new in pairs if new is not old)
+            pairs = enumerate(zip(self._before, row.state, strict=True))
+            self.changes.extend((user, new) for user, (old, new) in pairs if new is not old)
             self._before = row.state
         compute_ns = self._clock() - tick.woke_ns
         self.health.add(tick.lateness_ns, compute_ns)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The loop's wires in ROS.
+"""The loop's wires in ROS: the topics of each user's packets, and the trace.
 
 Private topics: for each user ``~/<user>/wave_up`` in and ``~/<user>/wave_down`` out, and
 ``~/trace``; with the node's own name these are ``/server/user1/wave_up`` and so on.
@@ -14,8 +14,8 @@ from rclpy.node import Node
 from pmwvc_core.frame.server_step import ServerRow
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import Tick
-from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS, Polled, offered
-from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.runtime.polling import TRACE_QOS, offered
+from pmwvc_core.runtime.wave_topics import WaveTopics
 from pmwvc_server.loop import ServerLoop
 
 
@@ -41,24 +41,19 @@ class RosWires:
         self._dof = dof
         self._epoch = epoch
         self._types = types = messages.live_types()
-        self._up = [Polled(node, types.Wave, f"~/{user}/wave_up") for user in users]
-        wave_qos, trace_qos = offered(WAVE_QOS, period_s), offered(TRACE_QOS, period_s)
-        self._down = [
-            node.create_publisher(types.Wave, f"~/{user}/wave_down", wave_qos) for user in users
+        self.links = [
+            WaveTopics(
+                node,
+                types,
+                incoming=f"~/{user}/wave_up",
+                outgoing=f"~/{user}/wave_down",
+                dof=dof,
+                period_s=period_s,
+            )
+            for user in users
         ]
+        trace_qos = offered(TRACE_QOS, period_s)
         self._trace = node.create_publisher(types.ServerTrace, "~/trace", trace_qos)
-
-    def take(self, user: int) -> list[WavePacket]:
-        """Return a user's packets that have arrived since the last call."""
-        packets = []
-        while (msg := self._up[user].take()) is not None:
-            packets.append(messages.read_wave(msg, self._dof))
-        return packets
-
-    def send(self, user: int, packet: WavePacket) -> None:
-        """Publish a packet to a user."""
-        msg = messages.wave(self._types, packet, time.time_ns(), dof=self._dof)
-        self._down[user].publish(msg)
 
     def publish_trace(
         self, loop: ServerLoop, row: ServerRow, tick: Tick, compute_s: float

@@ -203,7 +203,7 @@ def test_a_calm_tick_told_at_a_glance_is_the_tick_worked_out(params, story):
         xd = params["damper_velocity"] * (1.5 if what == "fast" else 0.3) * share
         silence_s = 2.0 if what == "silent" else 0.0
         for _ in range(ticks):
-            working._calm = False
+            working.inactive = False
             both = [
                 safety.step(f, 0.0, xd, silence_s=silence_s, coupled=what != "away")
                 for safety in (glancing, working)
@@ -212,5 +212,5 @@ def test_a_calm_tick_told_at_a_glance_is_the_tick_worked_out(params, story):
             assert (glancing.state, glancing.reason) == (working.state, working.reason)
             assert (glancing.events, glancing.ready) == (working.events, working.ready)
             assert glancing._gain == working._gain
-            glances += glancing._calm
+            glances += glancing.inactive
     event(f"calm ticks: {min(glances, 100) // 10 * 10}+")

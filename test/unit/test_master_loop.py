@@ -51,7 +51,7 @@ class Device:
 
 
 class Wires:
-    """Wires that end in lists."""
+    """Wires that end in lists, and the link among them."""
 
     def __init__(self):
         self.arrived = []
@@ -59,6 +59,10 @@ class Wires:
         self.blocks = []
         self.energies = []
         self.motions = 0
+
+    @property
+    def link(self):
+        return self
 
     def take(self):
         arrived, self.arrived = self.arrived, []

@@ -19,20 +19,27 @@ SOFT_START_S = 0.16
 TASK = TaskParams(kind="carry", move_s=0.0, move_rise_s=1.0, distance_m=0.05)
 
 
+class Link:
+    """One end of a user's link: lists."""
+
+    def __init__(self):
+        self.arrived, self.sent = [], []
+        self.send = self.sent.append
+
+    def take(self):
+        arrived = list(self.arrived)
+        self.arrived.clear()
+        return arrived
+
+
 class Wires:
     """Wires that end in lists."""
 
     def __init__(self, users):
-        self.arrived = [[] for _ in range(users)]
-        self.sent = [[] for _ in range(users)]
+        self.links = [Link() for _ in range(users)]
+        self.arrived = [link.arrived for link in self.links]
+        self.sent = [link.sent for link in self.links]
         self.steps = []
-
-    def take(self, user):
-        arrived, self.arrived[user] = self.arrived[user], []
-        return arrived
-
-    def send(self, user, packet):
-        self.sent[user].append(packet)
 
     def publish_trace(self, loop, row, tick, compute_s):
         self.steps.append((loop.protocol.steps, list(row.state)))

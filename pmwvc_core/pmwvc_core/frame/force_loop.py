@@ -193,10 +193,13 @@ class ForceLoop(Stateful):
             self.x = x
         else:  # where it was last seen; its velocity is not known
             sensed, place, velocity = False, self.x, 0.0 * self.x
-        controller = self.controller
+        controller, inbox = self.controller, self.inbox
         f_m = controller.step(place, velocity)
-        silence_s = self.inbox.silence_s(now_ns)
-        f = self.safety.step(f_m, place, velocity, silence_s, silence_s < math.inf, sensed)
+        if inbox.newest is None:
+            f = self.safety.step(f_m, place, velocity, math.inf, False, sensed)
+        else:
+            silence_s = (now_ns - inbox.accepted_ns) * 1e-9
+            f = self.safety.step(f_m, place, velocity, silence_s, True, sensed)
         controller.applied(f)
         row = (x, xd, sample.f_h, f_m, f, controller.u_m, controller.u_m_lp, controller.v_m)
         return f, packet, row
@@ -222,8 +225,9 @@ class ForceLoop(Stateful):
         self, tick: int, now_ns: int, sample: DeviceSample, packets: Sequence[WavePacket]
     ) -> WavePacket | None:
         """Start a frame, take packets in, take the answer: whatever of it is due."""
-        packet = self.start_frame(tick, now_ns, sample)
-        if packet is not None:
+        packet = None
+        if tick >= self._next_frame:
+            packet = self.start_frame(tick, now_ns, sample)
             self.ended = self.report()
         for arrived in packets:
             if (arrived.flags ^ self.controller.flags) & FLAG_DIRECT:
@@ -265,15 +269,15 @@ class ForceLoop(Stateful):
         Behind another server than before, the force starts from zero.
         """
         inbox, controller = self.inbox, self.controller
-        wave = inbox.take(now_ns)
-        if inbox.epoch != self._epoch:
-            if self._epoch:
-                self.safety.restart()
-            self._epoch = inbox.epoch
-        if inbox.newest is not None:
-            controller.on_packet(inbox.newest)
+        wave, newest = inbox.take(now_ns), inbox.newest
+        if newest is not None:
+            if newest.epoch != self._epoch:
+                if self._epoch:
+                    self.safety.restart()
+                self._epoch = newest.epoch
+            controller.on_packet(newest)
         if inbox.silent(now_ns):
             controller.silence()
         else:
             controller.receive(wave)
-        self.coupled = self.coupled or self.ready
+        self.coupled = self.coupled or truth(self.safety.ready)

@@ -136,8 +136,17 @@ class ServerStep(Stateful):
             return [None for _ in self.presence], None
         self._idle = False
         self.steps += 1
-        answers = self.server.step(self._received(now_ns))
-        packed = [self._packed(user, answer, now_ns) for user, answer in enumerate(answers)]
+        packed: list[WavePacket | None] = []
+        server = self.server
+        for user, answer in enumerate(server.step(self._received(now_ns))):
+            answered = None
+            if self.presence[user] is not ABSENT:
+                port, echo = server.ports[user], self.inboxes[user].echo(now_ns)
+                flags = server.flags | self._anew[user]
+                answered = self.packers[user].pack(
+                    answer, port.x_s, now_ns, flags, echo, port.account
+                )
+            packed.append(answered)
         self.target.step(together=self.presence.count(COUPLED) == len(self.presence))
         return packed, self._row()
 
@@ -186,14 +195,6 @@ class ServerStep(Stateful):
                         server.on_packet(user, inbox.newest)
             received.append((inbox.position(), wave) if direct else wave)
         return received
-
-    def _packed(self, user: int, answer: Value, now_ns: int) -> WavePacket | None:
-        if self.presence[user] is ABSENT:
-            return None
-        port = self.server.ports[user]
-        flags = self.server.flags | self._anew[user]
-        echo = self.inboxes[user].echo(now_ns)
-        return self.packers[user].pack(answer, port.x_s, now_ns, flags, echo, port.account)
 
     def _row(self) -> ServerRow:
         server = self.server

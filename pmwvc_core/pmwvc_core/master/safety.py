@@ -64,8 +64,8 @@ LET_GO_S = 0.5
 LOST_S = 1.0
 RETURN_S = 0.1  # after a silence of the same server: meanwhile the hand runs ahead
 REACH = 1.01  # of the workspace: a stop gives way a little
-USABLE = 1e100  # what is larger, or not a number, is no measurement and no force
-SURELY = 1.0 - 1e-12  # of a squared limit: inside whatever the rounding of lengths
+LARGEST = 1e100  # [m], [m/s], [N] of a measurement or a force; NaN is none either
+ROUNDING = 1.0 - 1e-12  # of a squared limit: below it the length is inside, however rounded
 
 
 class SafetyLimiter(Stateful):
@@ -89,11 +89,14 @@ class SafetyLimiter(Stateful):
     ready
         Whether the force has ever been let through in full: from then on a simulated hand may act
         without meeting less than the controller renders.
+    inactive
+        Whether the last tick let the force through unchanged: then a few comparisons tell whether
+        this one does, too.
     """
 
     MEMORY = (
-        "f ready _missing_s _sensed _gain _push _events _faulty _damped _trouble _limited _calm "
-        "_returns _seen"
+        "f ready inactive _missing_s _sensed _gain _push _events _faulty _damped _trouble "
+        "_limited _returns _seen"
     )
 
     def __init__(
@@ -106,7 +109,7 @@ class SafetyLimiter(Stateful):
     ) -> None:
         self._tick_s = tick_s
         self._packet_s = packet_s
-        self._reach = USABLE if workspace_m is None else REACH * workspace_m
+        self._reach = LARGEST if workspace_m is None else REACH * workspace_m
         self._missing_s: Value = 0.0  # time without a sample of the device
         self._sensed: Flag = False  # ever
         self.configure(params)
@@ -119,7 +122,7 @@ class SafetyLimiter(Stateful):
         self._damped: Flag = False
         self._trouble: Flag = False
         self._limited: Flag = False
-        self._calm = False
+        self.inactive = False
         self._returns: Flag = False  # rises after a silence of the same server
         self._seen = Seen()
 
@@ -133,9 +136,9 @@ class SafetyLimiter(Stateful):
         self._too_fast = params.damper_velocity**2
         self._runaway = params.fault_velocity**2
         self._longest = params.max_force**2
-        self._slow = SURELY * minimum(self._too_fast, self._runaway)
-        self._weak = SURELY * self._longest
-        self._gentle = SURELY * self._slew**2
+        self._slow = ROUNDING * minimum(self._too_fast, self._runaway)
+        self._weak = ROUNDING * self._longest
+        self._gentle = ROUNDING * self._slew**2
 
     def rearm(self) -> None:
         """Leave a fault; the force starts from zero again."""
@@ -144,7 +147,7 @@ class SafetyLimiter(Stateful):
     def restart(self) -> None:
         """Let the force start from zero again: what it comes from is not what it came from."""
         self._gain = 0.0 * self._gain
-        self._calm = self._returns = False
+        self.inactive = self._returns = False
         self._seen = Seen()
 
     def step(
@@ -171,17 +174,17 @@ class SafetyLimiter(Stateful):
         sensed
             Whether the device knows where it is and how it moves.
         """
-        if self._calm:
-            goes_on = (  # what is not finite never is
+        if self.inactive:
+            inside = (  # comparisons with NaN are False, so NaN takes the slow path
                 coupled
                 & sensed
                 & (silence_s <= self._silence_s)
                 & (squared(xd) <= self._slow)
                 & (squared(f_asked) <= self._weak)
                 & (squared(f_asked - self.f) <= self._gentle)
-                & _within(x, self._reach)
+                & (-self._reach < x < self._reach if type(x) is float else _within(x, self._reach))
             )
-            if goes_on is True or (goes_on is not False and truth(goes_on)):
+            if inside is True or (inside is not False and truth(inside)):
                 self.f = f_asked
                 return f_asked
         good = _usable(f_asked) & _usable(x) & _usable(xd)
@@ -208,20 +211,20 @@ class SafetyLimiter(Stateful):
         trouble = gone | (felt & (damped | (through ^ True)))
         self._count(trouble, limited & through & (damped ^ True))
         self._seen = Seen(felt, good, faulty, silent, released, fast, outside, gone, lost)
-        self._calm = truth(through & ((damped | limited) ^ True) & (self._gain >= 1.0))
+        self.inactive = truth(through & ((damped | limited) ^ True) & (self._gain >= 1.0))
         return applied
 
     @property
     def state(self) -> int | Integers:
         """What is going on, a ``SafetyState``; in a batch an array ``(runs, 1)``."""
-        if self._calm and type(self._gain) is float:
+        if self.inactive and type(self._gain) is float:
             return SafetyState.COUPLED
         return state_of(cause_of(self._seen, self._gain))
 
     @property
     def reason(self) -> str | list[str]:
         """Why, empty when coupled; in a batch one text per run."""
-        if self._calm and type(self._gain) is float:
+        if self.inactive and type(self._gain) is float:
             return ""
         cause = cause_of(self._seen, self._gain)
         if isinstance(cause, np.ndarray):
@@ -282,7 +285,7 @@ class SafetyLimiter(Stateful):
 
 def _usable(value: Value) -> Flag:
     """Tell for every run whether all elements are numbers one can work with."""
-    return _within(value, USABLE)
+    return _within(value, LARGEST)
 
 
 def _within(value: Value, reach: float) -> Flag:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How well a loop keeps its time: counts that the loop writes and a second thread reads."""
+"""Timekeeping of a loop: counts that the loop writes and a second thread reads."""
 
 
 class Health:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How many remote ends a node's own publishers and subscriptions have matched.
+"""The number of remote ends that a node's own publishers and subscriptions have matched.
 
 Discovery is not symmetric in time: the graph may show both ends of a topic while one of them does
 not know the other yet, and what is sent then is lost without a trace. Only each end itself knows;

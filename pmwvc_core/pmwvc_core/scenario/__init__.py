@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a session is: the scenario, its rules, its reader."""
+"""The scenario of a session, its rules, and its reader."""

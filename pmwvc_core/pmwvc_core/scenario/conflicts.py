@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What can be wrong between groups of a scenario that are each right."""
+"""Conflicts between parameter groups of a scenario that are each valid."""
 
 from typing import TYPE_CHECKING
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from pmwvc_core.numeric import Array, Value
 
-TURNED = 16384  # numbers turned together: they fit into a cache
-AT_ONCE = 256  # rows of plain numbers that wait, few enough to be in a cache still
+TRANSPOSED = 16384  # numbers transposed together: they fit into a cache
+WAITING = 256  # most rows of plain numbers that wait: they are in a cache still
 
 
 class Columns:
@@ -43,21 +43,21 @@ class Columns:
         self._by_run: dict[str, Array] = {}
         self._in_order = arrays
         self._waiting: list[Value] = []
-        self._places: list[int] = []
+        self._indices: list[int] = []
 
-    def write(self, places: Sequence[int], values: Sequence[Value]) -> None:
-        """Note rows, each at its place; the values of a row follow those of the one before."""
+    def write(self, indices: Sequence[int], values: Sequence[Value]) -> None:
+        """Note rows, each at its index; the values of a row follow those of the one before."""
         if self._plain:
             self._waiting += values
-            self._places += places
-            if len(self._places) >= AT_ONCE:
+            self._indices += indices
+            if len(self._indices) >= WAITING:
                 self._settle()
             return
         width = len(self._in_order)
-        for number, place in enumerate(places):
+        for number, index in enumerate(indices):
             row = values[number * width : (number + 1) * width]
             for array, value in zip(self._in_order, row, strict=True):
-                array[place] = value
+                array[index] = value
 
     def of(self, name: str, run: int) -> Array:
         """Return a signal of one run ``(rows, width)``, a view; nothing is noted after it."""
@@ -65,22 +65,22 @@ class Columns:
             self._settle()
         self._in_order = []
         if name in self._by_row:
-            self._by_run[name] = _turned(self._by_row.pop(name))
+            self._by_run[name] = _transposed(self._by_row.pop(name))
         found: Array = self._by_run[name][run]
         return found
 
     def _settle(self) -> None:
         packed = struct.pack(f"{len(self._waiting)}d", *self._waiting)
-        self._together[self._places] = np.frombuffer(packed).reshape(len(self._places), -1)
+        self._together[self._indices] = np.frombuffer(packed).reshape(len(self._indices), -1)
         self._waiting.clear()
-        self._places.clear()
+        self._indices.clear()
 
 
-def _turned(by_row: Array) -> Array:
+def _transposed(by_row: Array) -> Array:
     """Return ``(rows, runs, width)`` as ``(runs, rows, width)``."""
     rows, runs, width = by_row.shape
     by_run = np.empty((runs, rows, width))
-    some = max(1, TURNED // (runs * width))
+    some = max(1, TRANSPOSED // (runs * width))
     for first in range(0, rows, some):
         here = slice(first, first + some)
         by_run[:, here] = by_row[here].swapaxes(0, 1)

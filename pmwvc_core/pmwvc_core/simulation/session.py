@@ -30,13 +30,11 @@ from pmwvc_core.traces import FateTraces, SessionTraces
 
 R = TypeVar("R")
 LARGEST_BATCH = 512  # bounds the memory of the traces: 330 MB per user and ten seconds
-AS_THE_SCENARIO_SAYS = Conditions()
+FROM_SCENARIO = Conditions()
 PROGRESS_NS = 1_000_000_000  # of virtual time between two reports
 
 
-def simulate_one(
-    scenario: Scenario, conditions: Conditions = AS_THE_SCENARIO_SAYS
-) -> SessionTraces:
+def simulate_one(scenario: Scenario, conditions: Conditions = FROM_SCENARIO) -> SessionTraces:
     """Simulate one scenario."""
     return simulate([scenario], conditions=conditions)[0]
 
@@ -46,29 +44,29 @@ def simulate(
     *,
     keep: Callable[[SessionTraces], R] | None = None,
     progress: Callable[[float], None] | None = None,
-    conditions: Conditions = AS_THE_SCENARIO_SAYS,
+    conditions: Conditions = FROM_SCENARIO,
 ) -> list[R] | list[SessionTraces]:
     """Simulate scenarios, those of equal structure side by side.
 
     Parameters
     ----------
     scenarios
-        What to run; results come in the same order.
+        Run in batches; results come in the same order.
     keep
-        What to keep of each run (its verdict, say); all traces by default.
+        Reduces the traces of each run (to its verdict, say); all traces by default.
     progress
-        Called with the share done, 0..1.
+        Called with the ratio done, 0..1.
     conditions
-        What does not come from the scenarios; the same for all.
+        Conditions that the scenarios do not name; the same for all.
     """
     results: list[Any] = [None] * len(scenarios)
     done = 0
     for members in batches(scenarios, largest=LARGEST_BATCH):
         batch = SessionBatch([scenarios[i] for i in members], conditions)
 
-        def report(share: float, *, before: int = done, size: int = len(members)) -> None:
+        def report(ratio: float, *, before: int = done, size: int = len(members)) -> None:
             if progress is not None:
-                progress((before + share * size) / len(scenarios))
+                progress((before + ratio * size) / len(scenarios))
 
         batch.run(report)
         for run, position in enumerate(members):
@@ -83,7 +81,7 @@ class SessionBatch:
     """Scenarios of equal structure, stepped together."""
 
     def __init__(
-        self, scenarios: Sequence[Scenario], conditions: Conditions = AS_THE_SCENARIO_SAYS
+        self, scenarios: Sequence[Scenario], conditions: Conditions = FROM_SCENARIO
     ) -> None:
         self.scenarios = list(scenarios)
         self.conditions = conditions

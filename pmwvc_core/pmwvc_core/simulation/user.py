@@ -106,34 +106,29 @@ class SimulatedUser:
         list
             Signals tick by tick, in the order of ``SIGNALS``.
         """
-        device, operator, sample, first = (
-            self.device,
-            self.operator,
-            self._sample,
-            self.times.first,
-        )
-        loop, acts = self.loop, self._acts
-        values: list[Value] = []
+        device, operator, sample, loop = self.device, self.operator, self._sample, self.loop
+        first, acts = self.times.first, self._acts
+        numbers = [tick - first for tick in ticks] if first else ticks
         packets: Sequence[WavePacket] = ()
-        due_ns = self.down.link.next_due_ns
-        comes = due_ns is not None and due_ns <= times_ns[-1]
-        if comes and loop.takes_answer(ticks[0] - first):
+        comes = False
+        if self._listens:
+            due_ns = self.down.link.next_due_ns
+            comes = due_ns is not None and due_ns <= times_ns[-1]
+        elif loop.takes_answer(numbers[0]):
             packets = self.down.collect(times_ns[0])
-        listens = comes and self._listens
-        for tick, now_ns in zip(ticks, times_ns, strict=True):
+        values: list[Value] = []
+        for number, now_ns in zip(numbers, times_ns, strict=True):
             if not acts:
-                self._acts = acts = not self._listens and loop.ready
+                acts = loop.coupled or (loop.ready and not self._listens)
             # The hand is in touch with the device itself, not with its encoder.
             sample.f_h = f_h = operator.step(device.x, device.xd) if acts else operator.hold()
-            if listens:
-                packets = [*packets, *self.down.collect(now_ns)]
-            f, _, row = loop.tick(tick - first, now_ns, sample, packets)
+            if comes:
+                packets = self.down.collect(now_ns)
+            f, _, row = loop.tick(number, now_ns, sample, packets)
             packets = ()
-            if not acts and loop.coupled:
-                self._acts = acts = True
             sample.x, sample.xd = device.step(f_h, f)
             values += row
-        self.f_applied = f
+        self.f_applied, self._acts = f, acts or loop.coupled
         return values
 
     def pass_by(self) -> None:

@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is sent: one sample of a wave with the running sums of all samples before it.
+"""The packet: one sample of a wave with the running sums of all samples before it.
 
 The sums make every packet contain all earlier ones, so a receiver can see (and a strict one
 repair) loss, duplication and reordering. How a packet becomes a message is not known here.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.state import Stateful
@@ -33,6 +35,16 @@ class WavePacket:
     echo_sent_ns: int = 0  # the peer's clock when it was sent,
     echo_hold_ns: int = 0  # and how long ago it came in here
     flags: int = 0
+
+
+class PacketLink(Protocol):
+    """One end of a user's link, as a live loop uses it."""
+
+    def take(self) -> Sequence[WavePacket]:
+        """Return the packets that have arrived since the last call; never wait."""
+
+    def send(self, packet: WavePacket) -> None:
+        """Send a packet to the other end."""
 
 
 class Packer(Stateful):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a receiver makes of the packets that come in: judged, counted, the newest kept.
+"""The receiver of one direction: packets are judged and counted, the newest is kept.
 
 This is the hold-last receiver of the dissertation: the newest wave is used until a newer one
 comes. It guards against broken and stray packets, not against the energy that holding creates.
@@ -28,7 +28,7 @@ LONGEST_ROUND_TRIP_NS = 600 * 10**9
 
 
 class Verdict(enum.Enum):
-    """What became of a packet. Only the first two change what the receiver gives out."""
+    """Verdict on a packet. Only the first two change the wave that the receiver gives out."""
 
     ACCEPTED = "accepted"
     NEW_EPOCH = (
@@ -69,10 +69,15 @@ class Receiver(Stateful):
         Silence begins after this or three periods, whichever is longer [s].
     max_wave
         Longest wave that a legal device can emit [sqrt(W)]; no limit by default.
+
+    Attributes
+    ----------
+    newest, accepted_ns
+        The newest packet accepted, None before the first, and when it came.
     """
 
     MEMORY = (
-        "counts lost held skipped newest round_trip_s _accepted_ns _waiting _seen _retired "
+        "counts lost held skipped newest round_trip_s accepted_ns _waiting _seen _retired "
         "others _own"
     )
 
@@ -89,7 +94,7 @@ class Receiver(Stateful):
         self.newest: WavePacket | None = None
         self.round_trip_s: float | None = None
         self._silence_ns = round(max(timeout_s, 3.0 * period_s) * 1e9)
-        self._accepted_ns = 0
+        self.accepted_ns = 0
         self._waiting = 0
         self._seen = 0  # bit i: number newest.seq - i has come
         self._retired: list[int] = []
@@ -138,11 +143,11 @@ class Receiver(Stateful):
 
     def silent(self, now_ns: int) -> bool:
         """Tell whether nothing was accepted for too long (also before the first packet)."""
-        return self.newest is None or now_ns - self._accepted_ns > self._silence_ns
+        return self.newest is None or now_ns - self.accepted_ns > self._silence_ns
 
     def silence_s(self, now_ns: int) -> float:
         """Return the time since the last accepted packet [s]; infinite before the first."""
-        return math.inf if self.newest is None else (now_ns - self._accepted_ns) * 1e-9
+        return math.inf if self.newest is None else (now_ns - self.accepted_ns) * 1e-9
 
     def echo(self, now_ns: int) -> tuple[int, int, int]:
         """Return number, sender's clock and holding time [ns] of the newest packet, for the next
@@ -150,7 +155,7 @@ class Receiver(Stateful):
         """
         if self.newest is None:
             return 0, 0, 0
-        return self.newest.seq, self.newest.sent_ns, now_ns - self._accepted_ns
+        return self.newest.seq, self.newest.sent_ns, now_ns - self.accepted_ns
 
     def _unfit(self, packet: WavePacket) -> Verdict | None:
         """Judge a packet by itself."""
@@ -228,9 +233,10 @@ class Receiver(Stateful):
                 self._own.add(packet.seq, now_ns)
         if self._own is not None and self._own.credible:
             self._own = None
-        self.others.forget(packet.epoch if self._own else None)
+        if self.others.runs:
+            self.others.forget(packet.epoch if self._own else None)
         self.newest = packet
-        self._accepted_ns = now_ns
+        self.accepted_ns = now_ns
         self._waiting += 1
         if packet.echo_seq > 0:
             round_trip_ns = now_ns - packet.echo_sent_ns - packet.echo_hold_ns

@@ -59,19 +59,19 @@ class Senders:
 
     def __init__(self, window_ns: int) -> None:
         self._window_ns = window_ns
-        self._runs: dict[int, Run] = {}
+        self.runs: dict[int, Run] = {}
         self.refused: dict[int, int] = {}  # packets by epoch, of those last refused
 
     def add(self, epoch: int, seq: int, now_ns: int) -> Run:
         """Take a packet that is refused unless its run makes it believed; return that run."""
-        run = self._runs.pop(epoch, None) or Run(self._window_ns)
+        run = self.runs.pop(epoch, None) or Run(self._window_ns)
         run.add(seq, now_ns)
-        _keep(self._runs, epoch, run)
+        _keep(self.runs, epoch, run)
         return run
 
     def followed(self, epoch: int, seq: int, now_ns: int) -> Run | None:
         """Return the run of a sender that is followed from now on; None where it is believed."""
-        run = self._runs.pop(epoch, None)
+        run = self.runs.pop(epoch, None)
         if run is None:
             run = Run(self._window_ns)
             run.add(seq, now_ns)
@@ -83,12 +83,12 @@ class Senders:
 
     def forget(self, epoch: int | None = None) -> None:
         """Let the run of one sender, or of all, begin anew: the one followed has sent."""
-        if not self._runs:
+        if not self.runs:
             return
         if epoch is None:
-            self._runs.clear()
+            self.runs.clear()
         else:
-            self._runs.pop(epoch, None)
+            self.runs.pop(epoch, None)
 
 
 def _keep(known: dict[int, T], epoch: int, value: T) -> None:

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The frame protocol driven by hand: no event schedule, no threads, no clock."""
+
+import numpy as np
+import pytest
+
+from pmwvc_bringup import scenarios
+from pmwvc_core.frame.assembly import force_loop_of, server_step_of
+from pmwvc_core.frame.device_sample import DeviceSample
+from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
+from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.session import SessionBatch, simulate_one
+
+TICK_NS = 1_000_000
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    return scenarios.load("carry_16ms", settings_texts=("link.delay_s=0",), duration_s=2.0)
+
+
+def forces(scenario, schedule):
+    """Return the forces of every user ``(users, ticks)`` by calls of the two objects alone."""
+    users = SessionBatch([scenario]).users  # devices and hands only
+    loops = [force_loop_of(scenario, i, schedule=schedule) for i in range(len(users))]
+    server = server_step_of(scenario)
+    period = scenario.period_ticks
+    phase = schedule.server_tick(tick_s=scenario.tick_s, period_ticks=period)
+    up, down = [[] for _ in users], [[] for _ in users]
+    found = [[] for _ in users]
+    for tick in range(round(scenario.duration_s / scenario.tick_s)):
+        now_ns = tick * TICK_NS
+        samples = [DeviceSample(*user.device.read()) for user in users]
+        if schedule == AT_ONCE:  # packet, step and answer are one instant
+            for loop, sample, link in zip(loops, samples, up, strict=True):
+                link.append(loop.start_frame(tick, now_ns, sample))
+        if tick % period == phase:
+            packets = [[packet for packet in link if packet is not None] for link in up]
+            answers, _ = server.tick(now_ns, packets)
+            for link, back, answer in zip(up, down, answers, strict=True):
+                link.clear()
+                back += [answer] if answer is not None else []
+        for i, (loop, user) in enumerate(zip(loops, users, strict=True)):
+            acts = loop.coupled or (schedule == AT_ONCE and loop.ready)
+            x, xd = user.device.x, user.device.xd
+            f_h = user.operator.step(x, xd) if acts else user.operator.hold()
+            force, packet, _ = loop.tick(tick, now_ns, samples[i], tuple(down[i]))
+            down[i].clear()
+            up[i].append(packet)
+            user.device.step(f_h, force)
+            found[i].append(force)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("schedule", [AT_ONCE, LIVE], ids=["at once", "live"])
+def test_the_protocol_by_hand_gives_the_simulators_forces_bit_for_bit(scenario, schedule):
+    traces = simulate_one(scenario, Conditions(schedule=schedule))
+    by_hand = forces(scenario, schedule)
+    for user, own in zip(traces.users, by_hand, strict=True):
+        np.testing.assert_array_equal(user.f_applied[:, 0], own)
+    assert np.abs(by_hand).max() > 0.5
+
+
+def test_phases_change_the_forces(scenario):
+    assert np.abs(forces(scenario, AT_ONCE) - forces(scenario, LIVE)).max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("tick_s", "rate_drop", "expected"),
+    [(0.001, 8, 4), (0.001, 4, 3), (0.001, 1, 0), (0.0005, 16, 8), (0.002, 8, 2)],
+)
+def test_the_answer_is_taken_4_ms_into_a_frame_or_at_its_last_tick(tick_s, rate_drop, expected):
+    assert LIVE.answer_tick(tick_s=tick_s, rate_drop=rate_drop) == expected
+    assert AT_ONCE.answer_tick(tick_s=tick_s, rate_drop=rate_drop) == 0
+
+
+@pytest.mark.parametrize(
+    ("tick_s", "period_ticks", "expected"), [(0.001, 8, 2), (0.001, 2, 0), (0.0005, 16, 4)]
+)
+def test_the_server_steps_2_ms_into_its_period(tick_s, period_ticks, expected):
+    assert LIVE.server_tick(tick_s=tick_s, period_ticks=period_ticks) == expected
+    assert FrameSchedule().server_tick(tick_s=tick_s, period_ticks=period_ticks) == 0
+
+
+def test_a_frame_starts_once_whoever_starts_it(scenario):
+    sample = DeviceSample()
+    loop = force_loop_of(scenario, 0)
+    assert loop.start_frame(0, 0, sample).seq == 1
+    assert loop.start_frame(0, 0, sample) is None
+    assert loop.tick(0, 0, sample, [])[1] is None
+    packets = [loop.tick(k, k * TICK_NS, sample, [])[1] for k in range(1, 9)]
+    assert [packet is not None for packet in packets] == [False] * 7 + [True]
+    assert packets[-1].seq == 2
+    skipped = loop.tick(21, 21 * TICK_NS, sample, [])[1]  # tick 16 was skipped
+    assert skipped.seq == 3 and loop.starts_frame(24) and not loop.starts_frame(23)
