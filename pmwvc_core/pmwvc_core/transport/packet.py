@@ -73,7 +73,7 @@ class Packer(Stateful):
         position: Value,
         now_ns: int,
         flags: int = 0,
-        echo: tuple[int, int, int] | None = None,
+        echo: tuple[int, int, int] = (0, 0, 0),
         energy: Value | None = None,
     ) -> WavePacket:
         """Return the next packet.
@@ -94,6 +94,7 @@ class Packer(Stateful):
             Running sum that a controller keeps itself [J]; by default that of the waves sent.
         """
         period = self.period
+        echo_seq, echo_sent_ns, echo_hold_ns = echo
         self.seq = seq = self.seq + 1
         self.integral = integral = self.integral + wave * period
         self.energy = self.energy + squared(wave) * (0.5 * period)
@@ -106,7 +107,9 @@ class Packer(Stateful):
             integral,
             self.energy if energy is None else energy,
             position,
-            *(echo or (0, 0, 0)),
+            echo_seq,
+            echo_sent_ns,
+            echo_hold_ns,
             flags,
         )
 
