@@ -18,27 +18,23 @@ class DeviceWork:
     ----------
     device, hand
         Work of the device's force against the hand, and of the hand on the device [J].
+    held
+        Forces of device and hand since the last sample [N]; None before the first.
     """
 
     def __init__(self, *, hand_force_known: bool) -> None:
         self.device: Value = 0.0
         self.hand: Value = 0.0
         self._hand_force_known = hand_force_known
-        self._x: Value = 0.0  # [m] last valid position
-        self._held: tuple[Value, Value] | None = None  # [N] of device and hand since then
+        self.held: tuple[Value, Value] | None = None
 
-    def moved(self, sample: DeviceSample) -> None:
-        """Add the work between the last valid position and a new sample."""
+    def moved(self, x: Value, sample: DeviceSample) -> None:
+        """Add the work between the last valid position [m] and a new sample."""
         if sample.work is not None:
             self.device, self.hand = sample.work
-        elif sample.valid and self._held is not None:
-            moved = sample.x - self._x
-            f, f_h = self._held
+        elif sample.valid and self.held is not None:
+            moved = sample.x - x
+            f, f_h = self.held
             self.device = self.device + dot(f, moved)
             if self._hand_force_known:
                 self.hand = self.hand + dot(f_h, moved)
-
-    def hold(self, x: Value, f: Value, f_h: Value) -> None:
-        """Note the last valid position [m] and the forces held from now on [N]."""
-        self._x = x
-        self._held = f, f_h

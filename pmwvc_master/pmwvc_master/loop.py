@@ -12,7 +12,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from pmwvc_core.frame.force_loop import ForceLoop, FrameReport, Row
+from pmwvc_core.frame.force_loop import ForceLoop, FrameReport
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time
 from pmwvc_master.device_work import DeviceWork
@@ -58,7 +58,7 @@ class MasterLoop:
         self.missed = 0
         self.samples = 0  # of the device, that were new
         self.report: RealTimeReport | None = None
-        self._last = protocol.rate_drop - 1
+        self._trace_tick, self._motion_tick = (min(k, protocol.rate_drop - 1) for k in (1, 2))
         self._clock = clock
         self._block, self._done = (Block(protocol.rate_drop, dof) for _ in range(2))
         self._first: int | None = None  # grid number of the first tick
@@ -92,7 +92,7 @@ class MasterLoop:
         self.missed += tick.skipped
         sample = self.device.read(tick.due_ns)
         self.samples += sample.fresh
-        self.work.moved(sample)
+        self.work.moved(protocol.x, sample)
         if tick.skipped and not protocol.starts_frame(tick.grid):
             self._close_block(protocol.report())
         packets = self.link.take()
@@ -104,19 +104,14 @@ class MasterLoop:
         if protocol.coupled and not self._coupled:
             self._coupled = True
             self.device.couple()
-        self.work.hold(protocol.x, f, sample.f_h)
-        if place == min(1, self._last):
+        self.work.held = f, sample.f_h
+        if place == self._trace_tick:
             self._publish_block(self._done)
-        if place == min(2, self._last):
+        if place == self._motion_tick:
             self.wires.publish_motion(sample, f, tick.due_ns)
-        self._note(tick, row)
-
-    def _note(self, tick: Tick, row: Row) -> None:
-        """Write the tick into the trace."""
         block = self._block
-        if not block.count and self._first is not None:
-            block.first_tick = tick.grid - self._first
-            block.start_ns = tick.due_ns
+        if not block.count:
+            block.first_tick, block.start_ns = tick.grid - self._first, tick.due_ns
         compute_ns = self._clock() - tick.woke_ns
         self.health.add(tick.lateness_ns, compute_ns)
         block.put(*row, tick.lateness_ns * 1e-9, compute_ns * 1e-9)
