@@ -35,7 +35,7 @@ def test_mass_and_damping_in_free_space_are_those_of_the_exact_model(name, setti
 @pytest.mark.parametrize(("name", "settings"), LINEAR[:3])
 def test_a_press_shows_the_stiffness_at_rest_of_the_exact_model(name, settings):
     scenario = load(name, settings_texts=settings)
-    exact = transparency(scenario).felt.k_felt
+    exact = transparency(scenario).rendered.k_felt
     assert pressed_stiffness(scenario) == pytest.approx(exact, rel=1e-3)
 
 

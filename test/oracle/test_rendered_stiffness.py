@@ -121,7 +121,7 @@ def test_one_server_end_of_another_impedance_keeps_the_object_in_balance():
     assert "the object stays at rest" in text and "keeps moving" not in text
     assert pressing(scenario, 0) == pytest.approx([1.0, -math.sqrt(1.6)])
     assert pressing(scenario, 1) == pytest.approx([-math.sqrt(1.0 / 1.6), 1.0])
-    assert found.felt.k_felt is not None
+    assert found.rendered.k_felt is not None
     assert "1.26 times as far as its avatar" in text
 
 
@@ -130,4 +130,4 @@ def test_both_ends_are_in_the_prediction():
     texts = ["server.impedance=40", "master.filter.kind=first_order"]
     scenario = scenarios.load("carry_16ms", settings_texts=texts)
     assert prediction(scenario, live=False)["k_felt"] == pytest.approx(227.8, abs=0.1)
-    assert transparency(scenario).felt.k_felt == pytest.approx(227.8, abs=0.1)
+    assert transparency(scenario).rendered.k_felt == pytest.approx(227.8, abs=0.1)

@@ -54,7 +54,7 @@ def test_contact_and_link_are_springs_in_series_and_the_link_has_the_mass_b_tau_
         }
     )
     tau, mass = lag_s(scenario), scenario.users[0].device.mass
-    felt = transparency(scenario, np.array([1.0])).felt
+    felt = transparency(scenario, np.array([1.0])).rendered
     assert felt.admittance_dc == pytest.approx(1 / stiffness + tau / (2 * impedance), rel=1e-4)
     assert felt.k_felt == pytest.approx(1 / felt.admittance_dc)
     # a damped device adds a little inertia of its own, as the force is held: b_hd T_c/2
@@ -65,7 +65,7 @@ def test_the_steps_of_a_zero_order_hold_shift_the_lag_by_a_fraction_of_a_tick():
     """They come back through the filter, sampled at their end and not at their mean."""
     filtering = {"master.filter.kind": "first_order", "master.filter.pole_rad_s": 50.0}
     scenario = wall(**filtering, **{"master.hold": "zoh"})
-    felt, b = transparency(scenario, np.array([1.0])).felt, scenario.users[0].master.impedance
+    felt, b = transparency(scenario, np.array([1.0])).rendered, scenario.users[0].master.impedance
     tau = 2 * b * (felt.admittance_dc - 1 / 800.0)
     assert 0.0 < tau - lag_s(scenario) < 0.5e-3
 
@@ -74,7 +74,7 @@ def test_the_springs_and_the_mass_of_the_link_make_its_impedance():
     scenario = wall(
         **{"server.contact_stiffness": 1e5, "link.delay_s": 0.008, "device.damping": 0}
     )
-    felt = transparency(scenario, np.array([1.0])).felt
+    felt = transparency(scenario, np.array([1.0])).rendered
     b = scenario.users[0].master.impedance
     channel = 1 / (felt.admittance_dc - 1e-5)
     assert channel * (felt.mass_felt - 0.2) == pytest.approx(b**2, rel=1e-5)
@@ -116,7 +116,7 @@ def test_two_users_who_press_alike_meet_a_wall():
     alone, opposite = (transparency(make(), np.geomspace(0.5, 100, 40)) for make in (wall, cube))
     np.testing.assert_allclose(opposite.admittance, alone.admittance, rtol=1e-6)
     lonely = transparency(wall(**{"server.environment": "cube"}), np.array([1.0]))
-    assert lonely.felt.k_felt is None
+    assert lonely.rendered.k_felt is None
     assert any("keeps moving" in note for note in lonely.notes)
 
 
@@ -173,11 +173,11 @@ def test_the_first_peak_is_the_highest_point_around_it():
     scenario = wall()
     found = transparency(scenario)
     model = multirate.build(scenario)
-    peak = found.felt.first_peak_hz
+    peak = found.rendered.first_peak_hz
     size = np.abs(frequency.response(model, peak * np.array([0.98, 1.0, 1.02])))
     assert size[1] > size[0]
     assert size[1] > size[2]
-    assert transparency(wall(**{"device.damping": 200.0})).felt.first_peak_hz is None
+    assert transparency(wall(**{"device.damping": 200.0})).rendered.first_peak_hz is None
 
 
 def test_what_is_not_stable_has_no_response():
@@ -195,7 +195,7 @@ def test_an_ideal_that_is_not_stable_is_left_out_and_said():
 
 def test_live_phases_lower_the_rendered_stiffness():
     simulated, live = (
-        transparency(wall(), np.array([1.0]), live=live).felt.admittance_dc
+        transparency(wall(), np.array([1.0]), live=live).rendered.admittance_dc
         for live in (False, True)
     )
     b = wall().users[0].master.impedance

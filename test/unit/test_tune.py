@@ -73,8 +73,8 @@ def test_the_impedance_from_the_lag_is_nearly_the_best_of_the_exact_model(
     def exact(impedance):
         chosen = Choice(impedance, one, hold).applied(scenario)
         found = transparency(chosen, np.array([1.0]))
-        weight = (found.felt.mass_felt + arm) / (found.ideal.mass_felt + arm)
-        return cost_of(found.felt.k_felt / found.ideal.k_felt, weight)
+        weight = (found.rendered.mass_felt + arm) / (found.ideal.mass_felt + arm)
+        return cost_of(found.rendered.k_felt / found.ideal.k_felt, weight)
 
     ours = exact(best_impedance(scenario, one, hold, (low, high), live=False).impedance)
     best = min(exact(float(b)) for b in np.geomspace(max(low, 8.0), min(high, 80.0), 15))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a figure is: parameters, a computation that needs nothing else, and a drawing.
+"""A figure: parameters, a computation that needs nothing else, and a drawing.
 
 The parameters are plain values, so that a committed file tells which of them it was made with. The
 result of a computation holds ``data`` (what is drawn) and ``numbers`` (what is claimed).

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.compare.feel import NOTHING, measured_feel
-from pmwvc_analysis.models.multirate import build, spectral_radius
+from pmwvc_analysis.models.multirate import build
 from pmwvc_analysis.models.stability import k_max
 from pmwvc_analysis.transparency.frequency import response
-from pmwvc_analysis.transparency.transparency import ideal_of, transparency
+from pmwvc_analysis.transparency.transparency import ideal_of
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate_one
@@ -18,6 +18,7 @@ from pmwvc_core.wave.design.filter_design import design
 from reproduction.conditions import bank_gains
 from reproduction.figure import Values
 from reproduction.scenarios import scenario
+from reproduction.single_user import admittances_of, radius_of
 
 
 def limits(parameters: Values) -> Values:
@@ -41,28 +42,13 @@ def limits(parameters: Values) -> Values:
 
 def _radius(model: Values, *, damping: float) -> float:
     values = {**model, "master.local_model.damping": damping, "server.contact_stiffness": 500.0}
-    return spectral_radius(build(scenario(values, users=1)))
+    return radius_of(values)
 
 
 def admittances(parameters: Values) -> Values:
     """Return |x/f| over frequency for every connection, from the model."""
     low, high = np.linspace(*parameters["low_hz"]), np.linspace(*parameters["high_hz"])
-    hertz = np.concatenate([low, high])
-    data: Values = {"low_hz": low, "high_hz": high}
-    numbers: Values = {}
-    for name, of in _scenarios(parameters).items():
-        found = transparency(of, hertz)
-        size = np.abs(found.admittance)
-        data[name] = {"low": size[: len(low)], "high": size[len(low) :]}
-        numbers[f"k_felt_{name}"] = found.felt.k_felt
-        numbers[f"first_peak_hz_{name}"] = found.felt.first_peak_hz
-        size = np.abs(found.ideal_admittance)
-        data["ideal"] = {"low": size[: len(low)], "high": size[len(low) :]}
-        numbers |= {
-            "k_felt_ideal": found.ideal.k_felt,
-            "first_peak_hz_ideal": found.ideal.first_peak_hz,
-        }
-    return {"data": data, "numbers": numbers}
+    return admittances_of(_scenarios(parameters), low, high)
 
 
 def measured(parameters: Values) -> Values:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far device and avatar get apart in a minute of carrying, without and with position feedback
+"""The position error that grows in a minute of carrying, without and with position feedback
 (App. E, Eq. 3): a figure and a table that the dissertation does not have.
 
 The balance is E_hand, work of the hand less what the server got: what a paid feedback gives out on

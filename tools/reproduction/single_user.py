@@ -23,26 +23,32 @@ REFINEMENTS, FINER = 3, 9  # of the grid around the largest stiffness
 
 def admittance(parameters: Values) -> Values:
     """Return transmitted admittances over frequency for several wave impedances, and the ideal."""
+    scenarios = {
+        f"b_{impedance:g}": scenario(
+            {**parameters["model"], "master.impedance": impedance}, users=1
+        )
+        for impedance in parameters["impedances"]
+    }
     low = np.linspace(parameters["low_hz"][0], parameters["low_hz"][1], 81)
     high = np.linspace(parameters["high_hz"][0], parameters["high_hz"][1], 161)
-    hertz = np.concatenate([low, high])
-    data: Values = {"low_hz": low, "high_hz": high}
+    return admittances_of(scenarios, low, high)
+
+
+def admittances_of(scenarios: dict[str, Scenario], low_hz: Array, high_hz: Array) -> Values:
+    """Return |x/f| of every scenario and of the ideal coupling, stiffness and first peak."""
+    hertz, split = np.concatenate([low_hz, high_hz]), len(low_hz)
+    data: Values = {"low_hz": low_hz, "high_hz": high_hz}
     numbers: Values = {}
-    for impedance in parameters["impedances"]:
-        of = scenario({**parameters["model"], "master.impedance": impedance}, users=1)
+    for name, of in scenarios.items():
         found = transparency(of, hertz)
-        size = np.abs(found.admittance)
-        data[f"b_{impedance:g}"] = {"low": size[: len(low)], "high": size[len(low) :]}
-        numbers |= {
-            f"k_felt_b_{impedance:g}": found.felt.k_felt,
-            f"first_peak_hz_b_{impedance:g}": found.felt.first_peak_hz,
-        }
-        size = np.abs(found.ideal_admittance)
-        data["ideal"] = {"low": size[: len(low)], "high": size[len(low) :]}
-        numbers |= {
-            "k_felt_ideal": found.ideal.k_felt,
-            "first_peak_hz_ideal": found.ideal.first_peak_hz,
-        }
+        for key, values, rendered in (
+            (name, found.admittance, found.rendered),
+            ("ideal", found.ideal_admittance, found.ideal),
+        ):
+            size = np.abs(values)
+            data[key] = {"low": size[:split], "high": size[split:]}
+            numbers[f"k_felt_{key}"] = rendered.k_felt
+            numbers[f"first_peak_hz_{key}"] = rendered.first_peak_hz
     return {"data": data, "numbers": numbers}
 
 
@@ -109,8 +115,8 @@ def contact(parameters: Values) -> Values:
     }
     solved = {**model, "server.coupling": "unwrapped", "server.integrator": "trapezoid"}
     numbers = {
-        "spectral_radius": _radius(model),
-        "spectral_radius_loop_solved": _radius(solved),
+        "spectral_radius": radius_of(model),
+        "spectral_radius_loop_solved": radius_of(solved),
         "force_end_n": last_mean(full["time_s"], full["f_1_n"]),
         "force_swing_n": _swing(full["f_1_n"][late]),
         "position_swing_mm": _swing(full["x_1_mm"][late]),
@@ -120,7 +126,8 @@ def contact(parameters: Values) -> Values:
     return {"data": data, "numbers": numbers}
 
 
-def _radius(model: Values) -> float:
+def radius_of(model: Values) -> float:
+    """Return the spectral radius of one user's loop."""
     return spectral_radius(build(scenario(model, users=1)))
 
 

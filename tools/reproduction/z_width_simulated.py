@@ -28,7 +28,7 @@ from pmwvc_core.traces import SessionTraces
 
 PUSH_N = 0.01  # so small that growth shows long before a limit acts
 AT_REST_M_S = 1e-9
-DYING = 0.995  # quarter over quarter, linear
+DECAY_RATIO = 0.995  # quarter over quarter, linear
 
 
 class Bracket(NamedTuple):
@@ -49,7 +49,7 @@ def simulated_z_width(
     parts: int = 8,
     rounds: int = 4,
     duration_s: float = 6.0,
-    dying: float = DYING,
+    dying: float = DECAY_RATIO,
 ) -> list[Bracket]:
     """Return a bracket of the largest stable stiffness for each contact damping.
 
@@ -115,7 +115,7 @@ def _pushed(scenario: Scenario, duration_s: float) -> Scenario:
     )
 
 
-def dies_out(traces: SessionTraces, *, dying: float = DYING) -> bool:
+def dies_out(traces: SessionTraces, *, dying: float = DECAY_RATIO) -> bool:
     """Tell whether the motion of a session dies out, without help from the safety limits."""
     if any(int(user.safety_events) for user in traces.users):
         return False

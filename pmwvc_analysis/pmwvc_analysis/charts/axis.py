@@ -25,10 +25,10 @@ class Axis:
     def at(self, values: Array) -> Array:
         """Return picture coordinates."""
         if self.log:
-            share = np.log(np.maximum(values, 1e-300) / self.low) / math.log(self.high / self.low)
+            ratio = np.log(np.maximum(values, 1e-300) / self.low) / math.log(self.high / self.low)
         else:
-            share = (np.asarray(values) - self.low) / (self.high - self.low)
-        found: Array = self.start + share * (self.end - self.start)
+            ratio = (np.asarray(values) - self.low) / (self.high - self.low)
+        found: Array = self.start + ratio * (self.end - self.start)
         return found
 
     @property

@@ -34,8 +34,8 @@ def conclusion(entries: Sequence[Entry]) -> list[str]:
         groups.setdefault(heading if compared else "", []).append(entry)
     paragraphs = [_conditions(entries)]
     for heading, group in groups.items():
-        said = " ".join(_sentences(group))
-        paragraphs.append(f"With {heading}: {said}" if heading else said)
+        text = " ".join(_sentences(group))
+        paragraphs.append(f"With {heading}: {text}" if heading else text)
     return paragraphs
 
 

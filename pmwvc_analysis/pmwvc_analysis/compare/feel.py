@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is rendered to the first user of a session: stiffness and first resonance of x/f.
+"""The stiffness and the first resonance of x/f rendered to the first user of a session.
 
-From the exact model where there is one; else from what a chirp has shown: a series k - m w^2 + c
+From the exact model where there is one; else from the chirp of the session: a series k - m w^2 + c
 w^4 is fitted to the trusted values of Re(f/x) below the first peak, each with the weight of its
 coherence gamma^2/(1 - gamma^2). Where there is neither, the stiffness is that of a simulated press
 (``compare.probes``). So a stiffness is what is rendered at rest, within a few per cent.
@@ -29,7 +29,7 @@ SHOWN_HZ = (0.1, 100.0)
 
 @dataclass(frozen=True)
 class Feel:
-    """Felt stiffness [N/m], first peak [Hz] and the curve |x/f| [m/N] they come from."""
+    """Rendered stiffness [N/m], first peak [Hz] and the curve |x/f| [m/N] they come from."""
 
     source: str  # "model", "measured", "press", or "" where nothing is known
     k_felt: float | None
@@ -42,7 +42,7 @@ NOTHING = Feel("", None, None, np.zeros(0), np.zeros(0))
 
 
 def feel_of(traces: SessionTraces, scenario: Scenario, *, live: bool) -> Feel:
-    """Return what the first user felt in a session."""
+    """Return stiffness and resonance rendered to the first user in a session."""
     return (
         _modelled(scenario, live=live)
         or measured_feel(traces, scenario)
@@ -59,7 +59,7 @@ def _pressed(scenario: Scenario) -> Feel | None:
 
 
 def ideal_feel(scenario: Scenario) -> Feel:
-    """Return what the first user would feel with direct coupling at every tick and no delay."""
+    """Return the same for direct coupling at every tick without delay."""
     return _modelled(ideal_of(scenario), live=False) or NOTHING
 
 
@@ -69,14 +69,14 @@ def _modelled(scenario: Scenario, *, live: bool) -> Feel | None:
         found = transparency(scenario, np.geomspace(SHOWN_HZ[0], highest, 300), live=live)
     except (PmwvcError, np.linalg.LinAlgError):  # not linear, not stable, or singular
         return None
-    felt = found.felt
+    own = found.rendered
     return Feel(
-        "model", felt.k_felt, felt.first_peak_hz, found.frequency_hz, np.abs(found.admittance)
+        "model", own.k_felt, own.first_peak_hz, found.frequency_hz, np.abs(found.admittance)
     )
 
 
 def measured_feel(traces: SessionTraces, scenario: Scenario) -> Feel | None:
-    """Return what the chirp of a session has shown; None without one."""
+    """Return the same from the chirp of a session; None without one."""
     if scenario.users[0].operator.kind != "chirp" or not traces.users:
         return None
     try:

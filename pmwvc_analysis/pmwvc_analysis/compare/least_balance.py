@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lowest energy balance of a session, over every port that decides its passivity.
 
-The links alone would not tell: a server that decodes a step late, or a compensation that stretches
+The links alone do not decide: a server that decodes a step late, or a compensation that stretches
 a wave, generates energy behind a passive link.
 """
 
@@ -17,7 +17,7 @@ from pmwvc_core.traces import SessionTraces
 
 
 class Least(NamedTuple):
-    """Lowest balance [J], of which port, and whether all are passive; None: cannot be told."""
+    """Lowest balance [J], of which port, and whether all are passive; None: unknown."""
 
     energy_j: float | None
     part: str | None

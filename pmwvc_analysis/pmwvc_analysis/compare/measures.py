@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is compared between sessions: one row of numbers each. What cannot be told is None.
+"""The measures of a comparison: one row of numbers per session. Unknown measures are None.
 
 ======================  ===========================================================================
-``stable``              judged from the motion (``judge.stability``); ``instability`` says which
+``stable``              judged from the motion (``verdicts.stability``); ``instability`` says which
 ``passive``             verdict of the ports of all users and of the server
-                        (``judge.passivity_findings``); None where it is not judged
+                        (``verdicts.passivity_findings``); None where it is not judged
 ``active_part``         the port with the lowest balance, in words; None where none is below zero
 ``k_max``               largest contact stiffness with which the exact linear model is stable
                         [N/m]; None where there is none below its bound or no linear model
@@ -29,6 +29,7 @@
 ======================  ===========================================================================
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -138,7 +139,9 @@ def largest_stiffness(scenario: Scenario, *, live: bool) -> float | None:
         return None
 
 
-def _over_users(traces: SessionTraces, of_user: Any) -> float | None:
+def _over_users(
+    traces: SessionTraces, of_user: Callable[[UserTraces, ServerTraces, int], Array | None]
+) -> float | None:
     """Return the RMS of a quantity ``(rows, dof)`` over the steps of all users."""
     server = traces.server
     if server is None:

@@ -65,7 +65,7 @@ def swing_hz(scenario: Scenario) -> float | None:
 
 
 def free_space(scenario: Scenario) -> FreeSpace | None:
-    """Return what the first user moves with nothing touched; None where it cannot be told."""
+    """Return what the first user moves with nothing touched; None where it is unknown."""
     hertz, first = swing_hz(scenario), scenario.users[0]
     if hertz is None or scenario.environment.body is None:
         return None
@@ -94,7 +94,7 @@ def free_space(scenario: Scenario) -> FreeSpace | None:
 
 
 def _sine_of(values: Array, angle: float) -> tuple[complex, float]:
-    """Return the complex amplitude of a sine, and which share of the power it is; level and drift
+    """Return the complex amplitude of a sine, and its ratio of the power; level and drift
     are left out.
     """
     turns = angle * np.arange(len(values))
@@ -103,8 +103,8 @@ def _sine_of(values: Array, angle: float) -> tuple[complex, float]:
     factors, *_ = np.linalg.lstsq(basis, values)
     left, swing = values - basis @ factors, basis[:, :2] @ factors[:2]
     power = float(np.sum((swing + left) ** 2))
-    share = 1.0 - float(np.sum(left**2)) / power if power > 0.0 else 0.0
-    return complex(factors[0], -factors[1]), share
+    ratio = 1.0 - float(np.sum(left**2)) / power if power > 0.0 else 0.0
+    return complex(factors[0], -factors[1]), ratio
 
 
 def pressed_stiffness(scenario: Scenario) -> float | None:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters with which each controller of a comparison runs: baselines tuned by their printed
-rules, and what to print beside the numbers.
+"""The parameters of each controller in a comparison: baselines tuned by their published rules, and
+the parameters shown beside the numbers.
 
 A baseline whose parameters nobody gave gets those of its rule (:mod:`pmwvc_core.baselines.tuning`)
 for this link, device, hand and contact: a comparison over the delay then compares controllers, not

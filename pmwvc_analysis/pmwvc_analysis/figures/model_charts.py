@@ -55,7 +55,7 @@ def transparency(
         ]
     magnitudes = np.concatenate([each.y for each in size] + [each.y for each in size_dots])
     y_range = (BELOW * float(size[0].y.min()), 1.4 * float(np.nanmax(magnitudes)))
-    rendered = found.felt
+    rendered = found.rendered
     levels = []
     if rendered.admittance_dc is not None and rendered.k_felt is not None:
         levels = [Level(f"1 / {rendered.k_felt:.4g} N/m", rendered.admittance_dc, "u0")]

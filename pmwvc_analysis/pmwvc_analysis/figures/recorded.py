@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which users a session has, from when to when, and where its recording has holes."""
+"""Users, time span and holes of a recorded session, as figures show them."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from pmwvc_analysis.traces import holes
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import SessionTraces
 
-WORTH_A_BAND_S = 0.05
+LEAST_PAUSE_S = 0.05
 
 
 def names(traces: SessionTraces) -> list[str]:
@@ -63,6 +63,6 @@ def bands(traces: SessionTraces) -> list[Band]:
 
 
 def pauses(time_s: Array, period_s: float) -> list[Span]:
-    """Return where neighbouring rows are further apart than ``WORTH_A_BAND_S`` [s]."""
-    places = np.flatnonzero(np.diff(time_s) > max(WORTH_A_BAND_S, 1.5 * period_s))
+    """Return where neighbouring rows are further apart than ``LEAST_PAUSE_S`` [s]."""
+    places = np.flatnonzero(np.diff(time_s) > max(LEAST_PAUSE_S, 1.5 * period_s))
     return [(float(time_s[row]), float(time_s[row + 1])) for row in places]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a velocity filter (App. D) is worth: margins over frequency, noise, and what it fails.
+"""The margins over frequency, the noise and the failed conditions of a velocity filter (App. D).
 
 Conditions: :mod:`pmwvc_core.wave.design.branches`; which filter: ``velocity_filter_design`` there.
 The equivalent form is judged by what it is at the device, too. With the low-pass branch behind it,
@@ -38,9 +38,9 @@ LOWEST = 1e-4  # of half the tick rate
 
 @dataclass(frozen=True)
 class VelocityFilter:
-    """A filter and what it is worth; arrays over ``margins["frequency_hz"]``."""
+    """A filter with its margins; arrays over ``margins["frequency_hz"]``."""
 
-    master: MasterParams  # with alpha or cutoff_hz said
+    master: MasterParams  # with alpha or cutoff_hz completed
     designed: str  # given, or by which rule
     margins: Margins
     port: Array  # Re F/(b xd) at worst, of the equivalent form
@@ -68,7 +68,7 @@ class VelocityFilter:
 
 
 def judge(scenario: Scenario, *, user: int = 0) -> VelocityFilter:
-    """Return the velocity filter of a user and what it is worth; of a user without one, that of
+    """Return the velocity filter of a user and its margins; of a user without one, that of
     the exact form with the same numbers.
 
     Raises

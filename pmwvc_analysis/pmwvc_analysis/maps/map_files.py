@@ -106,8 +106,8 @@ def first_crossing(values: Array, row: Array) -> float | None:
     if place == 0:
         return float(values[0])
     low, high = row[place - 1], row[place]
-    share = (1.0 - low) / (high - low)
-    return float(values[place - 1] + share * (values[place] - values[place - 1]))
+    ratio = (1.0 - low) / (high - low)
+    return float(values[place - 1] + ratio * (values[place] - values[place - 1]))
 
 
 def write_data(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> list[Path]:

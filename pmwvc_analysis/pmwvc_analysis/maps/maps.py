@@ -29,9 +29,9 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
-FIRST = 3  # lines that tell how long the rest will take
+FIRST = 3  # lines from which the duration of the rest is estimated
 WORKERS_S = 5.0  # patience until a Dask cluster has a worker
-SOON_S = 4.0  # a map that takes no longer is done before other processes have started
+SMALL_MAP_S = 4.0  # duration up to which starting other processes does not pay
 BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 Done = Callable[[int, Array], None]  # number of a row, and the row
 
@@ -174,7 +174,9 @@ def _finished(
             yield number, values
         numbers = numbers[FIRST:]
         workers = (
-            1 if len(numbers) == 0 or min(took) * len(numbers) < SOON_S else (os.cpu_count() or 1)
+            1
+            if len(numbers) == 0 or min(took) * len(numbers) < SMALL_MAP_S
+            else (os.cpu_count() or 1)
         )
     if workers == 1:
         for number in numbers:

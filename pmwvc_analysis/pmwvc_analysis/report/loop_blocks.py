@@ -119,14 +119,14 @@ def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
     if not proofs_hold(scenario.controller) or scenario.coupling.linear != scenario.coupling.name:
         return ""
     tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
-    said = f"Round trip {tau * 1e3:.1f} ms"
+    text = f"Round trip {tau * 1e3:.1f} ms"
     if tau <= 0.0 or not lag_decides(user, scenario):
-        return f"{said}."
+        return f"{text}."
     stiffness = rendered_stiffness(user, tau)
     free = lag_s(user, scenario, live=live, touching=False)
     spring = f"{2.0 * b / tau:.0f}"
     return (
-        f"{said}; the link feels like {article(spring)} {spring} N/m spring and a "
+        f"{text}; the link feels like {article(spring)} {spring} N/m spring and a "
         f"{b * free / 2.0:.2f} kg mass. Rendered stiffness, in series with the contact: "
         f"{stiffness:.0f} N/m."
     )

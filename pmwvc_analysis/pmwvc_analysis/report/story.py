@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What happened in a session, in one paragraph with its numbers."""
+"""The course of a session, in one paragraph with its numbers."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.budget.words import GROUPS
@@ -17,8 +18,8 @@ from pmwvc_core.traces import ServerTraces, SessionTraces
 
 TOGETHER_S = 0.1  # first contacts closer than that have one time
 MOVED_M = 1e-3
-TOLD = ("release", "damping", "ended", "stranger")  # the first of these events is told
-WORTH = 0.02  # of the energy given or held: what is worth a word
+NAMED_EVENTS = ("release", "damping", "ended", "stranger")  # the first of them is named
+LEAST_RATIO = 0.02  # of the largest energy: smaller ones are not named
 WORDS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight")
 
 
@@ -28,7 +29,7 @@ def story(
     summary: dict[str, Any],
     energies: Budget | None,
 ) -> str:
-    """Return the paragraph; what the traces do not tell is left out."""
+    """Return the paragraph; what the traces do not hold is left out."""
     sentences: list[str] = []
     if traces.server is not None and len(traces.server.time_s):
         sentences += _contact(traces, traces.server, scenario)
@@ -78,7 +79,7 @@ def _when(times: Sequence[float]) -> str:
     return f"between {min(times):.1f} s and {max(times):.1f} s"
 
 
-def _moved(server: ServerTraces, rows: Any) -> str:
+def _moved(server: ServerTraces, rows: NDArray[np.bool_]) -> str:
     path = server.x_o[rows]
     away = np.linalg.norm(path - path[0], axis=-1)
     if not np.isfinite(away).all() or away.max() < MOVED_M:
@@ -115,7 +116,7 @@ def _energy(energies: Budget) -> Iterator[str]:
             name = next((g for g, members in GROUPS.items() if part in members), "controller")
             groups[name] = groups.get(name, 0.0) + float(sums[-1])
     largest = sorted(groups.items(), key=lambda each: -each[1])[:3]
-    least = WORTH * max(abs(given), *(abs(value) for value in groups.values()))
+    least = LEAST_RATIO * max(abs(given), *(abs(value) for value in groups.values()))
     taken = [f"{quantity(value, 'J')} in {name}" for name, value in largest if value > least]
     made = [
         f"{quantity(-value, 'J')} in {name}" for name, value in groups.items() if value < -least
@@ -123,9 +124,9 @@ def _energy(energies: Budget) -> Iterator[str]:
     if not np.isfinite(given) or not taken:
         return
     hands = f"The hand{'' if len(energies.hands) == 1 else 's'}"
-    said = f"{hands} {'gave' if given >= 0.0 else 'took back'} {quantity(abs(given), 'J')}"
+    text = f"{hands} {'gave' if given >= 0.0 else 'took back'} {quantity(abs(given), 'J')}"
     made_words = f"; generated: {listed(made)}" if made else ""
-    yield f"{said}; at the end, stored or dissipated: {listed(taken)}{made_words}."
+    yield f"{text}; at the end, stored or dissipated: {listed(taken)}{made_words}."
 
 
 def _offsets(summary: dict[str, Any]) -> Iterator[str]:
@@ -134,18 +135,18 @@ def _offsets(summary: dict[str, Any]) -> Iterator[str]:
         for each in summary.get("outcomes", [])
         if each["what"] == "offset" and each["predicted"] is not None
     ]
-    said = [
+    offsets = [
         f"{each['owner']} predicted {each['predicted'] * 1e3:+.2f} mm, measured "
         f"{each['measured'] * 1e3:+.2f} mm{'' if each['hit'] else ' (missed)'}"
         for each in known[:3]
     ]
-    if said:
-        yield f"Offset of the device from its avatar: {'; '.join(said)}."
+    if offsets:
+        yield f"Offset of the device from its avatar: {'; '.join(offsets)}."
 
 
 def _safety(traces: SessionTraces, summary: dict[str, Any]) -> Iterator[str]:
     for each in traces.events:
-        if each.get("kind") in TOLD and each["time_s"] is not None:
+        if each.get("kind") in NAMED_EVENTS and each["time_s"] is not None:
             yield f"At {each['time_s']:.1f} s {each['who']}: {each['what']}."
             break
     total = sum(user["safety_events"] or 0 for user in summary["users"])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a transparency analysis found: as plain numbers, in sentences, as files of arrays."""
+"""The answer of a transparency analysis: as plain numbers, in sentences, as files of arrays."""
 
 import csv
 import dataclasses
@@ -40,7 +40,7 @@ def answer(
     document: dict[str, Any] = {
         "scenario": name,
         "user": found.user,
-        **dataclasses.asdict(found.felt),
+        **dataclasses.asdict(found.rendered),
         "ideal": dataclasses.asdict(found.ideal),
         "measured": None,
         "notes": list(found.notes),
@@ -68,13 +68,13 @@ def sentences(document: dict[str, Any]) -> list[str]:
     """Return the same for people."""
     user, ideal = document["user"], document["ideal"]
     found = []
-    for who, felt in ((f"{user}, through the link", document), ("ideal", ideal)):
+    for who, rendered in ((f"{user}, through the link", document), ("ideal", ideal)):
         parts = [
-            f"{name} {felt[key]:.4g} {unit}"
+            f"{name} {rendered[key]:.4g} {unit}"
             for name, key, unit in RENDERED
-            if felt[key] is not None
+            if rendered[key] is not None
         ]
-        peak = felt["first_peak_hz"]
+        peak = rendered["first_peak_hz"]
         parts.append("no resonance" if peak is None else f"first resonance {peak:.4g} Hz")
         found.append(f"{who}: {', '.join(parts)}")
     seen = document["measured"]

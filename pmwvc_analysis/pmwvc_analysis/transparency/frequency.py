@@ -23,9 +23,7 @@ from pmwvc_core.numeric import Array
 
 Complex = NDArray[np.complex128]
 Indices = NDArray[np.int64]
-ASIDE = (
-    1e-6  # of a turn: as near to images of rest, where integrators have no response, as it gets
-)
+LEAST_TURN = 1e-6  # from images of rest, where integrators have no response
 LOW_HZ = 0.04  # where limits at rest are taken, at most
 
 
@@ -59,7 +57,7 @@ def response(
     pattern = np.eye(users)[user] if forces is None else np.asarray(forces, dtype=float)
     turns = np.asarray(frequency_hz, dtype=float) * model.tick_s * ticks  # per hyperperiod
     whole = np.round(turns)
-    turns = np.where(np.abs(turns - whole) < ASIDE, whole + ASIDE, turns)
+    turns = np.where(np.abs(turns - whole) < LEAST_TURN, whole + LEAST_TURN, turns)
     angle = 2.0 * np.pi * turns / ticks
     wave = np.exp(1j * np.multiply.outer(angle, np.arange(ticks)))  # (points, ticks)
     lifted = np.einsum("u,pt->put", pattern, wave).reshape(len(angle), users * ticks)

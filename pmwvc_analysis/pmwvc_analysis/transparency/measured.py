@@ -35,7 +35,7 @@ LEAST_STRETCHES = 3
 SETTLE_S = 1.0  # of a sine, before it counts
 ANSWERING = ("hand", "playback_motion")  # operators whose force depends on the device's motion
 ALIKE = 0.01  # of a user's force: what another's may differ from a multiple of it
-TOLD = 1e-3  # of the largest power of the force: below it nothing was asked
+LEAST_POWER = 1e-3  # of the largest power of the force, for a frequency to count
 TRUSTED = 0.9  # coherence above which a value is worth comparing
 
 
@@ -107,7 +107,7 @@ def pattern(users: Sequence[UserTraces], scenario: Scenario, place: int) -> list
             raise PmwvcError(
                 f"{known.name}: its force is not a multiple of that of "
                 f"{scenario.users[place].name}, so position and force of one user alone do not "
-                f"tell the admittance; set {known.name}.operator.kind=none"
+                f"give the admittance; set {known.name}.operator.kind=none"
             )
         found.append(ratio)
     return found
@@ -145,7 +145,7 @@ def _over_frequency(user: UserTraces, force: Array, position: Array, known: User
     frequency, power = signal.welch(force, **options)
     _, moved = signal.welch(position, **options)
     _, cross = signal.csd(force, position, **options)
-    asked = power > TOLD * power.max()
+    asked = power > LEAST_POWER * power.max()
     if known.operator.kind == "chirp":
         low, high = sorted((known.operator.frequency_hz, known.operator.frequency_end_hz))
         asked &= (frequency >= low) & (frequency <= high)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a user feels through the link: transmitted admittance, beside that of an ideal coupling.
+"""The transmitted admittance of a user's link, beside that of an ideal coupling.
 
 **Transmitted admittance** (App. A Eq. 23): position of the device per force of the hand, x/f
 [m/N], from the exact multirate model at the frequency of the force. With a cube the users press
@@ -10,7 +10,7 @@ velocity, 1/(j w x/f) [N s/m].
 
 **Ideal**: the same device, contact and object with direct coupling at every tick and no delay.
 
-**What it feels like**:
+**Rendered quantities**:
 
 * stiffness 1/(x/f) at rest [N/m]. With waves 1/k = 1/K_contact + tau/(2b), tau the lag of the link
   once around (docs/theory.md);
@@ -45,12 +45,12 @@ from pmwvc_core.wave.impedance import transformation
 STABLE = 1.0 + 1e-9
 HIGHEST = 0.25  # of the tick rate; x/f falls to nothing at half of it
 LEAST_PERIOD_S = 1e-3  # of a server; with a shorter tick the ideal steps at its next multiple
-STEADY = 0.05  # relative change per octave by which a limit is told from free motion
+STEADY = 0.05  # relative change per octave above which there is no limit but free motion
 
 
 @dataclass(frozen=True)
-class Felt:
-    """What one coupling feels like; None where there is no such limit."""
+class Rendered:
+    """Rendered quantities of one coupling; None where there is no such limit."""
 
     admittance_dc: float | None  # [m/N]
     k_felt: float | None  # [N/m]
@@ -67,8 +67,8 @@ class Transparency:
     frequency_hz: Array  # (points,)
     admittance: Complex  # (points,) [m/N]
     ideal_admittance: Complex  # NaN where the ideal coupling is not stable
-    felt: Felt
-    ideal: Felt
+    rendered: Rendered
+    ideal: Rendered
     notes: list[str]
 
     @property
@@ -85,7 +85,7 @@ def transparency(
     user: int = 0,
     live: bool = False,
 ) -> Transparency:
-    """Return what one user feels in a scenario.
+    """Return the admittance transmitted to one user.
 
     Parameters
     ----------
@@ -115,19 +115,19 @@ def transparency(
         )
     perfect = build(ideal_of(scenario))
     ideal_stable = spectral_radius(perfect) <= STABLE
-    felt = _felt(model, scenario, user, forces, live=live)
-    balanced = felt.admittance_dc is not None
+    rendered = _rendered(model, scenario, user, forces, live=live)
+    balanced = rendered.admittance_dc is not None
     notes = [*model.notes, _how(scenario, user, forces, balanced=balanced)]
     notes += _scale_notes(scenario, user)
     if ideal_stable:
         alike = pressing(ideal_of(scenario), user)
-        ideal = _felt(perfect, ideal_of(scenario), user, alike)
+        ideal = _rendered(perfect, ideal_of(scenario), user, alike)
         ideal_values = response(perfect, frequency_hz, user=user, forces=alike)
     else:
         notes.append(
             "The ideal coupling is not stable at this tick: it has no frequency response."
         )
-        ideal = Felt(None, None, None, None, None)
+        ideal = Rendered(None, None, None, None, None)
         ideal_values = np.full(len(frequency_hz), np.nan + 0j)
     if not balanced:
         notes.append("Under a steady force the device keeps moving: there is no static stiffness.")
@@ -136,7 +136,7 @@ def transparency(
         frequency_hz=np.asarray(frequency_hz, dtype=float),
         admittance=response(model, frequency_hz, user=user, forces=forces),
         ideal_admittance=ideal_values,
-        felt=felt,
+        rendered=rendered,
         ideal=ideal,
         notes=notes,
     )
@@ -193,14 +193,14 @@ def untouched(scenario: Scenario) -> Scenario:
     return dataclasses.replace(scenario, users=users)
 
 
-def _felt(
+def _rendered(
     model: MultirateModel,
     scenario: Scenario,
     user: int,
     forces: list[float],
     *,
     live: bool = False,
-) -> Felt:
+) -> Rendered:
     peak = first_peak_hz(model, user=user, forces=forces)
     frequency = low_frequencies(peak)
     omega = 2.0 * np.pi * frequency
@@ -213,7 +213,7 @@ def _felt(
     if spectral_radius(free) <= STABLE:
         moved = response(free, frequency, user=user)
         mass = limit_at_rest(-(1.0 / moved).real / omega**2)
-    return Felt(
+    return Rendered(
         admittance_dc=dc,
         k_felt=None if dc is None or dc <= 0.0 else 1.0 / dc,
         b_felt=damping,

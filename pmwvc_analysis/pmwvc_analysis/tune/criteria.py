@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How good a choice of impedance, filter and hold is, in numbers a person can weigh.
+"""The criteria by which impedance, filter and hold are chosen: margin, feel, noise.
 
 **Margin**: spectral radius of the exact model, in touch and with nothing touched (then every wave
-comes back, and a device without damping has nothing but filter and hold to calm it), largest
+comes back, and a device without damping is damped by filter and hold alone), largest
 contact stiffness, largest ratio of packet energy to wave energy (aliasing), and whether every part
 is passive by itself.
 
@@ -32,7 +32,7 @@ Where a scenario is not linear, radii, stiffnesses and masses are those of its n
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import SupportsFloat
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import relative
@@ -95,7 +95,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Rating:
-    """What a choice gives the first user; feel is None where the loop is not stable."""
+    """Rating of a choice for the first user; feel is None where the loop is not stable."""
 
     choice: Choice
     stable: bool  # in touch and free
@@ -130,8 +130,8 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     free_radius = float(stability.radii(untouched(linear), live=live)[0])
     stable = stability.stable(radius) and stability.stable(free_radius)
     limit = stability.k_max(linear, live=live)
-    felt = transparency(linear, live=live) if stable else None
-    own = felt.felt if felt else None
+    found = transparency(linear, live=live) if stable else None
+    own = found.rendered if found else None
     rating = Rating(
         choice=choice,
         stable=stable,
@@ -142,9 +142,9 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         aliasing_gain=prediction.aliasing_gain(user),
         lag_s=lag.lag_s(user, chosen, live=live),
         k_felt=own.k_felt if own else None,
-        k_ideal=_ideal(felt.ideal.k_felt, user.contact.contact_stiffness) if felt else None,
+        k_ideal=_ideal(found.ideal.k_felt, user.contact.contact_stiffness) if found else None,
         mass_felt=own.mass_felt if own else None,
-        mass_ideal=_ideal(felt.ideal.mass_felt, user.device.mass) if felt else None,
+        mass_ideal=_ideal(found.ideal.mass_felt, user.device.mass) if found else None,
         noise_n=noise_n(scenario, choice.impedance),
         cost=None,
     )
@@ -177,7 +177,7 @@ def cost_of(k_ratio: float, m_ratio: float, noise_n: float = 0.0) -> float:
     return math.hypot(ratios, noise_n / NOTICED_N)
 
 
-def _ideal(coupled: float | None, own: Any) -> float | None:
+def _ideal(coupled: float | None, own: SupportsFloat) -> float | None:
     """Return what the ideal coupling gives, and where that is not stable itself (a wall without
     damping, sampled) what the contact or the device is by itself.
     """

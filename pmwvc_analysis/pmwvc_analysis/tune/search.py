@@ -233,8 +233,8 @@ def best_impedance(
     whole = device + float(user.operator.mass)
     costs = []
     for impedance in grid:
-        felt = lag.series_stiffness(contact, float(impedance), tau_s)
+        rendered = lag.series_stiffness(contact, float(impedance), tau_s)
         heavier = (whole + max(impedance * tau_s / 2.0, 0.0)) / whole
         noise = noise_n(scenario, float(impedance)) if velocity_step(scenario) else 0.0
-        costs.append(cost_of(felt / contact if felt > 0.0 else 1.0, heavier, noise))
+        costs.append(cost_of(rendered / contact if rendered > 0.0 else 1.0, heavier, noise))
     return Choice(float(grid[int(np.argmin(costs))]), one, hold)
