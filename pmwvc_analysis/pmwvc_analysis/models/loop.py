@@ -132,7 +132,7 @@ class Loop:
     @property
     def body(self) -> str:
         """Name of the object's position; its velocity has a d more."""
-        cube = self._box and self.scenario.server.environment == "cube"
+        cube = self._box and self.scenario.environment.movable
         return f"server.{BOX}body.x" if cube else "server.body.x"
 
     def deflection(self, place: int) -> str:
