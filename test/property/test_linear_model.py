@@ -100,7 +100,7 @@ def power_sums(matrix, count=12):
     return np.array(found)
 
 
-@settings(max_examples=60)
+@settings(max_examples=100)
 @given(scenarios())
 def test_both_models_have_the_same_spectrum_and_rigid_motions(drawn):
     scenario, live = drawn
@@ -184,3 +184,18 @@ def test_the_states_are_those_that_matter_by_name():
         "user1.filter.stage.y",
     ]
     assert len(Loop(linear_loops.scenario(users=1)).names) > len(names)
+
+
+def test_a_feedback_has_its_reference_before_the_first_tick():
+    """Frames, phases and delays by which the first answer heard is to no packet of this end."""
+    scenario = linear_loops.scenario(
+        master__position__feedback="printed",
+        master__position__gain=2.0,
+        server__period_s=0.006,
+        user1__master__rate_drop=1,
+        user2__master__rate_drop=4,
+        user2__link__down__delay_s=0.005,
+    )
+    models = [module.transitions(scenario, live=True) for module in (linear_model, multirate)]
+    sums = [power_sums(model.matrices[0]) for model in models]
+    np.testing.assert_allclose(*sums, atol=1e-9)

@@ -78,9 +78,12 @@ class Loop:
             for user in users
         ]
         self._line_of = [i for i, n in enumerate(weights or [1] * len(users)) for _ in range(n)]
+        server = scenario.server
+        if not self._box and scenario.environment.body is None:  # known as a black box only
+            server = dataclasses.replace(server, environment="wall")
         self.server = make_server(
             scenario.controller,
-            scenario.server,
+            server,
             [users[i].contact for i in self._line_of],
             [ports[i] for i in self._line_of],
             dof=self.dof,
@@ -88,8 +91,10 @@ class Loop:
             baselines=[users[i].baseline for i in self._line_of],
         )
         self._join(1)
-        for tick in range(-max(self.serve.period, *(line.frame.period for line in self.lines)), 0):
-            self.advance(tick, [0.0] * len(self.lines))  # to tick 0, at rest
+        # To tick 0 at rest, so long that everybody has heard an answer to a packet of its own.
+        longest = max(self.serve.period, *(line.frame.period for line in self.lines))
+        for tick in range(-3 * longest, 0):
+            self.advance(tick, [0.0] * len(self.lines))
         ends: dict[str, Any] = {"server.": self.server}
         links: dict[str, Link] = {}
         for line in self.lines:
