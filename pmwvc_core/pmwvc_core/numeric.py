@@ -92,11 +92,6 @@ def maximum(left: Value, right: Value) -> Value:
     return right if more is False else where(more, left, right)
 
 
-def sign(value: Value) -> Value:
-    """Return -1, 0 or 1, elementwise."""
-    return where(value > 0.0, 1.0, where(value < 0.0, -1.0, 0.0))
-
-
 def limit_length(value: Value, longest: Value) -> Value:
     """Shorten a vector to at most ``longest``, keeping its direction."""
     length = root(squared(value))

@@ -23,8 +23,7 @@ ALLOWED = {
     "pmwvc_core.state:Stateful.snapshot": "the state as a value is there for whoever steps an end",
     "pmwvc_core.state:Stateful.restore": "the state as a value is there for whoever steps an end",
     "pmwvc_core.state:Stateful.set_signals": "the other half of `signals`",
-    # used by tests and by nothing else, until their rooms are done
-    "pmwvc_core.numeric:sign": "",
+    # used by tests alone, still
     "pmwvc_core.wave.transform:power": "",
     "pmwvc_analysis.verdicts.outcomes:came_true": "",
     "pmwvc_analysis.delays.passivity:FoldedGain": "",

@@ -24,7 +24,7 @@ server is a wave v = 0, reached through the hold: F_m = b xd, a matched damper.
 
 Not here: limits (``safety``), packets, time.
 
-Equations: docs/theory.md 1.1, 1.2, 10.1.
+Equations: docs/theory.md 10.1.
 """
 
 import dataclasses

@@ -7,8 +7,6 @@ for all of them, so that at a port whose xd_s was decoded with the same f_s, pow
 xd_s = (|u_s|^2 - |v_s|^2)/2.
 
 Not here: packets, time, and what to do with bad input (``wave.receiver``).
-
-Equations: docs/theory.md 1.3.
 """
 
 from collections.abc import Sequence

@@ -18,7 +18,7 @@ One-sided contacts are solved exactly for a given v (``grip``) and the root is f
 method kept inside a bracket that halves when it must; axis by axis, or all axes at once where a
 wave impedance couples them (:mod:`.coupled_axes`).
 
-Equations: docs/theory.md 1.4, 4.4, 4.5.
+Equations: docs/theory.md 4.4, 4.5.
 """
 
 import sys
