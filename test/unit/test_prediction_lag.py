@@ -137,7 +137,7 @@ def test_the_lag_of_a_velocity_filter_is_that_of_the_exact_model(filtering, felt
         settings_texts=[*texts, "device.velocity=exact", "device.encoder_step_m=0.0"],
     )
     found = prediction(scenario, live=False)
-    exactly = transparency(scenario).felt
+    exactly = transparency(scenario).rendered
     assert found["k_felt"] == pytest.approx(felt, abs=1e-2)
     assert found["k_felt"] == pytest.approx(exactly.k_felt, rel=1e-5)
     assert found["mass_felt"] == pytest.approx(mass, abs=1e-3)
@@ -154,7 +154,7 @@ def test_complementary_bank_renders_the_lag_of_its_filters(pole_rad_s):
     assert longer[0] - longer[1] == pytest.approx(2.0 / pole_rad_s)
     assert passive(scenario)
     found = prediction(scenario, live=False)
-    exactly = transparency(scenario).felt
+    exactly = transparency(scenario).rendered
     assert found["k_felt"] == pytest.approx(exactly.k_felt, rel=1e-4)
 
 
