@@ -76,7 +76,7 @@ def main() -> int:
     try:
         with ros() as peer, NodeProcess("pmwvc_analysis.recorder_node", settings) as recorder:
             ends = []
-            for topic in session_topics(users, links=links):
+            for topic in filter(lambda topic: topic.essential, session_topics(users, links=links)):
                 publisher = peer.publisher(
                     CLASSES[topic.type_name], topic.name, reliable=topic.reliable
                 )

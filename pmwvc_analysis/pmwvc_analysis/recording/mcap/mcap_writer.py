@@ -22,6 +22,7 @@ from pmwvc_analysis.recording.mcap.mcap_records import ENTRY, MESSAGE, MESSAGE_I
 COMPRESSION = "zstd"
 LEVEL = 1  # half the time of the default for files a twentieth larger
 _MESSAGE = struct.Struct(PREFIX.format + MESSAGE.format[1:])
+_OPCODE = int(Opcode.MESSAGE)  # looking up a member of an enumeration takes its time
 
 
 def _bytes(record: mcap.McapRecord) -> bytes:
@@ -88,7 +89,7 @@ class McapWriter:
             entries = self._index[channel] = bytearray()
         entries += ENTRY.pack(log_ns, len(self._chunk))
         size = MESSAGE.size + len(data)
-        self._chunk += _MESSAGE.pack(Opcode.MESSAGE, size, channel, sequence, log_ns, publish_ns)
+        self._chunk += _MESSAGE.pack(_OPCODE, size, channel, sequence, log_ns, publish_ns)
         self._chunk += data
         first, last = self._chunk_times or (log_ns, log_ns)
         self._chunk_times = (min(first, log_ns), max(last, log_ns))
