@@ -14,7 +14,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.traces.reductions import position_error
-from pmwvc_analysis.verdicts.passivity_findings import passivity
+from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.passivity_words import verdict
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.port import WaveMaster

@@ -20,7 +20,6 @@ from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.report.story import story
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.transparency import pressing, transparency, untouched
-from pmwvc_analysis.verdicts.outcomes import came_true
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
@@ -102,7 +101,7 @@ def test_a_steady_press_ends_where_it_is_expected(server):
     assert x_m - n * x_s == pytest.approx(lead, abs=5e-6)
     assert traces.server.f_s[0][-1, 0] == pytest.approx(n * force, rel=1e-3)
     result = summary(traces, scenario)
-    text = "\n".join(came_true(scenario, result))
+    text = "\n".join(each["text"] for each in result["outcomes"])
     told = story(traces, scenario, result, None)
     assert ("Offset of the device" in told) is (server == 25.0)
     assert ("(hit; tolerance" in text) is (server == 25.0)

@@ -11,7 +11,7 @@ from support import handmade
 
 from pmwvc_analysis.recording.clocks import clock
 from pmwvc_analysis.recording.clocks.alignment import ECHO, ONE_HOST, align
-from pmwvc_analysis.verdicts.passivity_findings import passivity
+from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.traces import FateTraces
 

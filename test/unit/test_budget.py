@@ -13,7 +13,7 @@ from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER, TOLERANCE_NOTED
 from pmwvc_analysis.verdicts import passivity_words
-from pmwvc_analysis.verdicts.passivity_findings import Passivity
+from pmwvc_analysis.verdicts.passivity import Passivity
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.simulation.session import simulate_one
 

@@ -10,7 +10,6 @@ import pytest
 from pmwvc_analysis.events import environment
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.prediction.text import lines
-from pmwvc_analysis.verdicts.outcomes import came_true
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
@@ -80,7 +79,7 @@ def test_the_limit_is_predicted_and_neither_stability_nor_stiffness_is_promised(
     assert "K T + 2B = 60 N s/m, above b = 25 N s/m" in said
     assert "Every part is passive" not in said
     assert "1450" not in said
-    text = " ".join(came_true(scenario, summary(traces, scenario)))
+    text = " ".join(each["text"] for each in summary(traces, scenario)["outcomes"])
     assert text == "Predicted that the server port limits the environment: it did."
 
 

@@ -15,7 +15,7 @@ from pmwvc_analysis.budget.remainders import unchecked
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.consistency.numbers import SMALLEST
 from pmwvc_analysis.verdicts import passivity_words
-from pmwvc_analysis.verdicts.passivity_findings import passivity
+from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.simulation.session import simulate_one
 

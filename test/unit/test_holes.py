@@ -14,7 +14,7 @@ from pmwvc_analysis.budget.energy import Balance
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.traces.holes import Unjudged, holes
 from pmwvc_analysis.verdicts.open_balances import hidden
-from pmwvc_analysis.verdicts.passivity_findings import passivity
+from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one

@@ -15,7 +15,7 @@ from pmwvc_analysis.budget.criterion import TOLERANCE_J, judge, together
 from pmwvc_analysis.report.report import render
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.verdicts import passivity_words
-from pmwvc_analysis.verdicts.passivity_findings import Passivity, passivity
+from pmwvc_analysis.verdicts.passivity import Passivity, passivity
 from pmwvc_analysis.verdicts.verdicts import summary
 
 TIME_S = np.array([0.0, 1.0, 2.0])

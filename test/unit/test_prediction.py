@@ -13,7 +13,7 @@ from pmwvc_analysis.prediction.prediction import (
     prediction,
 )
 from pmwvc_analysis.prediction.text import lines
-from pmwvc_analysis.verdicts.outcomes import came_true
+from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 
@@ -223,7 +223,7 @@ def test_what_came_of_a_prediction_is_said(predicted, was, words):
     scenario = handmade.scenario()
     result = summary(handmade.session(), scenario)
     result["prediction"]["stable"], result["stable"] = predicted, was
-    assert words in came_true(scenario, result)[0]
+    assert words in outcomes(scenario, result)[0].text
 
 
 def test_a_filter_above_half_the_packet_rate_is_warned_of_with_its_gain():

@@ -13,7 +13,7 @@ from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.recording.writer import SessionWriter
-from pmwvc_analysis.verdicts.passivity_findings import passivity
+from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.runtime.messages import nanoseconds
 
 

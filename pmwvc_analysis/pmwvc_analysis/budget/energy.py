@@ -144,14 +144,14 @@ def _of_user(
     scenario: Scenario | None,
     known: User | None,
 ) -> UserEnergy:
-    place = server.users.index(user.name)
+    index = server.users.index(user.name)
     times = server.time_s
     lateness = traces.metadata.get("server_lateness_s")
     if lateness is not None and len(lateness) == len(times):
         times = times + lateness
     stays = stretches(user, server, traces)
     rows = stays.known(times)
-    u_s, v_s = running(server.energy_u_s[place]), running(server.energy_v_s[place])
+    u_s, v_s = running(server.energy_u_s[index]), running(server.energy_v_s[index])
 
     def balance(gained: Array, given: Array) -> Balance:
         """Return the balance of two sums at all steps; each life begins at zero."""

@@ -69,24 +69,24 @@ def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
     ran = ran_s(user)
     per_tick = np.sum(user.f_applied * np.diff(user.x_m, axis=0, append=user.x_m[-1:]), axis=-1)
     counted = np.concatenate([[0.0], np.cumsum(per_tick)])
-    said = user.energy.get("device")
-    if said is None or not len(said):
+    recorded = user.energy.get("device")
+    if recorded is None or not len(recorded):
         return Work(ran, counted[1:], _resolution(user, device))
     after = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)
     there = np.diff(after, prepend=0) > 0
-    said, after = said[there], after[there]
+    recorded, after = recorded[there], after[there]
     before = np.concatenate([[0], after[:-1]])
-    own, said_own = counted[after] - counted[before], np.diff(said, prepend=0.0)
+    own, recorded_own = counted[after] - counted[before], np.diff(recorded, prepend=0.0)
     follows = _follows(user, before)
     whole = follows & np.append(follows[1:], False)  # the next position is there as well
     rounding = SAME_J + 1e-12 * len(per_tick) * np.abs(per_tick).max(initial=0.0)
-    if not np.allclose(own[whole], said_own[whole], rtol=SAME_RELATIVE, atol=rounding):
-        return Work(ran[after - 1], said, np.zeros(len(said)))
-    start = said - np.where(follows, said_own, own)
+    if not np.allclose(own[whole], recorded_own[whole], rtol=SAME_RELATIVE, atol=rounding):
+        return Work(ran[after - 1], recorded, np.zeros(len(recorded)))
+    start = recorded - np.where(follows, recorded_own, own)
     block = np.searchsorted(after, np.arange(len(per_tick)), side="right")
     block = np.minimum(block, len(after) - 1)
     sums = start[block] + counted[1:] - counted[before[block]]
-    sums[after - 1] = said
+    sums[after - 1] = recorded
     return Work(ran, sums, _resolution(user, device))
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the energy budget and the consistency checks cannot find, and why.
+"""The parts and traces in which neither energy budget nor consistency checks find an error.
 
 A *remainder* is a part of the budget that is not computed for itself: it is what the others leave
 over, so that the budget closes with it whatever it is. What is falsified there shows nowhere.

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
-from pmwvc_analysis.verdicts.passivity_findings import passivity
+from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.passivity_words import part_words
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces

@@ -5,7 +5,7 @@
 ======================  ===========================================================================
 ``stable``              judged from the motion (``verdicts.stability``); ``instability`` says which
 ``passive``             verdict of the ports of all users and of the server
-                        (``verdicts.passivity_findings``); None where it is not judged
+                        (``verdicts.passivity``); None where it is not judged
 ``active_part``         the port with the lowest balance, in words; None where none is below zero
 ``k_max``               largest contact stiffness with which the exact linear model is stable
                         [N/m]; None where there is none below its bound or no linear model

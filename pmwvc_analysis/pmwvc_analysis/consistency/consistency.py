@@ -1,21 +1,23 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the numbers of a recording fit each other.
+"""The contradictions between the numbers of a recording.
 
 At a port with impedance b, F = sqrt(b/2) (u - v) and xd = (u + v)/sqrt(2b) hold for every sample;
 so does F xd = (|u|^2 - |v|^2)/2. The running sums that master and server keep have to be the sums
 of what they recorded, positions have to follow velocities, and what was sent has to be in the
-packets. The checks: :mod:`.consistency_master`, :mod:`.consistency_server`,
-:mod:`.consistency_packets`. Together with the energy budget they find every trace that was
-falsified but those in :data:`.remainders.UNCHECKED`.
+packets. Of master and server: :mod:`.master`, :mod:`.server`; packets are compared here, where
+every one of a sender's life is on record. Together with the energy budget they find every trace
+that was falsified but those in :func:`..budget.remainders.unchecked`.
 """
 
-from pmwvc_analysis.consistency import consistency_packets, consistency_server
-from pmwvc_analysis.consistency.consistency_master import master
-from pmwvc_analysis.consistency.numbers import not_finite
+import numpy as np
+
+from pmwvc_analysis.consistency.master import master
+from pmwvc_analysis.consistency.numbers import missing_from, not_finite
+from pmwvc_analysis.consistency.server import server
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces
+from pmwvc_core.traces import PacketTraces, SessionTraces
 
 MASTER_SIGNALS = ("x_m", "xd_m", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 
@@ -31,5 +33,43 @@ def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[st
         known = users.get(user.name)
         found += master(user, known, waves=waves, simulated=simulated)
     if traces.server is not None:
-        found += consistency_server.server(traces.server, scenario, waves=waves)
-    return found + consistency_packets.packets(traces, scenario, waves=waves)
+        found += server(traces.server, scenario, waves=waves)
+    return found + _packets(traces, scenario, waves=waves)
+
+
+def _packets(traces: SessionTraces, scenario: Scenario | None, *, waves: bool) -> list[str]:
+    """Return every contradiction in words."""
+    if not waves or scenario is None:
+        return []
+    found = []
+    frames = {user.name: user.master.frame_s for user in scenario.users}
+    for user in traces.users:
+        sent = _whole(traces, f"/{user.name}/wave_up")
+        if sent is not None and not (np.diff(user.tick) < 0).any():
+            known = np.sort(np.concatenate([[0.0], sent.energy]))
+            if (gap := missing_from(user.energy["u_tx"], known)) is not None:
+                found.append(
+                    f"{user.name}: the energy of u_tx is not that of its packets, {gap:.3g} J off"
+                )
+        heard = _whole(traces, f"/{user.name}/wave_down")
+        if heard is not None and user.name in frames and not (np.diff(user.tick) < 0).any():
+            power = np.sum(heard.wave**2, axis=-1) * frames[user.name] / 2.0
+            known = np.sort(np.concatenate([[0.0], power]))
+            gained = np.diff(user.energy["v_rx"])
+            single = np.diff(user.block_time_s) < 1.5 * frames[user.name]
+            if (gap := missing_from(gained[single], known)) is not None:
+                found.append(
+                    f"{user.name}: the energy of v_rx is not that of packets received, "
+                    f"{gap:.3g} J off"
+                )
+    return found
+
+
+def _whole(traces: SessionTraces, topic: str) -> PacketTraces | None:
+    """Return the packets on a topic if they are of one sender and none is missing."""
+    table = traces.packets.get(topic)
+    if table is None or len(table.seq) == 0:
+        return None
+    if traces.counts.get(topic, {}).get("missing", 0) or len(np.unique(table.epoch)) > 1:
+        return None
+    return table

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When two recorded numbers that ought to be the same are not."""
+"""Differences of recorded numbers beyond what rounding explains."""
 
 import numpy as np
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far the server port limited an unknown environment.
+"""The limitation of a black box by its server port: energy withheld, and displacement by it.
 
 A compensation that shortens a returning wave from v = u - sqrt(2/b) F to v' takes energy from the
 user, and moves the device away from its avatar::
@@ -63,8 +63,8 @@ def limited(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Limit
     found = {}
     for user in traces.users:
         if user.name in server.users and user.name in known:
-            place = server.users.index(user.name)
-            entry = _of_user(user, server, place, known[user.name])
+            index = server.users.index(user.name)
+            entry = _of_user(user, server, index, known[user.name])
             if entry is not None:
                 found[user.name] = entry
     return found
@@ -101,10 +101,10 @@ def words(entry: dict[str, float]) -> str:
     )
 
 
-def _of_user(user: UserTraces, server: ServerTraces, place: int, known: User) -> Limited | None:
-    b, there = known.server_impedance, server.state[place] > 0
-    u, v = np.nan_to_num(server.u_s[place]), np.nan_to_num(server.v_s[place])
-    whole = u - root(2.0 / b) * np.nan_to_num(server.f_s[place])
+def _of_user(user: UserTraces, server: ServerTraces, index: int, known: User) -> Limited | None:
+    b, there = known.server_impedance, server.state[index] > 0
+    u, v = np.nan_to_num(server.u_s[index]), np.nan_to_num(server.v_s[index])
+    whole = u - root(2.0 / b) * np.nan_to_num(server.f_s[index])
     half = 0.5 * server.period_s
     withheld = np.where(there, half * np.sum(whole**2 - v**2, axis=-1), 0.0)
     energy = float(withheld.sum())
@@ -117,22 +117,22 @@ def _of_user(user: UserTraces, server: ServerTraces, place: int, known: User) ->
         energy,
         float(_length(moved).max()),
         float(server.time_s[first]),
-        _lost_s(user, server, place, moved),
+        _lost_s(user, server, index, moved),
     )
 
 
-def _lost_s(user: UserTraces, server: ServerTraces, place: int, moved: Array) -> float | None:
+def _lost_s(user: UserTraces, server: ServerTraces, index: int, moved: Array) -> float | None:
     """Return when the environment is lost first; an avatar of a later stay begins anew."""
-    there = server.state[place] > 0
+    there = server.state[index] > 0
     stays = np.split(np.arange(len(there)), np.flatnonzero(np.diff(there.astype(int)) > 0) + 1)
     for stay in stays:
         rows = stay[there[stay]]
         if not len(rows):
             continue
         ticks = np.searchsorted(user.time_s, server.time_s[rows] - 0.5 * user.tick_s)
-        apart = user.x_m[np.clip(ticks, 0, len(user.time_s) - 1)] - server.x_s[place][rows]
+        apart = user.x_m[np.clip(ticks, 0, len(user.time_s) - 1)] - server.x_s[index][rows]
         apart, own = apart - apart[0], moved[rows] - moved[rows[0]]
-        natural = _length(_mean(_travel(server, place, rows), server.period_s))
+        natural = _length(_mean(_travel(server, index, rows), server.period_s))
         natural = natural + _length(_mean(apart - own, server.period_s))
         gone = _length(_mean(own, server.period_s)) > LOST_M + LOST_RATIO * natural
         count = max(1, round(LASTING_S / server.period_s))
@@ -143,10 +143,10 @@ def _lost_s(user: UserTraces, server: ServerTraces, place: int, moved: Array) ->
     return None
 
 
-def _travel(server: ServerTraces, place: int, rows: NDArray[np.intp]) -> Array:
+def _travel(server: ServerTraces, index: int, rows: NDArray[np.intp]) -> Array:
     """Return the avatar's way relative to the object since its present contact began [m]."""
-    way = (server.x_s[place] - server.x_o)[rows]
-    touching = np.asarray(server.contact[place])[rows]
+    way = (server.x_s[index] - server.x_o)[rows]
+    touching = np.asarray(server.contact[index])[rows]
     begins = touching & ~np.concatenate([[False], touching[:-1]])
     before = np.maximum(np.arange(len(rows)) - 1, 0)
     since = np.maximum.accumulate(np.where(begins, before, 0))

@@ -25,7 +25,7 @@ kinds:
 from collections.abc import Iterator
 from typing import Any
 
-from pmwvc_analysis.events import environment, events_links, events_membership, events_safety
+from pmwvc_analysis.events import environment, links, membership, safety
 from pmwvc_analysis.events.event import Event, event
 from pmwvc_analysis.traces import holes
 from pmwvc_core.scenario.scenario import Scenario
@@ -58,12 +58,12 @@ def _key(each: Event) -> tuple[Any, ...]:
 
 def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event]:
     for user in traces.users:
-        yield from events_safety.of_user(user)
-        yield from events_membership.of_master(user)
+        yield from safety.of_user(user)
+        yield from membership.of_master(user)
     if traces.server is not None:
         grips = scenario is not None and any(u.contact.grips for u in scenario.users)
-        yield from events_membership.of_server(traces, grips=grips)
-    yield from events_links.silences(traces)
+        yield from membership.of_server(traces, grips=grips)
+    yield from links.silences(traces)
     yield from environment.events(traces, scenario)
     for hole in holes.holes(traces):
         unit = "steps" if hole.owner == holes.SERVER else "blocks"

@@ -53,19 +53,19 @@ def percentiles(values: Array, scale: float = 1.0) -> dict[str, float | None]:
 
 
 def position_error(
-    user: UserTraces, server: ServerTraces, place: int, *, joins_s: Sequence[float] = ()
+    user: UserTraces, server: ServerTraces, index: int, *, joins_s: Sequence[float] = ()
 ) -> tuple[Array, Array] | None:
     """Return the times of the server's steps with the user there, and x_m - x_s then [m].
 
     A user that joins again (at ``joins_s``, or after having been absent) has a new avatar: in each
     stay the distance at its first coupled step is taken out, and what is before that is left out.
     """
-    times, state = server.time_s, server.state[place]
+    times, state = server.time_s, server.state[index]
     there = (state > 0) & (times >= user.time_s[0]) & (times <= user.time_s[-1])
     starts = np.flatnonzero(np.diff(there.astype(int), prepend=0) > 0)
     starts = np.union1d(starts, np.searchsorted(times, np.asarray(joins_s) - 0.5 * user.tick_s))
     ticks = np.searchsorted(user.time_s, times - 0.5 * user.tick_s)
-    apart = user.x_m[np.clip(ticks, 0, len(user.time_s) - 1)] - server.x_s[place]
+    apart = user.x_m[np.clip(ticks, 0, len(user.time_s) - 1)] - server.x_s[index]
     kept = np.zeros(len(times), dtype=bool)
     for stay in np.split(np.arange(len(times)), starts.astype(int)):
         coupled = np.flatnonzero(there[stay] & (state[stay] == COUPLED))

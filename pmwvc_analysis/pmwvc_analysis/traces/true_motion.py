@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where a device really was, behind its encoder: its model under the recorded forces.
+"""The true motion of a device behind its encoder: its model under the recorded forces.
 
 The model of the device goes from rest through the forces of hand and controller as they were
 recorded. What comes out is the true motion only if it never leaves the step of the encoder around

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The verdict of a session in lines, and what ``--check`` makes its exit code from.
+"""The verdict of a session in lines, and the reasons for the exit code of ``--check``.
 
 Everything is read from the summary: terminal, report and exit code cannot differ.
 """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What ended before the session did, and until when the session is judged.
+"""The nodes that ended before the session did, and the time until which it is judged.
 
 A server or an emulator that ended takes the loop with it: everything is judged up to there. A
 master that ended takes its user with it: that user is judged up to there, the others go on.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What each emulated link did, in numbers: from its packet fates, else from its own counts."""
+"""The counts and delays of each emulated link: from its packet fates, else from its own counts."""
 
 from typing import Any
 

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How strong the motion is that nobody makes on purpose.
+"""RMS velocity above the band in which an operator moves voluntarily.
 
-What is made on purpose: everything below ``band_hz`` of the operator, in which hands move on
+The voluntary band: everything below ``band_hz`` of the operator, in which hands move on
 purpose (for a target that rests, below half a hertz), and what an environment of the library is
 driven with. A hand that moves in steps, an object let go or contact made for the first time give
 short bursts of fast motion; a median over quarter-second windows passes over them. Motion is

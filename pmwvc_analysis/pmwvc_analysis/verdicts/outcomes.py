@@ -60,11 +60,6 @@ def outcomes(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
     return found
 
 
-def came_true(scenario: Scenario, summary: dict[str, Any]) -> list[str]:
-    """Return the same in sentences."""
-    return [each.text for each in outcomes(scenario, summary)]
-
-
 def _stability(summary: dict[str, Any]) -> Outcome:
     predicted, was = summary["prediction"]["stable"], summary["stable"]
     if was is None:

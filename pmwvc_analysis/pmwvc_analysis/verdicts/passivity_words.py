@@ -9,7 +9,7 @@ import numpy as np
 from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.budget.words import words_of
-from pmwvc_analysis.verdicts.passivity_findings import Passivity
+from pmwvc_analysis.verdicts.passivity import Passivity
 
 PORTS = {
     "up": "link from the device to the server",

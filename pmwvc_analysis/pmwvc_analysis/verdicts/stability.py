@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a session was stable, judged from the motion itself, not from a model.
+"""The verdict on the stability of a session, from the motion itself, not from a model.
 
 In this order:
 
@@ -157,24 +157,24 @@ def _limited(traces: SessionTraces) -> str:
         if len(faults):
             reason = user.reason[faults[0]] or "no reason given"
             return f"{user.name}: safety fault at {user.block_time_s[faults[0]]:.2f} s ({reason})"
-        braked, share = _braked(user, traces.duration_s)
-        if braked >= 3 or share > 0.05:
+        braked, ratio = _braked(user, traces.duration_s)
+        if braked >= 3 or ratio > 0.05:
             return (
-                f"{user.name}: for {share:.0%} of the second half the speed limit damped the "
+                f"{user.name}: for {ratio:.0%} of the second half the speed limit damped the "
                 "device, or the force was ramping up after it"
             )
-        share, events = _shortened(user, traces.duration_s)
-        if share > 0.05 and events >= 3:
+        ratio, events = _shortened(user, traces.duration_s)
+        if ratio > 0.05 and events >= 3:
             return (
                 f"{user.name}: the force was limited {count(events, 'time')}, "
-                f"{share:.0%} of the second half"
+                f"{ratio:.0%} of the second half"
             )
     return ""
 
 
 def _braked(user: UserTraces, duration_s: float) -> tuple[int, float]:
-    """Return how often, in the second half, a coupled device was braked for its speed, and in
-    which share of it it was, or its force was returning from zero after it.
+    """Return how often, in the second half, a coupled device was braked for its speed, and the
+    ratio of that half in which it was braked or its force was returning from zero after it.
 
     Braking can be shorter than a block; what is seen then is the return alone.
     """
@@ -194,7 +194,7 @@ def _braked(user: UserTraces, duration_s: float) -> tuple[int, float]:
 
 
 def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:
-    """Return in which share of the second half the force was limited, and how often anew."""
+    """Return the ratio of the second half in which the force was limited, and how often anew."""
     asked, applied = (
         np.linalg.norm(user.f_m, axis=-1),
         np.linalg.norm(user.f_m - user.f_applied, axis=-1),

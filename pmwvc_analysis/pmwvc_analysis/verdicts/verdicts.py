@@ -10,7 +10,7 @@ the users have left.
 ``stable``, ``instability``    stability.py
 ``active``                     components of the energy budget that generated energy, in sentences
                                with amount and tolerance, worst first; null without a budget
-``passivity``                  all findings of passivity_findings.py: ``passive`` of the session,
+``passivity``                  all findings of passivity.py: ``passive`` of the session,
                                the ports that decide it, the components
 ``passive``                    of a user: its ports; null where they are not judged
 ``energy_up_min_j``            lowest energy balance of the way up; null without waves
@@ -47,7 +47,7 @@ from pmwvc_analysis.traces.stretches import first_packets
 from pmwvc_analysis.verdicts import check, endings, passivity_words, stability
 from pmwvc_analysis.verdicts.links import link_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
-from pmwvc_analysis.verdicts.passivity_findings import Passivity, passivity
+from pmwvc_analysis.verdicts.passivity import Passivity, passivity
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
@@ -186,10 +186,10 @@ def _user(
     limited: environment.Limited | None,
 ) -> dict[str, Any]:
     server, end_s = traces.server, float(user.time_s[-1])
-    place = server.users.index(user.name) if server and user.name in server.users else None
+    index = server.users.index(user.name) if server and user.name in server.users else None
     apart = None
-    if server is not None and place is not None:
-        apart = position_error(user, server, place, joins_s=first_packets(traces, user.name))
+    if server is not None and index is not None:
+        apart = position_error(user, server, index, joins_s=first_packets(traces, user.name))
     return {
         "name": user.name,
         "passive": passive,
@@ -198,8 +198,8 @@ def _user(
         "energy_balance_j": _last_balance(balance),
         "force_final_n": final(user.f_applied, user.time_s, end_s),
         "force_peak_n": number(np.linalg.norm(user.f_applied, axis=-1).max()),
-        "avatar_force_final_n": final(server.f_s[place], server.time_s, end_s)
-        if server is not None and place is not None
+        "avatar_force_final_n": final(server.f_s[index], server.time_s, end_s)
+        if server is not None and index is not None
         else None,
         "coherency_rms_m": rms(apart[1]) if apart else None,
         "drift_m": final(apart[1], apart[0], end_s) if apart else None,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that is judged for passivity in one session (criterion: :mod:`.passivity`).
+"""The findings on passivity of one session (criterion: :mod:`..budget.criterion`).
 
 Ports decide the verdict:
 

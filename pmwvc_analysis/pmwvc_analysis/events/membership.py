@@ -65,13 +65,13 @@ def of_server(traces: SessionTraces, *, grips: bool) -> Iterator[Event]:
     gaps += [(float(server.time_s[r]), float(server.time_s[r + 1])) for r in restarts]
     yield from _stalls("server", "steps", server.time_s, server.period_s, gaps)
     masters = {user.name: user for user in traces.users}
-    for place, name in enumerate(server.users):
-        yield from _presence(server, place, traces.duration_s)
-        yield from _contacts(server, place, masters.get(name), traces.duration_s, grips=grips)
+    for index, name in enumerate(server.users):
+        yield from _presence(server, index, traces.duration_s)
+        yield from _contacts(server, index, masters.get(name), traces.duration_s, grips=grips)
 
 
-def _presence(server: ServerTraces, place: int, duration_s: float) -> Iterator[Event]:
-    name, state = server.users[place], server.state[place]
+def _presence(server: ServerTraces, index: int, duration_s: float) -> Iterator[Event]:
+    name, state = server.users[index], server.state[index]
     before = ABSENT
     for row in [0, *changes(state)] if len(state) else []:
         now, time_s = int(state[row]), float(server.time_s[row])
@@ -90,32 +90,32 @@ def _presence(server: ServerTraces, place: int, duration_s: float) -> Iterator[E
 
 
 def _contacts(
-    server: ServerTraces, place: int, user: UserTraces | None, duration_s: float, *, grips: bool
+    server: ServerTraces, index: int, user: UserTraces | None, duration_s: float, *, grips: bool
 ) -> Iterator[Event]:
-    name, touches = server.users[place], np.asarray(server.contact[place], dtype=bool)
+    name, touches = server.users[index], np.asarray(server.contact[index], dtype=bool)
     if not touches.any():  # an environment that tells of no contact: its force does
-        touches = np.nan_to_num(np.linalg.norm(server.f_s[place], axis=-1)) > TOUCH_N
+        touches = np.nan_to_num(np.linalg.norm(server.f_s[index], axis=-1)) > TOUCH_N
     made = "grip" if grips else "contact"
     found = runs(touches, server.time_s, join_s=DEBOUNCE_S)
     for first, last in found[:MOST]:
-        force = float(np.nanmax(np.linalg.norm(server.f_s[place][first : last + 1], axis=-1)))
+        force = float(np.nanmax(np.linalg.norm(server.f_s[index][first : last + 1], axis=-1)))
         start, end = float(server.time_s[first]), float(server.time_s[last]) + server.period_s
         yield event(start, name, made, f"contact made; up to {force:.2f} N until {end:.2f} s")
         if end < min(duration_s, float(server.time_s[-1])) - END_S:
-            cause = _cause(server, place, user, end)
+            cause = _cause(server, index, user, end)
             yield event(end, name, "release", f"contact lost: {cause}")
     if len(found) > MOST:
         text = f"{made} made and lost {count(len(found) - MOST, 'more time')}"
         yield event(float(server.time_s[found[MOST][0]]), name, made, text)
 
 
-def _cause(server: ServerTraces, place: int, user: UserTraces | None, at_s: float) -> str:
+def _cause(server: ServerTraces, index: int, user: UserTraces | None, at_s: float) -> str:
     """Return what took a contact away, as far as the traces tell."""
     after = np.searchsorted(server.time_s, at_s)
-    if after < len(server.time_s) and server.state[place][after] == ABSENT:
+    if after < len(server.time_s) and server.state[index][after] == ABSENT:
         return "the user left"
     near = (server.time_s > at_s - CAUSE_S) & (server.time_s <= at_s)
-    if (server.state[place][near] == DAMPING).any():
+    if (server.state[index][near] == DAMPING).any():
         return "no packet reached the server"
     if user is not None:
         blocks = (user.block_time_s > at_s - CAUSE_S) & (user.block_time_s <= at_s)

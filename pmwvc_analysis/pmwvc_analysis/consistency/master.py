@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the numbers of a master's record fit each other."""
+"""The contradictions within a master's record."""
 
 import math
 
@@ -82,7 +82,7 @@ def _outgoing(user: UserTraces, known: User) -> list[str]:
     size = np.sum(natural**2, axis=-1)
     more = 2.0 * np.sum((user.f_applied - user.f_m) * user.xd_m, axis=-1)
     changed = (user.f_applied != user.f_m).any(axis=-1)
-    share, debt_w = np.ones(len(size)), 0.0  # debt: what is owed, as power over a tick
+    ratio, debt_w = np.ones(len(size)), 0.0  # debt: what is owed, as power over a tick
     rows = zip(size.tolist(), more.tolist(), changed.tolist(), strict=True)
     for row, (natural_w, more_w, other) in enumerate(rows):
         if not other and debt_w == 0.0:
@@ -90,9 +90,9 @@ def _outgoing(user: UserTraces, known: User) -> list[str]:
         budget = natural_w + more_w - debt_w
         spent = max(budget, 0.0) if budget < natural_w else natural_w
         if budget < natural_w:
-            share[row] = min(math.sqrt(spent / natural_w), 1.0) if natural_w else 1.0
+            ratio[row] = min(math.sqrt(spent / natural_w), 1.0) if natural_w else 1.0
         debt_w = max(spent - budget, 0.0)
-    if (gap := differs(user.u_m, share[:, np.newaxis] * natural)) is not None:
+    if (gap := differs(user.u_m, ratio[:, np.newaxis] * natural)) is not None:
         return [
             f"{user.name}: u_m is not sqrt(2b) xd - v_m, as far as F xd pays for it, "
             f"{gap:.3g} sqrt(W) off"
@@ -127,7 +127,7 @@ def _filter(user: UserTraces, known: User) -> list[str]:
     return []
 
 
-def _blocks(user: UserTraces, per_tick: Array, said: Array) -> tuple[Array, Array]:
+def _blocks(user: UserTraces, per_tick: Array, recorded: Array) -> tuple[Array, Array]:
     """Return a sum over whole blocks from the ticks, and as the master kept it."""
     ends = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)
     sums = np.concatenate([[0.0], np.cumsum(per_tick)])
@@ -135,7 +135,7 @@ def _blocks(user: UserTraces, per_tick: Array, said: Array) -> tuple[Array, Arra
     whole = np.ones(len(own), dtype=bool)
     whole[1:] = np.diff(user.block_time_s) < 1.5 * np.median(np.diff(user.block_time_s))
     whole[0] = user.tick[0] == 0
-    return own[whole], np.diff(said, prepend=0.0)[whole]
+    return own[whole], np.diff(recorded, prepend=0.0)[whole]
 
 
 def _wave_sums(user: UserTraces) -> list[str]:
@@ -170,8 +170,8 @@ def _work(user: UserTraces, known: User | None, *, simulated: bool) -> list[str]
         if name not in user.energy or not np.isfinite(force).all():
             continue
         per_tick = np.append(np.sum(force[:-1] * moved, axis=-1), 0.0)
-        own, said = _blocks(user, per_tick, user.energy[name])
-        if (gap := differs(own[:-1], said[:-1])) is not None:
+        own, recorded = _blocks(user, per_tick, user.energy[name])
+        if (gap := differs(own[:-1], recorded[:-1])) is not None:
             found.append(f"{user.name}: the work of the {name} is not its sum, {gap:.3g} J off")
     return found
 

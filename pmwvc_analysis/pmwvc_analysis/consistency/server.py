@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the numbers of the server's record fit each other."""
+"""The contradictions within the server's record."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,16 +20,16 @@ def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> l
     found = not_finite("server", {"x_o": traces.x_o, "xd_o": traces.xd_o})
     users = {user.name: user for user in scenario.users} if scenario else {}
     exact = scenario is not None and scenario.coupling.balanced
-    for place, name in enumerate(traces.users):
+    for index, name in enumerate(traces.users):
         if waves:
-            found += _server_port(traces, place, users.get(name), exact=exact)
-            found += _server_sums(traces, place)
+            found += _server_port(traces, index, users.get(name), exact=exact)
+            found += _server_sums(traces, index)
         else:
-            found += _flow(traces, place)
+            found += _flow(traces, index)
         if scenario is not None:
-            found += _motion(traces, place, scenario)
+            found += _motion(traces, index, scenario)
             if scenario.coupling.late and name in users:
-                found += _late(traces, place, users[name])
+                found += _late(traces, index, users[name])
     if scenario is not None and scenario.environment.movable:
         found += _object(traces, scenario)
     if "withheld" in traces.accounts:
@@ -37,37 +37,37 @@ def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> l
     return found
 
 
-def _together(server: ServerTraces, place: int) -> NDArray[np.bool_]:
+def _together(server: ServerTraces, index: int) -> NDArray[np.bool_]:
     """Tell which steps follow one on record, with the user coupled in both."""
     follows = np.diff(server.step, prepend=server.step[:1] - 2) == 1
-    coupled = server.state[place] == COUPLED
+    coupled = server.state[index] == COUPLED
     return np.asarray(follows & coupled & np.concatenate([[False], coupled[:-1]]))
 
 
-def _motion(server: ServerTraces, place: int, scenario: Scenario) -> list[str]:
+def _motion(server: ServerTraces, index: int, scenario: Scenario) -> list[str]:
     """Check that the avatar moves with its velocity, as the coupling has it."""
     if scenario.coupling.moves is None:
         return []  # it stands where the device was
     old, new = scenario.coupling.moves(scenario.server)
-    x, xd = server.x_s[place], server.xd_s[place]
-    rows = _together(server, place)[1:]
+    x, xd = server.x_s[index], server.xd_s[index]
+    rows = _together(server, index)[1:]
     moved = np.diff(x, axis=0)
     expected = old * xd[:-1] + new * xd[1:]
     if (gap := differs(moved[rows], expected[rows])) is not None:
         return [
-            f"{server.users[place]}: the avatar does not move with its velocity, {gap:.3g} m off"
+            f"{server.users[index]}: the avatar does not move with its velocity, {gap:.3g} m off"
         ]
     return []
 
 
-def _late(server: ServerTraces, place: int, known: User) -> list[str]:
+def _late(server: ServerTraces, index: int, known: User) -> list[str]:
     """Check the velocity that was decoded with the force of the step before."""
     port = WavePort(known.server_impedance)
-    expected = np.asarray(port.velocity(server.u_s[place][1:], server.f_s[place][:-1]))
-    rows = _together(server, place)[1:]
-    if (gap := differs(server.xd_s[place][1:][rows], expected[rows])) is not None:
+    expected = np.asarray(port.velocity(server.u_s[index][1:], server.f_s[index][:-1]))
+    rows = _together(server, index)[1:]
+    if (gap := differs(server.xd_s[index][1:][rows], expected[rows])) is not None:
         return [
-            f"{server.users[place]}: xd is not decoded from u and the force before at the server, "
+            f"{server.users[index]}: xd is not decoded from u and the force before at the server, "
             f"{gap:.3g} m/s off"
         ]
     return []
@@ -83,28 +83,28 @@ def _object(server: ServerTraces, scenario: Scenario) -> list[str]:
     return []
 
 
-def _flow(server: ServerTraces, place: int) -> list[str]:
+def _flow(server: ServerTraces, index: int) -> list[str]:
     """Check what flowed to an avatar without waves against its force and velocity."""
-    own = np.sum(server.f_s[place] * server.xd_s[place], axis=-1) * server.period_s
-    said = np.diff(server.energy_u_s[place]) - np.diff(server.energy_v_s[place])
-    rows = _together(server, place)[1:]
-    if (gap := differs(own[1:][rows], said[rows])) is not None:
-        return [f"{server.users[place]}: the work at the avatar is not its sum, {gap:.3g} J off"]
+    own = np.sum(server.f_s[index] * server.xd_s[index], axis=-1) * server.period_s
+    recorded = np.diff(server.energy_u_s[index]) - np.diff(server.energy_v_s[index])
+    rows = _together(server, index)[1:]
+    if (gap := differs(own[1:][rows], recorded[rows])) is not None:
+        return [f"{server.users[index]}: the work at the avatar is not its sum, {gap:.3g} J off"]
     return []
 
 
 def _server_port(
-    server: ServerTraces, place: int, known: User | None, *, exact: bool
+    server: ServerTraces, index: int, known: User | None, *, exact: bool
 ) -> list[str]:
     """Check the port, but for steps in which a compensation changed the wave that goes back; its
     power only where velocity and force are of the same step.
     """
     withheld = server.accounts.get("withheld", np.zeros(len(server.time_s)))
     changed = np.diff(withheld, prepend=0.0) != 0.0
-    rows = (server.state[place] == COUPLED) & ~changed
-    u_s, v_s = server.u_s[place][rows], server.v_s[place][rows]
-    f_s, xd_s = server.f_s[place][rows], server.xd_s[place][rows]
-    name, found = server.users[place], []
+    rows = (server.state[index] == COUPLED) & ~changed
+    u_s, v_s = server.u_s[index][rows], server.v_s[index][rows]
+    f_s, xd_s = server.f_s[index][rows], server.xd_s[index][rows]
+    name, found = server.users[index], []
     waves = (np.sum(u_s**2, axis=-1) - np.sum(v_s**2, axis=-1)) / 2.0
     if exact and (gap := differs(np.sum(f_s * xd_s, axis=-1), waves)) is not None:
         found.append(f"{name}: F xd is not (|u|^2 - |v|^2)/2 at the server, {gap:.3g} W off")
@@ -120,32 +120,32 @@ def _black_box(server: ServerTraces) -> list[str]:
     power = np.zeros(len(server.time_s))
     for u, v, f, xd in zip(server.u_s, server.v_s, server.f_s, server.xd_s, strict=True):
         power += 0.5 * np.nansum(u**2 - v**2, axis=-1) - np.nansum(f * xd, axis=-1)
-    said = server.accounts["late_decoding"] + server.accounts["withheld"]
+    recorded = server.accounts["late_decoding"] + server.accounts["withheld"]
     next_to = np.diff(server.step, prepend=0) == 1
     found = []
-    if gap := differs((power * server.period_s)[next_to], np.diff(said, prepend=0.0)[next_to]):
+    if gap := differs((power * server.period_s)[next_to], np.diff(recorded, prepend=0.0)[next_to]):
         found.append(
             f"server: late decoding and compensation are not as accounted, {gap:.3g} J off"
         )
     taken = server.accounts["environment"] + server.accounts["contained"]
     into = np.sum([running(sums) for sums in server.energy_u_s], axis=0)
     into = into - np.sum([running(sums) for sums in server.energy_v_s], axis=0)
-    if gap := differs(into, said + taken):
+    if gap := differs(into, recorded + taken):
         found.append(f"server: its accounts are not what went in at the ports, {gap:.3g} J off")
     if gap := differs(server.dissipated, taken - server.potential):
         found.append(f"server: stored and heat are not what was taken, {gap:.3g} J off")
     return found
 
 
-def _server_sums(server: ServerTraces, place: int) -> list[str]:
-    found, name = [], server.users[place]
+def _server_sums(server: ServerTraces, index: int) -> list[str]:
+    found, name = [], server.users[index]
     follows = np.diff(server.step, prepend=server.step[:1] - 1) == 1
     for wave, sums in (("u_s", server.energy_u_s), ("v_s", server.energy_v_s)):
-        values = np.nan_to_num(getattr(server, wave)[place])
+        values = np.nan_to_num(getattr(server, wave)[index])
         own = np.sum(values**2, axis=-1) * server.period_s / 2.0
-        said = np.diff(sums[place], prepend=0.0)
-        rows = follows & (server.state[place] == COUPLED)
+        recorded = np.diff(sums[index], prepend=0.0)
+        rows = follows & (server.state[index] == COUPLED)
         rows[0] = rows[0] and server.step[0] == 1
-        if (gap := differs(own[rows], said[rows])) is not None:
+        if (gap := differs(own[rows], recorded[rows])) is not None:
             found.append(f"{name}: the energy of {wave} is not its sum, {gap:.3g} J off")
     return found
