@@ -15,18 +15,6 @@ from scipy.linalg import null_space
 from pmwvc_core.controllers import make_master, make_server
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.transport.packet import WavePacket
-from pmwvc_core.wave.cascade import Cascade
-
-
-def cascades(master):
-    """The filters that stand around the wave port, in a fixed order."""
-    owners = [*master._parts, *([master._velocity] if master._velocity else [])]
-    return [f for owner in owners for f in vars(owner).values() if isinstance(f, Cascade)]
-
-
-def springs(master):
-    """The springs of local models."""
-    return [part._local.model for part in master._parts if hasattr(part, "_local")]
 
 
 class IdentityLoop:
@@ -41,18 +29,12 @@ class IdentityLoop:
         ]
         self.names = ["x_o", "xd_o"]
         for i, (up, down) in enumerate(self.delays):
-            self.names += [f"{name}{i}" for name in ("x", "xd", "y", "v", "e", "xd_s", "f_s")]
+            self.names += [f"{name}{i}" for name in ("x", "xd", "y", "e", "xd_s", "f_s")]
+            port = make_master("pmwvc", self.users[i].master).signals()
+            self.names += [f"port{i}.{name}" for name in port]
             self.names += [f"up{i}.{age}" for age in range(up)]
             self.names += [f"down{i}.{age}" for age in range(down)]
             self.names += [f"place{i}.{age}" for age in range(down)]
-            master = make_master("pmwvc", self.users[i].master)
-            self.names += [
-                f"filter{i}.{place}.{section}.{state}"
-                for place, cascade in enumerate(cascades(master))
-                for section in range(len(cascade._sections))
-                for state in (0, 1)
-            ]
-            self.names += [f"spring{i}.{place}" for place in range(len(springs(master)))]
 
     def frame(self, state):
         """Return the states ``(runs, states)`` a frame later."""
@@ -79,13 +61,11 @@ class IdentityLoop:
             s[f"e{i}"], s[f"xd_s{i}"], s[f"f_s{i}"] = port.contact.deflection, port.xd_s, port.f_s
             master = make_master("pmwvc", user.master)
             device = SimulatedDevice(user.device, tick_s=tick_s, dof=1)
-            device.x, device.xd = s[f"x{i}"], s[f"xd{i}"]
-            device._read = (device.x, device.xd)
-            master._filter._stage._y = s[f"y{i}"]
-            master._hold._value = s[f"v{i}"]
-            self._around(s, i, master)
+            x, xd = s[f"x{i}"], s[f"xd{i}"]
+            device.set_signals({"x": x, "xd": xd, "read.0": x, "read.1": xd})
+            master.set_signals({name: s[f"port{i}.{name}"] for name in master.signals()})
             place = self._through(s, f"place{i}", self.delays[i][1], server.x_s[i])
-            if master._position:
+            if user.master.position.is_on:
                 self._tell(master, place)
             master.receive(self._through(s, f"down{i}", self.delays[i][1], answers[i]))
             for _ in range(user.master.rate_drop):
@@ -93,32 +73,15 @@ class IdentityLoop:
                 master.applied(force)
                 device.step(0.0, force)
             s[f"x{i}"], s[f"xd{i}"] = device.x, device.xd
-            s[f"y{i}"], s[f"v{i}"] = master.send(), master._hold._value
-            self._around(s, i, master, read=True)
+            s[f"y{i}"] = master.send()
+            s |= {f"port{i}.{name}": value for name, value in master.signals().items()}
         return np.concatenate([s[name] + np.zeros((runs, 1)) for name in self.names], axis=1)
-
-    @staticmethod
-    def _around(s, i, master, *, read=False):
-        """Set the states of filters and springs around the port, or read them."""
-        for place, cascade in enumerate(cascades(master)):
-            for number, section in enumerate(cascade._sections):
-                for state in (0, 1):
-                    name = f"filter{i}.{place}.{number}.{state}"
-                    if read:
-                        s[name] = section[5 + state]
-                    else:
-                        section[5 + state] = s[name]
-        for place, spring in enumerate(springs(master)):
-            if read:
-                s[f"spring{i}.{place}"] = spring.x
-            else:
-                spring.x = s[f"spring{i}.{place}"]
 
     @staticmethod
     def _tell(master, place):
         """Let a position feedback hear where the avatar is."""
         master.on_packet(WavePacket(1, 1, 0, 1.0, 0.0, 0.0, 0.0, place))
-        master._position._separation._reference = 0.0
+        master.restore({**master.snapshot(), "position.separation.reference": 0.0})
 
     @staticmethod
     def _through(s, link, delay, value):

@@ -164,7 +164,7 @@ def test_gain_and_impedance_change_without_a_restart_of_filter_and_hold(kind):
     assert changed.port.send() == steady.port.send()
     for rig in (steady, changed):
         rig.port.step(0.0, 0.0)
-    before = [rig.port._hold._value for rig in (steady, changed)]
+    before = [rig.port.signals()["hold.value"] for rig in (steady, changed)]
     assert before[0] == before[1] == 0.4
     accounts = [rig.port.accounts["position_spent"] for rig in (steady, changed)]
     assert accounts[0] == pytest.approx(accounts[1], abs=1e-3)
