@@ -27,8 +27,6 @@ ALLOWED = {
     "pmwvc_analysis.budget.remainders:_unchecked": "the list in docs/file_format.md",
     # used by tests alone, still
     "pmwvc_core.wave.transform:power": "",
-    "pmwvc_analysis.delays.passivity:FoldedGain": "",
-    "pmwvc_analysis.delays.passivity:energy_gain": "",
     "pmwvc_analysis.models.stability:boundary": "",
 }
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.filter_runs import KINDS, run
+from support.folded_gain import TOLERANCE, energy_gain
 from support.strategies import TICK_S, poles_rad_s
 
-from pmwvc_analysis.delays import passivity
 from pmwvc_core.params import FilterParams
 from pmwvc_core.wave.design.response import response
 
@@ -22,7 +22,7 @@ FIRST_ORDER = FilterParams(kind="first_order", pole_rad_s=50.0)
 def test_no_packet_train_carries_more_than_the_gain(params):
     rng = np.random.default_rng(5)
     ratio = 8
-    gain = passivity.energy_gain(params, tick_s=TICK_S, rate_drop=ratio)["gain"]
+    gain = energy_gain(params, tick_s=TICK_S, rate_drop=ratio)["gain"]
     # a signal that looks like the time-reversed response, the worst there is, and noise
     kernel = run(params, [1.0, *[0.0] * 399])[0][::-1]
     for wave in (rng.standard_normal(400), np.asarray(kernel)):
@@ -32,7 +32,7 @@ def test_no_packet_train_carries_more_than_the_gain(params):
 
 @pytest.mark.parametrize("params", KINDS, ids=lambda p: p.kind)
 def test_the_worst_gain_is_the_largest_of_the_fold(params):
-    found = passivity.energy_gain(params, tick_s=TICK_S, rate_drop=8)
+    found = energy_gain(params, tick_s=TICK_S, rate_drop=8)
     assert found["folded"].max() == pytest.approx(found["gain"], rel=1e-6)
     assert found["frequency_hz"][-1] == pytest.approx(0.5 / (8 * TICK_S))
 
@@ -42,16 +42,16 @@ def test_a_first_order_filter_before_a_rate_drop_is_never_strictly_passive(pole,
     p = math.exp(-pole * TICK_S)
     p_m = p**rate_drop
     closed = rate_drop * (1 - p) / (1 + p) * (1 + p_m) / (1 - p_m)
-    found = passivity.energy_gain(
+    found = energy_gain(
         FilterParams(kind="first_order", pole_rad_s=pole), tick_s=TICK_S, rate_drop=rate_drop
     )
     assert found["folded"][0] == pytest.approx(closed, rel=1e-9)
-    assert found["passive"] is (closed <= 1.0 + passivity.TOLERANCE)
+    assert found["passive"] is (closed <= 1.0 + TOLERANCE)
 
 
 def test_the_mean_of_a_frame_is_passive_and_a_plain_rate_drop_is_not():
     mean, none = (
-        passivity.energy_gain(FilterParams(kind=kind), tick_s=TICK_S, rate_drop=8)
+        energy_gain(FilterParams(kind=kind), tick_s=TICK_S, rate_drop=8)
         for kind in ("integrate_and_dump", "none")
     )
     assert mean["passive"]
@@ -61,7 +61,7 @@ def test_the_mean_of_a_frame_is_passive_and_a_plain_rate_drop_is_not():
 
 
 def test_a_filter_divided_by_its_gain_is_passive():
-    found = passivity.energy_gain(FIRST_ORDER, tick_s=TICK_S, rate_drop=8)
+    found = energy_gain(FIRST_ORDER, tick_s=TICK_S, rate_drop=8)
     assert found["folded"].max() / found["gain"] <= 1.0 + 1e-12
 
 
