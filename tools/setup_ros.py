@@ -30,7 +30,7 @@ STAMPS = VENV / ".built"
 LOCK = TOOLS / "requirements.txt"
 STRIP = TOOLS / "strip_leaked_paths.cmake"
 PYTHONS = ((3, 11), (3, 13))
-CONTENT_MATTERS = ("package.xml", "setup.py", "setup.cfg", "CMakeLists.txt", "msg", "resource")
+CONTENT_HASHED = ("package.xml", "setup.py", "setup.cfg", "CMakeLists.txt", "msg", "resource")
 NAMES_MATTER = ("launch", "config")  # installed as links: an edit needs no build, a new file does
 
 
@@ -158,7 +158,7 @@ def outdated(packages: list[Path]) -> dict[str, str]:
     """Return the names of the packages to build, each with the stamp it gets when it is built."""
     wanted = {
         package.name: digest(
-            [*(package / name for name in CONTENT_MATTERS), STRIP],
+            [*(package / name for name in CONTENT_HASHED), STRIP],
             names_only=(package / name for name in NAMES_MATTER),
             extra=str(VENV),
         )

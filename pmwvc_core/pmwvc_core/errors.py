@@ -50,10 +50,10 @@ class DeviceError(PmwvcError):
     """A device cannot be used; the message gives cause and remedy."""
 
 
-# Whatever foreign code may end with; sys.exit() in a plug-in must not end the session either.
-FOREIGN = (Exception, SystemExit)
+# What a plug-in may raise; its sys.exit() must not end the session either.
+PLUGIN_ERRORS = (Exception, SystemExit)
 
 
 def reason(error: BaseException) -> str:
-    """Return what a foreign error says, in one line."""
+    """Return type and text of an error of a plug-in, in one line."""
     return " ".join(f"{type(error).__name__}: {error}".split())

@@ -14,7 +14,7 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
 
-from pmwvc_core.errors import FOREIGN, ParameterError, PmwvcError, reason
+from pmwvc_core.errors import PLUGIN_ERRORS, ParameterError, PmwvcError, reason
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class PluginGroup:
         point = self.required(name)
         try:
             return point.load()
-        except FOREIGN as error:  # whatever a foreign package raises while it is imported
+        except PLUGIN_ERRORS as error:  # whatever the package raises while it is imported
             raise self.error(f"{self.where(name)} cannot be imported: {reason(error)}") from error
 
     def make(self, name: str, setup: Any) -> Any:
@@ -82,7 +82,7 @@ class PluginGroup:
             made = factory(setup)
         except PmwvcError:
             raise
-        except FOREIGN as error:  # whatever a foreign factory raises
+        except PLUGIN_ERRORS as error:  # whatever the factory of a plug-in raises
             raise self.error(f"{where} cannot be made: {reason(error)}") from error
         lacks = [call for call in self.calls if not callable(getattr(made, call, None))]
         lacks += [name for name in self.attributes if not hasattr(made, name)]

@@ -9,7 +9,7 @@ A block names the attributes that change while it runs, in three texts::
     MEMORY   everything else: sums, counters, flags, packets
 
 The state of a block is one mapping with those of the blocks inside it under dotted names (leading
-underscores left out): ``hold.value``, ``seats.0.contact.deflection``. So a snapshot of a whole end
+underscores left out): ``hold.value``, ``ports.0.contact.deflection``. So a snapshot of a whole end
 is that of its outermost block. Parameters are no state: a snapshot fits a block with the same
 ones. No tick calls any of this.
 """

@@ -6,7 +6,7 @@ A plug-in may take too long or never come back. The loop waits for a share of it
 goes on without an answer, and does not ask again before the plug-in is back. An answer that comes
 late is not used.
 
-Not guarded against: a plug-in that holds the interpreter (a foreign library that does not give it
+Not guarded against: a plug-in that holds the interpreter (a compiled library that does not give it
 back) stops every thread of the process.
 """
 
@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from pmwvc_core.errors import FOREIGN
+from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.server.black_box.faults import Unanswered
@@ -49,7 +49,7 @@ class _Job:
     def work(self) -> None:
         try:
             self.answer = self.exchange()
-        except FOREIGN as error:
+        except PLUGIN_ERRORS as error:
             self.error = error
         self.done.set()
 

@@ -126,16 +126,16 @@ class Server:
 
     def _contain(self, values: dict[str, object]) -> str:
         """Return and log what is wrong with the environment since the last call, if anything."""
-        trouble = self.loop.protocol.server.trouble
-        if trouble is None:
+        faults = self.loop.protocol.server.faults
+        if faults is None:
             return ""
-        steps, text = trouble.steps, trouble.text
+        steps, text = faults.steps, faults.text
         values |= {"environment: steps contained": steps, "environment: last fault": text}
         new, self._contained = steps - self._contained, steps
         if not new:
             return ""
         said = f"{count(new, 'step')}: {text}"
-        if trouble.replaced:
+        if faults.replaced:
             said = f"a damper replaced the environment in {said}"
         self.node.get_logger().warning(said)
         return said

@@ -12,7 +12,7 @@ from pmwvc_bringup.session import plan
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.runtime.parameter_values import values_of
-from pmwvc_core.runtime.parameters import refuse_unknown
+from pmwvc_core.runtime.parameters import refuse_undeclared
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_master.settings import declare_settings as declare_master
 from pmwvc_server.settings import declare_settings as declare_server
@@ -82,7 +82,7 @@ def test_the_server_knows_every_user_as_the_scenario_does(planned):
     parameters["server"].pop("start.paused")
     with node(parameters["server"]) as given:
         settings = declare_server(given)
-        refuse_unknown(given)
+        refuse_undeclared(given)
     assert settings.server == scenario.server
     assert settings.task == scenario.task
     for user, wanted in zip(settings.users, scenario.users, strict=True):
@@ -101,7 +101,7 @@ def test_a_master_knows_its_user_as_the_scenario_does(planned):
         values = {k: v for k, v in parameters[wanted.name].items() if k != "start.paused"}
         with node(values) as given:
             settings = declare_master(given, lambda _: None, lambda _: None)
-            refuse_unknown(given)
+            refuse_undeclared(given)
         assert settings.master == wanted.master
         assert settings.baseline == wanted.baseline
         assert settings.contact == wanted.contact

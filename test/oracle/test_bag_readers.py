@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Our recordings under foreign eyes: readers written by others, and damage at any byte."""
+"""Our recordings read by the readers of other projects, and damaged at any byte."""
 
 import io
 import json

@@ -75,7 +75,7 @@ def test_without_feedback_app_e_is_a_wall_in_series_with_the_channel():
 
 
 @pytest.mark.parametrize("setting", SETTINGS)
-def test_the_budgeted_feedback_goes_as_far_as_its_surplus(setting):
+def test_the_budgeted_feedback_corrects_as_far_as_its_energy_tank(setting):
     """Between the stiffness without feedback and the wall's; hardly anywhere if none is kept."""
     user = simulate_one(pressed("budgeted", setting)).users[0]
     without = felt(simulate_one(pressed("none", setting)))

@@ -7,7 +7,11 @@ import functools
 import numpy as np
 import pytest
 
-from pmwvc_analysis.compare.feel import feel_of, ideal_feel, measured_feel
+from pmwvc_analysis.compare.rendered import (
+    ideal_rendering,
+    measured_rendering,
+    rendering,
+)
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
@@ -173,10 +177,13 @@ def test_a_local_model_brings_the_first_resonance_nearer_to_the_ideal():
     """At rest the wall's 500 N/m are felt; the sweep shows both, as the model says."""
     scenario = scenarios.load("wall_local_model")
     traces, result = ran("wall_local_model")
-    swept, modelled = measured_feel(traces, scenario), feel_of(traces, scenario, live=False)
+    swept, modelled = (
+        measured_rendering(traces, scenario),
+        rendering(traces, scenario, live=False),
+    )
     plain = scenarios.load("wall_local_model", settings_texts=("master.bank.kind=none",))
-    without = feel_of(ran("wall_local_model", "master.bank.kind=none")[0], plain, live=False)
-    ideal = ideal_feel(scenario).first_peak_hz
+    without = rendering(ran("wall_local_model", "master.bank.kind=none")[0], plain, live=False)
+    ideal = ideal_rendering(scenario).first_peak_hz
     assert result["stable"]
     assert result["users"][0]["safety_events"] == 0
     assert modelled.k_felt == pytest.approx(500.0, rel=0.01)

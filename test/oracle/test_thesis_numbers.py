@@ -65,7 +65,7 @@ def test_reading_the_cut_off_as_3_db_at_50_hz_leaves_nothing_stable():
     assert not any(is_stable(scheme, k) for k in np.geomspace(1e-3, 1e5, 20))
 
 
-class _AsPrinted:
+class _AsPublished:
     """App. B, Eq. 14 with the sign it has in print: a control that must miss the figure."""
 
     def __init__(self, coupling):
@@ -79,7 +79,7 @@ class _AsPrinted:
 
 
 def _as_printed(server):
-    server._solver = _AsPrinted(server._solver)
+    server._solver = _AsPublished(server._solver)
 
 
 @pytest.mark.parametrize(("delay", "expected"), [(0, 139), (1, 103), (2, 83), (3, 70)])

@@ -55,10 +55,10 @@ def test_wild_matrices_settle_and_energy_balances(seed):
     rng = np.random.default_rng(seed)
     server, dof = wild(rng)
     left = play(server, dof, rng)
-    if server.trouble.steps == 0:
+    if server.faults.steps == 0:
         assert left < 1e-7
     else:
-        assert "did not settle" in server.trouble.text
+        assert "did not settle" in server.faults.text
 
 
 def test_hardly_any_of_many_wild_settings_is_left_unsettled():
@@ -67,7 +67,7 @@ def test_hardly_any_of_many_wild_settings_is_left_unsettled():
     for _ in range(60):
         server, dof = wild(rng)
         play(server, dof, rng, steps=10)
-        flagged += server.trouble.steps > 0
+        flagged += server.faults.steps > 0
     assert flagged == 0
 
 

@@ -88,12 +88,12 @@ class _Module:
         base class of another library calls.
         """
         for name, node in self.definitions.items():
-            if isinstance(node, ast.ClassDef) and not any(map(self._is_foreign, node.bases)):
+            if isinstance(node, ast.ClassDef) and not any(map(self._is_external, node.bases)):
                 for part in node.body:
                     if isinstance(part, ast.FunctionDef) and not part.name.startswith("__"):
                         yield f"{name}.{part.name}", part
 
-    def _is_foreign(self, base: ast.expr) -> bool:
+    def _is_external(self, base: ast.expr) -> bool:
         """Return whether a base class is of a library that is no part of the tree."""
         package = self.imported.get(ast.unparse(base).partition(".")[0], ("", ""))[0]
         return package.split(".")[0] not in ("", "typing", "enum", self.name.split(".")[0])

@@ -136,7 +136,7 @@ def test_at_the_ends_of_frames_the_parts_are_what_they_booked():
 
 
 @pytest.mark.parametrize("feedback", ["budgeted", "integral"])
-def test_a_feedback_that_spends_a_surplus_is_judged_with_what_pays(feedback):
+def test_a_feedback_with_an_energy_tank_is_judged_with_what_pays(feedback):
     settings = ("master.position.gain=40", f"master.position.feedback={feedback}")
     traces, scenario = simulated("carry_16ms", *settings)
     assert all(entry.passive for entry in user_energies(traces))

@@ -111,9 +111,9 @@ def test_a_faulty_step_is_a_matched_damper_is_counted_and_named(act, text):
             assert server.f_s[1] == pytest.approx(B_W * server.xd_s[1])
         else:
             assert server.f_s[1] == pytest.approx(5.0 * server.xd_s[1])
-    assert server.trouble.steps == 5
+    assert server.faults.steps == 5
     with pytest.raises(AssertionError, match=rf"server.environment = 'cube' .*({text})"):
-        raise AssertionError(server.trouble.text)
+        raise AssertionError(server.faults.text)
     into = sum(server.energy_u_s) - sum(server.energy_v_s)
     accounts = server.accounts
     assert accounts["contained"] > 0.0
@@ -157,7 +157,7 @@ def test_what_an_environment_says_beside_its_forces_is_looked_at_too(environment
     server.join(0, 0.0)
     assert server.step([1.0]) == [0.0]
     with pytest.raises(AssertionError, match=text):
-        raise AssertionError(server.trouble.text)
+        raise AssertionError(server.faults.text)
 
 
 def with_attributes(**values):
@@ -172,7 +172,7 @@ def test_energy_below_zero_is_none():
     server.join(0, 0.0)
     server.step([1.0])
     assert server.potential == 0.0
-    assert server.trouble.steps == 0
+    assert server.faults.steps == 0
 
 
 def test_no_answer_is_contained_and_the_news_are_kept():
@@ -186,7 +186,7 @@ def test_no_answer_is_contained_and_the_news_are_kept():
     server = around(environment, call=call)
     server.join(0, 0.0)
     assert server.step([1.0]) == [0.0]
-    assert server.trouble.text == "server.environment = 'cube' is still busy"
+    assert server.faults.text == "server.environment = 'cube' is still busy"
     busy[0] = False
     assert server.step([1.0]) == [1.0]
     assert environment.news[0] == ("join", 0, 0.0)

@@ -152,11 +152,11 @@ def test_the_environment_of_the_documentation_works(lab):
     server.join(0, -0.04)
     for _ in range(2000):
         server.step([1.0 / 50.0**0.5])  # 1 N
-    assert server.trouble.steps == 0
+    assert server.faults.steps == 0
     assert server.f_s[0] == pytest.approx(1.0)
     assert server.x_s[0] == pytest.approx(-0.04 + 1.0 / 100.0)
     assert server.potential == pytest.approx(0.5 * 1.0**2 / 100.0)
     server.leave(0)
     server.step([0.0])
-    assert server.trouble.steps == 0
+    assert server.faults.steps == 0
     assert server.potential == 0.0

@@ -14,7 +14,7 @@ from support.bank_runs import TICK_S, driven, master
 from support.strategies import signals
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.master import plugin_model as foreign_model
+from pmwvc_core.master import plugin_model
 from pmwvc_core.master.local_model import LocalPort
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.params import LocalModelParams
@@ -51,7 +51,7 @@ def test_a_one_sided_model_lets_go_of_its_spring_beyond_its_face():
 
 
 class Plugged:
-    """A foreign spring; what it answers can be spoilt."""
+    """A plug-in's spring; what it answers can be spoilt."""
 
     def __init__(self, params):
         self.params = params
@@ -77,7 +77,7 @@ class Sloped(Plugged):
 def plugged(monkeypatch):
     """Entry points as an installed package would have them."""
     points = [
-        EntryPoint(name, f"{__name__}:{kind}", foreign_model.PLUGINS.group)
+        EntryPoint(name, f"{__name__}:{kind}", plugin_model.PLUGINS.group)
         for name, kind in (("plain", "Plugged"), ("sloped", "Sloped"))
     ]
     monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: points)
@@ -98,7 +98,7 @@ def test_the_model_in_the_docs_is_the_built_in_one(monkeypatch):
     found: dict[str, type] = {}
     exec(text.split("```python\n")[1].split("```")[0], found)
     monkeypatch.setattr(f"{__name__}.Sloped", found["Rubber"])
-    points = [EntryPoint("rubber", f"{__name__}:Sloped", foreign_model.PLUGINS.group)]
+    points = [EntryPoint("rubber", f"{__name__}:Sloped", plugin_model.PLUGINS.group)]
     monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: points)
     rubber = dataclasses.replace(master(), local_model=LocalModelParams(kind="rubber"))
     motions = np.random.default_rng(8).normal(size=(80, 2))

@@ -5,7 +5,6 @@
 import numpy as np
 import pytest
 
-from pmwvc_analysis.compare.feel import feel_of, ideal_feel
 from pmwvc_analysis.compare.measures import (
     MEASURES,
     Entry,
@@ -14,6 +13,7 @@ from pmwvc_analysis.compare.measures import (
     measured,
     measures,
 )
+from pmwvc_analysis.compare.rendered import ideal_rendering, rendering
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
@@ -131,11 +131,11 @@ def test_what_a_chirp_shows_is_what_the_model_says():
     """Two routes: the exact model, and spectra of a session with the same settings."""
     scenario = parse_scenario(CHIRP)
     traces = simulate_one(scenario)
-    model = feel_of(traces, scenario, live=False)
+    model = rendering(traces, scenario, live=False)
     # Nothing of the model is asked for what is not linear; with friction of nearly zero the motion
     # is the same, and the chirp has to tell.
     rubbed = parse_scenario(CHIRP, overrides={"device.friction": 1e-9})
-    seen = feel_of(traces, rubbed, live=False)
+    seen = rendering(traces, rubbed, live=False)
     assert (model.source, seen.source) == ("model", "measured")
     # Windows of 8 s smear the lowest frequencies of a sweep: about 3 %.
     assert seen.k_felt == pytest.approx(model.k_felt, rel=0.05)
@@ -154,4 +154,4 @@ def test_an_unstable_session_feels_like_nothing():
 
 
 def test_the_ideal_has_the_stiffness_of_the_wall():
-    assert ideal_feel(parse_scenario(CHIRP)).k_felt == pytest.approx(800.0, rel=1e-3)
+    assert ideal_rendering(parse_scenario(CHIRP)).k_felt == pytest.approx(800.0, rel=1e-3)

@@ -110,7 +110,7 @@ def test_nothing_is_corrected_before_an_answer_and_in_silence(kind):
 
 
 @pytest.mark.parametrize("kind", PAID)
-def test_without_a_surplus_nothing_happens_and_with_one_only_as_much(kind):
+def test_correction_is_zero_with_an_empty_tank_and_limited_by_its_energy(kind):
     rig = Rig(params(kind))
     rig.frame(0.0, 0.0)
     assert rig.frame(0.01, 0.0) == [0.0] * M

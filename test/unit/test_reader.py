@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from rosbags.rosbag2 import StoragePlugin
-from rosbags.rosbag2 import Writer as ForeignWriter
+from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.typesys import Stores, get_typestore
 from support import handmade
 from support.handmade import START_NS, TICKS
@@ -99,7 +99,7 @@ def test_the_scenario_comes_back(folder, tmp_path):
 @pytest.mark.parametrize("plugin", list(StoragePlugin))
 def test_a_folder_that_another_tool_recorded_is_read(folder, tmp_path, plugin):
     store, place = schemas.typestore(), tmp_path / "bag"
-    with ForeignWriter(place, version=9, storage_plugin=plugin) as writer:
+    with Ros2Writer(place, version=9, storage_plugin=plugin) as writer:
         topics = {}
         for message in raw(folder):
             if message.topic not in topics:
@@ -253,7 +253,7 @@ def test_an_empty_folder_is_answered_with_what_to_name_instead(tmp_path):
 def test_a_recording_of_something_else_is_answered_with_its_topics(tmp_path):
     store = get_typestore(Stores.ROS2_JAZZY)
     kind = "std_msgs/msg/String"
-    with ForeignWriter(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+    with Ros2Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         connection = writer.add_connection("/chat", kind, typestore=store)
         data = store.serialize_cdr(store.types[kind](data="x"), kind)
         writer.write(connection, 10**18, data)

@@ -29,7 +29,7 @@ from pmwvc_core.runtime.parameters import (
     declare,
     declare_names,
     declare_value,
-    refuse_unknown,
+    refuse_undeclared,
 )
 
 GROUPS = [
@@ -185,7 +185,7 @@ def test_a_misspelt_name_is_refused_with_the_nearest_right_one():
     with node_given(master__impedence=3.0, use_sim_time=False) as peer:
         declare(peer.node, "master", MasterParams)
         with pytest.raises(ParameterError) as caught:
-            refuse_unknown(peer.node)
+            refuse_undeclared(peer.node)
     assert str(caught.value) == (
         "master.impedence: there is no such parameter; did you mean master.impedance?"
     )
@@ -196,7 +196,7 @@ def test_right_names_are_not_refused():
         declare(peer.node, "master", MasterParams)
         assert declare_names(peer.node, "users", [], "names") == ["a"]
         assert declare_value(peer.node, "seed", Spec(int, low=0, description="seed"), 1) == 7
-        refuse_unknown(peer.node)
+        refuse_undeclared(peer.node)
 
 
 def test_single_values_are_checked_too():

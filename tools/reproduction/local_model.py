@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.compare.feel import NOTHING, measured_feel
+from pmwvc_analysis.compare.rendered import NOTHING, measured_rendering
 from pmwvc_analysis.models.multirate import build
 from pmwvc_analysis.models.stability import k_max
 from pmwvc_analysis.transparency.frequency import response
@@ -56,7 +56,7 @@ def measured(parameters: Values) -> Values:
     data: Values = {}
     numbers: Values = {}
     for name, of in {**_scenarios(parameters), "ideal": _ideal(parameters)}.items():
-        felt = measured_feel(simulate_one(of), of) or NOTHING
+        felt = measured_rendering(simulate_one(of), of) or NOTHING
         data[name] = {"hz": felt.frequency_hz, "size": felt.admittance}
         numbers[f"k_felt_{name}"] = felt.k_felt
         numbers[f"first_peak_hz_{name}"] = felt.first_peak_hz

@@ -4,7 +4,7 @@
 
 A part whose sum was below zero beyond the tolerance (passivity.py) generated energy: it was
 *active*. What belongs together is judged together: the anti-aliasing filter is there to pay for
-the rate drop and for a velocity filter, and a position feedback that keeps a surplus spends what
+the rate drop and for a velocity filter, and a position feedback with an energy tank spends what
 filter, hold and link have kept.
 """
 

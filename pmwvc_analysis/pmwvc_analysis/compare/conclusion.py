@@ -43,7 +43,9 @@ def _conditions(entries: Sequence[Entry]) -> str:
     first = entries[0].scenario
     source = "Live" if entries[0].traces.source == "live" else "Simulated"
     sources = dict.fromkeys(
-        SOURCES[entry.feel.source] for entry in entries if entry.feel and entry.feel.source
+        SOURCES[entry.rendered.source]
+        for entry in entries
+        if entry.rendered and entry.rendered.source
     )
     text = (
         f"{source} sessions of {_over(entries, lambda of: f'{of.duration_s:g} s')}, "

@@ -10,7 +10,7 @@
 ``k_max``               largest contact stiffness with which the exact linear model is stable
                         [N/m]; None where there is none below its bound or no linear model
 ``k_felt``              stiffness that is rendered to the first user at rest [N/m]: exact model,
-                        chirp or simulated press (``compare.feel``); None where the session was
+                        chirp or simulated press (``compare.rendered``); None where the session was
                         not stable
 ``first_peak_hz``       first resonance of what the first user moves, likewise [Hz]
 ``mass_free_kg``,       mass [kg] and damping [N s/m] rendered to the first user with nothing
@@ -35,9 +35,9 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.compare.feel import Feel, feel_of
 from pmwvc_analysis.compare.least_balance import least_balance
 from pmwvc_analysis.compare.probes import free_space
+from pmwvc_analysis.compare.rendered import Rendered, rendering
 from pmwvc_analysis.traces import reductions
 from pmwvc_analysis.traces.reductions import COUPLED, position_error
 from pmwvc_analysis.verdicts import stability
@@ -81,7 +81,7 @@ class Entry:
     scenario: Scenario
     folder: str = ""
     measures: dict[str, Any] = field(default_factory=dict)
-    feel: Feel | None = None
+    rendered: Rendered | None = None
 
 
 def measured(entry: Entry, *, stiffness: bool = True) -> Entry:
@@ -93,9 +93,9 @@ def measured(entry: Entry, *, stiffness: bool = True) -> Entry:
         live = _is_live(entry.traces)
         entry.measures["k_max"] = largest_stiffness(entry.scenario, live=live)
         if entry.measures["stable"]:
-            entry.feel = feel_of(entry.traces, entry.scenario, live=live)
-            entry.measures["k_felt"] = entry.feel.k_felt
-            entry.measures["first_peak_hz"] = entry.feel.first_peak_hz
+            entry.rendered = rendering(entry.traces, entry.scenario, live=live)
+            entry.measures["k_felt"] = entry.rendered.k_felt
+            entry.measures["first_peak_hz"] = entry.rendered.first_peak_hz
         free = free_space(entry.scenario)
         if free is not None:
             entry.measures["mass_free_kg"] = free.mass_kg

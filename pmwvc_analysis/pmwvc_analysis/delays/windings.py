@@ -25,7 +25,7 @@ MOST = 200_000  # points
 WIDTHS = np.array([0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0])  # of a pole, where points are added
 BISECTIONS = 45
 BEYOND = 1e-9  # ln(radius) of a circle that motions with eigenvalue 1 are inside of
-ASIDE = 1e-13  # how far a circle is moved off a pole that lies on it
+LOG_RADIUS_STEP = 1e-13  # how far a circle is moved off a pole that lies on it
 ON_AXIS = 1e-6  # of a turn
 FINE = 1e-10  # relative, of ln(radius)
 
@@ -68,7 +68,7 @@ class Loci:
         try:
             values = self._values(angle, log_r)
         except np.linalg.LinAlgError:
-            return self.outside(log_r + ASIDE)
+            return self.outside(log_r + LOG_RADIUS_STEP)
         windings = sum(
             self._crossings(angle, values[:, locus], log_r) for locus in range(values.shape[1])
         )

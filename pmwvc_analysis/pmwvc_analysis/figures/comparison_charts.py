@@ -16,8 +16,8 @@ import numpy as np
 from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel, Span
 from pmwvc_analysis.charts.colours import user_tint
 from pmwvc_analysis.charts.files import write
-from pmwvc_analysis.compare.feel import ideal_feel
 from pmwvc_analysis.compare.measures import Entry
+from pmwvc_analysis.compare.rendered import ideal_rendering
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.motion_charts import force_lines, position_lines
 from pmwvc_analysis.traces.reductions import position_error
@@ -217,18 +217,18 @@ def measures(entries: Sequence[Entry]) -> Chart:
 
 def admittances(entries: Sequence[Entry]) -> list[Chart]:
     """Return |x/f| over frequency, lines from models and rings from chirps; empty without any."""
-    known = [(entry, feel) for entry in entries if (feel := entry.feel) is not None]
-    shown = [(entry, feel) for entry, feel in known if len(feel.frequency_hz)][:MOST_ADMITTANCES]
+    known = [(entry, own) for entry in entries if (own := entry.rendered) is not None]
+    shown = [(entry, own) for entry, own in known if len(own.frequency_hz)][:MOST_ADMITTANCES]
     if not shown:
         return []
     lines, dots = [], []
-    ideal = ideal_feel(shown[0][0].scenario)
+    ideal = ideal_rendering(shown[0][0].scenario)
     if ideal.source:
         label = "ideal: direct at every tick, no delay"
         lines.append(Line(label, ideal.frequency_hz, ideal.admittance, "object", (2, 3)))
-    for place, (entry, feel) in enumerate(shown):
-        hertz, size, tint = feel.frequency_hz, feel.admittance, user_tint(place)
-        if feel.source == "measured":
+    for place, (entry, own) in enumerate(shown):
+        hertz, size, tint = own.frequency_hz, own.admittance, user_tint(place)
+        if own.source == "measured":
             dots.append(Dots(entry.label, hertz, size, tint, "ring"))
         else:
             lines.append(Line(entry.label, hertz, size, tint))

@@ -36,7 +36,7 @@ def answer(
     motion = _long(scenario, live=live) if long else _dense(scenario, live=live)
     radius = motion.radius
     limit = stability.k_max(scenario, live=live, bound=bound)
-    hyperframe_s = motion.ticks * scenario.tick_s
+    hyperperiod_s = motion.ticks * scenario.tick_s
     return {
         "scenario": scenario.name,
         "live": live,
@@ -50,7 +50,7 @@ def answer(
         "hyperframe_ticks": motion.ticks,
         "slowest": {
             "frequency_hz": motion.frequency_hz,
-            "per_second": math.log(radius) / hyperframe_s if radius > 0.0 else None,
+            "per_second": math.log(radius) / hyperperiod_s if radius > 0.0 else None,
         },
         "notes": notes_of(scenario),
     }

@@ -17,7 +17,7 @@ import numpy as np
 
 from pmwvc_core.scenario.scenario import Scenario, User
 
-MATTERS = ("master", "baseline", "device", "contact", "link_up", "link_down")
+COMPARED_FIELDS = ("master", "baseline", "device", "contact", "link_up", "link_down")
 
 
 class Part(NamedTuple):
@@ -34,7 +34,7 @@ def parts(scenario: Scenario) -> list[Part]:
     for user in scenario.users:
         for group in groups:
             if not apart and all(
-                _equal(getattr(user, name), getattr(group[0], name)) for name in MATTERS
+                _equal(getattr(user, name), getattr(group[0], name)) for name in COMPARED_FIELDS
             ):
                 group.append(user)
                 break

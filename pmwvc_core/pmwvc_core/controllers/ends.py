@@ -13,12 +13,12 @@ from pmwvc_core.server.black_box.interface import EnvironmentSetup
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.environments import make_black_box
 from pmwvc_core.server.factory import make_ports
-from pmwvc_core.server.user_ports import AS_PUBLISHED, ServerController
+from pmwvc_core.server.user_ports import DEFAULT_BASELINE, ServerController
 from pmwvc_core.wave.impedance import Impedance
 
 
 def make_master(
-    controller: str, params: MasterParams, baseline: BaselineParams = AS_PUBLISHED
+    controller: str, params: MasterParams, baseline: BaselineParams = DEFAULT_BASELINE
 ) -> MasterController:
     """Return the master's end of a controller by name, at rest.
 

@@ -38,10 +38,10 @@ from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.ledger import EnergyLedger, PortLedger
 
-SPREAD_S = 0.1  # what is there is given out over this time: at once it would be felt as a knock
+SPREAD_S = 0.1  # time constant of giving out the tank: in one tick it would be a force step
 
 
-class Surplus(Stateful):
+class EnergyTank(Stateful):
     """The account of one master; it begins with the storage that the parameters declare.
 
     Attributes

@@ -16,7 +16,7 @@ position is that of a high-passed motion, which returns to zero. Where it begins
 rest; where it ends the energy of the spring is dropped. Meanwhile it pulls as well as it pushes,
 since its force comes on top of the one of the server. Where it is not, F = 0 and v2 = u2.
 
-Not here: filters (``filter_bank``), and models from elsewhere (``foreign_model``).
+Not here: filters (``filter_bank``), and models from elsewhere (``plugin_model``).
 
 Equations: docs/theory.md 8.1, 8.2, 8.3.
 """
@@ -26,7 +26,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pmwvc_core.master.plugin_model import ForeignModel
+from pmwvc_core.master.plugin_model import PluginModel
 from pmwvc_core.numeric import Flag, Value, squared, where
 from pmwvc_core.params import LocalModelParams, MasterParams
 from pmwvc_core.state import Stateful
@@ -120,7 +120,7 @@ class LocalPort(Stateful):
         self.model: Model = (
             SpringDamper(local, tick_s=params.tick_s)
             if local.kind == "spring_damper"
-            else ForeignModel(local, matched=_plain(b), tick_s=params.tick_s)
+            else PluginModel(local, matched=_plain(b), tick_s=params.tick_s)
         )
         self._position = position
         self._begin(params)

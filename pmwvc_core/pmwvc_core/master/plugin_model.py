@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.errors import FOREIGN, reason
+from pmwvc_core.errors import PLUGIN_ERRORS, reason
 from pmwvc_core.numeric import Array, Flag, Value, dot, maximum, where
 from pmwvc_core.params import LocalModelParams
 from pmwvc_core.plugins import PluginGroup
@@ -38,7 +38,7 @@ LARGEST_N = 1e6  # more is no force
 logger = logging.getLogger(__name__)
 
 
-class ForeignModel(Stateful):
+class PluginModel(Stateful):
     """See the module. At rest at zero at first.
 
     Parameters
@@ -82,7 +82,7 @@ class ForeignModel(Stateful):
         if self._sloped and not self._broken:
             try:
                 f0, slope = self._local()
-            except FOREIGN as error:  # whatever foreign code raises
+            except PLUGIN_ERRORS as error:  # whatever the plug-in raises
                 self._contain(error)
         if self._broken:
             return 0.0, self._matched
@@ -99,7 +99,7 @@ class ForeignModel(Stateful):
             try:
                 answer = self._model.step(_signal(self._x), _signal(xd), self._tick_s)
                 self._f = self._good(answer)
-            except FOREIGN as error:  # whatever foreign code raises
+            except PLUGIN_ERRORS as error:  # whatever the plug-in raises
                 self._contain(error)
 
     def drop(self, gone: Flag) -> None:

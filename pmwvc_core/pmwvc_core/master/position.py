@@ -4,9 +4,9 @@
 
 v_m <- v_m - K_p e, with e = x_m - x_s - x_ref (``printed``, ``budgeted``) or what of it the waves
 on their way do not explain (``integral``). ``printed`` pays for nothing: it can make energy. The
-others change v_m only as far as the surplus of the master pays for it (:mod:`.surplus`), and
-shorten a packet that it does not. Until the server is heard, and while it is silent, nothing is
-corrected.
+others change v_m only as far as the energy tank of the master pays for it (:mod:`.energy_tank`),
+and shorten a packet that it does not. Until the first packet of the server, and while it is
+silent, nothing is corrected.
 
 With K_p the link no longer is a spring: at rest v_m and e belong together only for e = 0, so that
 the rendered stiffness is the environment's. No passive link without stored energy can do that
@@ -19,8 +19,8 @@ Equations: docs/theory.md 9.1, 9.8.
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from pmwvc_core.master.energy_tank import Surplus
-from pmwvc_core.master.position_error import Rest, Separation
+from pmwvc_core.master.energy_tank import EnergyTank
+from pmwvc_core.master.position_error import PositionError, PositionResidual
 from pmwvc_core.numeric import Value, root, squared, truth
 from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful
@@ -63,12 +63,12 @@ class PositionFeedback(Protocol):
         """Energies of the feedback since the start, by name [J]; always the same names."""
 
 
-class _Printed(Stateful):
-    BLOCKS = "_separation"
+class _AsPublished(Stateful):
+    BLOCKS = "_position_error"
     MEMORY = "_spent _there"
 
     def __init__(self, params: MasterParams) -> None:
-        self._separation = Separation(params)
+        self._position_error = PositionError(params)
         self._spent: Value = 0.0
         self._there = False
         self.configure(params)
@@ -76,10 +76,10 @@ class _Printed(Stateful):
     def configure(self, params: MasterParams) -> None:
         self._gain = params.position.gain
         self._tick_s = params.tick_s
-        self._separation.configure(params)
+        self._position_error.configure(params)
 
     def on_packet(self, packet: WavePacket) -> None:
-        self._separation.on_packet(packet)
+        self._position_error.on_packet(packet)
 
     def receive(self) -> None:
         self._there = True
@@ -88,7 +88,7 @@ class _Printed(Stateful):
         self._there = False
 
     def down(self, v: Value, x: Value) -> Value:
-        error = self._separation.step(x, v)
+        error = self._position_error.step(x, v)
         if not self._there:
             return v
         changed = v - self._gain * error
@@ -97,10 +97,10 @@ class _Printed(Stateful):
         return changed
 
     def applied(self, u: Value, f: Value, xd: Value) -> None:
-        self._separation.take(u)
+        self._position_error.take(u)
 
     def send(self, wave: Value, seq: int) -> Value:
-        self._separation.send(wave, wave, seq)
+        self._position_error.send(wave, wave, seq)
         return wave
 
     @property
@@ -109,12 +109,12 @@ class _Printed(Stateful):
 
 
 class _Budgeted(Stateful):
-    BLOCKS = "_separation _surplus"
+    BLOCKS = "_position_error _tank"
     MEMORY = "_gain _there"
 
-    def __init__(self, params: MasterParams, separation: Separation) -> None:
-        self._separation = separation
-        self._surplus = Surplus(params)
+    def __init__(self, params: MasterParams, position_error: PositionError) -> None:
+        self._position_error = position_error
+        self._tank = EnergyTank(params)
         self._there = False
         self.configure(params)
 
@@ -122,13 +122,13 @@ class _Budgeted(Stateful):
         self._gain = params.position.gain
         self._adapts = params.position.adapts
         self._scale: Any = root(2.0 * impedance_of(params))
-        self._separation.configure(params)
-        self._surplus.configure(params)
+        self._position_error.configure(params)
+        self._tank.configure(params)
 
     def on_packet(self, packet: WavePacket) -> None:
-        self._surplus.on_packet(packet)
-        self._separation.on_packet(packet)
-        lag_s = self._separation.round_trip_s
+        self._tank.on_packet(packet)
+        self._position_error.on_packet(packet)
+        lag_s = self._position_error.round_trip_s
         if self._adapts and truth(lag_s > 0.0):
             self._gain = (ADAPTED / lag_s) * self._scale
 
@@ -139,29 +139,29 @@ class _Budgeted(Stateful):
         self._there = False
 
     def down(self, v: Value, x: Value) -> Value:
-        error = self._separation.step(x, v)
-        self._surplus.move(x)
-        self._surplus.play(v)
+        error = self._position_error.step(x, v)
+        self._tank.move(x)
+        self._tank.play(v)
         if not self._there:
             return v
-        return v + self._surplus.spend(v, -(self._gain * error))
+        return v + self._tank.spend(v, -(self._gain * error))
 
     def applied(self, u: Value, f: Value, xd: Value) -> None:
-        self._separation.take(u)
-        self._surplus.take(u, f, xd)
+        self._position_error.take(u)
+        self._tank.take(u, f, xd)
 
     def send(self, wave: Value, seq: int) -> Value:
-        sent = self._surplus.send(wave)
-        self._separation.send(wave, sent, seq)
+        sent = self._tank.send(wave)
+        self._position_error.send(wave, sent, seq)
         return sent
 
     @property
     def accounts(self) -> Mapping[str, Value]:
         return {
-            "position_spent": self._surplus.spent_j,
-            "position_surplus": self._surplus.free_j,
-            "position_discarded": self._surplus.discarded_j,
-            "position_owed": self._surplus.owed_j,
+            "position_spent": self._tank.spent_j,
+            "position_surplus": self._tank.free_j,
+            "position_discarded": self._tank.discarded_j,
+            "position_owed": self._tank.owed_j,
         }
 
 
@@ -171,5 +171,7 @@ def make_position_feedback(params: MasterParams) -> PositionFeedback | None:
         return None
     kind = params.position.feedback
     if kind == "printed":
-        return _Printed(params)
-    return _Budgeted(params, Separation(params) if kind == "budgeted" else Rest(params))
+        return _AsPublished(params)
+    return _Budgeted(
+        params, PositionError(params) if kind == "budgeted" else PositionResidual(params)
+    )

@@ -35,7 +35,7 @@ KEPT = 1024  # packets sent whose integral is remembered
 SMOOTHED_S = 0.5  # time constant of the round trip as packets show it
 
 
-class Separation(Stateful):
+class PositionError(Stateful):
     """x_m - x_s - x_ref, with x_s of the newest packet [m].
 
     Zero until an avatar's first packet, and where the echo is of a packet not remembered.
@@ -131,23 +131,23 @@ class Separation(Stateful):
         return lag
 
 
-class Rest(Separation):
+class PositionResidual(PositionError):
     """What of it no wave on its way explains [m]: looked at with each packet, kept for its frame.
 
     Zero after a frame that brought no packet: nothing is known then.
     """
 
-    SIGNALS = "_rest"
+    SIGNALS = "_residual"
     MEMORY = "_left"
 
     def __init__(self, params: MasterParams) -> None:
         super().__init__(params)
         self._ticks = params.rate_drop
-        self._rest: Value = 0.0
+        self._residual: Value = 0.0
         self._left = 0
 
     def _chosen(self, apart: Value, rest: Value | None, reference: Value) -> Value:
         if rest is not None:
-            self._rest, self._left = rest - reference, self._ticks
+            self._residual, self._left = rest - reference, self._ticks
         self._left -= 1
-        return self._rest if self._left >= 0 else 0.0 * apart
+        return self._residual if self._left >= 0 else 0.0 * apart

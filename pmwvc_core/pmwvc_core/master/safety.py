@@ -22,8 +22,9 @@ What reaches the device, for whatever a controller asks, including values that a
 Everything that is a limit on the force is also a limit on its way to zero: letting go is fast, but
 never a step. Works on floats and on arrays; in a batch every run has its own state.
 
-A tick is calm when all of that leaves the force as it is, in every run. After a calm tick a few
-comparisons tell whether the next one is calm, too; only where they do not, it is worked out.
+A tick is inactive when all of that leaves the force unchanged in every run. After an inactive tick
+a few comparisons decide whether the next one is inactive, too; only where they cannot, the limits
+are computed.
 
 Equations: docs/theory.md 10.2.
 """
@@ -95,7 +96,7 @@ class SafetyLimiter(Stateful):
     """
 
     MEMORY = (
-        "f ready inactive _missing_s _sensed _gain _push _events _faulty _damped _trouble "
+        "f ready inactive _missing_s _sensed _gain _push _events _faulty _damped _disturbed "
         "_limited _returns _seen"
     )
 
@@ -120,7 +121,7 @@ class SafetyLimiter(Stateful):
         self._events: Any = 0  # an int, or integers per run
         self._faulty: Flag = False
         self._damped: Flag = False
-        self._trouble: Flag = False
+        self._disturbed: Flag = False
         self._limited: Flag = False
         self.inactive = False
         self._returns: Flag = False  # rises after a silence of the same server
@@ -187,7 +188,7 @@ class SafetyLimiter(Stateful):
             if inside is True or (inside is not False and truth(inside)):
                 self.f = f_asked
                 return f_asked
-        good = _usable(f_asked) & _usable(x) & _usable(xd)
+        good = _is_number(f_asked) & _is_number(x) & _is_number(xd)
         if good is not True:
             f_asked, xd = where(good, f_asked, 0.0), where(good, xd, 0.0)
         speed = squared(xd)
@@ -195,22 +196,22 @@ class SafetyLimiter(Stateful):
         self._missing_s = where(sensed, 0.0, self._missing_s + self._tick_s)
         lost = coupled & (self._missing_s > LOST_S)
         gone = coupled & (sensed ^ True) & (self._sensed | lost)
-        felt = coupled & sensed
-        silent = felt & (silence_s > self._silence_s)
-        fast = felt & (speed > self._too_fast)
-        self._faulty = faulty = self._faulty | (felt & (speed > self._runaway))
-        outside = felt & (_within(x, self._reach) ^ True)
+        active = coupled & sensed
+        silent = active & (silence_s > self._silence_s)
+        fast = active & (speed > self._too_fast)
+        self._faulty = faulty = self._faulty | (active & (speed > self._runaway))
+        outside = active & (_within(x, self._reach) ^ True)
         damped = silent | fast | outside
         released = silent & (silence_s > self.params.release_s)
-        through = felt & good & (faulty ^ True)
+        through = active & good & (faulty ^ True)
         self._advance_gain(through, damped, released)
         self._push = where(damped, where(fast, 0.0, _down(self._push, self._tick_s / FADE_S)), 1.0)
         if damped is not False:
             f_asked = where(damped, self._damping(f_asked, xd, speed), f_asked)
         applied, limited = self._limit(f_asked * self._gain)
-        trouble = gone | (felt & (damped | (through ^ True)))
-        self._count(trouble, limited & through & (damped ^ True))
-        self._seen = Seen(felt, good, faulty, silent, released, fast, outside, gone, lost)
+        disturbed = gone | (active & (damped | (through ^ True)))
+        self._count(disturbed, limited & through & (damped ^ True))
+        self._seen = Seen(active, good, faulty, silent, released, fast, outside, gone, lost)
         self.inactive = truth(through & ((damped | limited) ^ True) & (self._gain >= 1.0))
         return applied
 
@@ -275,16 +276,18 @@ class SafetyLimiter(Stateful):
         self.f = where(slewed, self.f + part, wanted)
         return self.f, slewed | (squared(f) > self._longest)
 
-    def _count(self, trouble: Flag, limited: Flag) -> None:
+    def _count(self, disturbed: Flag, limited: Flag) -> None:
         """Count what begins with this tick."""
         self._events = (
-            self._events + (trouble & (self._trouble ^ True)) + (limited & (self._limited ^ True))
+            self._events
+            + (disturbed & (self._disturbed ^ True))
+            + (limited & (self._limited ^ True))
         )
-        self._trouble, self._limited = trouble, limited
+        self._disturbed, self._limited = disturbed, limited
 
 
-def _usable(value: Value) -> Flag:
-    """Tell for every run whether all elements are numbers one can work with."""
+def _is_number(value: Value) -> Flag:
+    """Tell for every run whether all elements are finite and below ``LARGEST``."""
     return _within(value, LARGEST)
 
 

@@ -72,7 +72,7 @@ _TEXTS: dict[int, str] = {
 class Seen(NamedTuple):
     """What the limits saw at the last tick; flags per run."""
 
-    felt: Flag = False
+    active: Flag = False
     good: Flag = True
     faulty: Flag = False
     silent: Flag = False
@@ -91,7 +91,7 @@ def cause_of(seen: Seen, gain: Value) -> int | Integers:
     cause = where(seen.silent, Cause.SILENT, cause)
     cause = where(seen.released, Cause.RELEASED, cause)
     cause = where(seen.good, cause, Cause.NOT_FINITE)
-    cause = where(seen.felt, cause, Cause.WAITING)
+    cause = where(seen.active, cause, Cause.WAITING)
     cause = where(seen.gone, Cause.DEVICE_SILENT, cause)
     cause = where(seen.lost, Cause.DEVICE_LOST, cause)
     return whole(where(seen.faulty, Cause.RUNAWAY, cause))

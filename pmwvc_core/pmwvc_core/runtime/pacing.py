@@ -173,7 +173,7 @@ def request_real_time(priority: int) -> RealTimeReport:
         ("frozen garbage collector", _freeze_garbage),
         ("timer slack 1 ns", _set_timer_slack),
         (f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)),
-        ("SCHED_FIFO of the middleware", lambda: _set_foreign_fifo(max(priority - 1, 1))),
+        ("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(max(priority - 1, 1))),
     )
 
 
@@ -182,7 +182,7 @@ def request_reception(priority: int) -> RealTimeReport:
 
     For programs without a loop of their own: they may be late, but nothing overflows meanwhile.
     """
-    return _asked(("SCHED_FIFO of the middleware", lambda: _set_foreign_fifo(priority)))
+    return _asked(("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(priority)))
 
 
 def request_priority(priority: int) -> RealTimeReport:
@@ -227,7 +227,7 @@ def _set_fifo(priority: int) -> None:
     os.sched_setscheduler(0, policy, os.sched_param(priority))
 
 
-def _set_foreign_fifo(priority: int) -> None:
+def _set_middleware_fifo(priority: int) -> None:
     """Raise the threads that Python has not started: here those of the middleware."""
     ours = {thread.native_id for thread in threading.enumerate()}
     policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK

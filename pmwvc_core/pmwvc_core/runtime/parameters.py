@@ -87,7 +87,7 @@ def declare_names(node: Node, name: str, default: Sequence[str], description: st
     return value
 
 
-def refuse_unknown(node: Node) -> None:
+def refuse_undeclared(node: Node) -> None:
     """Refuse parameters that were given to the node and declared by nobody.
 
     For a node made with ``automatically_declare_parameters_from_overrides``, once all is declared.

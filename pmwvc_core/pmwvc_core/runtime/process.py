@@ -33,7 +33,7 @@ from pmwvc_core.errors import ParameterError, PmwvcError
 from pmwvc_core.params import Spec
 from pmwvc_core.runtime.matched import serve_matched
 from pmwvc_core.runtime.messages import diagnostic, live_types
-from pmwvc_core.runtime.parameters import declare_value, refuse_unknown
+from pmwvc_core.runtime.parameters import declare_value, refuse_undeclared
 
 OK, WARN, ERROR = 0, 1, 2
 _SWITCH_S = 1e-4  # a loop that wakes gets the interpreter after this, not after 5 ms
@@ -150,10 +150,10 @@ def _created(name: str, args: Sequence[str] | None) -> Node:
     # second at a time, and a loop that publishes waits for it.
     os.environ.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    foreign = remove_ros_args(args)[1 if args is None else 0 :]
-    if foreign:
+    rejected = remove_ros_args(args)[1 if args is None else 0 :]
+    if rejected:
         raise ParameterError(
-            f"{' '.join(foreign)}: not understood; parameters are given after --ros-args, "
+            f"{' '.join(rejected)}: not understood; parameters are given after --ros-args, "
             "like --ros-args -p name:=value"
         )
     try:
@@ -186,7 +186,7 @@ def _worked(node: Node, build: Callable[[Node], Work], stop: threading.Event) ->
     gate = StartGate(node)
     work = build(node)
     try:
-        refuse_unknown(node)
+        refuse_undeclared(node)
         with _served(node, stop) as failures:
             if gate.wait(stop):
                 work.run(stop)

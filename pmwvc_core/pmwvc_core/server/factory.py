@@ -11,7 +11,7 @@ from pmwvc_core.server.contacts import Bilateral, Contact
 from pmwvc_core.server.coupled_axes import CoupledBilateral, CoupledGrip
 from pmwvc_core.server.friction import AnchoredGrip
 from pmwvc_core.server.grip import Grip
-from pmwvc_core.server.user_ports import AS_PUBLISHED, UserPort
+from pmwvc_core.server.user_ports import DEFAULT_BASELINE, UserPort
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of
 
 
@@ -53,7 +53,7 @@ def make_ports(
     baselines: Sequence[BaselineParams] = (),
 ) -> list[UserPort]:
     """Return a free port per user; a contact's own impedance goes before ``impedances``."""
-    each = baselines or [AS_PUBLISHED] * len(contacts)
+    each = baselines or [DEFAULT_BASELINE] * len(contacts)
     if not len(contacts) == len(impedances) == len(sides) == len(each):
         raise ParameterError(
             f"{len(contacts)} contacts, {len(impedances)} impedances, {len(sides)} sides, "

@@ -32,7 +32,7 @@ class WaveServer(ServerController):
             )
         self._solver = coupling.make(params)
         if isinstance(self._solver, Faulting):
-            self.trouble = self._solver.faults
+            self.faults = self._solver.faults
         self._half_period = 0.5 * params.period_s
 
     def step(self, received: Sequence[Value]) -> list[Value]:

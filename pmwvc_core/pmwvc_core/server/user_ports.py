@@ -26,7 +26,7 @@ from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.impedance import Impedance
 from pmwvc_core.wave.transform import WavePort
 
-AS_PUBLISHED = BaselineParams()
+DEFAULT_BASELINE = BaselineParams()
 NO_ACCOUNTS: Mapping[str, Value] = MappingProxyType({})
 
 
@@ -58,7 +58,7 @@ class UserPort(Stateful):
     )
 
     def __init__(
-        self, impedance: Impedance, contact: Contact, baseline: BaselineParams = AS_PUBLISHED
+        self, impedance: Impedance, contact: Contact, baseline: BaselineParams = DEFAULT_BASELINE
     ) -> None:
         self.b: Any = impedance  # acts like a number, also where it is a matrix
         self.baseline = baseline
@@ -88,10 +88,10 @@ class ServerController(Stateful, ABC):
     users.
     """
 
-    BLOCKS = "body ports trouble"
+    BLOCKS = "body ports faults"
     MEMORY = "dissipated"
     flags = 0  # of outgoing packets
-    trouble: Faults | None = None  # with an environment, or with the solution of a step
+    faults: Faults | None = None  # with an environment, or with the solution of a step
 
     def __init__(self, body: Body, ports: Sequence[UserPort]) -> None:
         self.body = body

@@ -176,15 +176,15 @@ class SessionBatch:
             traces.server.time_s = self.steps.tick.astype(np.float64) * self.tick_s
             late_ns = self.steps.ran_ns - self.steps.tick * self.tick_ns
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
-        trouble = self.server.server.trouble
-        if trouble is not None and trouble.steps and not trouble.replaced:
-            what = f"{trouble.steps} steps: {trouble.text}"
+        faults = self.server.server.faults
+        if faults is not None and faults.steps and not faults.replaced:
+            what = f"{faults.steps} steps: {faults.text}"
             event = {"time_s": None, "who": "server", "kind": "environment", "what": what}
             traces.events.append(event)
-        elif trouble is not None and trouble.steps:
+        elif faults is not None and faults.steps:
             traces.metadata["environment"] = {
-                "contained_steps": str(trouble.steps),
-                "last_fault": trouble.text,
+                "contained_steps": str(faults.steps),
+                "last_fault": faults.text,
             }
         tables, found = self._network
         traces.fates = dict(found)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One exchange with a foreign environment, and what is wrong with its answer.
+"""One exchange with an environment, and the check of its answer.
 
 The port asks once per step; whatever the environment does wrong, the port renders a matched damper
 for that step and goes on. Waiting is not decided here: a ``Call`` runs the exchange, directly in a

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.errors import FOREIGN
+from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.numeric import Array, Flag, Value, dot, squared, where
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.black_box.containment import Asked, Call, Reply, directly
@@ -64,7 +64,7 @@ class BlackBoxServer(ServerController):
         call: Call = directly,
     ) -> None:
         super().__init__(FixedBody(), ports)  # the body is what is shown
-        self._faults = self.trouble = Faults("server.environment", params.environment)
+        self._faults = self.faults = Faults("server.environment", params.environment)
         self._asked = Asked(environment)
         self._call = call
         self._compensation = COMPENSATIONS.of(params.compensation).make(params, len(ports))
@@ -91,7 +91,7 @@ class BlackBoxServer(ServerController):
         if not any(self.present):
             try:
                 self._show(self._asked.shown(self._shape))
-            except FOREIGN as error:  # whatever a foreign environment raises
+            except PLUGIN_ERRORS as error:  # whatever the plug-in raises
                 self._faults.note(error)
         super().join(i, position)
         place = self._rows([self.ports[i].x_s])[0]
@@ -144,7 +144,7 @@ class BlackBoxServer(ServerController):
                     decode=self._decoded,
                 )
             )
-        except FOREIGN as error:  # whatever a foreign environment raises
+        except PLUGIN_ERRORS as error:  # whatever the plug-in raises
             self._faults.note(error)
             return None
         if not reply.good.all():

@@ -20,7 +20,7 @@ from pmwvc_core.server.compensations.record import Compensation, Wave
 from pmwvc_core.state import Stateful
 
 
-class Printed(Stateful):
+class AsPublished(Stateful):
     """Eq. 15 to the letter."""
 
     MEMORY = "_delay"
@@ -49,5 +49,5 @@ RECORD = Compensation(
     name="printed",
     words="The compensation as printed: it makes returning waves longer and generates energy.",
     linear="none",
-    make=lambda params, users: Printed(users, period=params.period_s),
+    make=lambda params, users: AsPublished(users, period=params.period_s),
 )

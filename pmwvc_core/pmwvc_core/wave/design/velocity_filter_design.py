@@ -37,7 +37,7 @@ from pmwvc_core.wave.design.response import Complex, response
 
 POINTS_IN_PHASE = 512  # frequencies of App. D section 4
 POINTS = 8192  # of a search, half of them near rest
-ASIDE = 1.001  # of a cut-off: what may lie between two of them
+CUTOFF_RATIO = 1.001  # of a cut-off: what may lie between two of them
 HIGHEST = 0.49  # of the tick rate, of a cut-off that is given
 HIGHEST_DESIGNED = 0.25  # above that hardly anything would be filtered
 
@@ -148,7 +148,7 @@ def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: 
         high = 1.0 / np.sqrt(1.0 + ratio ** (2 * own.order))
         return float((low + own.share * high).max()) - 1.0
 
-    few, many = 1e-8 / tick_s, HIGHEST_DESIGNED / tick_s / ASIDE
+    few, many = 1e-8 / tick_s, HIGHEST_DESIGNED / tick_s / CUTOFF_RATIO
     if excess(many) > TOLERANCE:
         raise ParameterError(
             f"velocity_filter.share = {own.share}: no high-pass filter of order {own.order} "
@@ -159,7 +159,7 @@ def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: 
     while many / few > 1.0 + 1e-9:
         middle = math.sqrt(few * many)
         few, many = (middle, many) if excess(middle) > 0.1 * TOLERANCE else (few, middle)
-    return many * ASIDE
+    return many * CUTOFF_RATIO
 
 
 @functools.lru_cache(maxsize=1024)

@@ -28,7 +28,7 @@ SHOWN_HZ = (0.1, 100.0)
 
 
 @dataclass(frozen=True)
-class Feel:
+class Rendered:
     """Rendered stiffness [N/m], first peak [Hz] and the curve |x/f| [m/N] they come from."""
 
     source: str  # "model", "measured", "press", or "" where nothing is known
@@ -38,44 +38,44 @@ class Feel:
     admittance: Array  # (points,)
 
 
-NOTHING = Feel("", None, None, np.zeros(0), np.zeros(0))
+NOTHING = Rendered("", None, None, np.zeros(0), np.zeros(0))
 
 
-def feel_of(traces: SessionTraces, scenario: Scenario, *, live: bool) -> Feel:
+def rendering(traces: SessionTraces, scenario: Scenario, *, live: bool) -> Rendered:
     """Return stiffness and resonance rendered to the first user in a session."""
     return (
         _modelled(scenario, live=live)
-        or measured_feel(traces, scenario)
+        or measured_rendering(traces, scenario)
         or _pressed(scenario)
         or NOTHING
     )
 
 
-def _pressed(scenario: Scenario) -> Feel | None:
+def _pressed(scenario: Scenario) -> Rendered | None:
     stiffness = pressed_stiffness(scenario)
     if stiffness is None:
         return None
-    return Feel("press", stiffness, None, np.zeros(0), np.zeros(0))
+    return Rendered("press", stiffness, None, np.zeros(0), np.zeros(0))
 
 
-def ideal_feel(scenario: Scenario) -> Feel:
+def ideal_rendering(scenario: Scenario) -> Rendered:
     """Return the same for direct coupling at every tick without delay."""
     return _modelled(ideal_of(scenario), live=False) or NOTHING
 
 
-def _modelled(scenario: Scenario, *, live: bool) -> Feel | None:
+def _modelled(scenario: Scenario, *, live: bool) -> Rendered | None:
     highest = min(SHOWN_HZ[1], 0.25 / scenario.tick_s)
     try:
         found = transparency(scenario, np.geomspace(SHOWN_HZ[0], highest, 300), live=live)
     except (PmwvcError, np.linalg.LinAlgError):  # not linear, not stable, or singular
         return None
     own = found.rendered
-    return Feel(
+    return Rendered(
         "model", own.k_felt, own.first_peak_hz, found.frequency_hz, np.abs(found.admittance)
     )
 
 
-def measured_feel(traces: SessionTraces, scenario: Scenario) -> Feel | None:
+def measured_rendering(traces: SessionTraces, scenario: Scenario) -> Rendered | None:
     """Return the same from the chirp of a session; None without one."""
     if scenario.users[0].operator.kind != "chirp" or not traces.users:
         return None
@@ -85,7 +85,7 @@ def measured_feel(traces: SessionTraces, scenario: Scenario) -> Feel | None:
         return None
     size = np.abs(found.admittance)
     peak = _first_peak(found)
-    return Feel("measured", _stiffness(found, peak), peak, found.frequency_hz, size)
+    return Rendered("measured", _stiffness(found, peak), peak, found.frequency_hz, size)
 
 
 def _first_peak(found: Measured) -> float | None:

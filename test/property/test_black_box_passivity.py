@@ -64,7 +64,7 @@ def account(server, given_waves):
     found = []
     for wave in given_waves:
         server.step(wave)
-        if server.trouble.steps and "debt" in server.accounts:
+        if server.faults.steps and "debt" in server.accounts:
             break
         found.append(taken(server))
     return np.array(found)

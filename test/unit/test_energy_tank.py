@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The surplus of a master: what is kept for the filter, what the hold owes and who pays that."""
+"""The energy tank of a master: reserve for the filter, energy owed by the hold, its payment."""
 
 import math
 
 import pytest
 
-from pmwvc_core.master.energy_tank import Surplus
+from pmwvc_core.master.energy_tank import EnergyTank
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
 from pmwvc_core.transport import Packer
 from pmwvc_core.wave import Hold
@@ -21,7 +21,7 @@ class Held:
     """An account that hears packets of one wave, and the hold that plays them."""
 
     def __init__(self, hold, *, most_j):
-        self.account = Surplus(
+        self.account = EnergyTank(
             MasterParams(
                 rate_drop=M, tick_s=TICK_S, hold=hold, position=PositionParams(most_j=most_j)
             )
@@ -65,7 +65,7 @@ def test_a_wave_held_is_owed_with_both_its_ramps_and_no_more(hold):
 
 
 @pytest.mark.parametrize("hold", ["zoh", "foh"])
-def test_the_surplus_pays_for_what_is_held_and_lost_packets_pay_it_back(hold):
+def test_the_tank_pays_for_what_is_held_and_lost_packets_pay_it_back(hold):
     held, off = Held(hold, most_j=10.0), rounded_off(hold)
 
     def stands(free, owed):
@@ -74,9 +74,9 @@ def test_the_surplus_pays_for_what_is_held_and_lost_packets_pay_it_back(hold):
 
     held.frame(silent=True)
     stands(BROUGHT, 0.0)
-    held.frame(late=True)  # the surplus has it
+    held.frame(late=True)  # the tank has it
     stands(off, 0.0)
-    held.frame(late=True)  # the surplus has not all of it
+    held.frame(late=True)  # the tank has not all of it
     stands(0.0, BROUGHT - off)
     held.frame(lost=1)  # what was lost pays that first
     stands(off, 0.0)
@@ -97,6 +97,6 @@ def test_what_is_kept_for_a_first_order_filter_is_the_most_it_can_still_give(pol
     k = i / r * q / (1 + q)
     e, h2 = FRAME_S / 2 / worst_case_gain(filtering, tick_s=TICK_S, rate_drop=M), r * (1 - q * q)
     assert k == pytest.approx((e + k) * q * q * i / (i - (e + k) * h2), rel=1e-6)
-    ledger = Surplus(MasterParams(rate_drop=M, filter=filtering))
+    ledger = EnergyTank(MasterParams(rate_drop=M, filter=filtering))
     ledger.send(0.1)  # nothing was taken in: only the reserve is missing, and no packet goes out
     assert -ledger.saved_j == pytest.approx(k * 0.01, rel=0.02)
