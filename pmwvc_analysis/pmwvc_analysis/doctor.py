@@ -26,7 +26,7 @@ QUIET = {"/parameter_events"}  # topics that carry nothing where nothing was cha
 
 @dataclass(frozen=True)
 class Finding:
-    """What one check found; a warning is a declared loss, a problem is damage."""
+    """The result of one check; a warning is a declared loss, a problem is damage."""
 
     check: str
     status: str

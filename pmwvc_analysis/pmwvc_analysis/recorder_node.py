@@ -43,7 +43,7 @@ DEPTH = 4096  # more than twenty seconds of a topic at the packet rate
 
 
 class Recorder:
-    """What the node does.
+    """The work of the recorder node: subscriptions, and the thread that writes the file.
 
     Raises
     ------

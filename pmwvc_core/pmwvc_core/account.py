@@ -39,7 +39,7 @@ class Account(NamedTuple):
 
     @property
     def residual(self) -> Value:
-        """What storage and dissipation, each computed for itself, leave unexplained [J]."""
+        """Energy that storage and dissipation, computed independently, do not explain [J]."""
         return self.kept - self.stored - self.dissipated
 
 

@@ -98,7 +98,7 @@ def installed(group: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """What something is, told by its properties: other code asks them and compares no name.
+    """The properties of an exchangeable part: other code asks for these and compares no names.
 
     Attributes
     ----------

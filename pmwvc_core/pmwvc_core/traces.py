@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a session leaves behind, as arrays: the same whether it ran live, in virtual time or is
-read from a file.
+"""The signals of a session as arrays: the same for a live run, a simulated run and a recording.
 
 Time is the axis before the degrees of freedom; a batch of simulated runs adds leading axes:
 ``(..., tick, dof)``. All times are seconds since the start of the session, on the time line of the
@@ -97,7 +96,7 @@ class PacketTraces:
 
 @dataclass
 class FateTraces:
-    """What a link did to each packet, by number (1, 2, 3...); times on the emulator's monotonic
+    """The fate of each packet on a link, by number (1, 2, 3...); times on the emulator's monotonic
     clock.
     """
 

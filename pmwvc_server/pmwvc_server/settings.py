@@ -61,7 +61,7 @@ class PortParams(Validated):
 
 @dataclass(frozen=True)
 class WatchdogParams(Validated):
-    """When a user counts as silent, as gone, and begins to act: the times of the masters."""
+    """Times after which a user counts as silent, as gone, and as active: those of the masters."""
 
     timeout_s: float = _same_as(SafetyParams, "timeout_s")
     release_s: float = _same_as(SafetyParams, "release_s")

@@ -33,11 +33,11 @@ TOLERANCE_RELATIVE = 1e-6
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found of one part: a port, a direction of the link, or a part of the budget."""
+    """The judgement of one part: a port, a direction of the link, or a part of the budget."""
 
     owner: str  # a user, or ``server``
     part: str
-    passive: bool | None  # None: not judged, ``why`` tells the reason
+    passive: bool | None  # None: not judged, ``why`` gives the reason
     least_j: float  # lowest balance seen, never above the zero it starts from [J]
     least_s: float | None  # when [s]; None where the balance never went below zero
     since_s: float | None  # when it first was below the limit [s]

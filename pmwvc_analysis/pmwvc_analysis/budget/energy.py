@@ -60,12 +60,12 @@ class Balance:
 
     @property
     def tolerance_j(self) -> Array:
-        """What counts as zero (passivity.py) [J]."""
+        """Largest deficit that counts as zero (passivity.py) [J]."""
         return tolerance(self.energy_in_j)
 
     @property
     def violated(self) -> np.typing.NDArray[np.bool_]:
-        """Where more came out than had gone in."""
+        """Flags where more came out than went in before."""
         return self.balance_j < -self.tolerance_j
 
     @property
@@ -80,7 +80,7 @@ class Balance:
 
     @property
     def minimum_time_s(self) -> float | None:
-        """When the balance was lowest, or None when it never went below zero [s]."""
+        """Time of the lowest balance, or None when it never went below zero [s]."""
         return float(self.time_s[int(np.argmin(self.balance_j))]) if self.minimum_j < 0.0 else None
 
 

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The parts and traces in which neither energy budget nor consistency checks find an error.
 
-A *remainder* is a part of the budget that is not computed for itself: it is what the others leave
-over, so that the budget closes with it whatever it is. What is falsified there shows nowhere.
-*Unchecked* are traces that nothing else on record tells.
+A *remainder* is a part of the budget that is not computed for itself: it is the difference
+that the others leave, so that the budget closes with it whatever it is. A false value there is not
+found. *Unchecked* are traces that nothing else on record confirms.
 """
 
 from collections.abc import Iterator, Mapping
@@ -14,7 +14,7 @@ from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
 
-# Of each remainder: what shows nowhere if it is wrong.
+# Of each remainder: the quantity whose errors no check finds.
 HIDES: Mapping[str, str] = {
     "hand": "the work of the hand itself: its force was not recorded",
     "device_damping": "damping and friction of the device, and errors of its sensors",
@@ -34,7 +34,7 @@ class Remainder(NamedTuple):
 
     @property
     def hides(self) -> str:
-        """What shows nowhere if it is wrong."""
+        """The quantity whose errors no check finds."""
         return HIDES[self.part]
 
 

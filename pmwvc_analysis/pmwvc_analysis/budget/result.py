@@ -65,13 +65,13 @@ class Budget:
     tanks: frozenset[str] = frozenset()  # owners that release only what their energy tank holds
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
     declared: dict[str, float] = field(default_factory=dict)  # storage of an owner with a tank [J]
-    remainders: list[Remainder] = field(default_factory=list)  # what no error shows in
+    remainders: list[Remainder] = field(default_factory=list)  # no error in these is found
     # steps of the server that were not recorded: its parts, summed step by step, end at the first
     server_holes: tuple[Unjudged, ...] = ()
 
     @property
     def residual_j(self) -> Array:
-        """What the parts do not explain."""
+        """Energy that the parts do not explain [J]."""
         return np.asarray(sum(self.residuals.values()), dtype=float)
 
     @property
@@ -83,7 +83,7 @@ class Budget:
 
     @property
     def tolerance_j(self) -> float:
-        """How large a residual may be."""
+        """Largest residual with which the budget closes [J]."""
         return SMALLEST_J + (TOLERANCE_NOTED if self.notes else TOLERANCE) * self.moved_j
 
     @property

@@ -49,8 +49,10 @@ GROUPS: Mapping[str, Iterable[str]] = {
 
 
 class Account(NamedTuple):
-    """What a controller's account says: 1 energy taken in and not given on, -1 energy given out,
-    0 something else (a level, or what is in another account already).
+    """A controller's account and its sign in the budget.
+
+    ``taken`` is 1 for energy taken in and not given on, -1 for energy given out, 0 for anything
+    else (a level, or energy that another account contains already).
     """
 
     words: str

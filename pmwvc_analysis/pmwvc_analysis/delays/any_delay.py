@@ -49,12 +49,12 @@ NEAR = 1e-2  # of a gain below the largest: maxima that are refined
 
 @dataclass(frozen=True)
 class AnyDelay:
-    """What is known of stability at any constant delay.
+    """The stability at any constant delay, as far as it is known.
 
     Attributes
     ----------
     proved
-        Whether it is proved; False says only that it is not.
+        Whether stability is proved; False means only that no proof was found.
     touching
         Whether the proof holds only while all contacts touch.
     gain, at_hz

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How many eigenvalues of a loop with long delays lie outside a circle (argument principle).
+"""Number of eigenvalues of a loop with long delays outside a circle (argument principle).
 
 The zeros of det(I - L(Z)), L(Z) = H(Z) diag(Z^-q), outside |Z| = r are as many as the poles of H
 there less the windings of the eigenvalues of L around 1 along the circle. A winding is a crossing

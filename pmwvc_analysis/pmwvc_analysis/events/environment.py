@@ -36,7 +36,7 @@ LOST_RATIO = 3.0
 
 
 class Limited(NamedTuple):
-    """What the port withheld from one user."""
+    """Energy that the port withheld from one user, and the displacement by it."""
 
     energy_j: float
     position_m: float

@@ -70,7 +70,7 @@ class Grid:
 
     @property
     def across(self) -> bool:
-        """Whether batches run along y, because only y may differ within a scenario."""
+        """True where batches run along y, because only y may differ within a scenario."""
         return stackable(self.y.name) and not stackable(self.x.name)
 
     def lines(self) -> int:

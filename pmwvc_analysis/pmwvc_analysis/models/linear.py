@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What makes a scenario linear, the nearest linear one, and what a linear answer leaves out."""
+"""The nonlinear elements of a scenario, its nearest linear one, and the effects left out."""
 
 import dataclasses
 from collections.abc import Iterator

@@ -35,13 +35,13 @@ Radii = Callable[[Array], Array]  # spectral radius at each of several values
 
 @dataclass(frozen=True)
 class Limit:
-    """Where stability ends.
+    """The limit of stability along one parameter.
 
     Attributes
     ----------
     first
-        Smallest value at which stability is lost; the lowest looked at is taken for 0 where that
-        is unstable already; None where nothing up to ``bound`` is unstable.
+        Smallest value at which stability is lost; 0 where the lowest value examined is
+        unstable already; None where nothing up to ``bound`` is unstable.
     bound
         Largest value looked at.
     islands

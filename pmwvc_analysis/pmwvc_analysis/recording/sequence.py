@@ -121,7 +121,7 @@ class StreamCount:
 
     @property
     def seen(self) -> int:
-        """How many different numbers came."""
+        """Count of different numbers that arrived."""
         return self.settled_seen + sum(after - first for first, after in self.ranges)
 
     @property
@@ -138,7 +138,7 @@ class StreamCount:
 
     @property
     def missing(self) -> int:
-        """How many numbers from 1 to the last seen never came."""
+        """Count of numbers from 1 to the last seen that never arrived."""
         return self.settled - 1 - self.settled_seen + sum(count for _, count in self.gaps)
 
 

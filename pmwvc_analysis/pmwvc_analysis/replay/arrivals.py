@@ -28,7 +28,7 @@ MOST_MISSING = 3  # packets that may be missing at the end of a recording
 
 @dataclass(frozen=True)
 class Looks:
-    """When a receiver looked [ns], and the wave it used then ``(looks, dof)``."""
+    """Times at which a receiver looked [ns], and the wave used then ``(looks, dof)``."""
 
     time_ns: Integers
     wave: Array
@@ -36,7 +36,7 @@ class Looks:
 
 @dataclass(frozen=True)
 class Sent:
-    """When each packet was sent [ns], and its wave ``(packets, dof)``; packet n in row n - 1."""
+    """Sending time [ns] and wave ``(packets, dof)`` of each packet; packet n in row n - 1."""
 
     time_ns: Integers
     wave: Array

@@ -15,7 +15,7 @@ SMALL_J = 5e-9
 
 
 class Box(NamedTuple):
-    """Where a block stands."""
+    """Position and size of a block in the drawing."""
 
     left: float
     top: float

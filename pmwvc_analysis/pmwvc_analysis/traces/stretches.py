@@ -29,7 +29,7 @@ class Interval(NamedTuple):
 
 
 class Stretches(NamedTuple):
-    """What of a user's session is judged; each of ``lives`` is a balance of its own."""
+    """The judged intervals of a user's session; each of ``lives`` has its own balance."""
 
     lives: list[Interval]
     unjudged: list[Unjudged]

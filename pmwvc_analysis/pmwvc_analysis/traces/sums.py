@@ -54,7 +54,7 @@ class UserSums:
 
     @cached_property
     def ticks(self) -> NDArray[np.intp]:
-        """How many recorded ticks had run; never all, so that the next one's start is known."""
+        """Recorded ticks that had run; never all, so that the next one's start is known."""
         user = self.user
         count = np.searchsorted(ran_s(user), self.time_s - 0.001 * user.tick_s)
         return np.minimum(count, len(user.time_s) - 1)

@@ -46,18 +46,18 @@ Key = tuple[str, str]  # filter, hold
 
 @dataclass(frozen=True)
 class Proposal:
-    """What to take, and what else could be had.
+    """The proposed choice, and the alternatives to it.
 
     Attributes
     ----------
     best
         The proposal.
     others
-        By what they are: as given, stiffer, lighter, other filters and holds.
+        The alternatives by name: as given, stiffer, lighter, other filters and holds.
     bounds
-        Least and largest impedance looked at [N s/m].
+        Least and largest impedance examined [N s/m].
     elements
-        What of the scenario no linear model stands for.
+        Elements of the scenario that no linear model covers.
     """
 
     best: Rating

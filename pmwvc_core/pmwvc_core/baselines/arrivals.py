@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What arrives of a peer's energy: the growth of the running sum that its packets carry.
+"""The arriving energy of a peer: the growth of the running sum that its packets carry.
 
 A sum makes loss, duplicates and reordering harmless: the newest packet contains all earlier ones.
-What a peer's earlier life had sent, and what it had sent before we first heard of it, is
-forgotten: lost, never gained.
+Energy sent by an earlier life of the peer, or before its first packet arrived, is not counted:
+it is lost, never gained.
 """
 
 from pmwvc_core.numeric import Value, maximum

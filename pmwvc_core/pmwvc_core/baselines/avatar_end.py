@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the server's ends of all controllers without waves have in common.
+"""The common part of the server's ends of all controllers without waves.
 
 A step: the object has come here exactly under the last forces held; then every avatar meets it,
 each by itself. ``energy_u_s`` is what flowed to the avatar, ``energy_v_s`` what came back, both

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the devices' ends of all controllers without waves have in common.
+"""The common part of the devices' ends of all controllers without waves.
 
 They send where the device is and how fast it moves, and keep their accounts in the same places as
 the wave controllers do: ``energy_u_...`` is what flowed from the hand into the controller,

@@ -90,7 +90,7 @@ class PspmMaster(DeviceEnd):
 
     @property
     def accounts(self) -> Mapping[str, Value]:
-        """Where the energy of this end is."""
+        """Energy of this end by account [J]."""
         return {"pspm_tank": self.spring.tank, "pspm_spring": self.spring.spring}
 
     def account(self) -> Value:

@@ -154,7 +154,7 @@ class TdpaMaster(DeviceEnd):
 
     @property
     def accounts(self) -> Mapping[str, Value]:
-        """What the controller dissipated, and what may still be given out."""
+        """Energy dissipated by the controller, and energy it may still give out [J]."""
         return {
             "tdpa_dissipated": self.observer.dissipated,
             "tdpa_allowance": self.observer.allowance,

@@ -44,7 +44,7 @@ COUPLING_SHARE = 0.5  # of b: damping of the virtual coupling
 
 @dataclass(frozen=True)
 class Loop:
-    """What a tuning rule knows."""
+    """The data of the loop that a tuning rule uses."""
 
     mass: float  # [kg] of the device
     damping: float  # [N s/m] b, device and hand

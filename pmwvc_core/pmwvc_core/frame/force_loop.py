@@ -122,7 +122,7 @@ class ForceLoop(Stateful):
 
     @property
     def ready(self) -> bool:
-        """Whether the server has answered and the soft start is over.
+        """True once the server has answered and the soft start is over.
 
         From then on a simulated hand may act against the force that the controller renders;
         before, it would push the device away from its avatar against a force held back.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What every controller offers at the master's end."""
+"""The interface of every controller at the master's end."""
 
 from collections.abc import Mapping
 from typing import Protocol
@@ -11,7 +11,7 @@ from pmwvc_core.transport.packet import WavePacket
 
 
 class MasterController(Protocol):
-    """What turns the device's motion into force and packets. Order within a frame: ``send``,
+    """Turns the device's motion into force and packets. Order within a frame: ``send``,
     ``on_packet``, ``receive``, then per tick ``step`` and ``applied``.
 
     Attributes

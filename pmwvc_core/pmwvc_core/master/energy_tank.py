@@ -88,7 +88,7 @@ class EnergyTank(Stateful):
 
     @property
     def free_j(self) -> Value:
-        """What may be spent now [J]."""
+        """Energy that may be spent now [J]."""
         by_work = self.saved_j + self.discarded_j + (self._work - self._channel())
         return maximum(minimum(self.saved_j + self._lacking(), by_work), 0.0)
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How long a wave stays in the filter and in the hold of a master, seen from packet to packet.
+"""The lag of a wave in the filter and in the hold of a master, seen from packet to packet.
 
 Equations: docs/theory.md 11.7.
 """

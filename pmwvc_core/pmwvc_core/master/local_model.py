@@ -157,7 +157,7 @@ class LocalPort(Stateful):
 
     @property
     def accounts(self) -> Mapping[str, Value]:
-        """What the model holds and what it has turned into heat [J]."""
+        """Energy stored and energy dissipated by the model [J]."""
         return {"local_stored": self.model.stored, "local_dissipated": self.model.dissipated}
 
     def _touching(self) -> Flag:

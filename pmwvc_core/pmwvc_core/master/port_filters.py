@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What may stand between the device and the channel, as seen from the wave port.
+"""The filters between the device and the link, as seen from the wave port.
 
-A part takes the outgoing wave u_m of every tick, keeps some of it and answers on the spot. It says
-beforehand how its answer will depend on that wave, v = v0 + g u_m with |g| < 1, so that the port
-can solve the loop through the device's velocity.
+A filter takes the outgoing wave u_m of every tick, keeps part of it and answers within the tick.
+Before that it states its answer as a function of the wave, v = v0 + g u_m with |g| < 1, so that
+the port can solve the loop through the device's velocity.
 """
 
 from collections.abc import Mapping

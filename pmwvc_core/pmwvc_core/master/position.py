@@ -31,7 +31,7 @@ ADAPTED = 0.5  # K_p tau / sqrt(2b) of an adapted gain: docs/theory.md, section 
 
 
 class PositionFeedback(Protocol):
-    """What brings device and avatar together. Order: ``send``, ``on_packet``, ``receive`` or
+    """Brings device and avatar together. Order: ``send``, ``on_packet``, ``receive`` or
     ``silence`` once a frame; ``down``, ``applied`` every tick.
     """
 

@@ -1,23 +1,23 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far device and avatar are apart, and how much of that the waves on their way explain.
+"""The position error between device and avatar, and the part that waves in flight explain.
 
 At either port xd = (u + v)/sqrt(2b), so with U, V the integrals of the waves
 
     sqrt(2b) (x_m - x_s - x_ref) = (U_m - U_s) - (V_s - V_m),
 
-what is on its way to the server less what is on its way back. Known of it are the wave in the
+the waves on their way to the server less those on their way back. Known are the wave in the
 filter (group delay tau, sampled at frame ends), those sent after the packet that the server has
 answered (its echo names it), the packet that is about to be played, and the wave in the hold::
 
     lag = [tau - (M-1)/2 T_c] y + integral of u since + (U_tx - U_tx(echo)) - w T - (M-1)/2 T_c v
 
-(the last term for the first-order hold). The rest is what was lost or distorted: packets, what
-limits cut off, aliasing. ``x_ref`` makes the rest zero when the first packet of an avatar is
-heard: where it stood then (before the face of the object, late) does not count.
+(the last term for the first-order hold). The residual is lost or distorted motion: lost
+packets, saturation, aliasing. ``x_ref`` makes the residual zero at the first packet of an avatar:
+its position then (before the face of the object, late) does not count.
 
-Only what both ends know enters; the way's delay may change. It takes equal impedances at both
-ends: with others the avatar moves on another scale.
+Only signals known at this end enter; the delay of the link may change. Both ends need equal
+impedances: with others the avatar moves on another scale.
 
 Equations: docs/theory.md 9.2, 9.3.
 """
@@ -132,7 +132,7 @@ class PositionError(Stateful):
 
 
 class PositionResidual(PositionError):
-    """What of it no wave on its way explains [m]: looked at with each packet, kept for its frame.
+    """The error that no wave in flight explains [m]: set by each packet, kept for its frame.
 
     Zero after a frame that brought no packet: nothing is known then.
     """

@@ -217,7 +217,7 @@ class SafetyLimiter(Stateful):
 
     @property
     def state(self) -> int | Integers:
-        """What is going on, a ``SafetyState``; in a batch an array ``(runs, 1)``."""
+        """The present ``SafetyState``; in a batch an array ``(runs, 1)``."""
         if self.inactive and type(self._gain) is float:
             return SafetyState.COUPLED
         return state_of(cause_of(self._seen, self._gain))

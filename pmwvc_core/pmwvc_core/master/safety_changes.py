@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which changes of the safety limits are allowed while a hand is on the device.
+"""The changes of the safety limits that are allowed while a hand is on the device.
 
 A limit may only become stricter: anybody on the network can set a parameter. To widen one the
 master is started anew, without a force. How fast the force may change must still let the largest

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the safety limits report: a state, why, and how both are said.
+"""The reports of the safety limits: state, cause, and the text of either.
 
 The limits themselves are in :mod:`pmwvc_core.master.safety`.
 """
@@ -70,7 +70,7 @@ _TEXTS: dict[int, str] = {
 
 
 class Seen(NamedTuple):
-    """What the limits saw at the last tick; flags per run."""
+    """Conditions found at the last tick; flags per run."""
 
     active: Flag = False
     good: Flag = True
@@ -84,7 +84,7 @@ class Seen(NamedTuple):
 
 
 def cause_of(seen: Seen, gain: Value) -> int | Integers:
-    """Return the weightiest cause, given the share of the force that is let through."""
+    """Return the weightiest cause, given the ratio of the force that is let through."""
     cause: Any = where(gain < 1.0, Cause.SOFT_START, Cause.NONE)
     cause = where(seen.fast, Cause.TOO_FAST, cause)
     cause = where(seen.outside, Cause.OUTSIDE, cause)

@@ -12,7 +12,7 @@ from typing import Any
 
 
 class FateKind(enum.IntEnum):
-    """What became of a packet; the numbers are those of the PacketFate message."""
+    """Kinds of fate of a packet; the numbers are those of the PacketFate message."""
 
     DELIVERED = 0
     LOST = 1
@@ -23,7 +23,7 @@ class FateKind(enum.IntEnum):
 
 
 class Cause(enum.IntEnum):
-    """Why; the numbers are those of the PacketFate message."""
+    """Causes of a fate; the numbers are those of the PacketFate message."""
 
     NONE = 0
     LOSS = 1
@@ -35,7 +35,7 @@ class Cause(enum.IntEnum):
 
 @dataclass(slots=True)
 class Fate:
-    """What the link has decided for one packet or copy."""
+    """The decision of the link for one packet or copy."""
 
     number: int  # of the packet on this link: 1, 2, 3...; a copy has its original's
     time_in_ns: int
@@ -73,7 +73,7 @@ class InFlight:
 
     @property
     def next_due_ns(self) -> int | None:
-        """When the next packet comes out; None when none is in flight."""
+        """Time at which the next packet comes out [ns]; None when none is in flight."""
         return self._in_flight[0][0] if self._in_flight else None
 
     def arrivals(self, now_ns: int) -> list[tuple[Any, Fate]]:

@@ -17,7 +17,7 @@ TRAVELLING = (DELIVERED, FateKind.DUPLICATE)
 
 
 class RecordedFate(NamedTuple):
-    """What became of a packet or of its copy.
+    """The recorded fate of a packet or of its copy.
 
     ``delay_ns`` is the time from its sending to its coming out; None: it never came out.
     """

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a parameter is: default, unit, range and description in one place, and the check that uses
-them.
+"""The declaration of a parameter: default, unit, range, description, and the check that uses them.
 
 The YAML reader, the command line, the ROS declarations and the reference page all derive from this
 metadata. A number may be an array with a last axis of length 1: one value per run of a batch.
@@ -23,7 +22,7 @@ from pmwvc_core.plugins import installed
 
 @dataclass(frozen=True)
 class Spec:
-    """What is known of one parameter.
+    """The declaration of one parameter.
 
     ``kind`` is the Python type of a value (``float``, ``int``, ``bool``, ``str``); ``optional``
     allows ``None``. ``above``/``below`` are exclusive bounds, ``low``/``high`` inclusive ones.

@@ -123,11 +123,11 @@ class ContactParams(Validated):
 
     @property
     def grips(self) -> bool:
-        """Whether the contact only pushes, from the user's own side."""
+        """True where the contact only pushes, from the user's own side."""
         return self.contact == "grip"
 
     def conflicts(self) -> list[str]:
-        """Check that the matrix is one, and the impedance said once."""
+        """Check that the matrix is valid and the impedance is given once."""
         if self.impedance_matrix.strip() and self.impedance is not None:
             return ["impedance and impedance_matrix are given: a server port takes one of them"]
         return matrix_conflicts(self.impedance_matrix)

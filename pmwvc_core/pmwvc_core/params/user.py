@@ -131,7 +131,7 @@ class OperatorParams(Validated):
 
 @dataclass(frozen=True)
 class TaskParams(Validated):
-    """What the hands are asked to do together; the target the server shows (App. B Fig. 6)."""
+    """The common task of the hands; the target the server shows (App. B Fig. 6)."""
 
     kind: str = parameter(
         "hold",

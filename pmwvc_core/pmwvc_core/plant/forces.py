@@ -18,7 +18,7 @@ from pmwvc_core.state import Stateful
 
 
 class Operator(Stateful, ABC):
-    """Who holds the device. Its time starts with its first ``step``.
+    """The operator who holds the device. Its time starts with its first ``step``.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Operator(Stateful, ABC):
 
 
 class NoHand(Operator):
-    """Nobody."""
+    """No operator: the device is free."""
 
     def _force(self, x: Value, xd: Value) -> Value:
         return 0.0 * self.axis

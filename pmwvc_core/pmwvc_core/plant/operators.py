@@ -17,7 +17,7 @@ __all__ = ["OPERATORS", "Operator", "make_operator"]
 
 
 class Place(NamedTuple):
-    """Where an operator stands and at which rate it acts."""
+    """Position and side of an operator, and the rate at which it acts."""
 
     side: int
     half_width: Value

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the hands are asked to do, as functions of time (App. B Fig. 6 shows such a target).
+"""The task of the hands as functions of time (App. B Fig. 6 shows such a target).
 
 ``carry``: the target rests at the origin until ``move_s``, moves to ``distance_m`` along the first
 axis (and ``sideways_m`` along the second) and back again with a pause after each move, for ever.

@@ -143,7 +143,7 @@ class Pacer:
 
 @dataclass(frozen=True)
 class RealTimeReport:
-    """What the system granted of what was asked for, and why it refused the rest."""
+    """The real-time requests that the system granted, and the reason of each refusal."""
 
     granted: tuple[str, ...]
     refused: dict[str, str] = field(default_factory=dict)

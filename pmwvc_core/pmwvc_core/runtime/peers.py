@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Who sends on the topics of a node, for its diagnostics: nobody, somebody else, more than one.
+"""The publishers on the topics of a node, for its diagnostics: none, another one, more than one.
 
 Needs no ROS: whatever lists the publishers of a topic is an argument.
 """

@@ -52,7 +52,7 @@ _REFUSALS = (
 
 
 class Work(Protocol):
-    """What a node does, once its parameters are read."""
+    """The work of a node, once its parameters are read."""
 
     def run(self, stop: threading.Event) -> None:
         """Work in the calling thread until ``stop`` is set."""
@@ -71,8 +71,8 @@ def run_node(
     name
         Name of the node, where ROS arguments give no other.
     build
-        Declares the parameters and makes the work. A parameter that was given but is declared by
-        nobody is refused. With ``start.paused`` the work waits for a call of ``~/start``.
+        Declares the parameters and makes the work. A parameter that was given and is not
+        declared is refused. With ``start.paused`` the work waits for a call of ``~/start``.
     args
         Command line; that of the process by default.
     """

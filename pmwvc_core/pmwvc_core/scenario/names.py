@@ -22,7 +22,7 @@ USER_NAME = re.compile(r"user([1-9][0-9]*)\.(.+)")
 
 
 class Home(NamedTuple):
-    """Where a parameter is: attribute of a user or of the scenario, and its path in that group."""
+    """Home of a parameter: attribute of a user or of the scenario, and its path in that group."""
 
     attribute: str
     path: str

@@ -123,12 +123,12 @@ class Scenario:
 
     @property
     def coupling(self) -> Coupling:
-        """How the server closes its algebraic loop."""
+        """The method by which the server closes its algebraic loop."""
         return record_of(self.controller).coupling or COUPLINGS.of(self.server.coupling)
 
     @property
     def environment(self) -> Environment:
-        """What the avatars touch."""
+        """The environment that the avatars touch."""
         return environment_of(self.server.environment)
 
     @property

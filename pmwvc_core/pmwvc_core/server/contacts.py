@@ -21,7 +21,7 @@ from pmwvc_core.state import Stateful
 
 @dataclass(slots=True)
 class Answer:
-    """What a contact makes of the relative velocity its avatar would have without it."""
+    """The answer of a contact to the relative velocity its avatar would have without it."""
 
     force: Value  # (..., dof) [N] on the object
     rate: Value  # (..., dof) [m/s] relative velocity, mean over the step
@@ -47,12 +47,12 @@ class Contact(Protocol):
 
     @property
     def rest(self) -> Value:
-        """Where the spring is at rest, from the object's centre [m]."""
+        """Rest position of the spring, from the object's centre [m]."""
         ...
 
     @property
     def touching(self) -> Flag:
-        """Whether a force can act."""
+        """True where a force can act."""
         ...
 
     @property

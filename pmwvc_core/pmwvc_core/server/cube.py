@@ -22,7 +22,7 @@ from pmwvc_core.state import Stateful
 
 
 class Body(Protocol):
-    """What the avatars touch. Position, velocity, forces: ``(..., dof)``."""
+    """The object that the avatars touch. Position, velocity, forces: ``(..., dof)``."""
 
     x: Value  # [m]
     xd: Value  # [m/s]

@@ -61,7 +61,7 @@ class AnchoredGrip(Stateful):
 
     @property
     def touching(self) -> Flag:
-        """Whether the avatar is inside the face."""
+        """True where the avatar is inside the face."""
         return self.grip.touching
 
     @property

@@ -51,12 +51,12 @@ class Grip(Stateful):
 
     @property
     def depth(self) -> Value:
-        """How far the avatar is inside the face; negative outside [m]."""
+        """Depth of the avatar inside the face; negative outside [m]."""
         return self.inward * self.deflection
 
     @property
     def touching(self) -> Flag:
-        """Whether the avatar is inside the face."""
+        """True where the avatar is inside the face."""
         return self.depth > 0.0
 
     @property

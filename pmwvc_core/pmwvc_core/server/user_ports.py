@@ -158,7 +158,7 @@ class ServerController(Stateful, ABC):
 
     @property
     def present(self) -> list[bool]:
-        """Which users are present."""
+        """Flags of the users that are present."""
         return [port.present for port in self.ports]
 
     @property

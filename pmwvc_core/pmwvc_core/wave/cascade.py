@@ -64,7 +64,7 @@ class Cascade(Stateful):
 
     @property
     def delays(self) -> list[tuple[Value, Value]]:
-        """What the sections hold, s1 and s2 of each."""
+        """The state of the sections, s1 and s2 of each."""
         return [(section[5], section[6]) for section in self._sections]
 
     @delays.setter

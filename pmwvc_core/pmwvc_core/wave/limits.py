@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What no legal end of a channel ever sends: the receiver refuses more.
+"""The limits of what an end of a link may send: the receiver refuses more.
 
 Whatever is adjustable stays inside its range, so a device renders at most ``FORCE_N`` and moves at
 most at ``VELOCITY_M_S`` while it is coupled; u = (F + b xd)/sqrt(2b) then bounds what a master

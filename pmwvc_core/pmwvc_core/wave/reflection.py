@@ -25,7 +25,7 @@ from pmwvc_core.wave.transform import WavePort
 
 
 class Reflection(Protocol):
-    """What comes back from a port; G is one number, one per run ``(runs, 1)``, or per axis."""
+    """The reflection of a port; G is one number, one per run ``(runs, 1)``, or per axis."""
 
     def of(self, f0: Value, slope: Value) -> tuple[Value, Any]:
         """Return v0 [sqrt(W)] and g."""

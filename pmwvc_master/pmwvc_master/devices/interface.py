@@ -19,7 +19,7 @@ from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
 
 @dataclass(frozen=True, slots=True)
 class DeviceInfo:
-    """What a device can do.
+    """The capabilities of a device.
 
     All of it is used: the forces bound the safety limits; beyond the workspace only damping is
     rendered; the mass says whether the rendered damping is stable at the tick rate, and is
@@ -46,7 +46,7 @@ class DeviceInfo:
 
 @dataclass(frozen=True, slots=True)
 class DeviceSetup:
-    """What a device is made for.
+    """The setup that a device is made for.
 
     ``start_m`` is where a device that can choose starts: in front of the user's face of the
     object. ``node`` is the ROS node, for devices that talk over topics; it is ``None`` without

@@ -52,7 +52,7 @@ class Record(NamedTuple):
 
     @property
     def private(self) -> bool:
-        """Whether the record is an application's own: its content is not checked."""
+        """True for a record of an application's own: its content is not checked."""
         return self.opcode >= PRIVATE
 
     @property

@@ -20,7 +20,7 @@ FOOTER_BYTES = 20
 
 
 class Summary:
-    """What the summary of a file has to be, filled while its data section is checked."""
+    """The expected summary of a file, filled while its data section is checked."""
 
     def __init__(self) -> None:
         self.problems: list[str] = []

@@ -30,7 +30,7 @@ def directly(exchange: Callable[[], R]) -> R:
 
 
 class Reply(NamedTuple):
-    """What came back."""
+    """The checked answer of an environment."""
 
     velocity: Array  # (users, ..., dof) [m/s] of the avatars, as decoded
     force: Array  # (users, ..., dof) [N]; zero where it is not good
@@ -40,7 +40,7 @@ class Reply(NamedTuple):
 
 
 class Asked(Stateful):
-    """An environment and what it still has to be told.
+    """An environment and the calls that are still to be passed on to it.
 
     ``tell`` is called by the port's thread, ``exchange`` perhaps by another one.
     """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What can be wrong with an environment's answer, and the count of it."""
+"""The faults of an environment's answer, and their count."""
 
 from pmwvc_core.errors import reason
 from pmwvc_core.state import Stateful
@@ -23,7 +23,7 @@ class Unsettled(Exception):
 
 
 class Faults(Stateful):
-    """How many steps went wrong, and why at last.
+    """Count of faulty steps, and the text of the last fault.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from pmwvc_core.params import ContactParams, ServerParams
 
 @dataclass(frozen=True, slots=True)
 class EnvironmentSetup:
-    """What an environment is made for; lists are in the order of the users."""
+    """The setup that an environment is made for; lists are in the order of the users."""
 
     dof: int
     period_s: float
@@ -55,7 +55,7 @@ class BlackBox(Protocol):
 
 @runtime_checkable
 class Joins(Protocol):
-    """May be there: told before the next step when a user comes."""
+    """Optional: called before the next step when a user joins."""
 
     def join(self, user: int, position: Array) -> None:
         """User ``user`` (0, 1, ...) is there now, its avatar at ``(..., dof)`` [m]."""
@@ -64,7 +64,7 @@ class Joins(Protocol):
 
 @runtime_checkable
 class Leaves(Protocol):
-    """May be there: told before the next step when a user goes."""
+    """Optional: called before the next step when a user leaves."""
 
     def leave(self, user: int) -> None:
         """User ``user`` is gone."""

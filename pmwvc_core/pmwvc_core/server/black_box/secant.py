@@ -51,7 +51,7 @@ class Line(NamedTuple):
 
 
 class Secant(Stateful):
-    """What was learned of the environment at each user's avatar.
+    """The slope learned of the environment at each user's avatar.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ from pmwvc_core.state import Stateful
 
 
 class Touched(Stateful):
-    """Who touches, by which law, and where everybody was at the end of the last step."""
+    """The contacts of all users, and their positions at the end of the last step."""
 
     BLOCKS = "contacts"
     MEMORY = "at position velocity"

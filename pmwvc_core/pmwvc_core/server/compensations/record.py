@@ -12,7 +12,7 @@ from pmwvc_core.plugins import Record
 
 
 class Wave(NamedTuple):
-    """What went through one user's port in a step."""
+    """The signals of one user's port in a step."""
 
     user: int
     u: Value  # (..., dof) [sqrt(W)] received

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a filter lets through when the rate drop follows it: gain, delay, and a word of warning.
+"""Gain and delay of a filter with the rate drop behind it, and warnings about its aliasing.
 
 A rate drop folds the spectrum: the frequencies theta + 2 pi j / M of the fast signal fall onto one
 another. With H the filter at the tick rate, the packets of energy M T_c sum |u_tx|^2 carry at most
@@ -9,7 +9,7 @@ another. With H the filter at the tick rate, the packets of energy M T_c sum |u_
 
 times the energy T_c sum |u|^2 that went into the filter: the largest eigenvalue of "filter, then
 drop" times its adjoint, which is a convolution at the packet rate. Passive over infinite time
-means g^2 <= 1; a filter divided by g always is. It says nothing of the energy on the way.
+means g^2 <= 1; a filter divided by g always is. It does not bound the energy in between.
 
 Equations: docs/theory.md 2.6, 2.7, 11.6.
 """

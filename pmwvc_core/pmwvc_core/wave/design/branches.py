@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When two branches of a wave together give back no more than they got (App. D).
+"""Passivity of two branches of a wave together (App. D).
 
 A low-pass branch goes to the environment, a share s of a high-pass branch is fed back at once:
 v = R H_LP u + s H_HP u, with R the reflection of the environment; passive means |R| <= 1.
@@ -41,7 +41,7 @@ TOLERANCE = 1e-9  # of an amplitude: what rounding may add to 1
 
 
 class Margins(TypedDict):
-    """What is left of the first two conditions."""
+    """The margins of the first two conditions."""
 
     frequency_hz: Array  # (points,)
     in_phase: Array  # (points,) |H_LP + s H_HP|^2, App. D Eq. 14

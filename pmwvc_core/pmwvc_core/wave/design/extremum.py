@@ -10,7 +10,7 @@ GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 class Minimum(NamedTuple):
-    """Where the least value lies, and that value."""
+    """The least value and its location."""
 
     at: float
     value: float

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which high-pass filter feeds the outgoing wave back (App. D), for any anti-aliasing filter.
+"""The design of the high-pass filter that feeds the outgoing wave back (App. D), for any
+anti-aliasing filter.
 
-Where the parameters do not say it, it follows from H_LP, the response of the anti-aliasing filter:
+Unless the parameters give it, it follows from H_LP, the response of the anti-aliasing filter:
 
 * order 1, H_HP = (z - 1)/(z - alpha): the alpha that makes |H_LP + s H_HP|^2 as flat as can be,
   min over alpha of max over 512 frequencies of | |H_LP + s H_HP|^2 - 1 |, with alpha below the

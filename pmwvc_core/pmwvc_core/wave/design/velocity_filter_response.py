@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a velocity filter (App. D) does to waves, velocity, lag and noise, as frequency responses.
+"""The effect of a velocity filter (App. D) on waves, velocity, lag and noise, over frequency.
 
-Which filter: :mod:`.velocity_filter_design`. Whether it is passive: :mod:`.branches`.
+Its design: :mod:`.velocity_filter_design`. Its passivity: :mod:`.branches`.
 
 Equations: docs/theory.md 7.9.
 """
