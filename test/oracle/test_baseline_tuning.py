@@ -16,6 +16,7 @@ from pmwvc_core.baselines import tuning
 from pmwvc_core.baselines.tuning import Loop, loop_of
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.network import load_delay_trace
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
 from pmwvc_core.scenario.reader import parse_scenario
@@ -180,6 +181,45 @@ def test_a_hand_damps_and_packets_age_by_their_periods():
     assert loop.damping == pytest.approx(1.0 + 7.9)
     assert loop.round_trip_s == pytest.approx(2 * (0.016 + 0.002) + 0.008 + 0.008)
     assert loop_in(press(0.016, 1.0)).damping == 1.0
+
+
+def recorded(tmp_path, text="time delay\n0 10\n0.1 70\n0.2 10\n0.3 10\n", **overrides):
+    """A press over links whose delay follows a recording: 10 ms, once 70 ms."""
+    path = tmp_path / "delays.txt"
+    path.write_text(text)
+    return press(
+        0.0,
+        8.0,
+        link__jitter="trace",
+        link__trace_file=str(path),
+        link__trace_scale=0.001,
+        **overrides,
+    )
+
+
+def test_a_recorded_delay_counts_with_its_longest(tmp_path):
+    scenario = recorded(tmp_path, baseline__virtual_coupling__stiffness=400)
+    assert loop_in(scenario).round_trip_s == pytest.approx(2 * 0.07 + 0.008 + 0.008)
+    assert "user1: rule 'delay' NOT met, deficit 20.2 N s/m." in lines(scenario, live=False)
+    load_delay_trace.cache_clear()  # it reads a file once
+    brief = recorded(tmp_path, text="0 10\n1 10\n", baseline__virtual_coupling__stiffness=400)
+    assert "user1: rule 'delay' met, margin 3.8 N s/m." in lines(brief, live=False)
+
+
+@pytest.mark.parametrize("controller", [name for name in RULES if name != "pspm"])
+def test_a_rule_is_unknown_where_a_delay_is(tmp_path, controller):
+    lost = recorded(tmp_path)
+    (tmp_path / "delays.txt").unlink()
+    load_delay_trace.cache_clear()
+    slow = press(0.016, 8.0, link__down__rate_limit_bps=1e6)
+    for scenario, effect in ((lost, "trace"), (slow, "rate_limit")):
+        found = lines(dataclasses.replace(scenario, controller=controller), live=False)
+        unknown = f"rule 'delay' unknown: the longest delay by {effect} is not known."
+        assert f"user1: {unknown}" in found
+        checked = LIBRARY[controller].check(BaselineParams(), loop_in(scenario))
+        assert not checked.met
+        with pytest.raises(ParameterError, match="delay is not known"):
+            RULES[controller].propose(loop_in(scenario))
 
 
 @pytest.mark.parametrize("controller", RULES)

@@ -107,5 +107,18 @@ def test_the_conclusion_names_stiffest_passive_and_unstable_per_condition():
     assert "tdpa (limited by safety)" in far and "waves renders the stiffest" in far
 
 
+def test_the_conclusion_names_recorded_delays_with_their_size(tmp_path):
+    path = tmp_path / "delays.txt"
+    path.write_text("0 10\n0.1 30\n")
+    words = ["delay_s=0", "jitter=trace", f"trace_file={path}", "trace_scale=0.001"]
+    scenario = load("wall", settings_texts=[f"link.{word}" for word in words])
+    entries = [
+        dataclasses.replace(entry(name, k_felt=1.0), scenario=scenario)
+        for name in ("waves", "tdpa")
+    ]
+    text = f"the delays of {path}, 20 ms on the mean and 30 at most"
+    assert f"delay 0 ms each way, {text}, contact" in conclusion(entries)[0]
+
+
 def test_one_session_alone_has_no_conclusion():
     assert conclusion([entry("waves", k_felt=300.0)]) == []

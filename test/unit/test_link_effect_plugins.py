@@ -16,7 +16,9 @@ from hypothesis import strategies as st
 from support.command_line import refused
 from support.lab import example_of
 
-from pmwvc_analysis.models.linear import NonlinearError, require_linear
+from pmwvc_analysis.compare.settings import GIVEN, RULE, tuned, tuning_of
+from pmwvc_analysis.models.linear import NonlinearError, left_out, require_linear
+from pmwvc_analysis.prediction.text import lines
 from pmwvc_bringup.scenarios import load
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
@@ -115,6 +117,13 @@ RECORDS = {
         numbers={"by_s": Spec(float, "s", low=0.0, description="delay")},
         random=False,
     ),
+    "known": LinkEffect(
+        name="known",
+        words="Known to delay nothing.",
+        make=Effect,
+        linear="delay",
+        spread_s=lambda params: 0.0,
+    ),
     "twins": LinkEffect(name="twins", words="Two copies.", make=Twins, linear="delay"),
     "stone": object(),
 }
@@ -206,7 +215,10 @@ def test_effects_follow_new_settings(lab):
 @pytest.mark.parametrize(
     ("effects", "text"),
     [
-        ("moon", "moon is not installed; there are: half, late, stone, twins.*link_effects"),
+        (
+            "moon",
+            "moon is not installed; there are: half, known, late, stone, .*link_effects",
+        ),
         ("late", "late takes by_s"),
         ("late:by_s=-1", "late: by_s = -1.0: must be >= 0 s"),
         ("late:by_s", "must be a name with its numbers"),
@@ -220,6 +232,25 @@ def test_what_cannot_be_used_is_refused_with_the_reason(lab, effects, text):
         Link(LinkParams(effects=effects), seed=1)
     with pytest.raises(ScenarioError, match=rf"user1.link.up.effects = .*{text}"):
         load("carry_16ms", settings_texts=[f"link.effects={effects}"])
+
+
+def test_a_tuning_rule_is_unknown_behind_an_effect_whose_delay_is(lab):
+    words = ["controller=virtual_coupling", "link.delay_s=0.016"]
+    known, unknown = (
+        load("carry_16ms", settings_texts=[*words, f"link.up.effects={effect}"])
+        for effect in ("known", "half")
+    )
+    text = "the longest delay by half is not known"
+    assert f"user1: rule 'delay' unknown: {text}." in lines(unknown, live=False)
+    assert tuned(unknown) == unknown
+    assert tuning_of(unknown) == f"{GIVEN}; rule delay unknown, as {text}"
+    assert not any("unknown" in line for line in lines(known, live=False))
+    assert tuning_of(tuned(known)) == RULE
+
+
+def test_an_effect_without_an_amount_is_named_where_it_is_left_out(lab):
+    scenario = load("carry_16ms", settings_texts=["link.up.effects=half"])
+    assert left_out(scenario)[0].startswith("link effect half (user1 up")
 
 
 def test_an_effect_without_linear_relative_is_refused_by_the_model(lab):

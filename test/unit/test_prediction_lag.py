@@ -56,6 +56,17 @@ def test_a_zero_order_hold_lags_half_as_much():
     assert steps == pytest.approx(0.0003, abs=1e-4)
 
 
+def test_recorded_delays_lag_by_their_mean_over_time(tmp_path):
+    """One second of 10 ms and three of 20 ms; the control is the mean as jitter round it."""
+    path = tmp_path / "delays.txt"
+    path.write_text("".join(f"{n / 10} {10 if n < 10 else 20}\n" for n in range(40)))
+    settings = {"link__trace_file": str(path), "link__trace_scale": 0.001}
+    recorded = controlled(link__delay_s=0.0, link__jitter="trace", **settings)
+    spread = controlled(link__delay_s=0.0175, link__jitter="uniform", link__jitter_s=0.001)
+    found, wanted = (lag_s(one.users[0], one, live=False) for one in (recorded, spread))
+    assert found == pytest.approx(wanted)
+
+
 @pytest.mark.parametrize(
     ("delay_s", "waits_s"), [(0.0, 0.0), (0.001, 0.008), (0.008, 0.008), (0.0081, 0.016)]
 )

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from pmwvc_analysis.compare.measures import Entry
+from pmwvc_core.network.effects import amounts
 from pmwvc_core.scenario.scenario import Scenario
 
 CONTROLLER = "controller"
@@ -72,7 +73,13 @@ def _delay(of: Scenario) -> str:
     up, down = 1e3 * first.link_up.delay_s, 1e3 * first.link_down.delay_s
     delay = f"{up:g} ms each way" if up == down else f"{up:g} ms up and {down:g} ms down"
     lost = 100.0 * max(first.link_up.loss, first.link_down.loss)
-    return f"delay {delay}, {lost:g} % lost" if lost else f"delay {delay}"
+    others = {
+        text: None
+        for link in (first.link_up, first.link_down)
+        for name, text in amounts(link).items()
+        if name != "loss"
+    }
+    return ", ".join([f"delay {delay}", *([f"{lost:g} % lost"] if lost else []), *others])
 
 
 def _contact(of: Scenario) -> str:

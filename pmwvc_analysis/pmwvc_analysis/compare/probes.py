@@ -26,6 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.transparency.transparency import pressing, untouched
+from pmwvc_core.network.effects import mean_s
 from pmwvc_core.numeric import Array
 from pmwvc_core.plant.forces import Operator, RecordedForce
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -58,7 +59,7 @@ class FreeSpace:
 def swing_hz(scenario: Scenario) -> float | None:
     """Return how fast the first user is swung [Hz]; None for round trips of half a second."""
     first = scenario.users[0]
-    round_trip_s = first.link_up.delay_s + first.link_down.delay_s
+    round_trip_s = mean_s(first.link_up) + mean_s(first.link_down)
     round_trip_s += first.master.frame_s + scenario.server.period_s
     hertz = min(FASTEST_HZ, 1.0 / (ROUND_TRIPS * round_trip_s))
     return hertz if hertz >= SLOWEST_HZ else None
@@ -116,7 +117,7 @@ def pressed_stiffness(scenario: Scenario) -> float | None:
     if not held:
         return None
     tick_s, first = scenario.tick_s, scenario.users[0]
-    settle_s = HOLD_S + 4.0 * (first.link_up.delay_s + first.link_down.delay_s)
+    settle_s = HOLD_S + 4.0 * (mean_s(first.link_up) + mean_s(first.link_down))
     knots_s = np.cumsum([0.0, *[RISE_S, settle_s] * 3])
     levels = [0.0, *[PRESS_N[0]] * 2, *[PRESS_N[1]] * 2, *[PRESS_N[0]] * 2]
     course = np.interp(np.arange(0.0, knots_s[-1], tick_s), knots_s, levels)

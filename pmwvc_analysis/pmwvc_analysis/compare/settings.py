@@ -9,9 +9,10 @@ one tuning with itself. Parameters that differ from their defaults, or are named
 """
 
 import dataclasses
+import math
 from typing import Any
 
-from pmwvc_analysis.prediction.text import rule_loop
+from pmwvc_analysis.prediction.text import rule_loop, unknown_delay
 from pmwvc_core.controllers import Rule, record_of
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import BaselineParams
@@ -63,14 +64,18 @@ def tuning_of(scenario: Scenario) -> str | None:
         return None
     ours = all(_by_rule(rule, user, scenario) for user in scenario.users)
     missed: dict[str, float] = {}
+    unknown: dict[str, str] = {}
     for user in scenario.users:
         found = rule.check(getattr(user.baseline, rule.group), rule_loop(user, scenario))
         for name, margin in found.criteria.items():
-            if margin < 0.0:
+            if math.isnan(margin):
+                unknown[name] = f"; rule {name} unknown, as {unknown_delay(user)}"
+            elif margin < 0.0:
                 missed[name] = min(margin, missed.get(name, 0.0))
     words = RULE if ours else GIVEN
     short = ", ".join(f"{name} by {-margin:.3g} N s/m" for name, margin in missed.items())
-    return f"{words}; misses {short}" if short else words
+    missing = f"; misses {short}" if short else ""
+    return "".join([words, missing, *unknown.values()])
 
 
 def parameters_of(scenario: Scenario) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from collections.abc import Container
 
 from pmwvc_analysis.charts.text import users
 from pmwvc_core.controllers import has_waves
+from pmwvc_core.network.effects import active
 from pmwvc_core.scenario.scenario import Scenario
 
 
@@ -41,10 +42,17 @@ def conditions(scenario: Scenario, source: str, *, without: Container[str] = ())
             ("coupling", f"coupling {scenario.server.coupling.replace('_', ' ')}"),
         ]
     delays = [f"{u.link_up.delay_s * 1e3:g}/{u.link_down.delay_s * 1e3:g}" for u in scenario.users]
+    jitters = dict.fromkeys(
+        effect.label(link)
+        for one in scenario.users
+        for link in (one.link_up, one.link_down)
+        for effect in active(link)
+        if effect.spreads
+    )
     parts += [
         ("contact_stiffness", f"K = {user.contact.contact_stiffness:g} N/m"),
         ("contact_damping", f"B = {user.contact.contact_damping:g} N s/m"),
-        ("delay_s", f"delay {', '.join(dict.fromkeys(delays))} ms"),
+        ("delay_s", ", ".join([f"delay {', '.join(dict.fromkeys(delays))} ms", *jitters])),
         ("seed", f"seed {scenario.seed}"),
     ]
     return " · ".join(text for name, text in parts if name not in without)

@@ -10,7 +10,7 @@ import numpy as np
 
 from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.network.effects import active
+from pmwvc_core.network.effects import active, amounts
 from pmwvc_core.params import specs
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -185,6 +185,6 @@ def left_out(scenario: Scenario) -> list[str]:
     found: dict[str, list[str]] = {}
     for user in scenario.users:
         for way, link in (("up", user.link_up), ("down", user.link_down)):
-            for effect in filter(None, (each.amount(link) for each in active(link))):
+            for effect in amounts(link).values():
                 found.setdefault(effect, []).append(f"{user.name} {way}")
     return [f"{effect} ({', '.join(where)})" for effect, where in found.items()]

@@ -39,7 +39,7 @@ from pmwvc_analysis.models.links import (
 )
 from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_core.motion import motion
-from pmwvc_core.network.effects import active
+from pmwvc_core.network.effects import active, mean_s
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -137,7 +137,7 @@ def network_s(user: User, scenario: Scenario, *, live: bool) -> float:
     """Return how old packets are when they are taken, both ways together [s].
 
     Receivers take the newest packet at their own times; the mean counts. With jitter the mean is
-    half a period on top of the delay.
+    half a period on top of the mean delay.
     """
     m, period, ticks = user.master.rate_drop, scenario.period_ticks, hyperperiod_ticks(scenario)
     sent, served = Times(m, 0), Times(period, serve_phase(scenario, live=live))
@@ -151,7 +151,7 @@ def _age_s(
 ) -> float:
     if any(effect.spreads for effect in active(link)):
         least = (taken.phase - sent.phase) * tick_s if live else 0.0
-        return max(least, link.delay_s + 0.5 * taken.period * tick_s)
+        return max(least, mean_s(link) + 0.5 * taken.period * tick_s)
     delay = delay_ticks(link, tick_s=tick_s, live=live)
     looks = np.arange(taken.phase, taken.phase + min(ticks, 20000), taken.period)
     ages = [look - sent.last(look - delay) for look in looks.tolist()]

@@ -30,6 +30,7 @@ from pmwvc_analysis.prediction.prediction import (
 )
 from pmwvc_core.baselines import tuning
 from pmwvc_core.controllers import has_waves, proofs_hold, record_of
+from pmwvc_core.network.effects import unbounded
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design import aliasing
 from pmwvc_core.wave.impedance import first_axis
@@ -109,6 +110,12 @@ def rule_loop(user: User, scenario: Scenario) -> tuning.Loop:
     )
 
 
+def unknown_delay(user: User) -> str:
+    """Return why the tuning rules do not know a user's round trip."""
+    effects = dict.fromkeys([*unbounded(user.link_up), *unbounded(user.link_down)])
+    return f"the longest delay by {', '.join(effects) or 'the links'} is not known"
+
+
 def _rule_lines(scenario: Scenario) -> list[str]:
     """Return the margins of each user's parameters to the rule of a controller without waves."""
     found = []
@@ -116,6 +123,9 @@ def _rule_lines(scenario: Scenario) -> list[str]:
         loop = rule_loop(user, scenario)
         checked = record_of(scenario.controller).check(user.baseline, loop)
         for rule, margin in checked.criteria.items() if checked else ():
+            if math.isnan(margin):
+                found.append(f"{user.name}: rule '{rule}' unknown: {unknown_delay(user)}.")
+                continue
             verdict = "met, margin" if margin >= 0.0 else "NOT met, deficit"
             found.append(f"{user.name}: rule '{rule}' {verdict} {abs(margin):.1f} N s/m.")
     return found

@@ -5,7 +5,7 @@
 import dataclasses
 from typing import Any
 
-from pmwvc_analysis.models.linear import setting
+from pmwvc_analysis.models.linear import left_out, setting
 from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, Rating, velocity_step
 from pmwvc_analysis.tune.search import LONGEST_S, STABLE, Proposal
 from pmwvc_core.scenario.scenario import Scenario
@@ -44,6 +44,8 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
         said = ", ".join(dict.fromkeys(element.said for element in found.elements))
         instead = ", ".join(dict.fromkeys(map(setting, found.elements)))
         lines.append(f"  not linear: {said}; stiffness, mass, K max computed with {instead}")
+    if effects := left_out(scenario):
+        lines.append(f"  left out of stability and K max: {'; '.join(effects)}")
     for heads in (HEADS, UNITS):
         lines.append(" " * (width + 4) + "  ".join(f"{head:>8}" for head in heads))
     for label, row in rows.items():

@@ -17,14 +17,16 @@ B > K T_c/2                     set-position modulation (Lee and Huang 2010)
 ==============================  ================================================================
 
 b is all damping at the device, also the hand's; T_1 + T_2 the oldest that what comes back can be.
+Where an effect of the link has a delay that is not known, so is what a rule with T_1 + T_2 says.
 Not here: waves, whose rules are in docs/theory.md.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.network.effects import spread_s
+from pmwvc_core.network.effects import longest_s
 from pmwvc_core.params import (
     ContactParams,
     DeviceParams,
@@ -49,7 +51,7 @@ class Loop:
     mass: float  # [kg] of the device
     damping: float  # [N s/m] b, device and hand
     tick_s: float  # T_c
-    round_trip_s: float  # T_1 + T_2
+    round_trip_s: float  # T_1 + T_2; NaN: not known
     contact_stiffness: float  # [N/m] K
     contact_damping: float  # [N s/m] B
     period_s: float  # h, step of the server
@@ -57,14 +59,17 @@ class Loop:
 
 @dataclass(frozen=True)
 class Proposal:
-    """Parameters by a rule, and by how much its criteria are met (zero or more) [N s/m]."""
+    """Parameters by a rule, and by how much its criteria are met (zero or more) [N s/m].
+
+    A criterion is NaN where it is not known whether it is met.
+    """
 
     params: Validated
     criteria: Mapping[str, float]
 
     @property
     def met(self) -> bool:
-        """Tell whether every criterion is met."""
+        """Tell whether every criterion is known to be met."""
         return all(value >= 0.0 for value in self.criteria.values())
 
 
@@ -81,19 +86,24 @@ def loop_of(
     """Return what the rules have to know of one user.
 
     A packet is at most a frame (up) or a step (down) older than its delay when it is replaced;
-    jitter counts in full.
+    the longest delay of each link counts (with normal jitter: by one standard deviation), lost
+    packets do not.
     """
     hand = operator.grip_damping if operator.kind == "hand" else 0.0
-    spread = spread_s(up) + spread_s(down)
     return Loop(
         mass=device.mass,
         damping=device.damping + hand,
         tick_s=master.tick_s,
-        round_trip_s=up.delay_s + down.delay_s + spread + master.frame_s + server.period_s,
+        round_trip_s=longest_s(up) + longest_s(down) + master.frame_s + server.period_s,
         contact_stiffness=contact.contact_stiffness,
         contact_damping=contact.contact_damping,
         period_s=server.period_s,
     )
+
+
+def _require_round_trip(loop: Loop) -> None:
+    if math.isnan(loop.round_trip_s):
+        raise ParameterError("a link effect's delay is not known: the rule proposes nothing")
 
 
 def check_virtual_coupling(params: VirtualCouplingParams, loop: Loop) -> Proposal:
@@ -112,8 +122,10 @@ def virtual_coupling(loop: Loop) -> Proposal:
     Raises
     ------
     ParameterError
-        Without any damping at the device: then no stiffness is allowed.
+        Without any damping at the device: then no stiffness is allowed. Where the round trip is
+        not known.
     """
+    _require_round_trip(loop)
     if loop.damping <= 0.0:
         raise ParameterError("device.damping = 0, and no hand: a virtual coupling needs damping")
     damping = COUPLING_SHARE * loop.damping
@@ -138,7 +150,13 @@ def tdpa(loop: Loop) -> Proposal:
     """Return the limit of the controller's damper, and the local damping the contact needs.
 
     The contact itself is not proposed: its criterion may stay unmet.
+
+    Raises
+    ------
+    ParameterError
+        Where the round trip is not known.
     """
+    _require_round_trip(loop)
     late = 0.5 * loop.contact_stiffness * loop.round_trip_s
     params = TdpaParams(
         damping=max(late / LATE_MARGIN - loop.damping, 0.0),

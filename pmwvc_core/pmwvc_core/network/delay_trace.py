@@ -27,6 +27,17 @@ class DelayTrace:
     delay_ns: tuple[int, ...]
     length_ns: int  # time after which it starts again
 
+    @functools.cached_property
+    def longest_s(self) -> float:
+        """Return the longest delay [s]."""
+        return max(self.delay_ns) * 1e-9
+
+    @functools.cached_property
+    def mean_s(self) -> float:
+        """Return the mean of the delay over time [s]."""
+        held = zip(itertools.pairwise((*self.time_ns, self.length_ns)), self.delay_ns, strict=True)
+        return sum((end - start) * delay for (start, end), delay in held) / self.length_ns * 1e-9
+
     def at(self, elapsed_ns: int) -> int:
         """Return the delay [ns] at a time since the beginning [ns]."""
         row = bisect.bisect_right(self.time_ns, elapsed_ns % self.length_ns) - 1

@@ -5,11 +5,14 @@
 from pmwvc_core.network.effects.library import (
     EFFECTS,
     active,
+    amounts,
     check,
     conflicts,
     is_random,
+    longest_s,
+    mean_s,
     numbers_of,
-    spread_s,
+    unbounded,
 )
 from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform
 
@@ -19,9 +22,12 @@ __all__ = [
     "LinkEffect",
     "Uniform",
     "active",
+    "amounts",
     "check",
     "conflicts",
     "is_random",
+    "longest_s",
+    "mean_s",
     "numbers_of",
-    "spread_s",
+    "unbounded",
 ]

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The constant delay of a link."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect
+from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
 from pmwvc_core.network.in_flight import Fate
 
 
@@ -23,5 +23,7 @@ RECORD = LinkEffect(
     active=lambda params: True,
     random=False,
     label=lambda params: f"{float(params.delay_s * 1e3):.4g} ms",
+    spread_s=no_time,
+    mean_s=lambda params: float(params.delay_s),
     off=0.0,
 )

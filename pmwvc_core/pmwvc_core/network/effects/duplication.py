@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The duplication of packets."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect
+from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
 from pmwvc_core.network.in_flight import Fate
 
 
@@ -23,5 +23,6 @@ RECORD = LinkEffect(
     active=lambda params: params.duplicate > 0.0,
     slot=1,
     amount=lambda params: f"duplication of {params.duplicate:.3g} of the packets",
+    spread_s=no_time,
     off=0.0,
 )

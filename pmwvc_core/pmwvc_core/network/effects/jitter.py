@@ -4,7 +4,8 @@
 
 from statistics import NormalDist
 
-from pmwvc_core.network.delay_trace import load_delay_trace
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
 from pmwvc_core.network.effects.record import Effect, LinkEffect
 from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams
@@ -52,6 +53,32 @@ def _amount(params: LinkParams) -> str:
 
 def _spread_s(params: LinkParams) -> float:
     return float(params.jitter_s)
+
+
+def _recorded(params: LinkParams) -> DelayTrace | None:
+    """Return the recording; None where the file cannot be read."""
+    try:
+        return load_delay_trace(params.trace_file, params.trace_scale)
+    except RecordingError:
+        return None
+
+
+def _longest_s(params: LinkParams) -> float | None:
+    trace = _recorded(params)
+    return trace.longest_s if trace else None
+
+
+def _mean_s(params: LinkParams) -> float:
+    trace = _recorded(params)
+    return trace.mean_s if trace else 0.0
+
+
+def _recorded_amount(params: LinkParams) -> str:
+    text, trace = f"the delays of {params.trace_file}", _recorded(params)
+    if trace is None:
+        return text
+    mean_ms, longest_ms = 1e3 * trace.mean_s, 1e3 * trace.longest_s
+    return f"{text}, {mean_ms:.3g} ms on the mean and {longest_ms:.3g} at most"
 
 
 def _label(params: LinkParams) -> str:
@@ -103,7 +130,9 @@ TRACE = LinkEffect(
     active=lambda params: params.jitter == "trace",
     random=False,
     spreads=True,
-    amount=lambda params: f"the delays of {params.trace_file}",
+    spread_s=_longest_s,
+    mean_s=_mean_s,
+    amount=_recorded_amount,
     label=_label,
     off="none",
     conflict=_conflict,

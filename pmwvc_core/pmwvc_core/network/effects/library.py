@@ -6,6 +6,7 @@ Parameters of their own switch the effects of the library on. Those of other pac
 ``link.effects``, each with its numbers: ``bursts:rate=0.02:stay=0.5 fading:depth=0.1``.
 """
 
+import math
 from collections.abc import Iterator
 from functools import lru_cache
 
@@ -99,9 +100,31 @@ def is_random(params: LinkParams) -> bool:
     return any(record.random for record in active(params))
 
 
-def spread_s(params: LinkParams) -> float:
-    """Return by how much tuning rules have to count the delay longer [s]."""
-    return sum(record.spread_s(params) for record in active(params))
+def longest_s(params: LinkParams) -> float:
+    """Return the delay that tuning rules count [s]; NaN where an effect's part is not known."""
+    spreads = [record.spread_s(params) for record in active(params)]
+    return params.delay_s + sum(math.nan if each is None else each for each in spreads)
+
+
+def unbounded(params: LinkParams) -> list[str]:
+    """Return the effects of which it is not known how much longer the delay becomes."""
+    return [record.name for record in active(params) if record.spread_s(params) is None]
+
+
+def mean_s(params: LinkParams) -> float:
+    """Return the mean delay [s], without the effects whose part is not known."""
+    return sum(record.mean_s(params) for record in active(params))
+
+
+def amounts(params: LinkParams) -> dict[str, str]:
+    """Return the effects beside the constant delay by name, in words with their amounts.
+
+    A plug-in that gives no amount is named.
+    """
+    told = {record.name: record.amount(params) for record in active(params)}
+    for record in plugins_of(params.effects):
+        told[record.name] = told[record.name] or f"link effect {record.name}"
+    return {name: text for name, text in told.items() if text}
 
 
 def conflicts(params: LinkParams) -> Iterator[str]:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The loss of single packets."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect
+from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
 from pmwvc_core.network.in_flight import Fate
 
 
@@ -24,5 +24,6 @@ RECORD = LinkEffect(
     slot=0,
     amount=lambda params: f"loss of {params.loss:.3g} of the packets",
     label=lambda params: f"loss {float(params.loss * 100.0):.4g} %",
+    spread_s=no_time,
     off=0.0,
 )

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The order of packets: where it is kept, a later packet waits for an earlier one."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform
+from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, no_time
 from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams
 
@@ -28,5 +28,6 @@ RECORD = LinkEffect(
     parameters=("keep_order",),
     active=lambda params: True,
     random=False,
+    spread_s=no_time,
     off=False,
 )

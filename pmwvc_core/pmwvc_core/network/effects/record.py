@@ -71,9 +71,13 @@ def no_text(params: LinkParams) -> str:
     return ""
 
 
-def no_spread(params: LinkParams) -> float:
+def no_time(params: LinkParams) -> float:
     """Return zero [s]."""
     return 0.0
+
+
+def unknown_time(params: LinkParams) -> None:
+    """Return None: how much longer the delay becomes is not known."""
 
 
 def usable(params: LinkParams) -> None:
@@ -110,7 +114,9 @@ class LinkEffect(Record):
     spreads
         Whether the delay differs from packet to packet.
     spread_s
-        By how much tuning rules have to count the delay longer [s].
+        By how much tuning rules have to count the delay longer [s]; None where that is not known.
+    mean_s
+        What it adds to the delay on the mean [s].
     amount, label
         It and its amount, for sentences and for the drawing of the loop; empty: not mentioned.
     off
@@ -128,7 +134,8 @@ class LinkEffect(Record):
     slot: int | None = None
     random: bool = True
     spreads: bool = False
-    spread_s: Callable[[LinkParams], float] = no_spread
+    spread_s: Callable[[LinkParams], float | None] = unknown_time
+    mean_s: Callable[[LinkParams], float] = no_time
     amount: Callable[[LinkParams], str] = no_text
     label: Callable[[LinkParams], str] = no_text
     off: Any = ""
