@@ -34,7 +34,7 @@ CONTENT_HASHED = ("package.xml", "setup.py", "setup.cfg", "CMakeLists.txt", "msg
 NAMES_MATTER = ("launch", "config")  # installed as links: an edit needs no build, a new file does
 
 
-def say(text: str) -> None:
+def report(text: str) -> None:
     """Print one line at once."""
     print(f"setup_ros: {text}", flush=True)
 
@@ -82,7 +82,7 @@ def alone() -> Iterator[None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            say("another set-up is running here, waiting for it")
+            report("another set-up is running here, waiting for it")
             fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
@@ -118,7 +118,7 @@ def install(env: dict[str, str]) -> bool:
     wanted = digest([LOCK], extra=f"{sys.version}\0{VENV}")
     if stamp.exists() and stamp.read_text("utf-8") == wanted:
         return False
-    say(f"making .venv with Python {platform.python_version()}")
+    report(f"making .venv with Python {platform.python_version()}")
     shutil.rmtree(VENV, ignore_errors=True)
     subprocess.run([sys.executable, "-m", "venv", VENV], check=True, env=env)
     python = str(VENV / "bin" / "python")
@@ -129,10 +129,10 @@ def install(env: dict[str, str]) -> bool:
     # --system-certs: uv otherwise trusts only its own list, and fails behind a proxy with a
     # local authority.
     count = len(re.findall(r"^[\w-]+==", LOCK.read_text("utf-8"), re.MULTILINE))
-    say(f"installing {count} packages, ROS 2 Jazzy among them")
+    report(f"installing {count} packages, ROS 2 Jazzy among them")
     uv = [VENV / "bin" / "uv", "pip", "install", "-q", "--system-certs", "--python", python]
     if subprocess.run([*uv, "--require-hashes", "-r", LOCK], env=env).returncode:
-        say("uv failed; trying pip with the same lock (slower)")
+        report("uv failed; trying pip with the same lock (slower)")
         subprocess.run([*pip, "-r", LOCK], check=True, env=env)
     stamp.write_text(wanted, "utf-8")
     return True
@@ -221,10 +221,10 @@ def build(env: dict[str, str]) -> list[str]:
     if not path_file.exists() or path_file.read_text("utf-8") != "".join(lines):
         path_file.write_text("".join(lines), "utf-8")
     if messages := sorted(changed.keys() - python):
-        say(f"building {' '.join(messages)}")
+        report(f"building {' '.join(messages)}")
         build_messages(env, messages)
     if scripts := sorted(changed.keys() & python):
-        say(f"building {' '.join(scripts)}")
+        report(f"building {' '.join(scripts)}")
         paths = [ROOT / name for name in scripts]
         colcon(env, paths, "--symlink-install", venv=VENV, base=WORK)
     for name, stamp in changed.items():
@@ -249,7 +249,7 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.exit("\nsetup_ros: interrupted; make setup goes on where it stopped")
     state = "installed" if fresh else "up to date"
-    say(f"{state}; built: {' '.join(built) or 'nothing to do'}")
+    report(f"{state}; built: {' '.join(built) or 'nothing to do'}")
 
 
 if __name__ == "__main__":

@@ -61,7 +61,7 @@ class Recorder:
             writer.add_topic(topic)
         self._background = BackgroundWriter(writer, prepare=lambda: request_priority(PRIORITY))
         self._inlets = [(topic, _subscribed(node, topic)) for topic in topics]
-        self._waiting: list[Received] = []  # taken, but after the last look had begun
+        self._waiting: list[Received] = []  # taken after the last look began
         publish_health(node, self._health)
 
     def run(self, stop: threading.Event) -> None:
@@ -82,7 +82,7 @@ class Recorder:
             time.sleep(POLL_S)
 
     def close(self) -> None:
-        """Complete the recording and say what is missing."""
+        """Complete the recording and log what is missing."""
         self._background.put(self._waiting)
         self._waiting = []
         for line in self._background.close():

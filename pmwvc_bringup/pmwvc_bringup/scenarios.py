@@ -65,7 +65,7 @@ def find(name: str) -> Path:
     Raises
     ------
     ScenarioError
-        Naming the nearest scenario, or saying that the file is not there.
+        Naming the nearest scenario, or the missing file.
     """
     path = Path(name).expanduser()
     if path.suffix in SUFFIXES or os.sep in name:

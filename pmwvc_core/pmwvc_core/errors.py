@@ -43,7 +43,7 @@ class ScenarioError(ParameterError):
 
 
 class RecordingError(PmwvcError):
-    """A recorded file cannot be used; the message says which, why, and what to do."""
+    """A recorded file cannot be used; the message names it, the reason and the remedy."""
 
 
 class DeviceError(PmwvcError):

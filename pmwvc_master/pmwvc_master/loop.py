@@ -74,7 +74,7 @@ class MasterLoop:
             self.leave()
 
     def leave(self) -> None:
-        """Set the device to zero and say goodbye to the server."""
+        """Set the device to zero and send the last packet to the server."""
         try:
             self.device.stop()
         finally:

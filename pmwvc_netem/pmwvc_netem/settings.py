@@ -140,7 +140,7 @@ class Settings:
         return self._binding.declare(prefix, LinkParams, listener, defaults=defaults, check=check)
 
     def _agreed(self, prefix: str, common: LinkParams, each: Sequence[LinkParams]) -> LinkParams:
-        """Let the parameters for all users tell what all users have."""
+        """Set the parameters for all users to the values that all users have in common."""
         shared = {
             name: getattr(each[0], name)
             for name in specs(LinkParams)

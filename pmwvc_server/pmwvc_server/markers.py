@@ -21,7 +21,7 @@ from pmwvc_server.loop import ServerLoop
 FRAME = "world"
 AVATAR_M = 0.012  # diameter
 ARROW_M_PER_N = 0.02
-# Okabe and Ito's colours: told apart by colour-blind people too.
+# Okabe and Ito's colours: distinguished by colour-blind people too.
 COLORS = (
     (0.00, 0.45, 0.70),
     (0.84, 0.37, 0.00),

@@ -80,16 +80,16 @@ class Server:
 
     def close(self) -> None:
         """Log what the last step brought."""
-        self._tell()
+        self._log_changes()
 
     def _show(self) -> None:
         """Publish the scene and log who came and went."""
-        self._tell()
+        self._log_changes()
         if self._markers.get_subscription_count():
             stamp = self.node.get_clock().now().to_msg()
             self._markers.publish(self._scene.markers(self.loop, stamp))
 
-    def _tell(self) -> None:
+    def _log_changes(self) -> None:
         changes = self.loop.changes
         while changes:
             user, presence = changes.popleft()
@@ -134,11 +134,11 @@ class Server:
         new, self._contained = steps - self._contained, steps
         if not new:
             return ""
-        said = f"{count(new, 'step')}: {text}"
+        warning = f"{count(new, 'step')}: {text}"
         if faults.replaced:
-            said = f"a damper replaced the environment in {said}"
-        self.node.get_logger().warning(said)
-        return said
+            warning = f"a damper replaced the environment in {warning}"
+        self.node.get_logger().warning(warning)
+        return warning
 
 
 def _user_values(name: str, presence: Presence, inbox: Receiver) -> dict[str, object]:

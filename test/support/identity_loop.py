@@ -66,7 +66,7 @@ class IdentityLoop:
             master.set_signals({name: s[f"port{i}.{name}"] for name in master.signals()})
             place = self._through(s, f"place{i}", self.delays[i][1], server.x_s[i])
             if user.master.position.is_on:
-                self._tell(master, place)
+                self._carry(master, place)
             master.receive(self._through(s, f"down{i}", self.delays[i][1], answers[i]))
             for _ in range(user.master.rate_drop):
                 force = master.step(*device.read())
@@ -78,7 +78,7 @@ class IdentityLoop:
         return np.concatenate([s[name] + np.zeros((runs, 1)) for name in self.names], axis=1)
 
     @staticmethod
-    def _tell(master, place):
+    def _carry(master, place):
         """Let a position feedback hear where the avatar is."""
         master.on_packet(WavePacket(1, 1, 0, 1.0, 0.0, 0.0, 0.0, place))
         master.restore({**master.snapshot(), "position.separation.reference": 0.0})

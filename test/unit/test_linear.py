@@ -40,7 +40,7 @@ def test_it_is_refused_by_name_and_has_a_linear_relative(values, instead):
         build(scenario)
     assert f"--set {instead}" in str(error.value)
     for element in nonlinear(scenario):
-        assert element.said in str(error.value)
+        assert element.text in str(error.value)
     near = relative(scenario)
     assert instead in near.settings
     assert nonlinear(near.scenario) == []

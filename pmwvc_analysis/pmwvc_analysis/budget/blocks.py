@@ -42,8 +42,8 @@ OF_SIGNALS = ("filter_and_hold", "rate_drop")  # what the signals leave to them
 def device(sums: UserSums, params: DeviceParams) -> tuple[Account, set[str]]:
     """Return the account of a device, and which of its parts are remainders.
 
-    A hand whose force nobody measured is taken to have given what the device shows. Where the true
-    motion cannot be told, the damping is what the others leave over.
+    A hand whose force was not measured is taken to have given what the device shows. Where the
+    true motion is unknown, the damping is what the others leave over.
     """
     user = sums.user
     by_hand = bool(np.isfinite(user.f_h).all())
@@ -82,7 +82,7 @@ def _as_recorded(user: UserTraces) -> TrueMotion:
 def master(sums: UserSums, known: User, *, waves: bool) -> tuple[Account, Sums]:
     """Return the account of a master's port with its safety limits, and what is kept beside it.
 
-    In a gap of the record the master's own sums hold, and what was taken there is what they say.
+    In a gap of the record the master's own sums hold, and give what was taken there.
     """
     user, dt = sums.user, sums.user.tick_s
     if not waves:

@@ -101,7 +101,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
 
 
 def _instants(traces: SessionTraces, users: list[UserTraces]) -> tuple[Array, NDArray[np.intp]]:
-    """Return times and rows of the server's steps of which every user's record tells, up to the
+    """Return times and rows of the server's steps that every user's record contains, up to the
     last one that every user's ticks reach.
     """
     assert traces.server is not None
@@ -155,7 +155,7 @@ def _notes(
         if Remainder(user.name, "device_damping") in left_over:
             found.append(
                 f"{user.name}: position or velocity is measured, and its device's model does not "
-                "tell the true motion"
+                "give the true motion"
             )
         if device.friction > 0.0:
             found.append(

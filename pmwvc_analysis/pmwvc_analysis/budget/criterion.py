@@ -84,7 +84,7 @@ def judge(
     time_s, balance_j, tolerance_j
         ``(row,)``; only rows whose balance is known.
     unjudged
-        Times in which the balance may have been below the limit and nobody knows.
+        Times in which the balance may have been below the limit without a record of it.
     """
     margin = balance_j + tolerance_j + declared_j
     seen = bool(len(margin))
@@ -115,7 +115,7 @@ def judge(
 
 
 def not_judged(owner: str, part: str, why: str) -> Finding:
-    """Return the finding of a part of which nothing can be told."""
+    """Return the finding of a part that cannot be judged."""
     return Finding(owner, part, None, 0.0, None, None, 0.0, 0.0, 0.0, True, (), (), why)
 
 

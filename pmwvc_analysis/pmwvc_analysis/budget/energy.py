@@ -23,7 +23,7 @@ its start. A server step answers packets sent before it, and a master expands va
 so cause is never behind effect. A late server step is taken at the time it really ran. Gaps in the
 recording and nodes that were started again: :mod:`.stretches`.
 
-Without waves the two directions cannot be told apart; nor can they where something at the device
+Without waves the two directions cannot be separated; nor can they where something at the device
 answers the outgoing wave at once (velocity filter, filter bank): what goes up and what comes down
 is then partly the same wave. There only E_hand exists.
 
@@ -89,7 +89,7 @@ class UserEnergy:
     """The balances of one user; ``up`` and ``down`` are None where there are no waves.
 
     ``joint`` is E_hand. ``resolution_j`` is how far it may be off at the same instants, because an
-    encoder does not tell the motion exactly; zero where the motion is known. ``storage_j`` is
+    encoder does not give the motion exactly; zero where the motion is known. ``storage_j`` is
     what the controller was declared to hold at the start, and may give out.
     """
 
@@ -104,7 +104,7 @@ class UserEnergy:
     @property
     def hand_passive(self) -> bool | None:
         """Tell whether the hand got more than it gave and the declared storage; None where the
-        encoder cannot tell.
+        encoder cannot resolve.
         """
         limit = -self.joint.tolerance_j - self.storage_j
         if (self.joint.balance_j + self.resolution_j < limit).any():
@@ -114,7 +114,7 @@ class UserEnergy:
     @property
     def passive(self) -> bool | None:
         """Tell whether every balance was above zero, and E_hand above minus the storage; None
-        where the encoder cannot tell.
+        that the encoder cannot resolve.
         """
         channel = [part for part in (self.up, self.down) if part is not None]
         if not all(part.passive for part in channel):
@@ -125,7 +125,7 @@ class UserEnergy:
 def user_energies(traces: SessionTraces, scenario: Scenario | None = None) -> list[UserEnergy]:
     """Return the balances of every user that both its own trace and the server's know.
 
-    The scenario tells the declared storage and the step of the encoder; without it there is none.
+    The scenario gives the declared storage and the step of the encoder; without it there is none.
     """
     if traces.server is None:
         return []

@@ -64,7 +64,7 @@ def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
     """Return the work of one user's hand.
 
     Tick by tick where the recorded positions are what the master counted, else at the ends of
-    blocks. ``device`` tells the step of the encoder; None: taken as exact.
+    blocks. ``device`` gives the step of the encoder; None: taken as exact.
     """
     ran = ran_s(user)
     per_tick = np.sum(user.f_applied * np.diff(user.x_m, axis=0, append=user.x_m[-1:]), axis=-1)

@@ -47,7 +47,7 @@ def of_server(scenario: Scenario) -> set[str]:
 
 
 def unchecked(scenario: Scenario) -> dict[str, str]:
-    """Return the traces of a session that nothing else on record tells, and why.
+    """Return the traces of a session that nothing else on record confirms, and why.
 
     Names as in :mod:`pmwvc_core.traces`, those of the server after ``server.``, an
     account after ``accounts.``

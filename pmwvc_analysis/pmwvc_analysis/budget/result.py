@@ -20,7 +20,7 @@ from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_core.numeric import Array
 
 TOLERANCE = 1e-9  # of the energy moved
-TOLERANCE_NOTED = 2e-2  # where ``notes`` say why
+TOLERANCE_NOTED = 2e-2  # where ``notes`` give a reason
 SMALLEST_J = 1e-12
 SERVER = "server"
 # What pays for one another, in this order.
@@ -92,7 +92,7 @@ class Budget:
         return bool(np.abs(self.residual_j).max(initial=0.0) <= self.tolerance_j)
 
     def judged(self) -> Iterator[tuple[str, str, Series]]:
-        """Return owner, part and its sums over time, the way activity is told from them."""
+        """Return owner, part and its sums over time, from which active parts are found."""
         for owner, parts in self.parts.items():
             known = {part: Series(self.time_s, sums) for part, sums in parts.items()}
             if owner in self.at_frames:
@@ -115,7 +115,7 @@ class Budget:
 
     @property
     def findings(self) -> list[Finding]:
-        """Return what the criterion of passivity says of every part."""
+        """Return the result of the passivity criterion for every part."""
         moved, found = self.moved_j, []
         for owner, part, (time_s, sums) in self.judged():
             unjudged = self.server_holes if owner == SERVER else ()

@@ -103,5 +103,5 @@ def words_of(part: str) -> str:
 
 
 def account_words(account: str) -> str:
-    """Return what a controller's account says in words."""
+    """Return a controller's account in words."""
     return ACCOUNTS[account].words if account in ACCOUNTS else account.replace("_", " ")

@@ -3,7 +3,7 @@
 """The measures of a comparison: one row of numbers per session. Unknown measures are None.
 
 ======================  ===========================================================================
-``stable``              judged from the motion (``verdicts.stability``); ``instability`` says which
+``stable``              judged from the motion (``verdicts.stability``); ``instability`` names it
 ``passive``             verdict of the ports of all users and of the server
                         (``verdicts.passivity``); None where it is not judged
 ``active_part``         the port with the lowest balance, in words; None where none is below zero

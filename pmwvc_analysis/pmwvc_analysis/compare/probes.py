@@ -16,7 +16,7 @@ the force with a coherence below 0.9, has no mass and no damping.
 there are any, and k = (F2 - F1)/(x2 - x1). A device that still moves by more than 2 % of the step
 in the last second of a hold, or does not come back to within 5 % of it, has no stiffness at rest.
 
-Not here: the exact model, which says the same without a session where everything is linear.
+Not here: the exact model, which gives the same without a session where everything is linear.
 """
 
 import dataclasses

@@ -51,9 +51,9 @@ def _packets(traces: SessionTraces, scenario: Scenario | None, *, waves: bool) -
                 found.append(
                     f"{user.name}: the energy of u_tx is not that of its packets, {gap:.3g} J off"
                 )
-        heard = _whole(traces, f"/{user.name}/wave_down")
-        if heard is not None and user.name in frames and not (np.diff(user.tick) < 0).any():
-            power = np.sum(heard.wave**2, axis=-1) * frames[user.name] / 2.0
+        received = _whole(traces, f"/{user.name}/wave_down")
+        if received is not None and user.name in frames and not (np.diff(user.tick) < 0).any():
+            power = np.sum(received.wave**2, axis=-1) * frames[user.name] / 2.0
             known = np.sort(np.concatenate([[0.0], power]))
             gained = np.diff(user.energy["v_rx"])
             single = np.diff(user.block_time_s) < 1.5 * frames[user.name]

@@ -108,10 +108,10 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
         return AnyDelay(True, False, worst, at_hz, ())
     text = f"the users' ends return up to {worst:.7g} times the wave they receive ({at_hz:.3g} Hz)"
     if server is None:
-        said = [text] if worst > 1.0 + TOLERANCE else []
+        reasons = [text] if worst > 1.0 + TOLERANCE else []
         if not _passive_server(scenario):
-            said.append("no bound is known for the server's coupling")
-        return AnyDelay(False, False, None, None, tuple(said))
+            reasons.append("no bound is known for the server's coupling")
+        return AnyDelay(False, False, None, None, tuple(reasons))
     gain, at = Gains(ends, server).peak(angle)
     at_hz = at / (2.0 * np.pi * period_s)
     if gain <= 1.0 + TOLERANCE:
@@ -196,7 +196,7 @@ def _passive_server(scenario: Scenario) -> bool:
 def _outside(scenario: Scenario) -> list[str]:
     """Return what neither rule covers."""
     found = [
-        f"{element.said} is not linear"
+        f"{element.text} is not linear"
         for element in nonlinear(scenario)
         if not element.name.endswith(SERVER_OR_MATRIX)
     ]

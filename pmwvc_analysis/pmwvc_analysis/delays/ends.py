@@ -7,7 +7,7 @@ the tick rate, filter and rate drop lie within, so their aliasing does, too. The
 a packet u of every user and answers with v. Both are linear and time-invariant from packet to
 packet, with no hand on the device.
 
-States that nobody reads (where a device or the object is) are left out: they do not go round.
+States that are not read (where a device or the object is) are left out: they do not go round.
 """
 
 import dataclasses

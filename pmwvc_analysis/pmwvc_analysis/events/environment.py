@@ -52,7 +52,7 @@ class Limited(NamedTuple):
 def limited(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Limited]:
     """Return the users whose environment was limited, by name.
 
-    Empty also where it cannot be told: without a scenario or a trace of the server.
+    Empty also where it is unknown: without a scenario or a trace of the server.
     """
     server = traces.server
     if scenario is None or server is None or not has_waves(scenario.controller):
@@ -71,7 +71,7 @@ def limited(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Limit
 
 
 def lost(traces: SessionTraces, scenario: Scenario | None) -> str:
-    """Return whose environment is lost, in words; empty where nobody's is."""
+    """Return whose environment is lost, in words; empty if none is."""
     for name, entry in limited(traces, scenario).items():
         if entry.lost_s is not None:
             return (
@@ -154,7 +154,7 @@ def _travel(server: ServerTraces, index: int, rows: NDArray[np.intp]) -> Array:
 
 
 def _mean(values: Array, period_s: float) -> Array:
-    """Return the mean over the last 0.5 s; before that, of a pause in front of what there is."""
+    """Return the mean over the last 0.5 s; before that, of the pause before the first value."""
     count = max(1, round(WINDOW_S / period_s))
     sums = np.cumsum(values, axis=0)
     before = np.concatenate([np.zeros_like(sums[:count]), sums[:-count]])[: len(sums)]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Events of the links: times without any delivered packet, told from the fates of the packets."""
+"""Events of the links: times without any delivered packet, found from the fates of the packets."""
 
 from collections.abc import Iterator
 

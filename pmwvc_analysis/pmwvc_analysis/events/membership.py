@@ -93,7 +93,7 @@ def _contacts(
     server: ServerTraces, index: int, user: UserTraces | None, duration_s: float, *, grips: bool
 ) -> Iterator[Event]:
     name, touches = server.users[index], np.asarray(server.contact[index], dtype=bool)
-    if not touches.any():  # an environment that tells of no contact: its force does
+    if not touches.any():  # an environment that reports no contact: its force does
         touches = np.nan_to_num(np.linalg.norm(server.f_s[index], axis=-1)) > TOUCH_N
     made = "grip" if grips else "contact"
     found = runs(touches, server.time_s, join_s=DEBOUNCE_S)
@@ -110,7 +110,7 @@ def _contacts(
 
 
 def _cause(server: ServerTraces, index: int, user: UserTraces | None, at_s: float) -> str:
-    """Return what took a contact away, as far as the traces tell."""
+    """Return what took a contact away, as far as the traces show it."""
     after = np.searchsorted(server.time_s, at_s)
     if after < len(server.time_s) and server.state[index][after] == ABSENT:
         return "the user left"

@@ -16,7 +16,7 @@ RELEASED = "released"  # in the reason, once damping itself has been released
 LIMITED_N = 1e-3  # a force that differs by this much and
 LIMITED_RATIO = 0.01  # by this ratio was limited
 JOIN_S = 0.25
-MOST = 20  # events of one kind; more are told in one
+MOST = 20  # events of one kind; more are reported as one
 
 
 def of_user(user: UserTraces) -> Iterator[Event]:

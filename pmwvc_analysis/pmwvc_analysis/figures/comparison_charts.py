@@ -4,7 +4,7 @@
 as dots. Along the axis of the task.
 
 The scale is that of the stable sessions, so that one that diverges does not flatten the others; a
-title says where signals leave the panel.
+title names where signals leave the panel.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,7 +28,7 @@ MEASURES = (  # measure, label, unit, factor
     ("force_noise_n", "force noise, RMS", "mN", 1e3),
     ("energy_min_j", "lowest energy balance", "mJ", 1e3),
 )
-MOST_ADMITTANCES = 8  # curves that can be told apart
+MOST_ADMITTANCES = 8  # curves that can be distinguished
 WIDE = 30.0  # ratio of measures from which their axis is logarithmic
 
 

@@ -74,7 +74,7 @@ class Unfinished:
 
 
 def key_of(grid: Grid) -> str:
-    """Return what tells one map from another."""
+    """Return the identity of a map among others."""
     axes = [[axis.name, list(axis.values)] for axis in (grid.x, grid.y)]
     whole = json.dumps([grid.scenario.to_dict(), axes, grid.live], sort_keys=True)
     return hashlib.sha256(whole.encode()).hexdigest()

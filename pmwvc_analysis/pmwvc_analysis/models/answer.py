@@ -20,7 +20,7 @@ from pmwvc_core.scenario.scenario import Scenario
 def answer(
     scenario: Scenario, *, live: bool = False, bound: float = stability.BOUND
 ) -> dict[str, Any]:
-    """Return what the exact model says of a scenario.
+    """Return the answer of the exact model for a scenario.
 
     Returns
     -------

@@ -44,7 +44,7 @@ def parts(scenario: Scenario) -> list[Part]:
     wall = scenario.server
     if (
         scenario.environment.movable
-    ):  # a wall stays what it is: a slope it tells is part of its law
+    ):  # a wall stays what it is: a slope it reports is part of its law
         wall = dataclasses.replace(wall, environment="wall")
     found = [Part(together, tuple(len(group) for group in groups))]
     for group in groups:

@@ -71,7 +71,7 @@ class Line:
         self.device.step(f_h, force)
         return x, xd, force
 
-    def heard_at(self, tick: int) -> int:
+    def received_at(self, tick: int) -> int:
         """Return when the answer was sent that the master has at a tick."""
         return self.serve.last(self.answer.last(tick) - self._delay_down)
 

@@ -19,9 +19,9 @@ from pmwvc_core.server.environments import environment_of
 
 
 class Element(NamedTuple):
-    """Something that no linear model stands for."""
+    """An element that no linear model covers."""
 
-    said: str  # name and value
+    text: str  # name and value
     name: str  # of the parameter, as for --set
     instead: Any  # its value in the nearest linear scenario; None: there is none
 
@@ -62,7 +62,7 @@ def require_linear(scenario: Scenario, *, several_axes: bool = False) -> None:
     if several_axes:
         found = [element for element in found if not element.name.endswith("impedance_matrix")]
     if found:
-        alone = [element.said for element in found if element.instead is None]
+        alone = [element.text for element in found if element.instead is None]
         if alone:
             raise NonlinearError(
                 f"{scenario.name}: {', '.join(alone)}: has no linear model, and none is near; use "
@@ -70,7 +70,7 @@ def require_linear(scenario: Scenario, *, several_axes: bool = False) -> None:
             )
         settings = " ".join(f"--set {setting}" for setting in _settings(found))
         raise NonlinearError(
-            f"{scenario.name} is not linear: {', '.join(element.said for element in found)}; ask "
+            f"{scenario.name} is not linear: {', '.join(element.text for element in found)}; ask "
             f"for the nearest linear scenario with {settings}, or use 'pmwvc simulate'"
         )
 
@@ -111,18 +111,18 @@ def _of_controller(scenario: Scenario) -> Iterator[Element]:
     compensation, environment = COMPENSATIONS.of(server.compensation), scenario.environment
     learns = server.decoding == "secant"
     if compensation.linear != compensation.name:
-        said = f"server.compensation = {compensation.name}"
-        yield Element(said, "server.compensation", compensation.linear)
+        text = f"server.compensation = {compensation.name}"
+        yield Element(text, "server.compensation", compensation.linear)
     if environment.linear != environment.name:
         nearest = environment_of(str(environment.linear))
         instead = nearest.with_slope if learns else nearest.name
         yield Element(f"server.environment = {environment.name}", "server.environment", instead)
     elif learns and not environment.sloped:
-        said = "server.decoding = secant (a learned slope)"
+        text = "server.decoding = secant (a learned slope)"
         if environment.with_slope is None:
-            yield Element(said, "server.decoding", "late")
+            yield Element(text, "server.decoding", "late")
         else:
-            yield Element(said, "server.environment", environment.with_slope)
+            yield Element(text, "server.environment", environment.with_slope)
 
 
 def _of_user(user: User) -> Iterator[Element]:
@@ -134,16 +134,16 @@ def _of_user(user: User) -> Iterator[Element]:
     for group, port in (("master", user.master), ("server", user.contact)):
         if port.impedance_matrix:
             name = f"{group}.impedance_matrix"
-            said = f"{user.name}.{name} = {port.impedance_matrix!r} (one axis is asked for)"
-            yield Element(said, name, "")
+            text = f"{user.name}.{name} = {port.impedance_matrix!r} (one axis is asked for)"
+            yield Element(text, name, "")
     for way, link in (("up", user.link_up), ("down", user.link_down)):
         for effect in active(link):
             if effect.linear is None:
                 parameter = effect.parameters[0]
                 unit = specs(link)[parameter].unit.replace("-", "")
                 name = f"link.{way}.{parameter}"
-                said = f"{user.name}.{name} = {getattr(link, parameter)} {unit}".rstrip()
-                yield Element(said, name, effect.off)
+                text = f"{user.name}.{name} = {getattr(link, parameter)} {unit}".rstrip()
+                yield Element(text, name, effect.off)
     position, local = user.master.position, user.master.local_model
     if position.adapts:
         yield Element(

@@ -91,7 +91,7 @@ class Loop:
             baselines=[users[i].baseline for i in self._line_of],
         )
         self._join(1)
-        # To tick 0 at rest, so long that everybody has heard an answer to a packet of its own.
+        # To tick 0 at rest, so long that every user has received an answer to a packet of its own.
         longest = max(self.serve.period, *(line.frame.period for line in self.lines))
         for tick in range(-3 * longest, 0):
             self.advance(tick, [0.0] * len(self.lines))
@@ -284,7 +284,7 @@ class Loop:
         }
 
     def _join(self, width: int) -> None:
-        """Let everybody join at rest; an environment is told at its next step."""
+        """Let every user join at rest; an environment is notified at its next step."""
         zero = np.zeros((width, self.runs, self.dof))
         for port in range(len(self._line_of)):
             self.server.join(port, zero)

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The frequency of a motion from an eigenvalue over a hyperperiod of N ticks.
 
-An eigenvalue tells the phase of a motion once a hyperperiod, so its frequency up to multiples of
-1/(N T_c). Which one it is the motion within the hyperperiod tells: y(k) lambda^(-k/N) has period
+An eigenvalue gives the phase of a motion once a hyperperiod, so its frequency up to multiples of
+1/(N T_c). The motion within the hyperperiod decides which: y(k) lambda^(-k/N) has period
 N, and its largest harmonic j gives (arg lambda + 2 pi j)/(2 pi N T_c).
 """
 

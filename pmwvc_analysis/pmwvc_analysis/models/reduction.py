@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The states that matter: what nobody reads, nothing drives, or is there twice is left out.
+"""The reduced state: states that are not read, not driven, or present twice are left out.
 
 None of that changes an eigenvalue other than zero, nor what follows from the inputs. Structure
 counts, not size: a state is left out where its entries are exactly zero, or two rows exactly

@@ -10,7 +10,7 @@ taken out. With t scaled to 1 at a pivot j, z' = z - t z_j has no more of t in i
     A'[i, k] = A[i, k] - t_i A[j, k]        (row and column j become zero)
 
 has the eigenvalues of A less one that was 1, and a zero in its place. In a batch every run has its
-own motions; ``mask`` says which runs have a given one.
+own motions; ``mask`` marks the runs that have a given one.
 
 With waves a device's position acts on nothing, and neither does the object's: each one is a
 translation of its own, unless a position feedback ties a device to its avatar: then they move
@@ -66,8 +66,8 @@ def motions(linear: Linear) -> list[Motion]:
 def families(linear: Linear) -> list[Family]:
     """Return the motions of a loop as vectors of its states.
 
-    Devices, object, deflections and springs are as said; all other states follow from z(n) = z0 +
-    n z1, z(n+1) = A z(n).
+    Devices, object, deflections and springs are as given above; all other states follow from z(n)
+    = z0 + n z1, z(n+1) = A z(n).
     """
     loop, n, found = linear.loop, len(linear.columns), motions(linear)
     matrices = linear.rows[:, :, :n]
@@ -197,7 +197,7 @@ def _translations_without_waves(linear: Linear, axis: int) -> list[Motion]:
 def _drifting(linear: Linear, axis: int) -> list[Motion]:
     """Return the uniform motions: of all that hang together, and of users by themselves.
 
-    A virtual coupling pulls back what moves on: it only hears of the other end late.
+    A virtual coupling pulls back what moves on: it receives the other end late.
     """
     loop = linear.loop
     if not has_waves(loop.scenario.controller) and loop.scenario.controller not in DRIFTING:
@@ -228,7 +228,7 @@ def _common_drift(linear: Linear, axis: int) -> list[Motion]:
     """Return the uniform motion of the object with all users who touch it, where none is braked.
 
     The two ends of a wave link move as sqrt(b of the server / b of the master). A position
-    feedback hears of the avatar in steps: only with a packet at every tick is there no force.
+    feedback receives the avatar in steps: only with a packet at every tick is there no force.
     """
     loop = linear.loop
     waves, serve = has_waves(loop.scenario.controller), loop.serve
@@ -243,7 +243,7 @@ def _common_drift(linear: Linear, axis: int) -> list[Motion]:
         rate = np.where(off, 0.0, ratio if waves else one)
         steady = _steady_answers(line) & np.all(ratio == one, axis=1, keepdims=True)
         mask = mask & (off | ~_braked(line)) & (off | ~tied | steady)
-        late = tied * line.heard_at(0) if waves else line.up.ages()[0]
+        late = tied * line.received_at(0) if waves else line.up.ages()[0]
         x = f"{line.name}.device.x"
         now |= {x: rate * (late * loop.tick_s), f"{x}d": rate}
         rates[x] = rate

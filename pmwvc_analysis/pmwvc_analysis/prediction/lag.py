@@ -13,7 +13,7 @@ so the device moves n times as far as its avatar: only for n = 1 is the distance
 F tau/(2 b), the lead of a steady press.
 
 With ``one_step_delay`` the avatar moves by the force of the step before: once the force F_s has
-been built up it stands F_s T_VE/b_s further in than its waves say, at the device n F_s T_VE/b_s =
+been built up it stands F_s T_VE/b_s further in than its waves give, at the device n F_s T_VE/b_s =
 F_m T_VE/b_m: a lag of -2 T_VE.
 
 A zero-order hold comes back as steps through device and filter, which is sampled at their end and

@@ -118,7 +118,7 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
     ``k_max`` is None where no contact stiffness up to ``stability.BOUND`` is unstable, and all
     three of ``spectral_radius``, ``stable`` and ``k_max`` where there is no exact model (unless
     stability at any constant delay is proved: then ``stable`` is True all the same).
-    ``any_delay`` tells whether that is proved, ``loop_gain`` is the largest gain once around the
+    ``any_delay`` is whether that is proved, ``loop_gain`` is the largest gain once around the
     loop by which it is judged (None without waves or without such a gain). ``k_felt`` and
     ``mass_felt`` are None where more than the lag decides them; ``left_out`` names the effects of
     the links that no prediction has.

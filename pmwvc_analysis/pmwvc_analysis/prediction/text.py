@@ -153,7 +153,7 @@ def _stability_lines(scenario: Scenario, known: Answer) -> list[str]:
     """Return stability by the exact model: of the scenario, or of the nearest linear one."""
     if known.exact is not None:
         return [f"{_stability(known.exact)} (hands off)."]
-    elements = ", ".join(dict.fromkeys(element.said for element in nonlinear(scenario)))
+    elements = ", ".join(dict.fromkeys(element.text for element in nonlinear(scenario)))
     if known.relative is None and elements:
         return [f"No exact model, not linear: {elements}. No linear scenario is near."]
     if known.relative is None:

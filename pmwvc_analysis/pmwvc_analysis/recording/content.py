@@ -27,7 +27,7 @@ Decode = Callable[[bytes, str], Any]
 
 @dataclass
 class Content:
-    """Decoded messages by topic, and everything else the files say."""
+    """Decoded messages by topic, and all other content of the files."""
 
     by_topic: Topics = field(default_factory=lambda: defaultdict(Series))
     types: dict[str, str] = field(default_factory=dict)

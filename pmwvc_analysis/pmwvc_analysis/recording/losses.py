@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The messages missing in a recording, told apart from those that the emulated network lost.
+"""The messages missing in a recording, separated from those that the emulated network lost.
 
 On a topic that a node publishes itself, a number that is not in the file was not recorded. Behind
-an emulated link a number may be absent because the link lost the packet: there, what the link says
-it delivered is compared with what is in the file. And a packet that was sent, and of which the
-link knows nothing, never reached it: its two ends had not met.
+an emulated link a number may be absent because the link lost the packet: there, what the link
+reports it delivered is compared with what is in the file. And a packet that was sent, and of which
+the link knows nothing, never reached it: its two ends had not met.
 """
 
 from collections.abc import Mapping

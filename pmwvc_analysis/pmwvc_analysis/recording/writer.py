@@ -75,7 +75,7 @@ class SessionWriter:
             raise RecordingError(
                 f"cannot record into {self.folder}: {error.strerror or error}"
             ) from error
-        # chunks end where flush() says so: then the position behind the last whole one is always
+        # chunks end where flush() is called: then the position behind the last whole one is always
         # known
         self._writer = McapWriter(self._file)
         self._good = 0

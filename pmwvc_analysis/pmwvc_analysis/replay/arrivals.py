@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The arrival of packets at their receivers, as far as the traces tell it.
+"""The arrival of packets at their receivers, as far as the traces show it.
 
 The emulator's times leave open the time between its socket and the receiver's (about 0.2 ms), so
 a packet that came out just before its receiver looked may have been used at that look or at the
 next. But the receiver's trace holds the wave it used, and waves are numbers with 16 digits: where
 exactly one packet carries that wave, it was the newest at that look. So it had come by then, and
-none with a higher number had. A wave of zero tells nothing: it is also used where nothing came.
+none with a higher number had. A wave of zero shows nothing: it is also used where nothing came.
 """
 
 from collections import defaultdict
@@ -56,7 +56,7 @@ class Bounds:
 
 
 def bounds(sent: Sent, looks: Looks) -> Bounds:
-    """Return what the used waves tell about the arrival of every packet."""
+    """Return what the used waves show of the arrival of every packet."""
     sent_at = sent.time_ns.tolist()
     count = len(sent_at)
     carriers: dict[bytes, list[int]] = defaultdict(list)
@@ -65,9 +65,11 @@ def bounds(sent: Sent, looks: Looks) -> Bounds:
     last = [-1] * (count + 1)  # look that still used this one
     until = [NEVER_NS] * count
     newest = 0
-    tells = np.any(looks.wave, axis=-1).tolist()
-    for time_ns, wave, tell in zip(looks.time_ns.tolist(), _rows(looks.wave), tells, strict=True):
-        possible = carriers.get(wave, []) if tell else []
+    nonzero = np.any(looks.wave, axis=-1).tolist()
+    for time_ns, wave, known in zip(
+        looks.time_ns.tolist(), _rows(looks.wave), nonzero, strict=True
+    ):
+        possible = carriers.get(wave, []) if known else []
         if len(possible) > 1:
             possible = [n for n in possible if n >= newest and sent_at[n - 1] <= time_ns]
         if len(possible) != 1:

@@ -5,7 +5,7 @@
 A packet's delay is the time from its sending to its coming out of the emulator, both on the
 monotonic clock of their machine; where sender and emulator are on different machines, from its
 going into the emulator. Live, it takes a little longer to the receiver. Where the receiver's trace
-tells that the packet was used at an earlier look, or at a later one, the delay is made to fit
+shows that the packet was used at an earlier look, or at a later one, the delay is made to fit
 (:mod:`pmwvc_analysis.replay.arrivals`).
 """
 

@@ -4,7 +4,7 @@
 
 **The hand.** ``operator``: the hand of the scenario, as a model, once more. It is the same person
 with the same intention, and reacts to what the changed system makes it feel; physically this is
-what a change of parameters means. ``force``: the recorded force, tick for tick. It tells what the
+what a change of parameters means. ``force``: the recorded force, tick for tick. It shows what the
 same push would have done, but a force alone holds nothing in place: where the replayed device is
 not where the recorded one was, nothing brings it back, and the two drift apart. So the operator is
 the default where the session had one (a simulated device); of a real device with a force sensor
@@ -64,7 +64,7 @@ def prescription(
     Raises
     ------
     RecordingError
-        If the recording cannot be replayed so; says why.
+        If the recording cannot be replayed so, with the reason.
     """
     users = _matching_users(traces, recorded, replayed)
     tick_s = recorded.tick_s

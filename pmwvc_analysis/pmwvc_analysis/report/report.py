@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of a session: one self-contained HTML file, verdict first.
 
-Everything it says is in the summary or the traces already; here it is put into words and laid out.
+All its content is in the summary and the traces; here it is put into words and laid out.
 """
 
 from collections.abc import Sequence

@@ -24,7 +24,7 @@ SERVER = "server"
 
 @dataclass(frozen=True)
 class Unjudged:
-    """A time in which a balance cannot be told, and why."""
+    """A time in which a balance is unknown, and why."""
 
     start_s: float
     end_s: float

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Reductions of traces to the numbers of a summary; what cannot be told is None, never NaN."""
+"""Reductions of traces to the numbers of a summary; an unknown number is None, never NaN."""
 
 import math
 from collections.abc import Sequence

@@ -5,7 +5,7 @@
 Master and server keep running sums of their energies, so a gap in either record hides nothing but
 what happened inside it: a user is judged again from the end of its first block after the gap. A
 master or server that was started again begins its sums at zero, and what went on in between is
-unknown: the balance begins anew, at zero, once the server has heard the new master.
+unknown: the balance begins anew, at zero, at the first packet of the new master.
 """
 
 import itertools
@@ -89,8 +89,8 @@ def _start_s(user: UserTraces, first: int, traces: SessionTraces) -> float:
     if first == 0:
         return -np.inf
     begun = float(user.time_s[first])
-    heard = [time_s for time_s in first_packets(traces, user.name) if time_s >= begun]
-    return max(_block_end_s(user, begun), min(heard, default=begun))
+    received = [time_s for time_s in first_packets(traces, user.name) if time_s >= begun]
+    return max(_block_end_s(user, begun), min(received, default=begun))
 
 
 def _block_end_s(user: UserTraces, time_s: float) -> float:

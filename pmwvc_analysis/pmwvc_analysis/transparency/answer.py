@@ -33,7 +33,7 @@ def answer(
     name
         Of the scenario.
     found
-        What the model says.
+        The answer of the model.
     measured, model
         What a recording shows, and the model at the same frequencies.
     """

@@ -117,7 +117,7 @@ def limit_at_rest(values: Array) -> float:
 def low_frequencies(peak_hz: float | None) -> Array:
     """Return f, 2 f, 4 f, 8 f [Hz]: low enough for a limit at rest, high enough for rounding.
 
-    The integrators of a model make rounding grow towards rest; the first peak says how far up the
+    The integrators of a model make rounding grow towards rest; the first peak gives how far up the
     series holds.
     """
     lowest = LOW_HZ if peak_hz is None else min(LOW_HZ, peak_hz / 64.0)

@@ -18,7 +18,7 @@ def answer(scenario: Scenario, found: Proposal) -> dict[str, Any]:
     """Return the document of ``--json``."""
     return {
         "scenario": scenario.name,
-        "not_linear": [element.said for element in found.elements],
+        "not_linear": [element.text for element in found.elements],
         "bounds": list(found.bounds),
         "best": _plain(scenario, found.best),
         "others": {label: _plain(scenario, row) for label, row in found.others.items()},
@@ -41,9 +41,9 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     width = max(map(len, rows))
     lines = [f"{scenario.name}: what each choice renders to the first user"]
     if found.elements:
-        said = ", ".join(dict.fromkeys(element.said for element in found.elements))
+        elements = ", ".join(dict.fromkeys(element.text for element in found.elements))
         instead = ", ".join(dict.fromkeys(map(setting, found.elements)))
-        lines.append(f"  not linear: {said}; stiffness, mass, K max computed with {instead}")
+        lines.append(f"  not linear: {elements}; stiffness, mass, K max computed with {instead}")
     if effects := left_out(scenario):
         lines.append(f"  left out of stability and K max: {'; '.join(effects)}")
     for heads in (HEADS, UNITS):

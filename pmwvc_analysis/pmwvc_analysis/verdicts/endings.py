@@ -5,9 +5,9 @@
 A server or an emulator that ended takes the loop with it: everything is judged up to there. A
 master that ended takes its user with it: that user is judged up to there, the others go on.
 
-When a node ended is told by the session runner where it saw that (with the signal), else by its
-trace: it breaks off while others go on. A trace that breaks off while the packets of its node go
-on is a hole of the recording, not the end of the node.
+The end of a node is reported by the session runner where it saw that (with the signal), else by
+its trace: it breaks off while others go on. A trace that breaks off while the packets of its node
+go on is a hole of the recording, not the end of the node.
 """
 
 import math

@@ -50,7 +50,7 @@ def _rate_hz(times_ns: NDArray[np.int64]) -> float | None:
 
 
 def _from_states(link: str, states: dict[str, Array], duration_s: float) -> dict[str, Any]:
-    """Return what the last counts say; percentiles of the delay are not known from them."""
+    """Return the last counts; percentiles of the delay are not known from them."""
     last = {
         name: int(states[name][-1])
         for name in ("in_count", "out_count", "lost", "duplicated", "reordered", "dropped")

@@ -7,14 +7,15 @@ purpose (for a target that rests, below half a hertz), and what an environment o
 driven with. A hand that moves in steps, an object let go or contact made for the first time give
 short bursts of fast motion; a median over quarter-second windows passes over them. Motion is
 judged from the middle of the session, or from the last time that contact was made or lost if that
-is later; less than a second after it, it cannot be told whether the vibration dies out.
+is later; less than a second after it, it is unknown whether the vibration decays.
 
 Packets and server steps make images of purposeful motion: of motion at f sampled at f_s and held,
 one at f_s - f with f/(f_s - f) of its size. That much beyond the band is no oscillation of the
 loop.
 
 Where rows are missing, or the loop did not run, the motion is not known: it is filtered piece by
-piece, and where less than half of the windows of the end or the middle are known, nothing is told.
+piece, and where less than half of the windows of the end or the middle are known, there is no
+verdict.
 
 Not known: what drives an environment of somebody else's. Its motion counts as the loop's.
 """
@@ -33,7 +34,7 @@ from pmwvc_core.traces import SessionTraces
 
 WINDOW_S = 0.25
 PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
-SETTLE_S = 1.0  # after contact is made or lost, until an oscillation can be told from a transient
+SETTLE_S = 1.0  # time for transients of contact to decay
 CHATTER = 4  # changes of contact in half a session: more are the loop's own
 DEFAULT_BAND_HZ = 8.0
 REST_BAND_HZ = 0.5
@@ -63,7 +64,7 @@ class Strength:
     """Median RMS velocity beyond the band late in the judged span [m/s], and its last third over
     its first.
 
-    ``known`` tells whether enough of both was recorded, ``settled`` whether the span is long
+    ``known`` is whether enough of both was recorded, ``settled`` whether the span is long
     enough, ``purposeful_m_s`` is the median RMS velocity within the band.
     """
 

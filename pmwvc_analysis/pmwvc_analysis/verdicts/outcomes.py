@@ -19,7 +19,7 @@ class Outcome(NamedTuple):
     """One prediction; numbers are null where the prediction is none of a number."""
 
     what: str
-    hit: bool | None  # None: nothing was promised, or nothing can be told
+    hit: bool | None  # None: nothing was predicted, or the outcome is unknown
     text: str
     owner: str = ""
     predicted: float | None = None

@@ -50,14 +50,14 @@ def verdict(found: Passivity, owner: str) -> str:
 
 def amount(finding: Finding) -> str:
     """Return least balance, its ratio to the energy moved, tolerance and declared storage."""
-    said = f"least balance {joule(finding.least_j)}"
+    text = f"least balance {joule(finding.least_j)}"
     if finding.passive is False:
-        said += f" at {finding.least_s:.2f} s" if finding.least_s is not None else ""
-        said += f" ({_beside_moved(finding)})"
-    said += f", tolerance {joule(finding.tolerance_j)}"
+        text += f" at {finding.least_s:.2f} s" if finding.least_s is not None else ""
+        text += f" ({_beside_moved(finding)})"
+    text += f", tolerance {joule(finding.tolerance_j)}"
     if finding.declared_j > 0.0:
-        said += f", declared storage {joule(finding.declared_j)}"
-    return said
+        text += f", declared storage {joule(finding.declared_j)}"
+    return text
 
 
 def components(found: Passivity) -> list[str]:
@@ -103,21 +103,23 @@ def budget_lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, st
     Each line is good or bad; None where the ports, which decide, show that others paid for it.
     """
     residual = float(np.abs(found.residual_j).max())
-    said: list[tuple[bool | None, str]]
+    lines: list[tuple[bool | None, str]]
     if found.closes:
-        said = [(True, f"The energy budget closes to {joule(residual)}.")]
+        lines = [(True, f"The energy budget closes to {joule(residual)}.")]
     else:
-        said = [(False, f"The energy budget does not close: {joule(residual)} are not explained.")]
+        lines = [
+            (False, f"The energy budget does not close: {joule(residual)} are not explained.")
+        ]
     hidden = {each.part: each.hides for each in found.remainders}
     for part, hides in hidden.items():
         words = "given by the hand" if part == "hand" else words_of(part)
-        said.append((None, f"Remainder, not computed for itself: {words}. It hides {hides}."))
+        lines.append((None, f"Remainder, not computed for itself: {words}. It hides {hides}."))
     for port in judged.findings:
         if port.decides and port.passive is False:
-            said.append((False, f"{port.owner}: {verdict(judged, port.owner)}."))
+            lines.append((False, f"{port.owner}: {verdict(judged, port.owner)}."))
     paid = judged.session
-    said += [(None if paid else False, f"{component(each, judged)}.") for each in found.active]
+    lines += [(None if paid else False, f"{component(each, judged)}.") for each in found.active]
     if not found.active and paid:
         limit = found.findings[0].tolerance_j
-        said.append((True, f"No component generated energy beyond {joule(limit)}."))
-    return said
+        lines.append((True, f"No component generated energy beyond {joule(limit)}."))
+    return lines

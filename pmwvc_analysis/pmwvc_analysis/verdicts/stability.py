@@ -48,7 +48,7 @@ SPEED = ("faster than", "soft start")  # reasons that are the motion's and not t
 class Verdict:
     """Stable or the kind of instability, what showed it, the strongest late oscillation [m/s].
 
-    ``judged`` is False where nothing was found in a recording that lacks too much to tell.
+    ``judged`` is False where nothing was found in a recording that lacks too much to judge.
     """
 
     instability: str | None

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``summary.json``: the verdicts and numbers of one session, the same keys whatever its source.
 
-Vectors are a number for one axis and a list for several; what cannot be told is null.
+Vectors are a number for one axis and a list for several; an unknown value is null.
 ``*_final_*`` are means over the last 0.5 s of a user's own ticks: a server goes on a little after
 the users have left.
 

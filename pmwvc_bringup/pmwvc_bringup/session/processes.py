@@ -171,7 +171,7 @@ def _wake(child: Child) -> None:
 
 
 def _await(children: Sequence[Child], timeout_s: float, hurried: Callable[[], bool]) -> bool:
-    """Wait until all have ended; tell whether they have."""
+    """Wait until all have ended; return whether they have."""
     until = time.monotonic() + timeout_s
     while any(child.running for child in children):
         if time.monotonic() > until or hurried():

@@ -64,7 +64,7 @@ class LiveSession:
         self.ends = plan.topic_ends(scenario)
 
     def run(self) -> bool:
-        """Run the session; tell whether it took place.
+        """Run the session; return whether it took place.
 
         Returns False when it was interrupted before its nodes were connected.
 

@@ -89,7 +89,7 @@ def make_force_loop(
     workspace_m
         Half extent that the device declares [m].
     watched
-        Whether the device's samples say if they are fresh.
+        Whether the device marks fresh samples.
     """
     return ForceLoop(
         make_master(controller, master, baseline),

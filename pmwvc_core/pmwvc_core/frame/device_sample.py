@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pmwvc_core.numeric import Value
 
-STALE_S = 0.02  # without a fresh sample of a device that says so: it is silent
+STALE_S = 0.02  # without a fresh sample of a device that marks them: it is silent
 
 
 @dataclass(slots=True)
@@ -15,7 +15,7 @@ class DeviceSample:
 
     ``valid`` is False where position or velocity cannot be trusted: the loop then asks for no
     force. ``fresh`` is False where nothing new came since the last read; only devices with pacing
-    ``device`` or ``event`` need to say so. ``f_h`` is the hand's force on the device, zero where
+    ``device`` or ``event`` need to set it. ``f_h`` is the hand's force on the device, zero where
     ``hand_force_known`` is False. ``work`` is for devices that know their true motion, as a
     simulated one does: the work of the controller's force against the hand and of the hand's
     force on the device since the start [J]. Where it is None the loop counts the motion measured.

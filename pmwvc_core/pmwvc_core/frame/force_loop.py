@@ -68,7 +68,7 @@ class ForceLoop(Stateful):
     tick_s
         Period of a tick [s].
     watched
-        Whether samples of the device say if they are fresh; without a fresh one for ``STALE_S``
+        Whether the device marks fresh samples; without a fresh one for ``STALE_S``
         no force is rendered.
 
     Attributes

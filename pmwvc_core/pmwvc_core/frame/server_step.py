@@ -4,7 +4,7 @@
 and senders for all users.
 
 A user joins with its first packet (or with a new epoch: it was restarted), is rendered a matched
-damper while it is silent, and leaves when it says so or stays silent for ``release_s``.
+damper while it is silent, and leaves with its last packet or after ``release_s`` of silence.
 Time is an argument: integer nanoseconds of any monotonic clock.
 """
 

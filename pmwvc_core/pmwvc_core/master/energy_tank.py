@@ -2,28 +2,28 @@
 # SPDX-License-Identifier: Apache-2.0
 """The energy that a master has taken in and not given out, as far as it is free to be spent.
 
-In come packets (with the energy that their sender says it has sent so far, lost ones included) and
-the hand; out go packets. What filter and hold may still give out is not free::
+Packets (with the energy their sender reports as sent so far, lost ones included) and the hand
+bring energy in; packets take it out. Energy that filter and hold may still give out is not free::
 
-    free = [packets heard - |v|^2 T_c/2 of the ticks - T_c (M-1)/4 |v|^2]     hold, at each packet
+    free = [packets received - |v|^2 T_c/2 of the ticks - T_c (M-1)/4 |v|^2]     hold, per packet
          + [|u|^2 T_c/2 of the ticks - packets sent - tau |y|^2/2]            filter, at each send
-         + min(0, F xd of the device less what the channel got of it)         parts, limits
+         + min(0, F xd of the device less the energy into the link)           filters, limits
          + storage declared - spent - discarded
 
 with v the wave that the hold gives out, u the one that comes back from the device, y the filter's
 output, tau its group delay less (M-1)/2 T_c: the wave that is in the filter when a packet has just
-been sent. The first line never falls while packets come in time. Where a hold gives out what no
-packet brought, what is saved pays; ``owed_j`` counts the rest, at most M T_c/2 |v|^2 for each load
-of a packet heard before, and later packets pay that first. A packet that the rest cannot pay for
-is shortened. So at every packet
+been sent. The first line never falls while packets come in time. Where a hold gives out energy
+that no packet brought, the tank pays; ``owed_j`` counts the remainder, at most M T_c/2 |v|^2 for
+each load of a packet received before, and later packets pay that first. A packet that the tank
+cannot pay for is shortened. So at every packet
 
-    storage + heard + F xd - sent >= - owed
+    storage + received + F xd - sent >= - owed
 
-with any parts that are passive, for any filter. F xd is what the waves know: behind an encoder it
-books energy that nobody gave. What is *spent* is bounded by the work of the hand as well, force
-held times distance measured,
+with any passive port filters, for any anti-aliasing filter. F xd comes from the waves: behind an
+encoder it counts energy that the hand did not give. What is *spent* is bounded by the work of the
+hand as well, force held times distance measured,
 
-    spent <= storage + heard + sum F_k (x_{k+1} - x_k) - sent, with the reserves above
+    spent <= storage + received + sum F_k (x_{k+1} - x_k) - sent, with the reserves above
 
 in which an encoder errs to the safe side (docs/theory.md, section 13): a grip held between two of
 its counts leaves nothing to spend. Not here: what the energy is spent on.
@@ -57,7 +57,9 @@ class EnergyTank(Stateful):
     """
 
     BLOCKS = "_played _taken _device"
-    MEMORY = "saved_j spent_j owed_j discarded_j _work _x _f _heard _said _v _y _of_hold _of_u"
+    MEMORY = (
+        "saved_j spent_j owed_j discarded_j _work _x _f _received _reported _v _y _of_hold _of_u"
+    )
 
     def __init__(self, params: MasterParams) -> None:
         self.saved_j: Value = params.position.storage_j
@@ -70,8 +72,8 @@ class EnergyTank(Stateful):
         self._work: Value = 0.0  # of the hand, by force held and distance
         self._x: Value | None = None
         self._f: Value = 0.0
-        self._heard: Value = 0.0
-        self._said: tuple[int, int, Value] = (0, 0, 0.0)  # epoch, number, energy of the newest
+        self._received: Value = 0.0
+        self._reported: tuple[int, int, Value] = (0, 0, 0.0)  # epoch, number, energy of the newest
         self._v: Value = 0.0
         self._y: Value = 0.0
         self._of_hold: Value = 0.0  # first line when it was last looked at
@@ -94,7 +96,7 @@ class EnergyTank(Stateful):
 
     def on_packet(self, packet: WavePacket) -> None:
         """Settle the frame that ends, then take the newest packet in."""
-        of_hold = self._heard - self._played.energy_j - 0.5 * self._hold_s * squared(self._v)
+        of_hold = self._received - self._played.energy_j - 0.5 * self._hold_s * squared(self._v)
         change = of_hold - self._of_hold
         self._of_hold = of_hold
         gained, lost = maximum(change, 0.0), maximum(-change, 0.0)
@@ -102,13 +104,13 @@ class EnergyTank(Stateful):
         drawn = minimum(maximum(self.saved_j, 0.0), lost)
         self.owed_j = self.owed_j + (lost - drawn) - repaid
         self._save(gained - repaid - drawn)
-        epoch, seq, said = self._said
+        epoch, seq, reported = self._reported
         if packet.epoch != epoch:
-            said = packet.energy - squared(packet.wave) * (0.5 * packet.period)
+            reported = packet.energy - squared(packet.wave) * (0.5 * packet.period)
         elif packet.seq <= seq:
             return
-        self._heard = self._heard + maximum(packet.energy - said, 0.0)
-        self._said = packet.epoch, packet.seq, packet.energy
+        self._received = self._received + maximum(packet.energy - reported, 0.0)
+        self._reported = packet.epoch, packet.seq, packet.energy
 
     def move(self, x: Value) -> None:
         """Count the work of the force held until the device is at x [m]."""

@@ -8,10 +8,11 @@ Fig. 3, with the names of its filters here::
         '-> high_up --> u2 --> local model --> v2 --> high_down -,
     v_m <---------------- w <-- low_down <-- hold <-- server --(+)
 
-``dissertation``: low_up and low_down are wires, high_up is HP, high_down is LP2. The server hears
-what the anti-aliasing filter leaves and the local model what HP leaves, but nothing keeps the two
-answers together below what came: for a passive server and a passive local model the wave that
-comes back is bounded by (|LP1| + |LP2| |HP|) |u_m|, which is above 1 for the filters of Table 1.
+``dissertation``: low_up and low_down are wires, high_up is HP, high_down is LP2. The server
+receives what the anti-aliasing filter leaves and the local model what HP leaves, but nothing keeps
+the two answers together below what came: for a passive server and a passive local model the wave
+that comes back is bounded by (|LP1| + |LP2| |HP|) |u_m|, which is above 1 for the filters of Table
+1.
 
 ``complementary``: the same first-order pair splits and puts together, |H1|^2 + |H2|^2 = 1. With
 H = (H1, H2): H^T H = 1 up to the pair's own storage, so |u1|^2 + |u2|^2 = |u_m|^2 in the end and

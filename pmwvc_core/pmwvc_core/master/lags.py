@@ -13,7 +13,7 @@ from pmwvc_core.wave.design.aliasing import delay_of
 def filter_lag_s(params: MasterParams) -> Value:
     """Return tau - (M-1)/2 T_c [s], tau the group delay of the anti-aliasing filter.
 
-    A packet says how its frame ended, which is (M-1)/2 T_c later than how it was in the mean.
+    A packet carries the end of its frame, which is (M-1)/2 T_c later than the mean of the frame.
     """
     tau = delay_of(params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop)
     return tau - _half_frame_s(params)

@@ -31,7 +31,7 @@ from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_ANEW, WavePacket
 from pmwvc_core.wave.impedance import impedance_of
 
-KEPT = 1024  # packets sent whose integral is remembered
+KEPT = 1024  # packets sent whose integral is kept
 SMOOTHED_S = 0.5  # time constant of the round trip as packets show it
 
 

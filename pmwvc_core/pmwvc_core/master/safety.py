@@ -14,7 +14,7 @@ What reaches the device, for whatever a controller asks, including values that a
   remains; what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` of
   silence the damping itself is let go over ``LET_GO_S``;
 * **workspace**: beyond the half extent that the device declares, damping likewise;
-* **device silent**: while the device senses nothing there is no force at all (nobody knows how it
+* **device silent**: while the device senses nothing there is no force at all (it is unknown how it
   moves); after ``LOST_S`` that is a fault, which ends with the next sample;
 * a value that is not a finite number counts as a force of zero;
 * **fault**: above ``fault_velocity`` the force goes to zero and stays there until ``rearm``.
@@ -91,8 +91,8 @@ class SafetyLimiter(Stateful):
         Whether the force has ever been let through in full: from then on a simulated hand may act
         without meeting less than the controller renders.
     inactive
-        Whether the last tick let the force through unchanged: then a few comparisons tell whether
-        this one does, too.
+        Whether the last tick let the force through unchanged: then a few comparisons decide
+        whether this one does, too.
     """
 
     MEMORY = (
@@ -267,7 +267,7 @@ class SafetyLimiter(Stateful):
         return kept + self._push * (f - kept)
 
     def _limit(self, f: Value) -> tuple[Value, Flag]:
-        """Shorten the force, then its change; also tell whether that made a difference."""
+        """Limit the force, then its change; also return whether either was limited."""
         wanted = limit_length(f, self.params.max_force)
         change = wanted - self.f
         length = root(squared(change))

@@ -139,7 +139,7 @@ class EquivalentVelocityFilter(Stateful):
         xd
             Velocity [m/s].
         impedance
-            b [N s/m], which tells what the difference costs.
+            b [N s/m], which gives the cost of the difference.
         """
         less = self._twice * self._high.step(xd)
         self._kept = self._kept - dot(impedance * less, xd) * self._tick_s

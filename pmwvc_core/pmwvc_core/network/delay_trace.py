@@ -68,7 +68,7 @@ def load_delay_trace(path: str, scale: float) -> DelayTrace:
     Raises
     ------
     RecordingError
-        If the file cannot be used; says why and names the columns there are.
+        If the file cannot be used, with the reason and the columns found.
     """
     rows = _rows(path)
     time_column, delay_column, unit_s, header = _columns(path, rows[0])

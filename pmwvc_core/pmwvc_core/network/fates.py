@@ -28,7 +28,7 @@ class FateBlock:
 class FateLog:
     """Collect the fates of one link, each once it is final.
 
-    A packet that never comes out is final when the link says so; one that does, when it has left.
+    A packet that never comes out is final when the link decides so; any other when it has left.
     """
 
     def __init__(self) -> None:

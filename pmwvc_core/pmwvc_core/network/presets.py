@@ -3,7 +3,7 @@
 """Networks by name: link settings for both directions, as data.
 
 A preset is plausible, not universal. It holds mean and spread of the delay and the mean loss; what
-a link cannot express is left out and said: loss comes one packet at a time where real loss comes
+a link cannot express is left out and named: loss comes one packet at a time where real loss comes
 in bursts, and a long tail becomes a symmetric spread. Networks that are mostly tail or outage
 (busy Wi-Fi, satellites that change hands) have no preset: use ``jitter: trace`` with a recording.
 """

@@ -63,7 +63,7 @@ class FilterParams(Validated):
     )
 
     def conflicts(self) -> list[str]:
-        """Check that the cut-off is said once and used, and the Butterworth edges are in order."""
+        """Check that the cut-off is given once and used, and that Butterworth edges rise."""
         names = ("pole_rad_s", "cutoff_hz", "stop_hz")
         given = [name for name in names if getattr(self, name) is not None]
         if self.kind == "integrate_and_dump" and given not in ([], ["stop_hz"]):

@@ -20,7 +20,7 @@ class VelocityFilterParams(Validated):
     """Velocity filter by feeding back the high-pass part of the outgoing wave (App. D).
 
     At most one of ``alpha`` and ``cutoff_hz``; without either they follow from the anti-aliasing
-    filter (``pmwvc filter`` tells).
+    filter (``pmwvc filter`` prints it).
     """
 
     kind: str = parameter(
@@ -42,7 +42,7 @@ class VelocityFilterParams(Validated):
     )
 
     def conflicts(self) -> list[str]:
-        """Check that the filter is said once, and that not the whole wave is answered at once."""
+        """Check that the filter is given once, and that not the whole wave is answered at once."""
         if self.alpha is not None and self.cutoff_hz is not None:
             return ["alpha and cutoff_hz are given: a velocity filter takes one of them"]
         if self.alpha is not None and (self.order != 1 or self.kind == "complementary"):

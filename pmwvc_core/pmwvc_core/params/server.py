@@ -14,7 +14,7 @@ COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped", "unkno
 INTEGRATORS = ("forward_euler", "backward_euler", "trapezoid")
 DECODINGS = ("secant", "late")
 COMPENSATIONS = ("none", "printed", "corrected", "ledger")
-BLACK_BOX = ("unknown",)  # couplings that know nothing of the environment
+BLACK_BOX = ("unknown",)  # couplings to a black-box environment
 KNOWN = ("cube", "wall")  # environments whose equations every coupling has
 
 
@@ -52,15 +52,16 @@ class ServerParams(Validated):
     decoding: str = parameter(
         "secant",
         "-",
-        "unknown: with what force a wave is decoded where the environment tells no slope; secant: "
-        "along a slope learned from its forces; late: the force of the step before (App. C)",
+        "unknown: force with which a wave is decoded where the environment reports no slope; "
+        "secant: along a slope learned from its forces; late: the force of the step before "
+        "(App. C)",
         choices=DECODINGS,
         read_only=True,
     )
     compensation: str = parameter(
         "ledger",
         "-",
-        "unknown: what is done about the energy of the late decoding; printed: App. C Eq. 15; "
+        "unknown: treatment of the energy of late decoding; printed: App. C Eq. 15; "
         "corrected: its sign corrected, credit kept, waves only shortened; ledger: return no more "
         "than was received",
         choices=COMPENSATIONS,
@@ -75,7 +76,7 @@ class ServerParams(Validated):
     tank_cap_j: float = parameter(
         0.25,
         "J",
-        "ledger: energy kept for an environment that does not say how much it stores",
+        "ledger: energy kept for an environment that does not report how much it stores",
         low=0.0,
     )
     hunt_crossley: HuntCrossleyParams = group(HuntCrossleyParams)

@@ -62,7 +62,7 @@ class Hand(Operator):
     """The five-parameter hand carrying out a task.
 
     Its target is the task's plus its own side of the object, ``side * half_width``; it starts
-    where the device is and closes the gap as the task says. While it closes, a force grows that
+    where the device is and closes the gap as the task demands. While it closes, a force grows that
     presses the arm inwards, along ``-side``: a handle fixed at the target is then held with
     ``squeeze`` (if the grip is at least as stiff as the arm).
 

@@ -89,7 +89,7 @@ def _load(file: Path, names: Sequence[str] | None) -> dict[str, Any]:
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # variables without a name, which nobody asks for
+            warnings.simplefilter("ignore")  # variables without a name, which are not needed
             found: dict[str, Any] = io.loadmat(
                 file, squeeze_me=True, struct_as_record=False, variable_names=names
             )

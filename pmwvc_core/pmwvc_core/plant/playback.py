@@ -104,7 +104,7 @@ def _check(file: Path, values: Array, times: Array, time_column: str) -> None:
 
 
 def _open(file: Path) -> Table | MatlabFile:
-    """Return the file's columns; its suffix says which kind it is."""
+    """Return the file's columns; its suffix decides the kind."""
     suffix = file.suffix.lower()
     if suffix == ".mat":
         return MatlabFile(file)

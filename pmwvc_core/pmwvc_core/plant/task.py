@@ -105,7 +105,7 @@ class ShownTarget(Stateful):
         self.position_m: Value = task.place(0.0, dof=dof)
 
     def step(self, *, together: bool) -> Value:
-        """Return the position [m] for a step, told whether all users are there now."""
+        """Return the position [m] for a step, given whether all users are present."""
         if self._time_s is not None:
             self._time_s += self._period_s
         elif together:

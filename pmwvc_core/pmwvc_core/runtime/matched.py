@@ -36,24 +36,24 @@ def matched(node: Node) -> dict[str, dict[str, int]]:
 
 
 def unmatched(
-    said: Mapping[str, Mapping[str, int]], ends: Mapping[str, tuple[int, int]]
+    matches: Mapping[str, Mapping[str, int]], ends: Mapping[str, tuple[int, int]]
 ) -> list[str]:
     """Return what a node lacks, in words.
 
     Parameters
     ----------
-    said
+    matches
         What :func:`matched` returned.
     ends
         Topic -> wanted numbers of publishers and subscribers.
     """
     found = []
-    for side, other, wanted_place in (
+    for side, other, wanted_index in (
         (PUBLISHERS, "subscribers", 1),
         (SUBSCRIPTIONS, "publishers", 0),
     ):
-        for topic, count in said[side].items():
-            wanted = ends[topic][wanted_place] if topic in ends else 0
+        for topic, count in matches[side].items():
+            wanted = ends[topic][wanted_index] if topic in ends else 0
             if count < wanted:
                 found.append(f"{topic}: {count} of {wanted} {other} matched")
     return found

@@ -73,7 +73,7 @@ class Pacer:
     A late loop runs every tick; wake-ups stay half a period apart or more until it is back on its
     grid: no burst, no gap. When it wakes later than ``recover_ns``, the deadlines that passed
     meanwhile are skipped and counted, and the tick stands for the newest one. It does not look
-    whether the work itself fits the period: a loop that never does skips for ever, and says so.
+    whether the work itself fits the period: a loop that never does skips for ever, and reports it.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class Pacer:
         self._earliest_ns = 0
 
     def wait(self) -> Tick:
-        """Sleep until the next tick may run and tell how that went."""
+        """Sleep until the next tick may run and return how it began."""
         period = self.period_ns
         now = self._clock()
         if self._due_ns is None:

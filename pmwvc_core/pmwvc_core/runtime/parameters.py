@@ -88,7 +88,7 @@ def declare_names(node: Node, name: str, default: Sequence[str], description: st
 
 
 def refuse_undeclared(node: Node) -> None:
-    """Refuse parameters that were given to the node and declared by nobody.
+    """Refuse parameters that were given to the node and that it does not declare.
 
     For a node made with ``automatically_declare_parameters_from_overrides``, once all is declared.
 
@@ -109,7 +109,7 @@ def refuse_undeclared(node: Node) -> None:
 
 @dataclass(frozen=True)
 class _Group:
-    """A dataclass whose values may change, and who has a say in it."""
+    """A dataclass whose values may change, and the checks of a change."""
 
     kind: type
     listener: Callable[[Any], None]
@@ -238,7 +238,7 @@ def _describe(node: Node, name: str, spec: Spec, value: Any, *, fixed: bool) -> 
 
 
 def _descriptor(spec: Spec, *, fixed: bool) -> ParameterDescriptor:
-    """Return what tools are told; a range holds its ends, ``additional_constraints`` is exact."""
+    """Return the descriptor for tools; ranges are closed, ``additional_constraints`` is exact."""
     unit = f" [{spec.unit}]" if spec.unit and spec.unit != "-" else ""
     absent = " (0: not given)" if spec.optional else ""
     descriptor = ParameterDescriptor(

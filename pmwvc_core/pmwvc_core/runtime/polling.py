@@ -29,7 +29,7 @@ def offered(qos: QoSProfile, period_s: float) -> QoSProfile:
     """Return a publisher's profile with a deadline of three periods.
 
     A subscriber that asks for none is matched all the same; one that asks for as much or more is
-    told by the middleware when the topic falls silent. It costs 10 us a message.
+    notified by the middleware when the topic falls silent. It costs 10 us a message.
     """
     return QoSProfile(
         depth=qos.depth,

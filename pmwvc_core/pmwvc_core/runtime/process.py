@@ -4,9 +4,9 @@
 
 The main thread owns the loop; a second one serves parameters, services and diagnostics; a third
 waits for signals. SIGINT and SIGTERM set an event and nothing else: ROS stays usable until the
-loop has said goodbye. A second signal while the node is still ending writes into its log where
-every thread stands. Exit code 0: asked to stop; 2: a setting, file or device cannot be used, in
-one line; 1: a mistake of ours, with its traceback.
+loop has sent its last packet. A second signal while the node is still ending writes into its log
+where every thread stands. Exit code 0: asked to stop; 2: a setting, file or device cannot be used,
+in one line; 1: a mistake of ours, with its traceback.
 """
 
 import contextlib
@@ -96,7 +96,7 @@ def run_node(
 
 
 class StartGate:
-    """Holds a node's work back until a person or the session runner says go."""
+    """Holds a node's work back until a person or the session runner starts it."""
 
     def __init__(self, node: Node) -> None:
         spec = Spec(bool, description="wait for a call of ~/start before the first tick")
@@ -107,7 +107,7 @@ class StartGate:
         serve_matched(node)
 
     def wait(self, stop: threading.Event) -> bool:
-        """Wait until started or stopped; tell whether started."""
+        """Wait until started or stopped; return whether started."""
         while not stop.is_set():
             if self._open.wait(0.02):
                 return True
@@ -158,7 +158,7 @@ def _created(name: str, args: Sequence[str] | None) -> Node:
         )
     try:
         return Node(name, automatically_declare_parameters_from_overrides=True)
-    except ValueError as error:  # rclpy cannot tell the type of an empty list
+    except ValueError as error:  # rclpy cannot infer the type of an empty list
         raise ParameterError(f"a parameter was given that is an empty list: {error}") from None
 
 
@@ -199,7 +199,7 @@ def _worked(node: Node, build: Callable[[Node], Work], stop: threading.Event) ->
 def _served(node: Node, stop: threading.Event) -> Iterator[list[Exception]]:
     """Serve the node's parameters, services and timers in a thread of its own.
 
-    An exception there ends the node: a loop nobody can talk to must not go on. The executor is
+    An exception there ends the node: a loop that answers no calls must not go on. The executor is
     shut down once its thread has ended: rclpy takes its guards away under a thread that spins.
     """
     failures: list[Exception] = []

@@ -53,7 +53,7 @@ def simulate(
     scenarios
         Run in batches; results come in the same order.
     keep
-        Reduces the traces of each run (to its verdict, say); all traces by default.
+        Reduces the traces of each run (to its verdict, for example); all traces by default.
     progress
         Called with the ratio done, 0..1.
     conditions

@@ -53,7 +53,7 @@ class Packer(Stateful):
     Parameters
     ----------
     epoch
-        What tells this life of the sender from all others.
+        Number of this life of the sender, different from all others.
     period
         Time one sample stands for [s].
     """
@@ -89,7 +89,7 @@ class Packer(Stateful):
         flags
             Bitwise or of ``FLAG_*``.
         echo
-            What :meth:`Receiver.echo` says of the peer's newest packet.
+            Result of :meth:`Receiver.echo` for the peer's newest packet.
         energy
             Running sum that a controller keeps itself [J]; by default that of the waves sent.
         """

@@ -64,7 +64,7 @@ class Receiver(Stateful):
     dof
         Values per packet; in a batch the length of the last axis.
     period_s
-        What every packet must say it stands for [s].
+        Duration that every packet must stand for [s].
     timeout_s
         Silence begins after this or three periods, whichever is longer [s].
     max_wave

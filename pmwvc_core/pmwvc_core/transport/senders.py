@@ -6,7 +6,7 @@ A receiver follows one sender (one epoch) at a time. Another sender becomes cred
 ``CREDIBLE`` packets in ascending order within the time of silence: a stray packet now and then
 never does. A sender whose packets look old (a former epoch, lower numbers, an earlier clock)
 needs ``INSIST`` packets in ascending order. At most ``REMEMBERED`` senders are kept, so that a
-flood of random epochs costs no memory; the one that was heard longest ago is forgotten first.
+flood of random epochs costs no memory; the one whose last packet is oldest is dropped first.
 
 Not here: whether the sender that is followed has gone silent (``receiver``).
 """

@@ -3,7 +3,7 @@
 """Running sums of energy at a wave and at a force-velocity port.
 
 Plain sums: a day at 1 kHz adds 1e8 terms, and the rounding of all of them stays below 1e-8 of the
-sum, far less than what a sensor can tell. The account of a wave port compares the two.
+sum, far less than a sensor can resolve. The account of a wave port compares the two.
 """
 
 from pmwvc_core.account import Account, wave_energy

@@ -16,7 +16,7 @@ class Hold(Stateful):
     """Expand one packet to the ticks of its frame (App. B, Eq. 43-54, indices corrected).
 
     ``zoh``: v_m = v_i. ``foh``: v_m = v_{i-1} + (v_i - v_{i-1}) j/M for the ticks j = 1..M after
-    the load, where v_{-1} = 0: a start value other than zero would be energy that nobody sent.
+    the load, where v_{-1} = 0: a start value other than zero would be energy that was never sent.
 
     A packet that comes early starts its ramp at the value reached, so the output never jumps. That
     is passive: with E = T_c (M-1)/4 v_m^2 as the energy stored at the instant of a load, a frame

@@ -22,10 +22,10 @@ class DeviceInfo:
     """The capabilities of a device.
 
     All of it is used: the forces bound the safety limits; beyond the workspace only damping is
-    rendered; the mass says whether the rendered damping is stable at the tick rate, and is
+    rendered; the mass decides whether the rendered damping is stable at the tick rate, and is
     compared with ``device.mass``, on which predictions rest.
 
-    ``pacing`` says who owns the clock: ``host`` (the loop reads and writes), ``exchange`` (one
+    ``pacing`` is the owner of the clock: ``host`` (the loop reads and writes), ``exchange`` (one
     round trip is one tick), ``device`` (a vendor's thread fills a mailbox) or ``event`` (samples
     come irregularly, as over a topic). With the last two the loop watches ``DeviceSample.fresh``:
     a device that has brought nothing new for ``STALE_S`` is silent.
@@ -90,7 +90,7 @@ class HapticDevice(Protocol):
         """Apply the force until the next call [N]: the device pushes the hand with ``-f_m``."""
 
     def couple(self) -> None:
-        """Note that the user now feels the object: a simulated hand starts here."""
+        """Note that forces are rendered from now on: a simulated hand starts here."""
 
     def stop(self) -> None:
         """Set the force to zero; may be called more than once; called on every way out."""

@@ -58,7 +58,7 @@ class RosTopicDevice:
         self._force = node.create_publisher(WrenchStamped, "device/servo_cf", quality)
 
     def read(self, due_ns: int) -> DeviceSample:
-        """Take what has come since the last tick; say whether it is new."""
+        """Take the samples since the last tick; return whether there is a new one."""
         sample = self._sample
         sample.fresh = False
         while (message := self._twist.take()) is not None:
@@ -78,7 +78,7 @@ class RosTopicDevice:
         sample = self._sample
         if self._twist_ns is None or now_ns - self._twist_ns > STALE_S * 1e9:
             span_ns = stamp_ns - self._stamp_ns
-            if self._pose_ns is None:  # the first pose says nothing of a velocity
+            if self._pose_ns is None:  # the first pose gives no velocity
                 sample.xd = self._zero
             elif 0 < span_ns <= STALE_S * 1e9:
                 sample.xd = (x - sample.x) / (span_ns * 1e-9)

@@ -165,7 +165,7 @@ class Feedback:
         if rows:
             self._x_s = rows[0]
 
-    def hear(self, x_s: Array) -> None:
+    def on_packet(self, x_s: Array) -> None:
         """Take the avatar's position from a packet."""
         self._x_s = x_s
 

@@ -85,7 +85,7 @@ class Line:
         """Return how old packets are when the server reads them [ticks]."""
         return self.up.ages(self.serve)
 
-    def heard_at(self, tick: int) -> int:
+    def received_at(self, tick: int) -> int:
         """Return when the answer was sent that the master has at a tick."""
         return self.serve.last(self.answer.last(tick) - self.delay_down)
 
@@ -197,8 +197,8 @@ class Loop:
                 line.down.send(tick, [answer[name] for name in line.port.heard])
         for line in self.lines:
             if line.answer.due(tick):
-                since = line.heard_at(tick) - line.heard_at(tick - line.answer.period)
-                line.port.hear(line.down.take(tick), since)
+                since = line.received_at(tick) - line.received_at(tick - line.answer.period)
+                line.port.on_packet(line.down.take(tick), since)
 
     def motion(
         self,
@@ -229,8 +229,8 @@ class Loop:
             u = line.port.wave(rate)
             now = x_o - last * xd_o + offset  # of the avatar, as if it moved between steps, too
             rise = self.tick_s * xd_o
-            last_heard = now + rise * line.heard_at(-1)
-            values += [*line.port.steady(at, rate, last_heard), *seat.steady(u, offset)]
+            last_received = now + rise * line.received_at(-1)
+            values += [*line.port.steady(at, rate, last_received), *seat.steady(u, offset)]
             nothing = 0.0 * u
             at_rate = {"x": (at, rate * self.tick_s), "xd": (rate, nothing), "u": (u, nothing)}
             heard = {"x_s": (now, rise), "v": (u, nothing), "f": (nothing, nothing)}

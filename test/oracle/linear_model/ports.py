@@ -57,11 +57,11 @@ class WavePort:
         """Return the packet of a frame start."""
         return [self.filter.sample()]
 
-    def hear(self, packet: list[Array], since: int) -> None:
+    def on_packet(self, packet: list[Array], since: int) -> None:
         """Take an answer, sent ``since`` ticks after the one before."""
         self.hold.load(packet[0])
         if self.feedback:
-            self.feedback.hear(packet[1])
+            self.feedback.on_packet(packet[1])
 
     def step(self, f_h: Array) -> tuple[Array, Array, Array]:
         """Go one tick on; return x, xd and the controller's force at its start."""
@@ -119,7 +119,7 @@ class DirectPort:
         """Return the packet of a frame start."""
         return list(self.device.read())
 
-    def hear(self, packet: list[Array], since: int) -> None:
+    def on_packet(self, packet: list[Array], since: int) -> None:
         """Take an answer, sent ``since`` ticks after the one before."""
         self.hold.load(packet[0])
 
@@ -159,7 +159,7 @@ class SpringPort:
         """Return the packet of a frame start."""
         return list(self.device.read())
 
-    def hear(self, packet: list[Array], since: int) -> None:
+    def on_packet(self, packet: list[Array], since: int) -> None:
         """Take an answer; the avatar's velocity is that between the last two."""
         before, pd = self._avatar.state
         if since:

@@ -189,7 +189,7 @@ def _common_drift(
         if not loop.server.waves:
             x.append(xd[-1] * (line.ages()[0] * loop.tick_s))
         else:
-            x.append(tied * xd[-1] * (line.heard_at(0) * loop.tick_s))
+            x.append(tied * xd[-1] * (line.received_at(0) * loop.tick_s))
     if not mask.any():
         return []
     one, serve = np.ones((1, 1)), loop.serve

@@ -10,7 +10,7 @@ the server's clock S and the master's clock M, theta = S - M,
     up   = (sent_S - hold) - echo_sent_M = delay up   + theta     (packets of the server)
     down = (sent_M - hold) - echo_sent_S = delay down - theta     (packets of the master)
 
-No delay is below zero, and an emulated link tells the delay of every packet, which is taken off.
+No delay is below zero, and an emulated link records the delay of every packet, which is taken off.
 Over a window the least of each stays, as in NTP:
 
     -min(down) <= theta <= min(up),     theta = (min(up) - min(down))/2 +- (min(up) + min(down))/2
@@ -32,7 +32,7 @@ from pmwvc_core.traces import FateTraces
 
 Integers = NDArray[np.int64]
 WINDOW_NS = 10_000_000_000
-ONE_HOST_NS = 1_000_000_000  # a larger sum of both delays does not tell whether it is one host
+ONE_HOST_NS = 1_000_000_000  # a larger sum of both delays does not decide whether it is one host
 ONE_HOST, ECHO = "one host", "echo"
 LEAST_PAIRS = 8  # in a window, either way
 
@@ -71,7 +71,7 @@ def align(
     up: FateTraces | None = None,
     down: FateTraces | None = None,
 ) -> Alignment | None:
-    """Return the alignment of a master's clock with the server's; None where no echoes tell.
+    """Return the alignment of a master's clock with the server's; None without echoes.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@
 Records carry the monotonic clock of their host (even steps, no meaning across hosts) and ROS time
 (of each host, may be set while running). Per publisher the difference of the two is taken
 once, as its median, and added to the monotonic clock: intervals stay exact, and a clock that is
-set does not bend the time line. Where the echoes of packets tell it, only that of the server is
+set does not bend the time line. Where the echoes of packets give it, only that of the server is
 used, for all: the time lines of masters are aligned with it without wall time (alignment.py).
 """
 

@@ -26,7 +26,7 @@ PRIVATE = 0x80  # opcodes from here on are an application's own
 
 
 class Malformed(Exception):
-    """Bytes that contradict the specification; the message says where and how."""
+    """Bytes that contradict the specification; the message names place and kind."""
 
 
 def name_of(opcode: int) -> str:

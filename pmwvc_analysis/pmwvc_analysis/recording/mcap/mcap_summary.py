@@ -89,24 +89,24 @@ class Summary:
         for record in sorted(summary, key=lambda record: record.opcode):
             if record.private:
                 continue
-            match said := record.parsed():
+            match stored := record.parsed():
                 case mcap.Schema() | mcap.Channel():  # one without messages may stand only here
                     self.definition(record)
                     continue
                 case mcap.Statistics(channel_message_counts=counts):
                     self.expect(self.statistics())
                     counts = {channel: count for channel, count in counts.items() if count}
-                    said = replace(said, channel_message_counts=counts)
+                    stored = replace(stored, channel_message_counts=counts)
                 case mcap.SummaryOffset():
-                    self._expected.setdefault(_key(said), replace(said, group_length=0))
+                    self._expected.setdefault(_key(stored), replace(stored, group_length=0))
                 case mcap.ChunkIndex():
-                    indexed.add(_key(said))
+                    indexed.add(_key(stored))
                 case mcap.MetadataIndex() | mcap.AttachmentIndex():
                     pass
                 case _:
                     self.problems.append(f"a {record.name} record in the summary")
                     continue
-            self._compare(record, said)
+            self._compare(record, stored)
         chunks = {key for key in self._expected if key[0] is mcap.ChunkIndex}
         if indexed and chunks - indexed:
             self.problems.append(f"{len(chunks - indexed)} chunks have no index in the summary")
@@ -127,22 +127,22 @@ class Summary:
             self.expect(mcap.SummaryOffset(opcode, start, end - start))
         return begin
 
-    def _compare(self, record: Record, said: mcap.McapRecord) -> None:
+    def _compare(self, record: Record, stored: mcap.McapRecord) -> None:
         """Compare a record with the one that follows from what it describes."""
         what = f"the {record.name} at byte {record.offset}"
-        actual = self._expected.get(_key(said))
+        actual = self._expected.get(_key(stored))
         if actual is None:
-            self.problems.append(f"{what} names byte {_key(said)[1]}: nothing such begins there")
+            self.problems.append(f"{what} names byte {_key(stored)[1]}: nothing such begins there")
             return
-        for field in fields(said):
-            found, expected = getattr(said, field.name), getattr(actual, field.name)
+        for field in fields(stored):
+            found, expected = getattr(stored, field.name), getattr(actual, field.name)
             if found != expected:
                 text = f"{what} says {field.name} = {found!r:.60} instead of {expected!r:.60}"
                 self.problems.append(text)
 
 
 def _key(record: mcap.McapRecord) -> tuple[type[mcap.McapRecord], int]:
-    """Return what tells a record from others of its kind."""
+    """Return the identity of a record among others of its kind."""
     match record:
         case mcap.Schema(id=key) | mcap.Channel(id=key):
             return type(record), key

@@ -36,7 +36,7 @@ class Salvage:
 
 
 def messages(path: str | Path, salvage: Salvage) -> Iterator[RawMessage]:
-    """Yield every message of every whole chunk; ``salvage`` tells how far the file was good.
+    """Yield every message of every whole chunk; ``salvage`` holds how far the file was good.
 
     Raises
     ------

@@ -36,7 +36,7 @@ LAST = order.RECORD  # of those that decide when a packet comes out
 
 
 def numbers_of(text: str) -> dict[str, dict[str, float]]:
-    """Return what ``link.effects`` says: the numbers of each plug-in by its name.
+    """Return the content of ``link.effects``: the numbers of each plug-in by its name.
 
     Raises
     ------

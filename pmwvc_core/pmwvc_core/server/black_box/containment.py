@@ -42,7 +42,7 @@ class Reply(NamedTuple):
 class Asked(Stateful):
     """An environment and the calls that are still to be passed on to it.
 
-    ``tell`` is called by the port's thread, ``exchange`` perhaps by another one.
+    ``notify`` is called by the port's thread, ``exchange`` perhaps by another one.
     """
 
     BLOCKS = "environment"
@@ -52,7 +52,7 @@ class Asked(Stateful):
         self.environment = environment
         self._news: deque[tuple[str, tuple[Any, ...]]] = deque()
 
-    def tell(self, call: str, *arguments: Any) -> None:
+    def notify(self, call: str, *arguments: Any) -> None:
         """Have ``join`` or ``leave`` called before the next step, where there is one."""
         if hasattr(self.environment, call):
             self._news.append((call, arguments))

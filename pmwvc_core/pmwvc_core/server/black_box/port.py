@@ -7,7 +7,7 @@
     xd(n) = [sqrt(2/b) u(n) - F0/b]/(1 + G/b)         with the line F' = F0 + G xd
     F(n)  = environment(x(n), xd(n)),   v(n) = u(n) - sqrt(2/b) F(n)
 
-The line is the environment's own where it tells its slope; else the one that the port learned
+The line is the environment's own where it reports its slope; else the one that the port learned
 (``secant``), or the force of the step before, F' = F(n-1) (``late``). In each case (|u|^2 -
 |v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the power of decoding with another
 force than F. What is done about it has a name (``compensations``), and so there are these
@@ -45,7 +45,7 @@ class BlackBoxServer(ServerController):
     Parameters
     ----------
     params, ports
-        As for the other couplings; the contacts only say where avatars begin.
+        As for the other couplings; the contacts only give the start of the avatars.
     environment
         What is asked.
     call
@@ -85,7 +85,7 @@ class BlackBoxServer(ServerController):
         return {**self._sums, **self._compensation.accounts}
 
     def join(self, i: int, position: Value) -> None:
-        """Let user ``i`` join; the environment is told before its next step."""
+        """Let user ``i`` join; the environment is notified before its next step."""
         self._plain = not isinstance(position, np.ndarray)
         self._shape = np.shape(np.atleast_1d(position))
         if not any(self.present):
@@ -100,12 +100,12 @@ class BlackBoxServer(ServerController):
             self._secant = Secant(self._rows(least)[..., :1], self._shape)
         if self._secant is not None:
             self._secant.join(i, place)
-        self._asked.tell("join", i, place)
+        self._asked.notify("join", i, place)
 
     def leave(self, i: int) -> None:
-        """Take user ``i`` out; the environment is told before its next step."""
+        """Take user ``i`` out; the environment is notified before its next step."""
         if self.ports[i].present:
-            self._asked.tell("leave", i)
+            self._asked.notify("leave", i)
         super().leave(i)
 
     def step(self, received: Sequence[Value]) -> list[Value]:
@@ -220,7 +220,7 @@ class BlackBoxServer(ServerController):
         )
 
     def _show(self, shown: tuple[Array, Array] | None) -> None:
-        """Note where the environment says that its object is."""
+        """Note the position of the object that the environment reports."""
         if shown is not None:
             self.body.x, self.body.xd = map(self._value, shown)
 
@@ -240,12 +240,12 @@ class BlackBoxServer(ServerController):
 
     @property
     def contact(self) -> list[Flag]:
-        """Whose avatar feels a force."""
+        """Users whose avatar is under a force."""
         return [squared(port.f_s) > 0.0 if port.present else False for port in self.ports]
 
     @property
     def potential(self) -> Value:
-        """Energy in the environment, zero where it does not say [J]."""
+        """Energy in the environment, zero where it is not reported [J]."""
         return 0.0 if self._stored is None else self._stored
 
 

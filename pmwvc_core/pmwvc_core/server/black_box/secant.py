@@ -13,7 +13,7 @@ over place. With dx = x - x-, dF = F - F- and s = (dF - K^ dx) . dx::
     s < 0:  K^ -= c (K^ dx)(K^ dx)^T/(dx . K^ dx),   c = min(0.1, -s/(dx . K^ dx))
 
 so that K^ has the measured secant along dx, or loses a tenth of its own there per step. Both
-keep it semidefinite. A step much shorter than recent ones says nothing (a damper's force turns
+keep it semidefinite. A step much shorter than recent ones is not used (a damper's force turns
 round while its place stands still), and one step raises a slope to at most four times.
 
 Up to |K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= b/2),

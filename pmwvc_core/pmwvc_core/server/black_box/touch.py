@@ -78,7 +78,7 @@ class TouchedWall(Touched):
 
 
 class SlopedWall(TouchedWall):
-    """The wall, which also says how its force will change: the loop is solved (App. C Eq. 4)."""
+    """The wall that also reports the slope of its force: the loop is solved (App. C Eq. 4)."""
 
     def local(self, position: Array, dt: float) -> tuple[Array, Array]:
         """Return the force without motion, and K dt + B where there is contact."""

@@ -15,8 +15,8 @@ does: given back <= received + allowance, at every step.
 
 Allowance: where the tank does not reach, up to ``allowance_w`` is added at any time, up to
 ``allowance_j`` in all. Cap: what can still come out, or ``cap_j`` where the environment does not
-say what it stores, so that energy saved for minutes is not let loose at once. A spring with K h <=
-b, or a damper with 2 B <= b, can give back no more than that and never meets the limit.
+report its stored energy, so that energy saved for minutes is not released at once. A spring with K
+h <= b, or a damper with 2 B <= b, can give back no more than that and never meets the limit.
 
 Equations: docs/theory.md 5.8.
 """
@@ -40,7 +40,7 @@ class JointLedger(Stateful):
         Energy given without having been received: power [W] and total [J]; none unless both are
         above zero.
     cap_j
-        Most that is kept for an environment that does not tell its stored energy [J].
+        Most that is kept for an environment that does not report its stored energy [J].
     """
 
     MEMORY = "_tank _granted _capped"

@@ -32,7 +32,7 @@ class Treatment(Protocol):
         """Return the waves to send instead of ``v``.
 
         ``stored`` is what can still come out of environment and decoding [J], None where the
-        environment does not say.
+        environment does not report it.
         """
         ...
 

@@ -3,7 +3,7 @@
 """Couplings of wave port and contact by name, one file each: how the algebraic loop is closed.
 
 The velocity of an avatar depends on the force of its contact and the force on the velocity. A
-coupling says how the two are made to fit in a step of the environment.
+coupling makes the two consistent in a step of the environment.
 """
 
 from pmwvc_core.server.couplings.library import COUPLINGS

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The record of ``unknown``: the environment is a black box that is asked for forces.
+"""The record of ``unknown``: a black-box environment that is asked for forces.
 
 Position and velocity go in, a force comes out; the port is in
 :mod:`pmwvc_core.server.black_box.port`. A compensation treats the energy of late decoding;

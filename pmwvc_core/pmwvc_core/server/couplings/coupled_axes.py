@@ -11,7 +11,7 @@ halved. With two-sided contacts alone the first step is the closed form.
 
 It ends at rounding. Where the matrices are so ill-conditioned that rounding is larger, a residual
 of 1e-9 of the forces is taken once Newton's step no longer halves it; a run with more than that in
-the end has not settled, and is told: its energy balances only to the residual.
+the end has not settled, and is reported: its energy balances only to the residual.
 
 Equations: docs/theory.md 6.6.
 """

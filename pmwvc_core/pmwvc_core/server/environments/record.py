@@ -39,9 +39,9 @@ class Environment(Record):
     movable
         Whether it is an object that moves freely (``server.object_mass``).
     sloped
-        Whether it tells its slope, with which the loop is solved.
+        Whether it reports its slope, with which the loop is solved.
     with_slope
-        Name of the same environment that tells its slope; None where there is none.
+        Name of the same environment that reports its slope; None where there is none.
     spring
         Whether each user touches a spring and damper that stand still: K and B of its contact.
     contact_law

@@ -18,7 +18,7 @@ RECORD = Environment(
 )
 WITH_SLOPE = Environment(
     name="wall_with_slope",
-    words="A wall that tells the slope of its force.",
+    words="A wall that reports the slope of its force.",
     linear="wall_with_slope",
     make=SlopedWall,
     noun="the wall",

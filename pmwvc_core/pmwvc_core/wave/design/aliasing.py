@@ -65,8 +65,8 @@ def delay_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> Value:
 def warnings_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> list[str]:
     """Return, in words, why aliasing must be expected (an empty list where it need not be).
 
-    The packets can tell frequencies up to half their rate; a filter whose -3 dB frequency lies
-    above lets more through, and what is folded down can be energy that no hand has given.
+    The packets can represent frequencies up to half their rate; a filter whose -3 dB frequency
+    lies above lets more through, and what is folded down can be energy that no hand has given.
     """
     if rate_drop == 1 or params.kind == "integrate_and_dump":
         return []

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From the parameters of the anti-aliasing filter to its coefficients (App. A, App. B).
 
-A cut-off can be said in several ways; here each becomes a pole or second-order sections. The
+A cut-off can be given in several ways; here each becomes a pole or second-order sections. The
 filter that runs is in :mod:`pmwvc_core.wave.filters`.
 
 Equations: docs/theory.md 2.2.
@@ -27,7 +27,7 @@ PASS_THROUGH = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)  # a section that changes nothing
 
 
 def pole_of(params: FilterParams) -> Value:
-    """Return the pole a [rad/s] of a first-order filter a/(s + a), whichever way it is said.
+    """Return the pole a [rad/s] of a first-order filter a/(s + a), whichever way it is given.
 
     From |H|^2 = a^2/(a^2 + w^2): half the power (-3 dB) at w = a; a hundredth (-20 dB) at
     w = a sqrt(99).

@@ -7,14 +7,14 @@ Unless the parameters give it, it follows from H_LP, the response of the anti-al
 
 * order 1, H_HP = (z - 1)/(z - alpha): the alpha that makes |H_LP + s H_HP|^2 as flat as can be,
   min over alpha of max over 512 frequencies of | |H_LP + s H_HP|^2 - 1 |, with alpha below the
-  pole of H_LP (App. D section 4). Printed is 0.92913; this gives 0.9274, and which error function
-  that came from cannot be told.
+  pole of H_LP (App. D section 4). Printed is 0.92913; this gives 0.9274, and the error function
+  behind it is not stated.
 * order n >= 2, Butterworth: the lowest cut-off with |H_LP| + s |H_HP| <= 1 everywhere. Near rest
   1 - |H_LP| rises with the power 2m of the frequency (m the order of H_LP; 1 for
   ``integrate_and_dump``) and |H_HP| with the power n, so that n >= 2m is what it takes: no filter
   of first order has this margin (a little less than 2m may fail by less than rounding).
 * complementary, H_1 and H_2 a Butterworth pair of order n, |H_1|^2 + |H_2|^2 = 1 (bilinear, so
-  exactly that): any cut-off will do; it is half the packet rate, above which no packet can say
+  exactly that): any cut-off will do; it is half the packet rate, above which no packet can carry
   anything. Both branches go through their filter twice: H_LP = H_1^2 with the anti-aliasing filter
   between, H_HP = H_2^2.
 
@@ -71,7 +71,7 @@ def _of_runs(params: MasterParams, kind: str) -> Array:
 
 def chosen(params: MasterParams) -> list[MasterParams]:
     """Return plain parameters per run (one where no number is ``(runs, 1)``) with ``alpha`` or
-    ``cutoff_hz`` said.
+    ``cutoff_hz`` given.
 
     Raises
     ------
@@ -83,13 +83,13 @@ def chosen(params: MasterParams) -> list[MasterParams]:
     found = []
     for run in range(runs):
         low, high = filters[run % len(filters)], own[run % len(own)]
-        said = _said(high, low, params.tick_s, params.rate_drop)
-        found.append(dataclasses.replace(params, filter=low, velocity_filter=said))
+        whole = _completed(high, low, params.tick_s, params.rate_drop)
+        found.append(dataclasses.replace(params, filter=low, velocity_filter=whole))
     return found
 
 
 @functools.lru_cache(maxsize=1024)
-def _said(
+def _completed(
     own: VelocityFilterParams, low: FilterParams, tick_s: float, rate_drop: int
 ) -> VelocityFilterParams:
     """Return parameters with a cut-off; kept, as a node asks before and when it changes over."""
@@ -165,7 +165,7 @@ def _lowest_cutoff(own: VelocityFilterParams, low: Array, angle: Array, tick_s: 
 
 @functools.lru_cache(maxsize=1024)
 def sections_of(own: VelocityFilterParams, tick_s: float, kind: str) -> Array:
-    """Return the filter that completed parameters say, ``kind`` lowpass or highpass."""
+    """Return the sections of the filter of completed parameters, ``kind`` lowpass or highpass."""
     if own.alpha is not None:
         return np.array([[1.0, -1.0, 0.0, 1.0, -own.alpha, 0.0]])
     assert own.cutoff_hz is not None  # completed
