@@ -51,6 +51,7 @@ class Netem:
             for relayed, inlet in zip(self._links, inlets, strict=True)
         }
         self._publishers = publishers_of(node)
+        self._faults: dict[str, int] = {}  # of plug-ins, told already
         self._running_s: float | None = None  # since when
         publish_health(node, self._health)
 
@@ -80,14 +81,27 @@ class Netem:
                 f"in {c.in_count}, out {c.out_count}, lost {c.lost}, dropped {c.dropped}, "
                 f"in flight {c.queued}, invalid {relayed.invalid}"
             )
+            if relayed.link.faults.count:
+                values[f"{relayed.name}: faults"] = str(relayed.link.faults)
         if self._relay is not None:
             values["real time"] = str(self._relay.real_time or "not requested yet")
-        wrong = self._never_met()
+        wrong = self._never_met() + self._failed()
         if late_ns > LATE_NS:
             wrong.append(f"messages went out up to {late_ns / 1e6:.1f} ms late")
         if wrong:
             return WARN, "; ".join(wrong), values
         return OK, f"relaying {len(self._links)} links", values
+
+    def _failed(self) -> list[str]:
+        """Return and log which plug-ins failed since the last call."""
+        found = []
+        for relayed in self._links:
+            faults = relayed.link.faults
+            if faults.count > self._faults.get(relayed.name, 0):
+                self._faults[relayed.name] = faults.count
+                found.append(f"{relayed.name}: {faults}")
+                self._node.get_logger().warning(found[-1])
+        return found
 
     def _never_met(self) -> list[str]:
         """Return the links into which nothing has come though the relay has run for a while."""

@@ -16,6 +16,7 @@ from contextlib import ExitStack
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
+from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime.pacing import RealTimeReport, request_real_time, sleep_until
 from pmwvc_core.runtime.polling import Polled
@@ -71,7 +72,7 @@ class Relay:
             while not stop.is_set():
                 while self._changes:
                     name, params = self._changes.popleft()
-                    self.links[name].link.configure(params)
+                    self._configure(name, params)
                 for relayed in self.links.values():
                     relayed.take_in()
                 for relayed in self.links.values():
@@ -80,6 +81,14 @@ class Relay:
                 if now_ns >= report_ns:
                     report_ns = self._report(now_ns)
                 self._sleep(report_ns)
+
+    def _configure(self, name: str, params: LinkParams) -> None:
+        """Change a link's settings; a plug-in that cannot follow is a fault, and they stay."""
+        link = self.links[name].link
+        try:
+            link.configure(params)
+        except PmwvcError as error:
+            link.faults.note(params.effects, error)
 
     def _sleep(self, report_ns: int) -> None:
         """Sleep until a message comes in, one is due, or a report is."""

@@ -125,7 +125,7 @@ class Server:
         return (WARN if missed or silent or wrong else OK), text, values
 
     def _contain(self, values: dict[str, object]) -> str:
-        """Return and log what is wrong with the environment since the last call, if anything."""
+        """Return and log what failed in environment or coupling since the last call, if any."""
         faults = self.loop.protocol.server.faults
         if faults is None:
             return ""
@@ -136,7 +136,7 @@ class Server:
             return ""
         warning = f"{count(new, 'step')}: {text}"
         if faults.replaced:
-            warning = f"a damper replaced the environment in {warning}"
+            warning = f"a damper replaced the {faults.what} in {warning}"
         self.node.get_logger().warning(warning)
         return warning
 

@@ -9,17 +9,22 @@ import sys
 import types
 from importlib.metadata import EntryPoint
 
+import numpy as np
 import pytest
 from support.command_line import refused
 from support.lab import example_of
 
+from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.delays.any_delay import any_delay
+from pmwvc_analysis.events.events import complete
 from pmwvc_bringup.scenarios import load
 from pmwvc_core import plugins
-from pmwvc_core.errors import ScenarioError
+from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings.implicit import Implicit
+from pmwvc_core.server.couplings.one_step_delay import OneStepDelay
 from pmwvc_core.simulation.session import simulate_one
 
 AVERAGED = ("--set", "server.coupling=averaged")
@@ -79,6 +84,44 @@ def test_tune_names_the_coupling_that_it_computed_with(pmwvc):
     assert "proposed: simulated for 12 s with the scenario's hands: stable" in result.stdout
 
 
+FAILED = slice(20, 30)  # steps
+
+
+class Torn(Implicit):
+    """Fails in ten steps, halfway through them."""
+
+    def __init__(self, params):
+        super().__init__(params)
+        self.count = 0
+
+    def step(self, ports, body):
+        """Move, then fail."""
+        self.count += 1
+        lost = super().step(ports, body)
+        if FAILED.start < self.count <= FAILED.stop:
+            raise ZeroDivisionError("no mass")
+        return lost
+
+
+class TornLate(OneStepDelay):
+    """Fails in the same steps and has no faults of its own."""
+
+    count = 0
+
+    def step(self, ports, body):
+        """Move, then fail."""
+        self.count += 1
+        lost = super().step(ports, body)
+        if FAILED.start < self.count <= FAILED.stop:
+            raise ZeroDivisionError("no mass")
+        return lost
+
+
+def unmade(params):
+    """Fail."""
+    raise KeyError("table")
+
+
 @pytest.fixture
 def lab(monkeypatch):
     """A laboratory's own module with records, good and bad."""
@@ -88,6 +131,11 @@ def lab(monkeypatch):
         "exact": dataclasses.replace(own, name="exact"),
         "doubtful": dataclasses.replace(own, name="doubtful", passive=lambda params: False),
         "alone": dataclasses.replace(own, name="alone", linear=None),
+        "torn": dataclasses.replace(own, name="torn", make=Torn),
+        "torn_late": dataclasses.replace(
+            COUPLINGS.library["one_step_delay"], name="torn_late", make=TornLate
+        ),
+        "unmade": dataclasses.replace(own, name="unmade", make=unmade),
         "stone": object(),
     }
     vars(module).update(records)
@@ -110,6 +158,34 @@ def scenario(coupling):
 def test_a_coupling_runs_as_its_record_makes_it(lab):
     ours, theirs = (simulate_one(scenario(name)) for name in ("implicit", "exact"))
     assert (ours.server.f_s[0] == theirs.server.f_s[0]).all()
+
+
+@pytest.mark.parametrize(("name", "own"), [("torn", "implicit"), ("torn_late", "one_step_delay")])
+def test_a_step_that_fails_is_a_matched_damper_is_counted_and_named(lab, name, own):
+    """The control is the same coupling whole: until the first fault they are the same bits."""
+    known, whole = (
+        load("carry_16ms", settings_texts=[f"server.coupling={each}", "duration_s=4"])
+        for each in (name, own)
+    )
+    traces, control = simulate_one(known), simulate_one(whole)
+    server = traces.server
+    for user, b in enumerate(one.server_impedance for one in known.users):
+        assert np.all(server.v_s[user][FAILED] == pytest.approx(0.0, abs=1e-12))
+        assert server.f_s[user][FAILED] == pytest.approx((b / 2) ** 0.5 * server.u_s[user][FAILED])
+        assert np.any(server.v_s[user][FAILED.stop :] != 0.0)
+        before = slice(0, FAILED.start)
+        assert (server.f_s[user][before] == control.server.f_s[user][before]).all()
+    fault = f"server.coupling = '{name}' raised ZeroDivisionError: no mass"
+    assert traces.metadata["coupling"] == {"contained_steps": "10", "last_fault": fault}
+    text = f"a damper replaced the coupling in 10 steps: {fault}"
+    assert any(each["what"] == text for each in complete(traces, known))
+    assert inconsistencies(traces, known) == []
+    assert "coupling" not in control.metadata
+
+
+def test_a_coupling_that_cannot_be_made_is_refused_with_the_reason(lab):
+    with pytest.raises(ParameterError, match="'unmade' cannot be made: KeyError: 'table'"):
+        simulate_one(scenario("unmade"))
 
 
 def test_what_is_proved_rests_on_what_the_record_says(lab):

@@ -17,14 +17,19 @@ from support.command_line import refused
 from support.lab import example_of
 
 from pmwvc_analysis.compare.settings import GIVEN, RULE, tuned, tuning_of
+from pmwvc_analysis.events.events import complete
+from pmwvc_analysis.events.faults import KEPT
 from pmwvc_analysis.models.linear import NonlinearError, left_out, require_linear
 from pmwvc_analysis.prediction.text import lines
+from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.recording.reader import read_session
 from pmwvc_bringup.scenarios import load
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network import FateKind, Link
 from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, library, numbers_of
 from pmwvc_core.params import LinkParams, Spec
+from pmwvc_core.simulation.session import simulate_one
 
 BURSTS = ("--set", "link.effects=bursts:rate=0.01:stay=0.5")
 MS = 1_000_000
@@ -108,7 +113,52 @@ def half(params, uniform):
     return effect
 
 
+class Torn(Effect):
+    """Fails wherever it is asked."""
+
+    def loses(self, fate):
+        """Fail for every other packet."""
+        return 1 // (fate.number % 2)
+
+    def copies(self, fate):
+        """Answer with nonsense."""
+        return "two"
+
+    def departs_ns(self, fate, ready_ns):
+        """Fail as a program that ends."""
+        raise SystemExit("bye")
+
+    def delay_s(self, fate):
+        """Answer with no number."""
+        return float("nan")
+
+    def arrives_ns(self, fate, due_ns):
+        """Answer nothing."""
+
+
+class Moody(Late):
+    """Cannot take new settings beyond a second."""
+
+    def configure(self, params):
+        """Fail beyond a second."""
+        super().configure(params)
+        if self.params.delay_s > 1.0:
+            raise RuntimeError("too far")
+
+    def delay_s(self, fate):
+        """Add nothing."""
+        return 0.0
+
+
+def unmade(params, uniform):
+    """Fail."""
+    raise KeyError("table")
+
+
 RECORDS = {
+    "moody": LinkEffect(name="moody", words="Moody.", make=Moody, linear="delay"),
+    "torn": LinkEffect(name="torn", words="Fails.", make=Torn, linear="delay"),
+    "unmade": LinkEffect(name="unmade", words="Fails.", make=unmade, linear="delay"),
     "half": LinkEffect(name="half", words="Half is lost.", make=half, linear="delay"),
     "late": LinkEffect(
         name="late",
@@ -217,7 +267,7 @@ def test_effects_follow_new_settings(lab):
     [
         (
             "moon",
-            "moon is not installed; there are: half, known, late, stone, .*link_effects",
+            "moon is not installed; there are: half, known, late, moody, .*link_effects",
         ),
         ("late", "late takes by_s"),
         ("late:by_s=-1", "late: by_s = -1.0: must be >= 0 s"),
@@ -251,6 +301,44 @@ def test_a_tuning_rule_is_unknown_behind_an_effect_whose_delay_is(lab):
 def test_an_effect_without_an_amount_is_named_where_it_is_left_out(lab):
     scenario = load("carry_16ms", settings_texts=["link.up.effects=half"])
     assert left_out(scenario)[0].startswith("link effect half (user1 up")
+
+
+def test_where_an_effect_fails_packets_pass_without_it_and_the_faults_are_counted(lab):
+    torn = LinkParams(delay_s=0.02, jitter="normal", jitter_s=0.002, effects="torn")
+    ours, link = fates(torn, (5, 0, 0))
+    theirs, plain = fates(dataclasses.replace(torn, effects=""), (5, 0, 0))
+    kept = ours[1::2]  # 1 // 1 loses a packet of odd number, 1 // 0 fails
+    assert [[fate.time_due_ns for fate in each] for each in kept] == [
+        [fate.time_due_ns for fate in each] for each in theirs[1::2]
+    ]
+    assert all(each[0].kind is FateKind.LOST for each in ours[::2])
+    assert link.faults.count == 30 * 5
+    text = "calls without the effect: 150; last: link.effects = 'torn' raised"
+    assert str(link.faults).startswith(text)
+    assert plain.faults.count == 0
+
+
+def test_settings_that_an_effect_cannot_take_are_a_fault(lab):
+    link = Link(LinkParams(effects="moody"), seed=1)
+    link.configure(LinkParams(delay_s=2.0, effects="moody"))
+    assert link.faults.text == "link.effects = 'moody' raised RuntimeError: too far"
+    assert link.send("a", 0)[0].time_due_ns == 2000 * MS
+    with pytest.raises(ParameterError, match="unmade cannot be made: KeyError: 'table'"):
+        link.configure(LinkParams(effects="unmade"))
+
+
+def test_a_session_goes_on_and_names_the_effect_that_failed(lab, tmp_path):
+    known = load("carry_16ms", settings_texts=["link.up.effects=torn", "duration_s=0.4"])
+    traces = simulate_one(known)
+    failed = [each for each in complete(traces, known) if "'torn' raised" in each["what"]]
+    assert [each["who"] for each in failed] == ["link user1/up", "link user2/up"]
+    assert {each["kind"] for each in failed} == {"link"}
+    kept = {name: traces.metadata[name] for name in KEPT if name in traces.metadata}
+    record_traces(tmp_path / "one", traces, known, metadata=kept)
+    recorded = complete(read_session(tmp_path / "one"), known)
+    assert [each for each in recorded if "'torn' raised" in each["what"]] == failed
+    calm = load("carry_16ms", settings_texts=["link.up.effects=known", "duration_s=0.4"])
+    assert "links" not in simulate_one(calm).metadata
 
 
 def test_an_effect_without_linear_relative_is_refused_by_the_model(lab):

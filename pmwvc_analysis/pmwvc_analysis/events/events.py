@@ -15,10 +15,10 @@ kinds:
 ``limit``        the safety limits shortened the force of a coupled device
 ``stall``        a loop did not run, though nothing is missing in the recording
 ``recording``    messages are missing; nothing is judged there
-``link``         a link delivered nothing for a while
+``link``         a link delivered nothing for a while, or an effect of it failed
 ``stranger``     a publisher that is not of this session
 ``parameter``    a parameter changed in flight
-``environment``  the environment failed or was limited
+``environment``  environment or coupling failed, or the environment was limited
 ===============  ===============================================================================
 """
 
@@ -27,6 +27,7 @@ from typing import Any
 
 from pmwvc_analysis.events import environment, links, membership, safety
 from pmwvc_analysis.events.event import Event, event
+from pmwvc_analysis.events.faults import faults
 from pmwvc_analysis.traces import holes
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -64,6 +65,7 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
         grips = scenario is not None and any(u.contact.grips for u in scenario.users)
         yield from membership.of_server(traces, grips=grips)
     yield from links.silences(traces)
+    yield from faults(traces)
     yield from environment.events(traces, scenario)
     for hole in holes.holes(traces):
         unit = "steps" if hole.owner == holes.SERVER else "blocks"

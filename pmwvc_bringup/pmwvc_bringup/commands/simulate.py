@@ -9,12 +9,12 @@ from pmwvc_bringup.commands.run import EXAMPLES
 from pmwvc_bringup.options import SESSION
 from pmwvc_bringup.output import progress, terminal
 from pmwvc_bringup.session.terminal import announce, finish, prepared
-from pmwvc_core.plural import count
 
 
 def run(arguments: argparse.Namespace) -> Result:
     """Simulate, record and report."""
     scenario, folder = prepared(arguments)
+    from pmwvc_analysis.events.faults import KEPT, faults
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_core.simulation.session import simulate
 
@@ -22,12 +22,10 @@ def run(arguments: argparse.Namespace) -> Result:
     announce(console, scenario, folder, live=False)
     with progress(console, "simulating") as show:
         (traces,) = simulate([scenario], progress=show)
-    fault = traces.metadata.get("environment")
-    if fault is not None:
-        steps = count(fault["contained_steps"], "step")
-        text = f"a damper replaced the environment in {steps}: {fault['last_fault']}"
-        console.print(f"  Warning: {text}", markup=False)
-    record_traces(folder, traces, scenario, metadata={"environment": fault} if fault else {})
+    for fault in faults(traces):
+        console.print(f"  Warning: {fault['who']}: {fault['what']}", markup=False)
+    kept = {name: traces.metadata[name] for name in KEPT if name in traces.metadata}
+    record_traces(folder, traces, scenario, metadata=kept)
     return finish(console, folder, scenario, check=arguments.check)
 
 

@@ -8,12 +8,14 @@ clock.
 """
 
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from pmwvc_core.network.effects import Effect, LinkEffect, Uniform, active, check
+from pmwvc_core.errors import PLUGIN_ERRORS, ParameterError, PmwvcError, reason
+from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, Uniform, active, check
+from pmwvc_core.network.effects.contained import EffectFaults, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
 from pmwvc_core.params import LinkParams
 
@@ -44,6 +46,7 @@ class Link(InFlight):
         self._seed = (seed,) if isinstance(seed, int) else tuple(seed)
         self._rng = np.random.default_rng(seed)
         self._luck: list[float] = []  # the four numbers of the newest packet
+        self.faults = EffectFaults()  # of plug-ins
         self._made: dict[str, Effect] = {}  # by name: each keeps its memory when switched off
         self._begin_ns: int | None = None
         self.configure(params)
@@ -57,20 +60,45 @@ class Link(InFlight):
             If they cannot be used, as a delay trace whose file cannot be read; the settings stay.
         """
         check(params)
-        effects = []
+        effects = {}
         for record in active(params):
             if record.name not in self._made:
-                self._made[record.name] = record.make(params, self._uniform(record))
+                self._made[record.name] = self._make(record, params)
                 self._made[record.name].begin_ns = self._begin_ns or 0
-            effects.append(self._made[record.name])
-        for effect in effects:
-            effect.configure(params)
+            effects[record.name] = self._made[record.name]
+        for name, effect in effects.items():
+            try:
+                effect.configure(params)
+            except PLUGIN_ERRORS as error:
+                if name in EFFECTS.library:
+                    raise
+                self.faults.note(name, error)
         self.params = params
-        self._loses = _hooks(effects, "loses")
-        self._copies = _hooks(effects, "copies")
-        self._departs = _hooks(effects, "departs_ns")
-        self._delays = _hooks(effects, "delay_s")
-        self._arrives = _hooks(effects, "arrives_ns")
+        self._loses = self._hooks(effects, "loses")
+        self._copies = self._hooks(effects, "copies")
+        self._departs = self._hooks(effects, "departs_ns")
+        self._delays = self._hooks(effects, "delay_s")
+        self._arrives = self._hooks(effects, "arrives_ns")
+
+    def _make(self, record: LinkEffect, params: LinkParams) -> Effect:
+        try:
+            return record.make(params, self._uniform(record))
+        except PmwvcError:
+            raise
+        except PLUGIN_ERRORS as error:
+            raise ParameterError(
+                f"effects: {record.name} cannot be made: {reason(error)}"
+            ) from error
+
+    def _hooks(self, effects: Mapping[str, Effect], hook: str) -> list[Callable[..., Any]]:
+        """Return a hook of the effects that have it; those of plug-ins contained."""
+        return [
+            getattr(effect, hook)
+            if name in EFFECTS.library
+            else contained(effect, name, hook, self.faults)
+            for name, effect in effects.items()
+            if getattr(type(effect), hook) is not getattr(Effect, hook)
+        ]
 
     def _uniform(self, record: LinkEffect) -> Uniform:
         """Return the random numbers of an effect."""
@@ -128,12 +156,3 @@ class Link(InFlight):
             due_ns = arrives_ns(fate, due_ns)
         self._enter(payload, fate, due_ns)
         return fate
-
-
-def _hooks(effects: Sequence[Effect], name: str) -> list[Callable[..., Any]]:
-    """Return a hook of the effects that have it."""
-    return [
-        getattr(effect, name)
-        for effect in effects
-        if getattr(type(effect), name) is not getattr(Effect, name)
-    ]

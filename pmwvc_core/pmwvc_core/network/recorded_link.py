@@ -11,6 +11,7 @@ lost. Times are integer nanoseconds.
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from pmwvc_core.network.effects.contained import EffectFaults
 from pmwvc_core.network.in_flight import DELIVERED, Cause, Fate, FateKind, InFlight
 
 TRAVELLING = (DELIVERED, FateKind.DUPLICATE)
@@ -45,6 +46,7 @@ class RecordedLink(InFlight):
         self, record: Mapping[int, Sequence[RecordedFate]], *, per_packet: float = 1.0
     ) -> None:
         super().__init__()
+        self.faults = EffectFaults()  # none: nothing of a plug-in runs here
         self._record = record
         self._per_packet = per_packet
 

@@ -11,10 +11,10 @@ Not here: packets, time, and what to do with bad input (``wave.receiver``).
 
 from collections.abc import Sequence
 
-from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings import COUPLINGS, Faulting
+from pmwvc_core.server.couplings.contained import solver_of
 from pmwvc_core.server.environments import make_body
 from pmwvc_core.server.user_ports import ServerController, UserPort
 
@@ -24,13 +24,7 @@ class WaveServer(ServerController):
 
     def __init__(self, params: ServerParams, ports: Sequence[UserPort]) -> None:
         super().__init__(make_body(params), ports)
-        coupling = COUPLINGS.of(params.coupling)
-        if coupling.make is None:
-            raise ParameterError(
-                f"server.coupling = {coupling.name!r}: is for black boxes; a wave server knows "
-                "its environment"
-            )
-        self._solver = coupling.make(params)
+        self._solver = solver_of(COUPLINGS.of(params.coupling), params)
         if isinstance(self._solver, Faulting):
             self.faults = self._solver.faults
         self._half_period = 0.5 * params.period_s

@@ -182,10 +182,12 @@ class SessionBatch:
             event = {"time_s": None, "who": "server", "kind": "environment", "what": what}
             traces.events.append(event)
         elif faults is not None and faults.steps:
-            traces.metadata["environment"] = {
+            traces.metadata[faults.what] = {
                 "contained_steps": str(faults.steps),
                 "last_fault": faults.text,
             }
+        if failed := self._link_faults:
+            traces.metadata["links"] = failed
         tables, found = self._network
         traces.fates = dict(found)
         for table in tables:
@@ -193,6 +195,16 @@ class SessionBatch:
             traces.packets[table.topic] = packets
             traces.counts[table.topic] = {"messages": len(packets.seq), "missing": 0}
         return traces
+
+    @property
+    def _link_faults(self) -> dict[str, str]:
+        """How often the plug-ins of each link failed, and why at last."""
+        links = {
+            f"{user.settings.name}/{way}": link.link.faults
+            for user in self.users
+            for way, link in (("up", user.up), ("down", user.down))
+        }
+        return {name: str(faults) for name, faults in links.items() if faults.count}
 
     @cached_property
     def _network(self) -> tuple[list[PacketTable], dict[str, FateTraces]]:

@@ -37,7 +37,8 @@ class Faults(Stateful):
         self._name = f"{parameter} = {value!r}"
         self.steps = 0
         self.text = ""
-        self.replaced = parameter == "server.environment"  # by a damper, in those steps
+        self.what = parameter.removeprefix("server.")
+        self.replaced = self.what == "environment"  # by a damper, in those steps
 
     def note(self, error: BaseException) -> None:
         """Count a step."""

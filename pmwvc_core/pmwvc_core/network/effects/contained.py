@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The containment of plug-in effects: where a hook fails, the packet passes without the effect."""
+
+import math
+import operator
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from pmwvc_core.errors import PLUGIN_ERRORS, reason
+from pmwvc_core.network.effects.record import Effect
+
+
+@dataclass
+class EffectFaults:
+    """How often plug-in effects of a link failed, and why at last."""
+
+    count: int = 0
+    text: str = ""
+
+    def note(self, name: str, error: BaseException) -> None:
+        """Count a call that failed."""
+        self.count += 1
+        self.text = f"link.effects = {name!r} raised {reason(error)}"
+
+    def __str__(self) -> str:
+        """Return count and reason."""
+        return f"calls without the effect: {self.count}; last: {self.text}"
+
+
+def _finite(value: Any) -> float:
+    seconds = float(value)
+    if not math.isfinite(seconds):
+        raise ValueError(f"a delay of {seconds} s")
+    return seconds
+
+
+def _instant(value: Any) -> int | None:
+    return None if value is None else int(value)
+
+
+ANSWERS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
+    {
+        "loses": bool,
+        "copies": operator.index,
+        "departs_ns": _instant,
+        "delay_s": _finite,
+        "arrives_ns": int,
+    }
+)
+
+
+def contained(effect: Effect, name: str, hook: str, faults: EffectFaults) -> Callable[..., Any]:
+    """Return a hook of an effect that answers as if there were no effect where it fails."""
+    ask, answer, without = getattr(effect, hook), ANSWERS[hook], getattr(Effect, hook)
+
+    def call(*arguments: Any) -> Any:
+        try:
+            return answer(ask(*arguments))
+        except PLUGIN_ERRORS as error:  # whatever a plug-in raises
+            faults.note(name, error)
+            return without(effect, *arguments)
+
+    return call
