@@ -46,14 +46,14 @@ class Stateful:
         ValueError
             If it is the state of another kind of block.
         """
-        places = list(attributes(self))
-        other = state.keys() ^ {name for name, _, _ in places}
+        declared = list(attributes(self))
+        other = state.keys() ^ {name for name, _, _ in declared}
         if other:
             raise ValueError(
                 f"{type(self).__name__}: the state of another block; in one of both only: "
                 f"{', '.join(sorted(other))}"
             )
-        for name, owner, attribute in places:
+        for name, owner, attribute in declared:
             setattr(owner, attribute, copy.deepcopy(state[name]))
 
     def signals(self) -> dict[str, Value]:
@@ -109,7 +109,7 @@ def _named(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     if isinstance(value, dict):
         yield from ((f"{name}.{key}", each) for key, each in value.items())
     elif isinstance(value, (list, tuple)):
-        yield from ((f"{name}.{place}", each) for place, each in enumerate(value))
+        yield from ((f"{name}.{index}", each) for index, each in enumerate(value))
     else:
         yield name, value
 

@@ -84,9 +84,9 @@ class MasterLoop:
 
     def tick(self, tick: Tick) -> None:
         """Run one tick of the grid."""
-        protocol, place = self.protocol, tick.grid % self.protocol.rate_drop
+        protocol, tick_in_frame = self.protocol, tick.grid % self.protocol.rate_drop
         if self._first is None:
-            if place:
+            if tick_in_frame:
                 return  # begin with a whole frame
             self._first = tick.grid
         self.missed += tick.skipped
@@ -105,9 +105,9 @@ class MasterLoop:
             self._coupled = True
             self.device.couple()
         self.work.held = f, sample.f_h
-        if place == self._trace_tick:
+        if tick_in_frame == self._trace_tick:
             self._publish_block(self._done)
-        if place == self._motion_tick:
+        if tick_in_frame == self._motion_tick:
             self.wires.publish_motion(sample, f, tick.due_ns)
         block = self._block
         if not block.count:

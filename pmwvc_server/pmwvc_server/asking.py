@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The call of a live server's environment: of its own directly, of a plug-in through a thread.
 
-A plug-in may take too long or never come back. The loop waits for a share of its period; then it
+A plug-in may take too long or never come back. The loop waits for part of its period; then it
 goes on without an answer, and does not ask again before the plug-in is back. An answer that comes
 late is not used.
 
@@ -25,7 +25,7 @@ from pmwvc_core.server.black_box.faults import Unanswered
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.environments import LIBRARY
 
-SHARE = 0.5  # of the period that the loop waits
+WAIT_RATIO = 0.5  # of the period that the loop waits
 _PRIORITY = 10  # below the loop, above other programs
 
 
@@ -33,7 +33,7 @@ def caller(params: ServerParams) -> Call:
     """Return how the environment of a server is asked."""
     if not COUPLINGS.of(params.coupling).black_box or params.environment in LIBRARY:
         return directly
-    return Worker(SHARE * params.period_s)
+    return Worker(WAIT_RATIO * params.period_s)
 
 
 class _Job:

@@ -17,7 +17,7 @@ from oracle import linear_model
 from support import linear_loops
 
 from pmwvc_analysis.models import multirate, rigid
-from pmwvc_analysis.models.groups import parts
+from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.models.linearize import linearize
 from pmwvc_analysis.models.loop import Loop
@@ -121,7 +121,7 @@ def test_equal_users_make_smaller_models_of_the_same_spectrum(drawn):
     whole = power_sums(left(rigid, multirate.transitions(scenario, live=live)))
     smaller = [
         multirate.transitions(part.scenario, live=live, weights=part.weights)
-        for part in parts(scenario)
+        for part in subproblems(scenario)
     ]
     sums = sum(power_sums(left(rigid, model)) for model in smaller)
     np.testing.assert_array_less(np.abs(whole - sums), 1e-8 * (1.0 + np.abs(whole)))

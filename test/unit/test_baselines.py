@@ -200,7 +200,7 @@ class TestSetPointModulation:
 
     def test_beyond_the_cap_the_peer_gets_it(self):
         spring = ModulatedSpring(PspmParams(initial_j=0.05, cap_j=0.02))
-        spring.share()
+        spring.divide()
         assert (spring.tank, spring.sent) == (0.02, pytest.approx(0.03))
 
     def test_at_rest_both_springs_and_the_contact_are_in_series(self):

@@ -201,7 +201,7 @@ class Amplifier:
 @pytest.mark.parametrize("kind", PAID)
 def test_what_a_part_makes_is_not_spent_and_not_sent(kind):
     rig, rng = Rig(params(kind)), np.random.default_rng(4)
-    rig.port._parts = [Amplifier()]
+    rig.port._port_filters = [Amplifier()]
     brought = hand = sent = 0.0
     for _ in range(100):
         sent += squared(rig.port.send()) * FRAME_S / 2

@@ -102,7 +102,7 @@ class Panel:
     with_zero: bool = False
     height: float = 180.0
     y_range: Span | None = None  # of the curves where it is None
-    x_names: Sequence[str] = ()  # of the places 0, 1, 2... instead of numbers
+    x_names: Sequence[str] = ()  # labels at 0, 1, 2... instead of numbers
 
     @property
     def of_time(self) -> bool:
@@ -146,16 +146,16 @@ class Chart:
     note: str = ""
     events: Sequence[tuple[float, str]] = ()  # time [s], number in the list
 
-    def labelled(self, place: int) -> bool:
+    def labelled(self, index: int) -> bool:
         """Tell whether a panel has a labelled axis: the last one above another horizontal axis."""
-        below = self.panels[place + 1 :]
-        return not below or below[0].x_label != self.panels[place].x_label
+        below = self.panels[index + 1 :]
+        return not below or below[0].x_label != self.panels[index].x_label
 
-    def x_span(self, place: int, time: Span | None = None) -> Span:
+    def x_span(self, index: int, time: Span | None = None) -> Span:
         """Return the range of a panel's horizontal axis, common to those with the same label;
         ``time`` is that of the session, if given.
         """
-        panel = self.panels[place]
+        panel = self.panels[index]
         if panel.of_time and time is not None:
             return time
         spans = [each.x_span() for each in self.panels if each.x_label == panel.x_label]

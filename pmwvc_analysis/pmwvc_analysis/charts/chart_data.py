@@ -64,8 +64,8 @@ def payload(
 def _longest(lengths: Iterable[int]) -> int:
     """Return how many points a curve may have: all, while all together are few enough."""
     left, waiting = MOST_NUMBERS, sorted(lengths)
-    for place, length in enumerate(waiting):
-        fair = left // (2 * (len(waiting) - place))
+    for index, length in enumerate(waiting):
+        fair = left // (2 * (len(waiting) - index))
         if length > fair:
             return max(LEAST_POINTS, fair)
         left -= 2 * length
@@ -73,7 +73,7 @@ def _longest(lengths: Iterable[int]) -> int:
 
 
 def thinned(x: Array, y: Array, *, period: float, most: int) -> Places:
-    """Return the places of at most ``most`` points or so, extremes and ends of gaps included."""
+    """Return the indices of at most ``most`` points or so, extremes and ends of gaps included."""
     if len(x) <= most:
         return np.arange(len(x))
     rows = np.flatnonzero(np.isfinite(x))

@@ -33,16 +33,16 @@ def figure(chart: Chart, span: Span | None = None) -> "Figure":
     """Return the matplotlib figure of a chart."""
     heights = [panel.height for panel in chart.panels]
     drawn, rows = style.canvas(heights, title=chart.title, note=chart.note)
-    for place, (axes, panel) in enumerate(zip(rows, chart.panels, strict=True)):
-        _panel(axes, panel, chart.x_span(place, span), labelled=chart.labelled(place))
+    for index, (axes, panel) in enumerate(zip(rows, chart.panels, strict=True)):
+        _panel(axes, panel, chart.x_span(index, span), labelled=chart.labelled(index))
         for time_s, _ in chart.events if panel.of_time else ():
             axes.axvline(time_s, color=LIGHT["soft"], lw=0.7, ls=":")
     return drawn
 
 
 def _panel(axes: "Axes", panel: Panel, span: Span, *, labelled: bool) -> None:
-    for place, band in enumerate(panel.bands):
-        known = band.label in {each.label for each in panel.bands[:place]}
+    for index, band in enumerate(panel.bands):
+        known = band.label in {each.label for each in panel.bands[:index]}
         axes.axvspan(
             *band.span,
             facecolor=LIGHT[band.tint],
@@ -60,8 +60,8 @@ def _panel(axes: "Axes", panel: Panel, span: Span, *, labelled: bool) -> None:
         _line(axes, line, (span[1] - span[0]) / COLUMNS if not panel.x_log else 0.0)
     for dots in panel.dots:
         _dots(axes, dots)
-    for place, level in enumerate(panel.levels):
-        label = None if place else level.label
+    for index, level in enumerate(panel.levels):
+        label = None if index else level.label
         axes.axhline(level.y, color=LIGHT[level.tint], lw=1.0, ls=":", label=label)
     if panel.with_zero:
         axes.axhline(0.0, color=LIGHT["object"], lw=0.8)

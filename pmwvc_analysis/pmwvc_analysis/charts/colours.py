@@ -15,7 +15,7 @@ DARK_USERS = (
     "#14A0FB", "#F07D02", "#7BDD95", "#C18A9E", "#6DCFFF", "#FFE770", "#9B64A5", "#9C6F36",
 )  # fmt: skip
 LIGHT: Mapping[str, str] = {
-    **{f"u{place}": tint for place, tint in enumerate(LIGHT_USERS)},
+    **{f"u{index}": tint for index, tint in enumerate(LIGHT_USERS)},
     "object": "#222222",
     "target": "#7F7F7F",
     "hand": "#A9ADB2",
@@ -26,7 +26,7 @@ LIGHT: Mapping[str, str] = {
     "grid": "#E3E6EA",
 }
 DARK: Mapping[str, str] = {
-    **{f"u{place}": tint for place, tint in enumerate(DARK_USERS)},
+    **{f"u{index}": tint for index, tint in enumerate(DARK_USERS)},
     "object": "#E8EAED",
     "target": "#9AA3AD",
     "hand": "#717A84",
@@ -38,9 +38,9 @@ DARK: Mapping[str, str] = {
 }
 
 
-def user_tint(place: int) -> str:
+def user_tint(index: int) -> str:
     """Return the name of a user's colour."""
-    return f"u{place % len(LIGHT_USERS)}"
+    return f"u{index % len(LIGHT_USERS)}"
 
 
 def css_variables(colours: Mapping[str, str]) -> str:

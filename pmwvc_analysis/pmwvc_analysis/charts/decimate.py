@@ -13,7 +13,7 @@ Places = NDArray[np.int64]
 
 
 def segments(x: Array, y: Array, *, longest_step: float) -> list[Places]:
-    """Return the places of each uninterrupted stretch; NaN and steps beyond ``longest_step``
+    """Return the indices of each uninterrupted stretch; NaN and steps beyond ``longest_step``
     interrupt (0: only NaN does).
     """
     rows = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
@@ -44,6 +44,6 @@ def envelope(x: Array, y: Array, rows: Places, *, column: float) -> Places:
 
 
 def reduced(x: Array, y: Array, *, period: float, column: float) -> list[Places]:
-    """Return the places of each stretch to draw; a gap narrower than a column is none."""
+    """Return the indices of each stretch to draw; a gap narrower than a column is none."""
     step = max(1.5 * period, column) if period > 0.0 else 0.0
     return [envelope(x, y, part, column=column) for part in segments(x, y, longest_step=step)]

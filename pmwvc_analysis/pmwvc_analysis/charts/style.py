@@ -41,9 +41,9 @@ SETTINGS: dict[str, Any] = {
 }
 
 
-def colour(place: int) -> str:
+def colour(index: int) -> str:
     """Return a user's colour."""
-    return USERS[place % len(USERS)]
+    return USERS[index % len(USERS)]
 
 
 def canvas(heights: Sequence[float], *, title: str, note: str) -> tuple["Figure", "list[Axes]"]:

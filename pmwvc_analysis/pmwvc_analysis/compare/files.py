@@ -95,8 +95,8 @@ def _write_arrays(folder: Path, entries: Sequence[Entry]) -> None:
         if server is None:
             continue
         arrays |= {f"s{number}_server_{name}": getattr(server, name) for name in OF_SERVER}
-        for place, name in enumerate(server.users):
-            arrays[f"s{number}_{name}_x_s"] = server.x_s[place]
-            arrays[f"s{number}_{name}_f_s"] = server.f_s[place]
+        for index, name in enumerate(server.users):
+            arrays[f"s{number}_{name}_x_s"] = server.x_s[index]
+            arrays[f"s{number}_{name}_f_s"] = server.f_s[index]
     np.savez_compressed(folder / ARRAYS[0], allow_pickle=False, **arrays)
     savemat(folder / ARRAYS[1], arrays, do_compression=True)

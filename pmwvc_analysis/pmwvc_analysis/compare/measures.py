@@ -155,17 +155,17 @@ def _over_users(
     return reductions.rms(np.concatenate(rows)) if rows else None
 
 
-def _apart(user: UserTraces, server: ServerTraces, place: int) -> Array | None:
-    apart = position_error(user, server, place)
+def _apart(user: UserTraces, server: ServerTraces, index: int) -> Array | None:
+    apart = position_error(user, server, index)
     return None if apart is None else apart[1]
 
 
-def force_error(user: UserTraces, server: ServerTraces, place: int) -> Array:
+def force_error(user: UserTraces, server: ServerTraces, index: int) -> Array:
     """Return F_m - F_s at the server's steps while the user is coupled ``(steps, dof)`` [N]."""
-    coupled = (server.state[place] == COUPLED) & (server.time_s <= user.time_s[-1])
+    coupled = (server.state[index] == COUPLED) & (server.time_s <= user.time_s[-1])
     rows = np.searchsorted(user.time_s, server.time_s[coupled] - 0.5 * user.tick_s)
     rendered = user.f_applied[np.clip(rows, 0, len(user.time_s) - 1)]
-    found: Array = rendered - server.f_s[place][coupled]
+    found: Array = rendered - server.f_s[index][coupled]
     return found
 
 

@@ -43,14 +43,14 @@ def read_entries(folder: Path) -> list[Entry]:
     """Return the sessions of a comparison, read and measured anew."""
     entries = []
     for session in read_comparison(folder)["sessions"]:
-        place = folder / str(session["folder"])
-        scenario = read_scenario(place)
+        path = folder / str(session["folder"])
+        scenario = read_scenario(path)
         if scenario is None:
-            raise RecordingError(f"{place} holds no scenario.yaml")
+            raise RecordingError(f"{path} holds no scenario.yaml")
         entry = Entry(
             str(session["label"]),
             dict(session["settings"]),
-            read_session(place),
+            read_session(path),
             scenario,
             str(session["folder"]),
         )

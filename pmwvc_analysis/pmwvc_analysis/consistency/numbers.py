@@ -26,9 +26,9 @@ def missing_from(values: Array, known: Array) -> float | None:
     """
     if not values.size or not known.size:
         return None
-    place = np.searchsorted(known, values)
-    below = np.abs(values - known[np.maximum(place - 1, 0)])
-    above = np.abs(values - known[np.minimum(place, len(known) - 1)])
+    index = np.searchsorted(known, values)
+    below = np.abs(values - known[np.maximum(index - 1, 0)])
+    above = np.abs(values - known[np.minimum(index, len(known) - 1)])
     gap = np.minimum(below, above)
     worst = int(np.argmax(gap - RELATIVE * np.abs(values)))
     return float(gap[worst]) if gap[worst] > 1e-12 + RELATIVE * abs(values[worst]) else None

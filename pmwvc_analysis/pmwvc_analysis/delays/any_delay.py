@@ -158,8 +158,8 @@ class Gains:
             & (values >= np.roll(values, -1))
             & (values > found[0] - NEAR)
         )
-        for place in inner.tolist():
-            low, high = angle[max(place - 1, 0)], angle[min(place + 1, len(angle) - 1)]
+        for index in inner.tolist():
+            low, high = angle[max(index - 1, 0)], angle[min(index + 1, len(angle) - 1)]
             for _ in range(ROUNDS):
                 finer = np.linspace(low, high, 21)
                 sizes = self.at(finer)

@@ -75,9 +75,9 @@ class _Cut:
         self._loop, self._first = loop, first
 
     def __call__(self, packet: Packet) -> Packet:
-        place = self._first + len(self.sent)
+        index = self._first + len(self.sent)
         self.sent += packet
-        return tuple(self._loop.unit(place + i) for i in range(len(packet)))
+        return tuple(self._loop.unit(index + i) for i in range(len(packet)))
 
 
 def opened_at(loop: Loop, links: Sequence[tuple[Link, int]]) -> Linear:
@@ -137,7 +137,7 @@ def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
     model = opened_at(loop, links)
     (rows,), (sent,), n = model.rows, model.outputs["sent"], len(model.columns)
     up = [len(SIGNALS) * user for user in range(len(users))]  # the wave in each packet
-    down = [len(SIGNALS) * len(users) + place for place in up]
+    down = [len(SIGNALS) * len(users) + index for index in up]
 
     def end(out: list[int], into: list[int]) -> System:
         columns = [n + j for j in into]

@@ -103,7 +103,7 @@ class Loci:
         at = np.argwhere(over)
         if not len(at):
             return None
-        best = max(at.tolist(), key=lambda place: max(size[place[0], place[1]], -1.0))
+        best = max(at.tolist(), key=lambda index: max(size[index[0], index[1]], -1.0))
         return float(0.5 * (angle[best[0]] + angle[best[0] + 1]))
 
     def _angles(self, r: float) -> Array:
@@ -182,8 +182,8 @@ class Loci:
             return single
         late = np.exp(-np.multiply.outer(log_r + 1j * angle, self._more))
         values = np.linalg.eigvals(found * late[:, np.newaxis, :])
-        place = np.argmin(np.abs(values - near[:, np.newaxis]), axis=1)
-        chosen: Complex = values[np.arange(len(values)), place]
+        index = np.argmin(np.abs(values - near[:, np.newaxis]), axis=1)
+        chosen: Complex = values[np.arange(len(values)), index]
         return chosen
 
 

@@ -181,8 +181,8 @@ def measures(entries: Sequence[Entry]) -> Chart:
     panels = []
     for name, label, unit, factor in MEASURES:
         known = [
-            (place, entry.measures[name] * factor, bool(entry.measures["stable"]))
-            for place, entry in enumerate(entries)
+            (index, entry.measures[name] * factor, bool(entry.measures["stable"]))
+            for index, entry in enumerate(entries)
             if entry.measures[name] is not None
         ]
         values = [value for _, value, _ in known]
@@ -194,7 +194,7 @@ def measures(entries: Sequence[Entry]) -> Chart:
                 dots=[
                     Dots(
                         words,
-                        np.array([place for place, _, ok in known if ok is stable], dtype=float),
+                        np.array([index for index, _, ok in known if ok is stable], dtype=float),
                         np.array([value for _, value, ok in known if ok is stable], dtype=float),
                         tint,
                         mark,
@@ -226,8 +226,8 @@ def admittances(entries: Sequence[Entry]) -> list[Chart]:
     if ideal.source:
         label = "ideal: direct at every tick, no delay"
         lines.append(Line(label, ideal.frequency_hz, ideal.admittance, "object", (2, 3)))
-    for place, (entry, own) in enumerate(shown):
-        hertz, size, tint = own.frequency_hz, own.admittance, user_tint(place)
+    for index, (entry, own) in enumerate(shown):
+        hertz, size, tint = own.frequency_hz, own.admittance, user_tint(index)
         if own.source == "measured":
             dots.append(Dots(entry.label, hertz, size, tint, "ring"))
         else:

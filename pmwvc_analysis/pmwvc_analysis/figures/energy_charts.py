@@ -61,14 +61,14 @@ def _stack(time_s: Array, groups: dict[str, Array]) -> list[Layer]:
     """Return the groups stacked: what is positive upwards, what is negative downwards."""
     layers = []
     rises, falls = np.zeros(len(time_s)), np.zeros(len(time_s))
-    for place, name in enumerate(ORDER):
+    for index, name in enumerate(ORDER):
         if name not in groups:
             continue
         up, down = np.maximum(groups[name], 0.0), np.minimum(groups[name], 0.0)
-        tint = user_tint(place)
-        layers.append(Layer(name, time_s, rises.copy(), rises + up, tint, place))
+        tint = user_tint(index)
+        layers.append(Layer(name, time_s, rises.copy(), rises + up, tint, index))
         if down.any():
-            layers.append(Layer(name, time_s, falls + down, falls.copy(), tint, place))
+            layers.append(Layer(name, time_s, falls + down, falls.copy(), tint, index))
         rises, falls = rises + up, falls + down
     return layers
 
@@ -77,11 +77,11 @@ def _active(found: Budget, active: list[tuple[str, str]], kept: slice) -> Panel:
     judged = {(owner, part): series for owner, part, series in found.judged()}
     unit, scale = _unit(np.concatenate([judged[each].sums for each in active]))
     lines = []
-    for place, (owner, part) in enumerate(active):
+    for index, (owner, part) in enumerate(active):
         series = judged[owner, part]
         sums = series.sums[kept] * scale
         label = f"{owner}: {words_of(part)}"
-        lines.append(Line(label, series.time_s[kept], sums, user_tint(place), DASHES[place]))
+        lines.append(Line(label, series.time_s[kept], sums, user_tint(index), DASHES[index]))
     title = "Components that generated energy"
     return Panel(f"energy taken in [{unit}]", lines=lines, title=title, with_zero=True)
 
@@ -115,11 +115,11 @@ def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
                 account_words(account),
                 time_s,
                 sums * scale,
-                user_tint(place),
-                DASHES[place % len(DASHES)],
-                1.8 - 0.8 * (place // len(DASHES)),
+                user_tint(index),
+                DASHES[index % len(DASHES)],
+                1.8 - 0.8 * (index // len(DASHES)),
             )
-            for place, (account, sums) in enumerate(own.items())
+            for index, (account, sums) in enumerate(own.items())
         ]
         tint = user_tint(names.index(name)) if name in names else "object"
         panels.append(

@@ -29,11 +29,11 @@ def numbered(traces: SessionTraces) -> list[Event]:
     order = sorted(traces.events, key=lambda e: (e["time_s"] is not None, e["time_s"] or 0.0))
     return [
         Event(
-            str(place),
+            str(index),
             event["time_s"],
             str(event.get("who", "")),
             str(event.get("kind", "")),
             str(event.get("what", "")),
         )
-        for place, event in enumerate(order, start=1)
+        for index, event in enumerate(order, start=1)
     ]

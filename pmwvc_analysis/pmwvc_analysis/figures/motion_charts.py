@@ -86,8 +86,8 @@ def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[L
 
 
 def _avatar(traces: SessionTraces, server: ServerTraces, name: str, axis: int, order: int) -> Line:
-    place, rows = server.users.index(name), recorded.until_users_end(traces)
-    present = np.where(server.state[place] > 0, server.x_s[place][:, axis], np.nan)[rows]
+    index, rows = server.users.index(name), recorded.until_users_end(traces)
+    present = np.where(server.state[index] > 0, server.x_s[index][:, axis], np.nan)[rows]
     tint = user_tint(recorded.names(traces).index(name))
     dash = (3.0 + 0.5 * order, 3.0 + order)
     time_s = server.time_s[rows]
@@ -137,8 +137,8 @@ def force_lines(traces: SessionTraces, user: UserTraces, axis: int) -> list[Line
     f_m = user.f_applied[:, axis]
     lines.append(Line("rendered by the device", user.time_s, f_m, tint, (), 1.8, user.tick_s))
     if server is not None and user.name in server.users:
-        rows, place = recorded.until_users_end(traces), server.users.index(user.name)
-        f_s: Array = server.f_s[place][rows, axis]
+        rows, index = recorded.until_users_end(traces), server.users.index(user.name)
+        f_s: Array = server.f_s[index][rows, axis]
         time_s = server.time_s[rows]
         lines.append(
             Line("contact on avatar", time_s, f_s, "object", (6, 4), 1.2, server.period_s)

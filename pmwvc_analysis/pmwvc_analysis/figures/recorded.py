@@ -64,5 +64,5 @@ def bands(traces: SessionTraces) -> list[Band]:
 
 def pauses(time_s: Array, period_s: float) -> list[Span]:
     """Return where neighbouring rows are further apart than ``LEAST_PAUSE_S`` [s]."""
-    places = np.flatnonzero(np.diff(time_s) > max(LEAST_PAUSE_S, 1.5 * period_s))
-    return [(float(time_s[row]), float(time_s[row + 1])) for row in places]
+    indices = np.flatnonzero(np.diff(time_s) > max(LEAST_PAUSE_S, 1.5 * period_s))
+    return [(float(time_s[row]), float(time_s[row + 1])) for row in indices]

@@ -102,12 +102,12 @@ def first_crossing(values: Array, row: Array) -> float | None:
     bad = np.flatnonzero(row > 1.0 + ROUNDING)
     if not len(bad):
         return None
-    place = int(bad[0])
-    if place == 0:
+    index = int(bad[0])
+    if index == 0:
         return float(values[0])
-    low, high = row[place - 1], row[place]
+    low, high = row[index - 1], row[index]
     ratio = (1.0 - low) / (high - low)
-    return float(values[place - 1] + ratio * (values[place] - values[place - 1]))
+    return float(values[index - 1] + ratio * (values[index] - values[index - 1]))
 
 
 def write_data(folder: Path, grid: Grid, radius: Array, measured: list[Measured]) -> list[Path]:

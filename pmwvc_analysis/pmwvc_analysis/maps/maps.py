@@ -103,11 +103,11 @@ def growth_per_s(grid: Grid, radius: Array) -> Array:
     """
     seconds = np.empty(grid.shape)
     for row, y in enumerate(_standing(grid.y)):
-        for place, x in enumerate(_standing(grid.x)):
+        for index, x in enumerate(_standing(grid.x)):
             scenario = varied(varied(grid.scenario, grid.y.name, y), grid.x.name, x)
             rows = slice(None) if stackable(grid.y.name) else row
-            places = slice(None) if stackable(grid.x.name) else place
-            seconds[rows, places] = hyperperiod_ticks(scenario) * scenario.tick_s
+            indices = slice(None) if stackable(grid.x.name) else index
+            seconds[rows, indices] = hyperperiod_ticks(scenario) * scenario.tick_s
     found: Array = np.log(np.maximum(radius, np.finfo(float).tiny)) / seconds
     return found
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from pmwvc_analysis.delays.long_delay import is_long, opened
 from pmwvc_analysis.models import modes, rigid, stability
-from pmwvc_analysis.models.groups import parts
+from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import linearize
 from pmwvc_analysis.models.multirate import transitions
@@ -81,7 +81,7 @@ def _long(scenario: Scenario, *, live: bool) -> _Slowest:
     longer than a frame, so that it is no image of another one.
     """
     whole, smaller = opened(scenario, live=live), []
-    for part in parts(scenario):
+    for part in subproblems(scenario):
         smaller += opened(part.scenario, live=live, weights=part.weights).loci
     logs = [loci.log_radius() for loci in smaller]
     worst = int(np.argmax(logs))

@@ -20,14 +20,14 @@ from pmwvc_core.scenario.scenario import Scenario, User
 COMPARED_FIELDS = ("master", "baseline", "device", "contact", "link_up", "link_down")
 
 
-class Part(NamedTuple):
+class Subproblem(NamedTuple):
     """A smaller problem: a scenario, and how many users each of its users stands for."""
 
     scenario: Scenario
     weights: tuple[int, ...]
 
 
-def parts(scenario: Scenario) -> list[Part]:
+def subproblems(scenario: Scenario) -> list[Subproblem]:
     """Return smaller problems with, together, all eigenvalues of a scenario."""
     groups: list[list[User]] = []
     apart = scenario.coupling.black_box and scenario.environment.movable
@@ -42,15 +42,13 @@ def parts(scenario: Scenario) -> list[Part]:
             groups.append([user])
     together = dataclasses.replace(scenario, users=tuple(group[0] for group in groups))
     wall = scenario.server
-    if (
-        scenario.environment.movable
-    ):  # a wall stays what it is: a slope it reports is part of its law
+    if scenario.environment.movable:  # a wall is kept: a slope it reports is part of its law
         wall = dataclasses.replace(wall, environment="wall")
-    found = [Part(together, tuple(len(group) for group in groups))]
+    found = [Subproblem(together, tuple(len(group) for group in groups))]
     for group in groups:
         if len(group) > 1:
             alone = dataclasses.replace(scenario, users=(group[0],), server=wall)
-            found.append(Part(alone, (1,)))
+            found.append(Subproblem(alone, (1,)))
     return found
 
 

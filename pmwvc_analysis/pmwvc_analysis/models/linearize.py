@@ -78,8 +78,8 @@ def model_of(loop: Loop, rows: Array, read: dict[str, Array]) -> Linear:
     moving = {loop.body, f"{loop.body}d"}
     moving |= {f"{line.name}.device.{x}" for line in loop.lines for x in ("x", "xd")}
     found = reduced(rows, list(read.values()), always=lambda j: entries[j][0] in moving)
-    columns = {entries[j]: place for place, j in enumerate(found.kept)}
-    deflections = {loop.deflection(place) for place in range(len(loop.lines))}
+    columns = {entries[j]: index for index, j in enumerate(found.kept)}
+    deflections = {loop.deflection(index) for index in range(len(loop.lines))}
     springs = {name for name, _ in columns if name.endswith(".local.model.x")}
     placed = (moving | deflections | springs) & {name for name, _ in columns}
     outputs = dict(zip(read, found.read, strict=True))

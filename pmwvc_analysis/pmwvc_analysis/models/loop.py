@@ -125,9 +125,9 @@ class Loop:
         self.names = self._carried + [name for *_, name in self._under_way]
         # What is set to one: all that is carried, and the packets that are read this time.
         self._live = list(range(len(self._carried)))
-        for place, (link, past, *_) in enumerate(self._under_way, start=len(self._carried)):
+        for index, (link, past, *_) in enumerate(self._under_way, start=len(self._carried)):
             if past in link.read:
-                self._live.append(place)
+                self._live.append(index)
         self._weights: Array = np.zeros(0)  # of all runs in the last one
 
     @property
@@ -140,9 +140,9 @@ class Loop:
         cube = self._box and self.scenario.environment.movable
         return f"server.{BOX}body.x" if cube else "server.body.x"
 
-    def deflection(self, place: int) -> str:
+    def deflection(self, index: int) -> str:
         """Return the name of the deflection of a user's contact."""
-        port = self._line_of.index(place)
+        port = self._line_of.index(index)
         if self._box:
             return f"server.{BOX}contacts.{port}.deflection"
         return f"server.ports.{port}.contact.deflection"
@@ -182,7 +182,7 @@ class Loop:
         width = (len(self._live) + inputs) * self.dof
         rng = np.random.default_rng(width)
         self._weights = rng.choice([-2.0, 1.0, 3.0], width) * rng.uniform(0.5, 1.0, width)
-        one = {self.names[j]: self._unit(place) for place, j in enumerate(self._live)}
+        one = {self.names[j]: self._unit(index) for index, j in enumerate(self._live)}
         self._join(width + 1)
         for prefix, block in self._blocks.items():
             own = {n[len(prefix) :]: one[n] for n in self._carried if n.startswith(prefix)}
@@ -193,12 +193,12 @@ class Loop:
             packet[signal] = one.get(name, 0.0)
             link.packets[past] = tuple(packet)
 
-    def unit(self, place: int) -> Array:
+    def unit(self, index: int) -> Array:
         """Return an input that is one in runs of its own, along each axis."""
-        return self._unit(len(self._live) + place)
+        return self._unit(len(self._live) + index)
 
-    def _unit(self, place: int) -> Array:
-        first, dof = place * self.dof, range(self.dof)
+    def _unit(self, index: int) -> Array:
+        first, dof = index * self.dof, range(self.dof)
         unit = np.zeros((len(self._weights) + 1, 1, self.dof))
         for axis in dof:
             unit[[first + axis, -1], 0, axis] = ONE, ONE * self._weights[first + axis]
@@ -229,7 +229,7 @@ class Loop:
         """Return the states after the hyperperiod, ``(runs, states, columns)``."""
         values, dof = self._values(), self.dof
         ends = [values[name] for name in self._carried]
-        place = {name: j for j, name in enumerate(self.names)}
+        index = {name: j for j, name in enumerate(self.names)}
         shifts = []
         for link, past, signal, name in self._under_way:
             later = past + self.ticks
@@ -237,7 +237,7 @@ class Loop:
                 ends.append(link.packets[later][signal])
             else:
                 ends.append(0.0)
-                shifts.append((place[name], place[name.replace(f"[{past}]", f"[{later}]")]))
+                shifts.append((index[name], index[name.replace(f"[{past}]", f"[{later}]")]))
         found = self.rows(ends, self.names)
         for new, old in shifts:
             for axis in range(dof):
@@ -254,9 +254,9 @@ class Loop:
         """
         width = len(self._weights)
         found = np.empty((self.runs, len(values) * self.dof, width + 1))
-        for place, value in enumerate(values):
+        for index, value in enumerate(values):
             shaped = np.broadcast_to(value, (width + 1, self.runs, self.dof))
-            found[:, place * self.dof : (place + 1) * self.dof] = shaped.transpose(1, 2, 0)
+            found[:, index * self.dof : (index + 1) * self.dof] = shaped.transpose(1, 2, 0)
         found /= ONE
         rows, together = found[..., :-1], found[..., -1]
         size = (np.abs(rows) @ np.abs(self._weights)).max(axis=1, keepdims=True, initial=0.0)

@@ -77,12 +77,12 @@ def families(linear: Linear) -> list[Family]:
         if name not in linear.placed:
             continue
         given[column] = True
-        for place, motion in enumerate(found):
+        for index, motion in enumerate(found):
             if name in motion.position:
-                now[:, column, place] = motion.position[name][:, axis]
+                now[:, column, index] = motion.position[name][:, axis]
             if name in motion.velocity:
                 period_s = loop.ticks * loop.tick_s
-                change[:, column, place] = motion.velocity[name][:, axis] * period_s
+                change[:, column, index] = motion.velocity[name][:, axis] * period_s
     p, s = np.flatnonzero(given), np.flatnonzero(~given)
     if len(s) and found:
         moves = matrices - np.eye(n)  # (A - I) z1 = 0, (A - I) z0 = z1, both consistent
@@ -91,8 +91,8 @@ def families(linear: Linear) -> list[Family]:
         change[:, s] = np.linalg.solve(upper, -across @ (moves[..., p] @ change[:, p]))
         now[:, s] = np.linalg.solve(upper, across @ (change - moves[..., p] @ now[:, p]))
     return [
-        Family(now[..., place], linear.columns[motion.pivot, motion.axis], motion.mask)
-        for place, motion in enumerate(found)
+        Family(now[..., index], linear.columns[motion.pivot, motion.axis], motion.mask)
+        for index, motion in enumerate(found)
     ]
 
 
@@ -105,15 +105,15 @@ def quotient(matrices: Array, found: list[Family]) -> Array:
     runs, states = matrices.shape[0], matrices.shape[-1]
     gone: list[int] = []
     vectors = [np.broadcast_to(f.vector, (runs, states)).copy() for f in found]
-    for place, family in enumerate(found):
+    for index, family in enumerate(found):
         j = family.pivot
         mask = np.broadcast_to(family.mask, runs)[:, np.newaxis]
-        t = np.where(mask, vectors[place], 0.0)
+        t = np.where(mask, vectors[index], 0.0)
         matrices -= t[:, :, np.newaxis] * matrices[:, j : j + 1, :]
         keep = np.where(mask, 0.0, 1.0)
         matrices[:, j, :] *= keep
         matrices[:, :, j] *= keep
-        for other in vectors[place + 1 :]:
+        for other in vectors[index + 1 :]:
             other -= t * other[:, j : j + 1]
         if mask.all():
             gone.append(j)
@@ -153,11 +153,11 @@ def _free_positions(linear: Linear, axis: int) -> list[Motion]:
     together = {device: bound * one for device, bound in zip(devices, tied, strict=True)}
     if loop.body in linear.placed:
         found.append(Motion(loop.body, axis, always, {loop.body: one} | together, {}))
-    for place, line in enumerate(loop.lines):
+    for index, line in enumerate(loop.lines):
         loose = _stiffness(line)[:, 0] == 0.0
         if loose.any():
-            e = loop.deflection(place)
-            moved = {e: one, devices[place]: together[devices[place]]}
+            e = loop.deflection(index)
+            moved = {e: one, devices[index]: together[devices[index]]}
             found.append(Motion(e, axis, loose, moved, {}))
         loose = _column(line.user.master.local_model.stiffness)[:, 0] == 0.0
         if loose.any():  # the spring of a local model that exerts nothing
@@ -183,10 +183,10 @@ def _translations_without_waves(linear: Linear, axis: int) -> list[Motion]:
     """Return the common translation, and those of users whose position acts on nothing."""
     loop, found = linear.loop, []
     one = np.eye(loop.dof)[axis : axis + 1]
-    for place, line in enumerate(loop.lines):
+    for index, line in enumerate(loop.lines):
         loose, device = _stiffness(line)[:, 0] == 0.0, f"{line.name}.device.x"
         if loose.any():
-            moved = {device: one, loop.deflection(place): one}
+            moved = {device: one, loop.deflection(index): one}
             found.append(Motion(device, axis, loose, moved, {}))
     if loop.body in linear.placed:
         all_of_them = {f"{line.name}.device.x": one for line in loop.lines} | {loop.body: one}
@@ -236,9 +236,9 @@ def _common_drift(linear: Linear, axis: int) -> list[Motion]:
     mask = ~(_column(loop.scenario.server.object_damping) > 0.0)
     now = {loop.body: one * ((serve.phase - serve.period) * loop.tick_s), f"{loop.body}d": one}
     rates = {loop.body: one}
-    for place, line in enumerate(loop.lines):
+    for index, line in enumerate(loop.lines):
         off, tied = _alone(line), _tied(line)
-        rates[loop.deflection(place)] = np.where(off, -one, 0.0)  # stays behind
+        rates[loop.deflection(index)] = np.where(off, -one, 0.0)  # stays behind
         ratio = _transformed(one, line.user.server_impedance, line.user.impedance)
         rate = np.where(off, 0.0, ratio if waves else one)
         steady = _steady_answers(line) & np.all(ratio == one, axis=1, keepdims=True)

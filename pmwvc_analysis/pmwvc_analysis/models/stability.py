@@ -17,7 +17,7 @@ import numpy as np
 
 from pmwvc_analysis.delays.long_delay import is_long, opened
 from pmwvc_analysis.models import rigid
-from pmwvc_analysis.models.groups import Part, parts
+from pmwvc_analysis.models.groups import Subproblem, subproblems
 from pmwvc_analysis.models.multirate import transitions
 from pmwvc_analysis.models.variation import stackable, with_stiffness
 from pmwvc_core.numeric import Array
@@ -57,13 +57,13 @@ def radii(scenario: Scenario, *, live: bool = False) -> Array:
     """Return the spectral radius, over the hyperperiod, of every run of a scenario whose numbers
     may be columns.
     """
-    values = [_radii(part, live=live) for part in parts(scenario)]
+    values = [_radii(part, live=live) for part in subproblems(scenario)]
     ticks = math.lcm(*(length for _, length in values))
     powers = [value ** (ticks // length) for value, length in values]
     return np.asarray(np.max(np.broadcast_arrays(*powers), axis=0))
 
 
-def _radii(part: Part, *, live: bool) -> tuple[Array, int]:
+def _radii(part: Subproblem, *, live: bool) -> tuple[Array, int]:
     """Return the spectral radii of a smaller problem and the ticks that they stand for."""
     if is_long(part.scenario, live=live):
         found = opened(part.scenario, live=live, weights=part.weights)
@@ -77,7 +77,7 @@ def _flags(scenario: Scenario, *, live: bool) -> Array:
     long delays a radius takes many times as long to find as this.
     """
     found = []
-    for part in parts(scenario):
+    for part in subproblems(scenario):
         if is_long(part.scenario, live=live):
             is_stable = opened(part.scenario, live=live, weights=part.weights).stable()
         else:
@@ -98,7 +98,7 @@ def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Li
     bound
         Largest stiffness looked at.
     """
-    smaller = parts(scenario)
+    smaller = subproblems(scenario)
     long = any(is_long(part.scenario, live=live) for part in smaller)
 
     def at(stiffness: Array) -> Array:
@@ -134,8 +134,8 @@ def crossings(
     """
     flags = _stable(_batched(at, grid))
     found = []
-    for place in np.flatnonzero(flags[1:] != flags[:-1]):
-        low, high, begins = float(grid[place]), float(grid[place + 1]), bool(flags[place])
+    for index in np.flatnonzero(flags[1:] != flags[:-1]):
+        low, high, begins = float(grid[index]), float(grid[index + 1]), bool(flags[index])
         while high - low > within * max(abs(high), abs(low)):
             inner = np.linspace(low, high, parts + 1)[1:-1]
             same = _stable(at(inner[:, np.newaxis])) == begins

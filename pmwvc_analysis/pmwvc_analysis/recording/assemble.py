@@ -131,14 +131,14 @@ def server_traces(
     steps = [messages[i] for i in order]
     names = [str(name) for name in steps[-1].users]
     epochs = _epochs(steps)
-    columns = [{str(name): place for place, name in enumerate(step.users)} for step in steps]
+    columns = [{str(name): index for index, name in enumerate(step.users)} for step in steps]
 
     def of_user(field: str, name: str, missing: float) -> Array:
         width = steps[-1].dof if field in ("x_s", "xd_s", "f_s", "u_s", "v_s") else 1
         result = np.full((len(steps), width), missing)
         for row, step, column in zip(result, steps, columns, strict=True):
-            if (place := column.get(name)) is not None:
-                row[:] = getattr(step, field)[place * width : (place + 1) * width]
+            if (index := column.get(name)) is not None:
+                row[:] = getattr(step, field)[index * width : (index + 1) * width]
         return result
 
     def each(field: str, missing: float = np.nan) -> list[Array]:

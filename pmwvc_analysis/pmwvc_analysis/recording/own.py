@@ -137,16 +137,16 @@ def _in_turn(spans: dict[int, tuple[int, int, int]], known: Collection[int]) -> 
 
 def _continuing(series: Series, kind: str) -> list[bool]:
     """Tell which messages continue one another, publisher by publisher."""
-    places = [numbered(kind, message) for message in series.messages]
-    numbers = np.array([place.first for place in places], dtype=np.int64)
+    entries = [numbered(kind, message) for message in series.messages]
+    numbers = np.array([entry.first for entry in entries], dtype=np.int64)
     trace = kind in (schemas.MASTER_TRACE, schemas.SERVER_TRACE)
     if kind == schemas.MASTER_TRACE:
         numbers = np.array([message.first_tick for message in series.messages], dtype=np.int64)
     logs = np.array(series.log_ns, dtype=np.int64)
     streams: dict[str, list[int]] = defaultdict(list)
-    for row, place in enumerate(places):
-        streams[place.stream].append(row)
-    kept = np.zeros(len(places), dtype=bool)
+    for row, entry in enumerate(entries):
+        streams[entry.stream].append(row)
+    kept = np.zeros(len(entries), dtype=bool)
     for stream in streams.values():
         rows = np.array(stream)
         rows = rows[np.argsort(numbers[rows], kind="stable")]
@@ -169,22 +169,22 @@ def _without_jumps(rows: Integers, numbers: Integers) -> Integers:
 
 
 def _increasing(values: Integers) -> Integers:
-    """Return the places of a longest strictly increasing subsequence."""
+    """Return the indices of a longest strictly increasing subsequence."""
     if len(values) < 2 or (np.diff(values) > 0).all():
         return np.arange(len(values))
     ends: list[int] = []  # ends[n]: least last value of a subsequence of n + 1 values
-    places: list[int] = []
+    indices: list[int] = []
     before = np.full(len(values), -1)
-    for place, value in enumerate(values.tolist()):
+    for index, value in enumerate(values.tolist()):
         length = bisect.bisect_left(ends, value)
-        before[place] = places[length - 1] if length else -1
+        before[index] = indices[length - 1] if length else -1
         ends[length : length + 1] = [value]
-        places[length : length + 1] = [place]
+        indices[length : length + 1] = [index]
     chain = []
-    place = places[-1]
-    while place >= 0:
-        chain.append(place)
-        place = int(before[place])
+    index = indices[-1]
+    while index >= 0:
+        chain.append(index)
+        index = int(before[index])
     return np.array(chain[::-1])
 
 

@@ -31,7 +31,7 @@ _FIRST_COUNT = struct.Struct("<QI")
 
 @dataclass(frozen=True)
 class Numbered:
-    """A message's place: publisher (epoch or link), and ``count`` numbers from ``first`` on."""
+    """Numbers of a message: publisher (epoch or link), and ``count`` numbers from ``first`` on."""
 
     stream: str
     first: int

@@ -56,11 +56,11 @@ def figure_blocks(charts: Sequence[Chart], traces: SessionTraces) -> list[Figure
 
 def _panels(chart: Chart, span: Span) -> list[PanelBlock]:
     found = []
-    for place, panel in enumerate(chart.panels):
-        labelled = chart.labelled(place)
+    for index, panel in enumerate(chart.panels):
+        labelled = chart.labelled(index)
         drawing = chart_svg.panel_svg(
             panel,
-            span=chart.x_span(place, span),
+            span=chart.x_span(index, span),
             events=chart.events,
             labelled=labelled,
         )

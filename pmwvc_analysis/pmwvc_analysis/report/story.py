@@ -48,9 +48,9 @@ def _contact(
     times = server.time_s[rows]
     first: dict[str, float] = {}
     for name, touches in zip(server.users, server.contact, strict=True):
-        places = np.flatnonzero(touches[rows])
-        if len(places):
-            first[name] = float(times[places[0]])
+        indices = np.flatnonzero(touches[rows])
+        if len(indices):
+            first[name] = float(times[indices[0]])
     name = "the object"
     if scenario is not None:
         name = scenario.environment.noun

@@ -80,7 +80,7 @@ def measure(user: UserTraces, known: User) -> Measured:
     return _over_frequency(user, force, position, known)
 
 
-def pattern(users: Sequence[UserTraces], scenario: Scenario, place: int) -> list[float]:
+def pattern(users: Sequence[UserTraces], scenario: Scenario, index: int) -> list[float]:
     """Return what every user pushed per unit of the force of the one looked at.
 
     Raises
@@ -90,11 +90,11 @@ def pattern(users: Sequence[UserTraces], scenario: Scenario, place: int) -> list
         then the position is not that one user's doing.
     """
     own = {user.name: user for user in users}
-    ticks, force = _swing(own[scenario.users[place].name])
+    ticks, force = _swing(own[scenario.users[index].name])
     power = float(force @ force)
     found = []
     for number, known in enumerate(scenario.users):
-        if number == place:
+        if number == index:
             found.append(1.0)
             continue
         _require_given(known)
@@ -106,7 +106,7 @@ def pattern(users: Sequence[UserTraces], scenario: Scenario, place: int) -> list
         if not np.isfinite(rest).all() or rest @ rest > ALIKE**2 * power:
             raise PmwvcError(
                 f"{known.name}: its force is not a multiple of that of "
-                f"{scenario.users[place].name}, so position and force of one user alone do not "
+                f"{scenario.users[index].name}, so position and force of one user alone do not "
                 f"give the admittance; set {known.name}.operator.kind=none"
             )
         found.append(ratio)

@@ -157,9 +157,9 @@ def pressing(scenario: Scenario, user: int) -> list[float]:
         pairs = [(other.impedance, other.server_impedance) for other in scenario.users]
         scale = [math.sqrt(transformation(*pair)) for pair in pairs]
     side = scenario.users[user].side
-    opposite = [place for place, other in enumerate(scenario.users) if other.side != side]
-    for place in opposite:
-        forces[place] = -scale[user] / (scale[place] * len(opposite))
+    opposite = [index for index, other in enumerate(scenario.users) if other.side != side]
+    for index in opposite:
+        forces[index] = -scale[user] / (scale[index] * len(opposite))
     return forces
 
 

@@ -68,18 +68,18 @@ class ModulatedSpring(Stateful):
     def aim(self, wanted: Value, x: Value) -> None:
         """Move the set point towards a wanted one [m], as far as the tank allows.
 
-        The share s of the way w costs K/2 (s^2 |w|^2 - 2 s w . (x - q)).
+        The ratio s of the way w costs K/2 (s^2 |w|^2 - 2 s w . (x - q)).
         """
         way, stretch = wanted - self.q, x - self.q
         length, along = squared(way), dot(way, stretch)
         within = maximum(along * along + 2.0 * length * self.tank / self._stiffness, 0.0)
-        share = clip((along + root(within)) / where(length > 0.0, length, 1.0), 0.0, 1.0)
-        self.q = self.q + share * way
+        ratio = clip((along + root(within)) / where(length > 0.0, length, 1.0), 0.0, 1.0)
+        self.q = self.q + ratio * way
         spring = 0.5 * self._stiffness * squared(x - self.q)
         self.tank = self.tank - (spring - self.spring)
         self.spring = spring
 
-    def share(self) -> None:
+    def divide(self) -> None:
         """Send the peer what is above the cap."""
         surplus = maximum(self.tank - self._cap, 0.0)
         self.tank = self.tank - surplus

@@ -57,7 +57,7 @@ class PspmServer(AvatarEnd):
         spring.aim(position + port.offset, port.x_s)
         self._pull(port, spring.q, 0.0, params.stiffness, params.damping)
         spring.moved(port.x_s, -self._period * dot(port.f_s, port.xd_s))
-        spring.share()
+        spring.divide()
         port.account = spring.sent
 
     def _answer(self, port: UserPort) -> Value:
@@ -120,8 +120,8 @@ class PspmMaster(DeviceEnd):
         self.spring.moved(self._x, dot(self._force, self._x - before))
 
     def send(self) -> Value:
-        """Share the tank, then return the velocity [m/s]."""
-        self.spring.share()
+        """Divide the tank, then return the velocity [m/s]."""
+        self.spring.divide()
         return super().send()
 
     def step(self, x: Value, xd: Value) -> Value:

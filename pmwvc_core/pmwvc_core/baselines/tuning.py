@@ -40,8 +40,8 @@ from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingP
 
 MARGIN = 0.8  # of the stiffness that a rule allows
 LATE_MARGIN = 0.95  # of the same for the local damping: 3 N s/m do at 16 ms where this gives 4.7
-STOP_SHARE = 0.1  # of what stops the device within a tick
-COUPLING_SHARE = 0.5  # of b: damping of the virtual coupling
+STOP_RATIO = 0.1  # of the damping that stops the device within a tick
+COUPLING_RATIO = 0.5  # of b: damping of the virtual coupling
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def virtual_coupling(loop: Loop) -> Proposal:
     _require_round_trip(loop)
     if loop.damping <= 0.0:
         raise ParameterError("device.damping = 0, and no hand: a virtual coupling needs damping")
-    damping = COUPLING_SHARE * loop.damping
+    damping = COUPLING_RATIO * loop.damping
     passive = 2.0 * (loop.damping - damping) / loop.tick_s
     late = 2.0 * (loop.damping + damping) / loop.round_trip_s
     stiffness = MARGIN * min(passive, late)
@@ -139,7 +139,7 @@ def check_tdpa(params: TdpaParams, loop: Loop) -> Proposal:
     """Return by how much the dampers meet their rules."""
     late = 0.5 * loop.contact_stiffness * loop.round_trip_s
     criteria = {
-        "sampling": STOP_SHARE * loop.mass / loop.tick_s - params.damping_max,
+        "sampling": STOP_RATIO * loop.mass / loop.tick_s - params.damping_max,
         "delay": loop.damping + params.damping - late,
         "contact": loop.contact_damping - 0.5 * loop.contact_stiffness * loop.period_s,
     }
@@ -160,7 +160,7 @@ def tdpa(loop: Loop) -> Proposal:
     late = 0.5 * loop.contact_stiffness * loop.round_trip_s
     params = TdpaParams(
         damping=max(late / LATE_MARGIN - loop.damping, 0.0),
-        damping_max=STOP_SHARE * loop.mass / loop.tick_s,
+        damping_max=STOP_RATIO * loop.mass / loop.tick_s,
     )
     return check_tdpa(params, loop)
 

@@ -133,10 +133,10 @@ class EnergyTank(Stateful):
         power = self.free_j * (2.0 / SPREAD_S)
         cost = 2.0 * along + size
         if anywhere(cost > power):
-            share = (root(along * along + size * power) - along) / where(size > 0.0, size, 1.0)
-            share = where(cost > power, minimum(share, 1.0), 1.0)
-            wanted = share * wanted
-            cost = share * (2.0 * along + share * size)
+            ratio = (root(along * along + size * power) - along) / where(size > 0.0, size, 1.0)
+            ratio = where(cost > power, minimum(ratio, 1.0), 1.0)
+            wanted = ratio * wanted
+            cost = ratio * (2.0 * along + ratio * size)
         cost = cost * (0.5 * self._tick_s)
         self.spent_j = self.spent_j + cost
         self._save(-cost)
@@ -158,8 +158,8 @@ class EnergyTank(Stateful):
         self._y = y
         sent = y
         if anywhere(energy > allowed):
-            share = root(minimum(allowed / where(energy > 0.0, energy, 1.0), 1.0))
-            sent, energy = share * y, minimum(energy, allowed)
+            ratio = root(minimum(allowed / where(energy > 0.0, energy, 1.0), 1.0))
+            sent, energy = ratio * y, minimum(energy, allowed)
         self._save(before - 0.5 * self._filter_s * squared(y) - energy)
         return sent
 

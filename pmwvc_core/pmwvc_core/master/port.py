@@ -8,8 +8,9 @@ Every tick (App. B Fig. 1)::
     F_m = b xd - sqrt(2b) v_m,   u_m = sqrt(2b) xd - v_m
     u_m_lp, u_tx: the anti-aliasing filter, and every M-th of its outputs
 
-so that F_m xd = (u_m^2 - v_m^2)/2. Without anything in between v_m = v. Parts (:mod:`.parts`:
-velocity filter, filter bank) let through w of v and answer u_m on the spot, so that
+so that F_m xd = (u_m^2 - v_m^2)/2. Without anything in between v_m = v. Port filters
+(:mod:`.port_filters`: velocity filter, filter bank) let through w of v and answer u_m on the spot,
+so that
 
     v_m = w + g u_m,   u_m = (sqrt(2b) xd - w)/(1 + g)
 
@@ -32,7 +33,7 @@ import math
 from collections.abc import Mapping
 
 from pmwvc_core.master.filter_bank import make_bank
-from pmwvc_core.master.port_filters import Part, make_parts
+from pmwvc_core.master.port_filters import PortFilter, make_port_filters
 from pmwvc_core.master.position import make_position_feedback
 from pmwvc_core.master.velocity_filter import EquivalentVelocityFilter, make_force_velocity
 from pmwvc_core.numeric import (
@@ -66,7 +67,7 @@ class WaveMaster(Stateful):
         ``(runs, 1)``.
     """
 
-    BLOCKS = "_hold _filter _parts _velocity _position"
+    BLOCKS = "_hold _filter _port_filters _velocity _position"
     MEMORY = (
         "u_m u_m_lp v_m f_m _x _xd _held _gain debt_j energy_u_m energy_u_tx energy_v_rx "
         "energy_v_m _packets _before"
@@ -76,7 +77,7 @@ class WaveMaster(Stateful):
     def __init__(self, params: MasterParams) -> None:
         self.params: MasterParams = params
         self._before: dict[str, Value] = {}
-        self._parts: list[Part] = []
+        self._port_filters: list[PortFilter] = []
         self._velocity: EquivalentVelocityFilter | None = None
         self._bank = make_bank(params, self.position)
         self._begin(params)
@@ -134,7 +135,7 @@ class WaveMaster(Stateful):
         self._filter = AntiAliasing(
             params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop
         )
-        self._parts = make_parts(params, self._bank)
+        self._port_filters = make_port_filters(params, self._bank)
         self._velocity = make_force_velocity(params)
 
     def _match(self, params: MasterParams) -> None:
@@ -151,9 +152,9 @@ class WaveMaster(Stateful):
 
     def _between(self) -> dict[str, Value]:
         """Return the energies of what starts anew, with what went before a change of it [J]."""
-        if not self._parts and not self._velocity:
+        if not self._port_filters and not self._velocity:
             return {}
-        found = [part.accounts for part in self._parts if part is not self._bank]
+        found = [each.accounts for each in self._port_filters if each is not self._bank]
         if self._velocity:
             found.append(self._velocity.accounts)
         before = self._before
@@ -210,7 +211,7 @@ class WaveMaster(Stateful):
         v_m = self._hold.step()
         if self._position:
             v_m = self._position.down(v_m, x)
-        if self._parts:
+        if self._port_filters:
             v_m = self._answered(v_m, xd)
         self.v_m = v_m
         self.u_m = self._port.u(xd, v_m)
@@ -223,9 +224,9 @@ class WaveMaster(Stateful):
         """Return v_m with the answer of the parts to the wave that fits it."""
         gain: Value = 0.0
         answer: Value = 0.0
-        for part in reversed(self._parts):
-            v = part.down(v)
-            own, slope = part.offer()
+        for each in reversed(self._port_filters):
+            v = each.down(v)
+            own, slope = each.offer()
             answer, gain = answer + own, gain + slope
         self._held, self._gain = v + answer, gain
         natural = self._port.u(xd, self._held)
@@ -241,15 +242,15 @@ class WaveMaster(Stateful):
         u_m, half_s = self.u_m, self._half_s
         self.energy_v_m = self.energy_v_m + squared(self.v_m) * half_s
         self.energy_u_m = self.energy_u_m + squared(u_m) * half_s
-        for part in self._parts:
-            u_m = part.step(u_m)
+        for each in self._port_filters:
+            u_m = each.step(u_m)
         if self._position:
             self._position.applied(u_m, f, self._xd)
         self.u_m_lp = self._filter.step(u_m)
 
     def _shorten(self, f: Value) -> None:
         """Shorten the outgoing wave to what v_m and F xd pay for after the debt."""
-        if self._parts:
+        if self._port_filters:
             self._shorten_answered(f)
             return
         owed = 2.0 * self.debt_j / self._tick_s  # [W]
@@ -257,8 +258,8 @@ class WaveMaster(Stateful):
         # The difference is formed from the two forces, so that equal forces cancel exactly.
         budget = natural + 2.0 * dot(f - self.f_m, self._xd) - owed
         short = budget < natural
-        share = root(maximum(budget, 0.0) / where(natural > 0.0, natural, 1.0))
-        self.u_m = where(short, self.u_m * minimum(share, 1.0), self.u_m)
+        ratio = root(maximum(budget, 0.0) / where(natural > 0.0, natural, 1.0))
+        self.u_m = where(short, self.u_m * minimum(ratio, 1.0), self.u_m)
         spent = where(short, maximum(budget, 0.0), natural)
         self.debt_j = maximum((spent - budget) * self._half_s, 0.0)
 
@@ -275,11 +276,11 @@ class WaveMaster(Stateful):
         missing = 2.0 * dot(f - self.f_m, self._xd) - owed
         p = natural + missing
         at_best = maximum(c * c + a * p, 0.0)
-        share = (c + root(at_best)) / where(a > 0.0, a, 1.0)
-        share = where(missing < 0.0, maximum(minimum(share, 1.0), 0.0), 1.0)
-        self.u_m = share * self.u_m
+        ratio = (c + root(at_best)) / where(a > 0.0, a, 1.0)
+        ratio = where(missing < 0.0, maximum(minimum(ratio, 1.0), 0.0), 1.0)
+        self.u_m = ratio * self.u_m
         self.v_m = self._held + self._gain * self.u_m
-        given = (a * share - 2.0 * c) * share - p
+        given = (a * ratio - 2.0 * c) * ratio - p
         self.debt_j = maximum(given * self._half_s, 0.0)
 
     def send(self) -> Value:

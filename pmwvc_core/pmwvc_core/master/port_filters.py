@@ -15,7 +15,7 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.params import MasterParams
 
 
-class Part(Protocol):
+class PortFilter(Protocol):
     """One part. Order within a tick: ``down``, ``offer``, ``step``."""
 
     def down(self, v: Value) -> Value:
@@ -32,7 +32,7 @@ class Part(Protocol):
         """Energies of this part since the start, by name [J]; always the same names."""
 
 
-def make_parts(params: MasterParams, bank: Part | None) -> list[Part]:
+def make_port_filters(params: MasterParams, bank: PortFilter | None) -> list[PortFilter]:
     """Return the parts that the parameters name, the one nearest to the device first."""
-    made: tuple[Part | None, ...] = (make_velocity_filter(params), bank)
+    made: tuple[PortFilter | None, ...] = (make_velocity_filter(params), bank)
     return [part for part in made if part is not None]

@@ -96,8 +96,8 @@ class PositionError(Stateful):
         frames = self._newest - packet.echo_seq
         waiting = self._filter_s + 0.5 * self._frame_s + frames * self._frame_s
         now = waiting + packet.period + self._hold_s
-        share = packet.period / SMOOTHED_S if truth(self.round_trip_s > 0.0) else 1.0
-        self.round_trip_s = self.round_trip_s + min(share, 1.0) * (now - self.round_trip_s)
+        ratio = packet.period / SMOOTHED_S if truth(self.round_trip_s > 0.0) else 1.0
+        self.round_trip_s = self.round_trip_s + min(ratio, 1.0) * (now - self.round_trip_s)
 
     def step(self, x: Value, v: Value) -> Value:
         """Return what is to be corrected, for the device at x; v is the hold's wave of the tick.

@@ -116,8 +116,8 @@ class SafetyLimiter(Stateful):
         self.configure(params)
         self.f: Value = 0.0
         self.ready: Flag = False
-        self._gain: Value = 0.0  # share of the force that is let through
-        self._push: Value = 1.0  # share of what pushes, while damping
+        self._gain: Value = 0.0  # ratio of the force that is let through
+        self._push: Value = 1.0  # ratio of the pushing force let through while damping
         self._events: Any = 0  # an int, or integers per run
         self._faulty: Flag = False
         self._damped: Flag = False
@@ -242,7 +242,7 @@ class SafetyLimiter(Stateful):
         return whole(self._events)
 
     def _advance_gain(self, through: Flag, damped: Flag, released: Flag) -> None:
-        """Let the share of the force rise from zero at the soft start and fall on release.
+        """Let the ratio of the force rise from zero at the soft start and fall on release.
 
         When a state of damping ends it goes on from what had not faded yet: a pause just over the
         timeout costs no grip, and one longer than ``FADE_S`` begins at zero. After a silence of
@@ -298,9 +298,9 @@ def _within(value: Value, reach: float) -> Flag:
     return np.asarray((np.abs(value) < reach).all(axis=-1, keepdims=True))
 
 
-def _up(share: Value, step: Value) -> Value:
-    return minimum(share + step, 1.0)
+def _up(ratio: Value, step: Value) -> Value:
+    return minimum(ratio + step, 1.0)
 
 
-def _down(share: Value, step: Value) -> Value:
-    return maximum(share - step, 0.0)
+def _down(ratio: Value, step: Value) -> Value:
+    return maximum(ratio - step, 0.0)

@@ -29,9 +29,9 @@ class Link(InFlight):
     """One direction of a network link.
 
     Every packet takes the same four random numbers (lost?, copied?, jitter, jitter of the copy)
-    whatever the settings: the n-th packet meets the same luck under any of them. An effect
-    without a place among the four has a stream of its own, by the seed, its name and the number of
-    the packet, so that it changes none of them.
+    whatever the settings: the n-th packet meets the same luck under any of them. An effect without
+    an index among the four has a stream of its own, by the seed, its name and the number of the
+    packet, so that it changes none of them.
 
     Parameters
     ----------
@@ -104,13 +104,13 @@ class Link(InFlight):
         """Return the random numbers of an effect."""
         key, slot = (*self._seed, zlib.crc32(record.name.encode())), record.slot
 
-        def own(fate: Fate, place: int = 0) -> float:
+        def own(fate: Fate, index: int = 0) -> float:
             stream = np.random.default_rng((*key, fate.number, fate.copy))
-            return float(stream.random(place + 1)[place])
+            return float(stream.random(index + 1)[index])
 
-        def shared(fate: Fate, place: int = 0) -> float:
-            if slot is None or place or fate.copy > 1:
-                return own(fate, place)
+        def shared(fate: Fate, index: int = 0) -> float:
+            if slot is None or index or fate.copy > 1:
+                return own(fate, index)
             return self._luck[slot + fate.copy]
 
         return own if slot is None else shared

@@ -118,7 +118,7 @@ class Hand(Operator):
         self.y: Value = along_first_axis(start, dof)
         self.yd: Value = 0.0 * self.y
         self.effort_j: Value = 0.0
-        self._closed = 0.0  # share before the present tick
+        self._closed = 0.0  # closed ratio before the present tick
         self._closing = 0.0  # and after it
         self._squeeze: Value = 0.0
         self._target = self._aim(0)

@@ -43,7 +43,7 @@ def resample(values: Array, times: Array, *, tick_s: float) -> Array:
     if len(even) != len(times) or np.abs(even - times).max() > EVEN * interval:
         values, times = interpolate.PchipInterpolator(times, values)(even), even
     if interval < tick_s * (1.0 - 1e-9) and len(values) > 1:
-        edge = 2.0 * EDGE * interval / tick_s  # as a share of half the recording's rate
+        edge = 2.0 * EDGE * interval / tick_s  # as a ratio of half the recording's rate
         if edge < 1.0:
             sos = signal.butter(ORDER, edge, output="sos")
             padding = min(len(values) - 1, round(10.0 * tick_s / interval * ORDER))

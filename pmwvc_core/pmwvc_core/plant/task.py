@@ -15,19 +15,20 @@ from pmwvc_core.params import TaskParams
 from pmwvc_core.state import Stateful
 
 
-def minimum_jerk(share: float) -> tuple[float, float]:
+def minimum_jerk(progress: float) -> tuple[float, float]:
     """Return s(r) and ds/dr, with r held between 0 and 1."""
-    rest = 1.0 - share
-    return travelled(share), 30.0 * share * share * rest * rest if 0.0 < share < 1.0 else 0.0
+    rest = 1.0 - progress
+    slope = 30.0 * progress * progress * rest * rest if 0.0 < progress < 1.0 else 0.0
+    return travelled(progress), slope
 
 
-def travelled(share: float) -> float:
+def travelled(progress: float) -> float:
     """Return s(r), with r held between 0 and 1."""
-    if share <= 0.0:
+    if progress <= 0.0:
         return 0.0
-    if share >= 1.0:
+    if progress >= 1.0:
         return 1.0
-    return share * share * share * (10.0 + share * (6.0 * share - 15.0))
+    return progress * progress * progress * (10.0 + progress * (6.0 * progress - 15.0))
 
 
 class Task:
@@ -44,10 +45,10 @@ class Task:
     def place(self, time_s: float, *, dof: int) -> Value:
         """Return the position of the target along all axes [m]."""
         if dof == 1:
-            return self._distance_m * self._share(time_s)
+            return self._distance_m * self._progress(time_s)
         place = np.zeros(dof)
         place[:2] = self._distance_m, self.params.sideways_m
-        return place * self._share(time_s)
+        return place * self._progress(time_s)
 
     def target(self, time_s: float) -> tuple[float, float]:
         """Return position [m] and velocity [m/s] of the target along axis 0."""
@@ -57,23 +58,23 @@ class Task:
             leg, within_s = divmod(since, self._leg_s)
             slope = minimum_jerk(within_s / self._rise_s)[1] / self._rise_s
             slope = -slope if leg % 2 else slope
-        return self._distance_m * self._share(time_s), self._distance_m * slope
+        return self._distance_m * self._progress(time_s), self._distance_m * slope
 
-    def _share(self, time_s: float) -> float:
+    def _progress(self, time_s: float) -> float:
         """Return how far the target is on its way, 0 to 1."""
         since = time_s - self._move_s
         if since <= 0.0 or not self._moves:
             return 0.0
         leg, within_s = divmod(since, self._leg_s)
-        share = travelled(within_s / self._rise_s)
-        return 1.0 - share if leg % 2 else share
+        progress = travelled(within_s / self._rise_s)
+        return 1.0 - progress if leg % 2 else progress
 
     def closing(self, time_s: float) -> tuple[float, float]:
         """Return how far the hands have closed, 0 (open) to 1, and its rate [1/s]."""
         if not self._closes:
             return 0.0, 0.0
-        share, slope = minimum_jerk((time_s - self.params.grip_s) / self.params.grip_rise_s)
-        return share, slope / self.params.grip_rise_s
+        progress, slope = minimum_jerk((time_s - self.params.grip_s) / self.params.grip_rise_s)
+        return progress, slope / self.params.grip_rise_s
 
 
 class ShownTarget(Stateful):

@@ -123,13 +123,13 @@ def value_of(scenario: Scenario, name: str) -> float | None:
         If there is no such parameter or user.
     """
     number, (leaf, *_) = resolved(name)
-    place = max(number - 1, 0)
-    if place >= len(scenario.users):
-        raise ScenarioError(scenario.name, [f"{name}: there is no user{place + 1}"])
+    index = max(number - 1, 0)
+    if index >= len(scenario.users):
+        raise ScenarioError(scenario.name, [f"{name}: there is no user{index + 1}"])
     home = homes().get(leaf)
     if home is None:
         return None
-    owner: Any = getattr(scenario.users[place] if home.of_user else scenario, home.attribute)
+    owner: Any = getattr(scenario.users[index] if home.of_user else scenario, home.attribute)
     for part in home.path.split("."):
         owner = getattr(owner, part)
     return None if owner is None or isinstance(owner, str) else float(owner)
@@ -180,8 +180,8 @@ def _changed(scenario: Scenario, home: Home, value: object, number: int) -> Scen
             user,
             **{home.attribute: replaced(getattr(user, home.attribute), home.path, value)},
         )
-        if number in (0, place)
+        if number in (0, index)
         else user
-        for place, user in enumerate(scenario.users, start=1)
+        for index, user in enumerate(scenario.users, start=1)
     ]
     return dataclasses.replace(scenario, users=tuple(users))

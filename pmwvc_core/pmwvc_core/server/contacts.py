@@ -153,10 +153,10 @@ class Bilateral(Stateful):
     def answer(self, free: Value, impedance: Value, period: Value) -> Answer:
         """Solve f = K (e + h w/2) + B w with w = free - f/impedance (midpoint: exact energy)."""
         gain = 0.5 * self.stiffness * period + self.damping
-        share = 1.0 + gain / impedance
+        ratio = 1.0 + gain / impedance
         pull = self.stiffness * self.deflection
-        rate = (free - pull / impedance) / share
-        return Answer((pull + gain * free) / share, rate, gain / share)
+        rate = (free - pull / impedance) / ratio
+        return Answer((pull + gain * free) / ratio, rate, gain / ratio)
 
     def meet(self, rate: Value, period: Value) -> Answer:
         """Return K (e + h w/2) + B w."""

@@ -39,8 +39,8 @@ class CoupledBilateral(Bilateral):
             return super().unwrapped(free, xd_o, impedance, weight)
         gain = self.damping + weight * self.stiffness
         loose = self.stiffness * self.deflection + gain * free - self.damping * xd_o
-        share = 1.0 + gain / impedance.values
-        force: Array = impedance.from_principal(impedance.to_principal(loose) / share)
+        ratio = 1.0 + gain / impedance.values
+        force: Array = impedance.from_principal(impedance.to_principal(loose) / ratio)
         return force
 
     def answer(self, free: Value, impedance: Impedance, period: Value) -> Answer:
@@ -48,13 +48,13 @@ class CoupledBilateral(Bilateral):
         if not isinstance(impedance, MatrixImpedance):
             return super().answer(free, impedance, period)
         gain = 0.5 * self.stiffness * period + self.damping
-        share = 1.0 + gain / impedance.values
+        ratio = 1.0 + gain / impedance.values
         pull = self.stiffness * impedance.to_principal(self.deflection)
         wanted = impedance.to_principal(free)
-        slope = np.asarray(gain / share)[..., np.newaxis, :]
+        slope = np.asarray(gain / ratio)[..., np.newaxis, :]
         return CoupledAnswer(
-            impedance.from_principal((pull + gain * wanted) / share),
-            impedance.from_principal((wanted - pull / impedance.values) / share),
+            impedance.from_principal((pull + gain * wanted) / ratio),
+            impedance.from_principal((wanted - pull / impedance.values) / ratio),
             (impedance.axes * slope) @ impedance.axes.T,
         )
 
@@ -111,14 +111,14 @@ class CoupledGrip(AnchoredGrip):
         gain = np.asarray(where(self.touching, gain, 0.0))
         loose = where(self.touching, loose, 0.0)
         loop = np.eye(len(lead)) + gain[..., np.newaxis] * yields[1:, 1:]
-        share = np.asarray(np.linalg.inv(loop), dtype=np.float64)
-        held = times(share, loose + gain * free)
-        lean = -gain * times(share, lead)
+        ratio = np.asarray(np.linalg.inv(loop), dtype=np.float64)
+        held = times(ratio, loose + gain * free)
+        lean = -gain * times(ratio, lead)
         softness = yields[0, 0] + np.asarray(dot(lean, lead))
         return Eliminated(
             held,
             lean,
-            gain[..., np.newaxis] * share,
+            gain[..., np.newaxis] * ratio,
             np.asarray(dot(held, lead)),
             1.0 / softness,
         )

@@ -137,20 +137,20 @@ class Grip(Stateful):
         p1 = p0 + period * w
         in0, in1 = maximum(p0, 0.0), maximum(p1, 0.0)
         way = where(p1 > p0, p1 - p0, p0 - p1)
-        share = where((p0 >= 0.0) & (p1 >= 0.0), 1.0, maximum(in0, in1) / _nonzero(way))
-        normal = share * (0.5 * self.stiffness * (in0 + in1) + self.damping * w)
-        spring = 0.5 * self.stiffness * period * share
-        entering = spring * (2.0 - share) + self.damping
-        slope = where(p1 > 0.0, entering, spring * share)
+        ratio = where((p0 >= 0.0) & (p1 >= 0.0), 1.0, maximum(in0, in1) / _nonzero(way))
+        normal = ratio * (0.5 * self.stiffness * (in0 + in1) + self.damping * w)
+        spring = 0.5 * self.stiffness * period * ratio
+        entering = spring * (2.0 - ratio) + self.damping
+        slope = where(p1 > 0.0, entering, spring * ratio)
         pushes = normal > 0.0
         return Answer(self.inward * where(pushes, normal, 0.0), rate, where(pushes, slope, 0.0))
 
     def _staying(self, p0: Value, c: Value, b: Value, h: Value) -> tuple[Value, Value, Value]:
         """Inside at both ends: N = K p0 + (K h/2 + B) w. Returns N, w, dN/dw."""
         gain = 0.5 * self.stiffness * h + self.damping
-        share = 1.0 + gain / b
+        ratio = 1.0 + gain / b
         pull = self.stiffness * p0
-        return (pull + gain * c) / share, (c - pull / b) / share, gain
+        return (pull + gain * c) / ratio, (c - pull / b) / ratio, gain
 
     def _leaving(self, p0: Value, c: Value, b: Value, h: Value) -> tuple[Value, Value, Value]:
         """Inside at the start only: N = K p0^2/(2 h s) - B p0/h, s = -w, s^2 + beta s = gamma."""
@@ -158,9 +158,9 @@ class Grip(Stateful):
         gamma = 0.5 * self.stiffness * p0 * p0 / (h * b)
         length = root(beta * beta + 4.0 * gamma)
         speed = where(beta > 0.0, 2.0 * gamma / _nonzero(beta + length), 0.5 * (length - beta))
-        share = p0 / _nonzero(h * speed)  # of the way that is inside
-        normal = 0.5 * self.stiffness * p0 * share - self.damping * p0 / h
-        return normal, -speed, 0.5 * h * self.stiffness * share * share
+        ratio = p0 / _nonzero(h * speed)  # of the way that is inside
+        normal = 0.5 * self.stiffness * p0 * ratio - self.damping * p0 / h
+        return normal, -speed, 0.5 * h * self.stiffness * ratio * ratio
 
     def _entering(self, p0: Value, c: Value, b: Value, h: Value) -> tuple[Value, Value, Value]:
         """Inside at the end only: p1 is the positive root of a p^2 - 2 k p = g, g >= 0.
@@ -174,9 +174,9 @@ class Grip(Stateful):
         length = root(k * k + a * g)
         p1 = where(k > 0.0, (k + length) / a, g / _nonzero(length - k))
         way = _nonzero(p1 - p0)
-        share = p1 / way  # of the way that is inside
-        normal = 0.5 * self.stiffness * p1 * share + self.damping * p1 / h
-        slope = 0.5 * h * self.stiffness * share * (2.0 - share) + self.damping
+        ratio = p1 / way  # of the way that is inside
+        normal = 0.5 * self.stiffness * p1 * ratio + self.damping * p1 / h
+        slope = 0.5 * h * self.stiffness * ratio * (2.0 - ratio) + self.damping
         return normal, way / h, slope
 
     def advance(self, answer: Answer, period: Value) -> Value:

@@ -123,15 +123,15 @@ def _of_loop(loop: LoopTimes, who: int, *, ticks: int, tick_ns: int) -> list[Int
 
 
 def frame_events(
-    loop: LoopTimes, place: int, *, ticks: int, tick_ns: int
+    loop: LoopTimes, tick_in_frame: int, *, ticks: int, tick_ns: int
 ) -> tuple[Integers, Integers]:
-    """Return tick and time [ns] of the first tick of every frame that ran at ``place`` or later.
+    """Return tick and time [ns] of the first tick of every frame at ``tick_in_frame`` or later.
 
-    Place 0 is where a loop sends, ``loop.answer`` where it takes the answer.
+    A loop sends at 0 and takes the answer at ``loop.answer``.
     """
     tick, times = _ran(loop, ticks=ticks, tick_ns=tick_ns)
     frame, within = np.divmod(tick - loop.first, loop.rate_drop)
-    may = within >= place
+    may = within >= tick_in_frame
     begins = np.diff(frame[may], prepend=-1) > 0  # frames come in their order, from 0
     return tick[may][begins], times[may][begins]
 

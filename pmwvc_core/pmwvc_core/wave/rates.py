@@ -57,8 +57,8 @@ class Hold(Stateful):
         """Return the wave of the next tick [sqrt(W)]."""
         self._done = done = self._done + 1
         if done < self.ticks:
-            share = done / self.ticks
-            self._value = self._start + (self._target - self._start) * share
+            ratio = done / self.ticks
+            self._value = self._start + (self._target - self._start) * ratio
         else:
             self._value = self._target
         return self._value

@@ -39,8 +39,8 @@ class _Scalar:
         self._port = WavePort(b)
 
     def of(self, f0: Value, slope: Value) -> tuple[Value, Value]:
-        share = 1.0 + slope / self._port.b
-        return self._port.v(0.0, f0) / share, 2.0 / share - 1.0
+        ratio = 1.0 + slope / self._port.b
+        return self._port.v(0.0, f0) / ratio, 2.0 / ratio - 1.0
 
     def solve(self, u: Value, f0: Value, slope: Value) -> tuple[Value, Value, Value]:
         port = self._port

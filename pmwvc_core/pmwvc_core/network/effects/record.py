@@ -18,8 +18,8 @@ from pmwvc_core.plugins import Record
 class Uniform(Protocol):
     """Random numbers of one effect on one link, evenly spread over [0, 1)."""
 
-    def __call__(self, fate: Fate, place: int = 0) -> float:
-        """Return the number of a packet or copy; ``place`` counts those of the same packet."""
+    def __call__(self, fate: Fate, index: int = 0) -> float:
+        """Return the number of a packet or copy; ``index`` counts those of the same packet."""
         ...
 
 
@@ -107,7 +107,7 @@ class LinkEffect(Record):
     numbers
         Numbers that ``link.effects`` must give a plug-in, by name, with their ranges.
     slot
-        Place of its number among the four that every packet draws, and of a copy's behind it;
+        Index of its number among the four that every packet draws, and of a copy's behind it;
         None: a random stream of its own.
     random
         Whether the seed decides what it does.

@@ -47,8 +47,8 @@ class Corrected(Stateful):
             have = have + 0.5 * squared(wave.v)
         pay = minimum(maximum(debt, 0.0), have)
         self._debt = debt - pay
-        share = root(where(have > 0.0, (have - pay) / where(have > 0.0, have, 1.0), 1.0))
-        return [wave.v * share for wave in waves]
+        ratio = root(where(have > 0.0, (have - pay) / where(have > 0.0, have, 1.0), 1.0))
+        return [wave.v * ratio for wave in waves]
 
 
 RECORD = Compensation(

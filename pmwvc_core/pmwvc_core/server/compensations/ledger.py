@@ -74,11 +74,11 @@ class JointLedger(Stateful):
         self._granted = self._granted + grant
         have = have + grant
         short = cost > have
-        share = root(where(short, have / where(short, cost, 1.0), 1.0))
+        ratio = root(where(short, have / where(short, cost, 1.0), 1.0))
         left = where(short, 0.0, have - cost)
         self._tank = minimum(left, self._cap if stored is None else stored)
         self._capped = self._capped + (left - self._tank)
-        return [wave.v * share for wave in waves]
+        return [wave.v * ratio for wave in waves]
 
 
 def _passive(params: ServerParams) -> bool:

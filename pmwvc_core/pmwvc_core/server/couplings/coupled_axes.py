@@ -72,18 +72,18 @@ def _downhill(ask: Ask, body: Body, here: Looked) -> Looked:
     course = np.where(here.settled, 0.0, here.change)
     steep = np.abs(np.asarray(dot(course, here.missing)))
     low, high = np.zeros_like(steep), np.full_like(steep, 2.0)
-    share = np.ones_like(steep)
+    step_ratio = np.ones_like(steep)
     found = here
     for _ in range(_CUTS):
-        found = _look(ask, body, here.velocity - share * course)
+        found = _look(ask, body, here.velocity - step_ratio * course)
         gain = np.asarray(dot(-course, found.missing))  # g(t)
         done = here.close | found.settled | ((gain <= 0.0) & (gain >= -_FLAT * steep))
-        done |= (gain <= 0.0) & (share >= 1.0)
+        done |= (gain <= 0.0) & (step_ratio >= 1.0)
         if done.all():
             return found
-        low = np.where(done | (gain <= 0.0), share, low)
-        high = np.where(~done & (gain > 0.0), share, high)
-        share = np.where(done, share, 0.5 * (low + high))
+        low = np.where(done | (gain <= 0.0), step_ratio, low)
+        high = np.where(~done & (gain > 0.0), step_ratio, high)
+        step_ratio = np.where(done, step_ratio, 0.5 * (low + high))
     return _look(ask, body, here.velocity - low * course)
 
 
