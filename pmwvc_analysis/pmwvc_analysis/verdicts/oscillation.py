@@ -3,8 +3,8 @@
 """RMS velocity above the band in which an operator moves voluntarily.
 
 The voluntary band: everything below ``band_hz`` of the operator, in which hands move on
-purpose (for a target that rests, below half a hertz), and what an environment of the library is
-driven with. A hand that moves in steps, an object let go or contact made for the first time give
+purpose (for a target that rests, below half a hertz; while they close, below 6 Hz over the
+duration of the closing in s), and what an environment of the library is driven with. A hand that moves in steps, an object let go or contact made for the first time give
 short bursts of fast motion; a median over quarter-second windows passes over them. Motion is
 judged from the middle of the session, or from the last time that contact was made or lost if that
 is later; less than a second after it, it is unknown whether the vibration decays.
@@ -32,12 +32,14 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.traces import SessionTraces
 
+COUPLED = 1  # of the safety limits
 WINDOW_S = 0.25
 PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
 SETTLE_S = 1.0  # time for transients of contact to decay
 CHATTER = 4  # changes of contact in half a session: more are the loop's own
 DEFAULT_BAND_HZ = 8.0
 REST_BAND_HZ = 0.5
+MINIMUM_JERK = 6.0  # a minimum-jerk move of duration D has next to nothing above 6/D
 HARMONICS = 3.5  # of a sinusoid that makes and breaks contact
 
 
@@ -155,11 +157,11 @@ def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:
 def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: bool) -> float:
     """Return the frequency below which this operator moves on purpose.
 
-    A minimum-jerk move of duration D has next to nothing above 6/D. A sinusoid brings harmonics
-    where contact is made and broken. A recorded person moves and trembles up to 10 Hz.
+    A sinusoid brings harmonics where contact is made and broken. A recorded person moves and
+    trembles up to 10 Hz.
     """
     if operator.kind == "hand":
-        return max(2.0, 6.0 / move_rise_s) if moves else REST_BAND_HZ
+        return max(2.0, MINIMUM_JERK / move_rise_s) if moves else REST_BAND_HZ
     if operator.kind == "sinusoid":
         return max(REST_BAND_HZ, HARMONICS * operator.frequency_hz)
     if operator.kind == "chirp":
@@ -174,7 +176,7 @@ def environment_band_hz(server: ServerParams) -> float:
     return HARMONICS * environment_of(server.environment).drive_hz(server)
 
 
-def _bands(scenario: Scenario | None) -> tuple[float, float]:
+def _bands(traces: SessionTraces, scenario: Scenario | None) -> tuple[float, float]:
     """Return the band of the session [Hz], that of the fastest hand and of the environment, and
     the largest ratio of sampling images to purposeful motion.
     """
@@ -184,6 +186,8 @@ def _bands(scenario: Scenario | None) -> tuple[float, float]:
     rise = scenario.task.move_rise_s
     band = max(operator_band_hz(user.operator, rise, moves=moves) for user in scenario.users)
     band = max(band, environment_band_hz(scenario.server))
+    if _closing_ends_s(traces, scenario) > 0.5 * traces.duration_s:
+        band = max(band, MINIMUM_JERK / scenario.task.grip_rise_s)
     drives = (user.operator.frequency_hz for user in scenario.users)
     driven = all(user.operator.kind == "sinusoid" for user in scenario.users)
     highest = max(drives) if driven else band
@@ -194,7 +198,7 @@ def _bands(scenario: Scenario | None) -> tuple[float, float]:
 def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
     """Return what is judged of a session: the motion of every device and of the object."""
     server = traces.server
-    band, images = _bands(scenario)
+    band, images = _bands(traces, scenario)
     since_s = _disturbed_s(traces)
     known = {user.name: user for user in scenario.users} if scenario else {}
     found = [
@@ -214,6 +218,23 @@ def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
         moved = server.time_s, server.period_s, server.xd_o, band
         found.append(Motion("the object", *moved, images=images, since_s=since_s))
     return found
+
+
+def _closing_ends_s(traces: SessionTraces, scenario: Scenario) -> float:
+    """Return when the last of the simulated hands has closed [s]; 0 where none closes.
+
+    Hands count their time from the end of the soft start.
+    """
+    if scenario.task.kind == "free":
+        return 0.0
+    hands = {user.name for user in scenario.users if user.operator.kind == "hand"}
+    begun = [
+        user.block_time_s[np.argmax(user.state == COUPLED)]
+        for user in traces.users
+        if user.name in hands and (user.state == COUPLED).any()
+    ]
+    closed_s = scenario.task.grip_s + scenario.task.grip_rise_s
+    return max((float(time_s) + closed_s for time_s in begun), default=0.0)
 
 
 def _disturbed_s(traces: SessionTraces) -> float:
