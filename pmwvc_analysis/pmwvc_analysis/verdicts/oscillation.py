@@ -4,10 +4,11 @@
 
 The voluntary band: everything below ``band_hz`` of the operator, in which hands move on
 purpose (for a target that rests, below half a hertz; while they close, below 6 Hz over the
-duration of the closing in s), and what an environment of the library is driven with. A hand that moves in steps, an object let go or contact made for the first time give
-short bursts of fast motion; a median over quarter-second windows passes over them. Motion is
-judged from the middle of the session, or from the last time that contact was made or lost if that
-is later; less than a second after it, it is unknown whether the vibration decays.
+duration of the closing in s), and what an environment of the library is driven with. A hand that
+moves in steps, an object let go or contact made for the first time give short bursts of fast
+motion; a median over quarter-second windows passes over them. Motion is judged from the middle of
+the session, or from the last time that contact was made or lost if that is later; less than a
+second after it, it cannot be told whether the vibration dies out.
 
 Packets and server steps make images of purposeful motion: of motion at f sampled at f_s and held,
 one at f_s - f with f/(f_s - f) of its size. That much beyond the band is no oscillation of the
