@@ -82,6 +82,18 @@ def test_a_report_written_anew_tells_the_same(compared):
         assert after["stable"] is before["stable"]
 
 
+def test_what_was_left_out_is_printed_again_with_a_report_written_anew(tmp_path):
+    words = ["active_wall", "--controllers", "waves,tdpa", "--duration", "1", "--out", "all"]
+    first = pmwvc("compare", *words, "--no-figures", cwd=tmp_path)
+    again = pmwvc("report", "all", cwd=tmp_path)
+    found = []
+    for result in (first, again):
+        assert result.returncode == 0, result.stderr
+        found.append([line for line in result.stdout.splitlines() if "Left out" in line])
+    assert found[0] == found[1]
+    assert found[1][0].startswith("Left out: tdpa: ")
+
+
 def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
     folder, found = compared
     place = folder / found["sessions"][0]["folder"]

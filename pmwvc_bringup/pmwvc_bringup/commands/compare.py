@@ -75,7 +75,6 @@ def run(arguments: argparse.Namespace) -> Result:
         entries,
         console,
         notes=notes,
-        printed_notes=notes,
         figures=not arguments.no_figures,
     )
 

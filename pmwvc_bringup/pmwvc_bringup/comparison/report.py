@@ -33,13 +33,12 @@ def report(
     console: Console,
     *,
     notes: list[str],
-    printed_notes: Sequence[str] = (),
     figures: bool = True,
 ) -> Result:
-    """Write tables and report and print the table; the document is ``comparison.json``."""
+    """Write tables and report, print table and notes; the document is ``comparison.json``."""
     about = {"kind": "comparison", "lead": "", "notes": notes}
     found = write(folder, title, entries, about, figures=figures)
-    return printed(folder, [*lines(found), *printed_notes], console, figures=figures)
+    return printed(folder, [*lines(found), *notes], console, figures=figures)
 
 
 def printed(
