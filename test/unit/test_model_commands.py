@@ -121,6 +121,20 @@ def test_a_session_of_another_loop_is_no_point_of_a_map(pmwvc, tmp_path):
     assert "device.mass = 0.1, the map has 0.25" in message
 
 
+def test_all_sessions_that_are_no_point_of_a_map_are_named_at_once(pmwvc, tmp_path):
+    written_session(tmp_path / "light", "wall", "device.mass=0.1")
+    written_session(tmp_path / "good", "wall")
+    written_session(tmp_path / "far", "wall", "link.delay_s=0.03", "device.mass=0.2")
+    (tmp_path / "empty").mkdir()
+    along = ("server.contact_stiffness=500:1500:2", "--sessions", "light", "good", "far", "empty")
+    message = refused(pmwvc(*SMALL, *along))
+    assert "light: not a point of this map: device.mass = 0.1, the map has 0.25" in message
+    assert "far: not a point of this map: device.mass = 0.2, the map has 0.25" in message
+    assert "link.down.delay_s = 0.03, the map has 0.008" in message
+    assert "empty: no session" in message
+    assert "good" not in message
+
+
 def test_what_decides_a_scenario_is_no_axis_of_a_map(pmwvc):
     message = refused(pmwvc("map", "wall", "--x", "dof=1:2:2", "--y", "link.delay_s"))
     assert "wall: dof: decides what a scenario is" in message

@@ -4,6 +4,7 @@
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,7 +40,6 @@ interrupted map. The map is written as map.png, .svg, .npz, .csv, .mat and .json
 COUNT = 60  # points of an axis without a range
 FRAMES = 6  # largest delay of an axis without a range
 MOST_POINTS = 1_000_000
-MOST_DIFFERENCES = 4  # in a refusal
 # Parameters that the model of the loop does not have; "side": direction of a user's push.
 NOT_IN_MODEL = ("name", "description", "duration_s", "seed", "operator", "safety", "task", "side")
 
@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> Result:
     if x.name == y.name or len(x.values) * len(y.values) > MOST_POINTS:
         raise PmwvcError(f"--x and --y: two different parameters and at most {MOST_POINTS} points")
     grid = Grid(scenario, x, y, live=arguments.live)
-    measured = [measured_in(Path(folder), grid) for folder in arguments.sessions]
+    measured = points_in([Path(folder) for folder in arguments.sessions], grid)
     default = f"maps/{scenario.name}-{y.name}-{x.name}-{key_of(grid)[:6]}"
     folder = Path(arguments.out or default)
     console = terminal()
@@ -142,6 +142,25 @@ def _spread(first: float, last: float, count: int) -> tuple[float, ...]:
     return tuple(float(f"{first + step * i:.12g}") for i in range(count))
 
 
+def points_in(folders: Sequence[Path], grid: "Grid") -> list["Measured"]:
+    """Return sessions as points of a map.
+
+    Raises
+    ------
+    RecordingError
+        Naming every folder that is none, and why.
+    """
+    found, wrong = [], []
+    for folder in folders:
+        try:
+            found.append(measured_in(folder, grid))
+        except PmwvcError as error:
+            wrong.append(str(error))
+    if wrong:
+        raise RecordingError("\n".join(wrong))
+    return found
+
+
 def measured_in(folder: Path, grid: "Grid") -> "Measured":
     """Return a session as a point of a map.
 
@@ -183,7 +202,7 @@ def differences(scenario: Scenario, grid: "Grid") -> list[str]:
         for name in sorted(theirs.keys() | ours.keys())
         if theirs.get(name) != ours.get(name)
         and not any(part in NOT_IN_MODEL for part in name.split("."))
-    ][:MOST_DIFFERENCES]
+    ]
 
 
 COMMAND = Command(
