@@ -163,7 +163,7 @@ def statuses(folder):
 
 
 def test_a_session_runs_from_first_tick_to_last_without_an_error(ended):
-    assert ended.code == 0, ended.said()
+    assert ended.code == 0, ended.output()
     assert ended.refused == []
     assert ended.events() == []
     assert ended.left == {}

@@ -60,7 +60,7 @@ def test_an_interrupt_while_nodes_start_is_one_line_and_leaves_none(tmp_path, no
         while len(session.nodes()) < nodes:
             assert session.process.poll() is None
         session.process.send_signal(signal.SIGINT)
-        assert session.end() == 130, session.said()
+        assert session.end() == 130, session.output()
         assert session.nodes() == {}
-        assert session.said().count("pmwvc: ended before the session began\n") == 1
-        assert "Traceback" not in session.said()
+        assert session.output().count("pmwvc: ended before the session began\n") == 1
+        assert "Traceback" not in session.output()

@@ -10,7 +10,7 @@ pytestmark = pytest.mark.integration
 
 
 def test_budget_of_a_live_session_closes(carried):
-    assert carried.code == 0, carried.said()
+    assert carried.code == 0, carried.output()
     found = json.loads((carried.folder / "budget.json").read_text("utf-8"))
     assert found["closes"], found
     assert found["hands_j"] > 1e-4  # the hands have pressed

@@ -38,7 +38,7 @@ HANGS = {
 
 
 @pytest.mark.parametrize("text", HANGS)
-def test_a_node_that_cannot_end_releases_its_device_and_says_where_it_hangs(text):
+def test_a_node_that_cannot_end_releases_its_device_and_states_where_it_hangs(text):
     with own_domain(os.environ) as domain:
         process = subprocess.Popen(
             [sys.executable, "-c", NODE.format(setup=HANGS[text])],

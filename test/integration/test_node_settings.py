@@ -112,7 +112,7 @@ def test_a_master_knows_its_user_as_the_scenario_does(planned):
         assert setup.half_width_m == pytest.approx(0.04)
 
 
-def test_at_the_server_a_user_has_what_all_have_until_told_otherwise():
+def test_at_the_server_a_user_has_what_all_have_until_set_otherwise():
     values = {
         "users": ["anna", "ben"],
         "server.contact_stiffness": 700.0,

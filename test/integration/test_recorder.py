@@ -94,7 +94,7 @@ def test_it_is_not_ready_before_every_topic_has_a_publisher(tmp_path):
         process.await_output("^ready$")
 
 
-def test_what_is_missing_is_said_at_the_end(tmp_path):
+def test_missing_messages_are_reported_at_the_end(tmp_path):
     with ros() as peer, recorder(tmp_path / "a") as process:
         session = Session(peer)
         process.await_output("^ready$")
@@ -182,7 +182,7 @@ def test_a_recording_is_never_overwritten(tmp_path):
     assert (tmp_path / "session.mcap").read_bytes() == b"something"
 
 
-def test_a_session_without_messages_says_so(tmp_path):
+def test_a_session_without_messages_reports_it(tmp_path):
     with ros() as peer, recorder(tmp_path / "a") as process:
         Session(peer)
         process.await_output("^ready$")

@@ -24,7 +24,7 @@ def recorded(tmp_path_factory):
     link = {"delay_s": 0.012, "jitter": "uniform", "jitter_s": 0.006, "loss": 0.05}
     words = [word for name, value in link.items() for word in ("--set", f"link.{name}={value}")]
     with Running(folder, "carry_16ms", "--duration", 4, *words) as session:
-        assert session.end() == 0, session.said()
+        assert session.end() == 0, session.output()
     return folder
 
 

@@ -115,7 +115,7 @@ def no_step_of_force(run, user, since=0):
 
 
 @pytest.mark.parametrize("controller", ["pmwvc", "direct"])
-def test_two_users_press_the_cube_and_feel_what_they_press(controller):
+def test_two_users_press_the_cube_and_get_its_force(controller):
     with session(controller=controller, **BILATERAL) as run:
         run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
         run.settled()

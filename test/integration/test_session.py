@@ -25,7 +25,7 @@ def simulated(tmp_path_factory):
 
 
 def test_a_session_ends_well_with_a_report(carried):
-    assert carried.code == 0, carried.said()
+    assert carried.code == 0, carried.output()
     assert (carried.folder / "report.html").stat().st_size > 10_000
     assert carried.events() == []
     assert carried.summary()["source"] == "live"
@@ -33,7 +33,7 @@ def test_a_session_ends_well_with_a_report(carried):
 
 
 def test_a_session_is_announced_with_a_prediction_and_ends_with_a_verdict(carried):
-    text = carried.said()
+    text = carried.output()
     assert "feels like a spring" in text
     assert "carry_16ms: stable" in text
     assert f"report: {carried.folder}/report.html" in text
@@ -107,7 +107,7 @@ def test_a_session_that_is_interrupted_ends_with_a_report(tmp_path, number):
     with Running(tmp_path / "session", "carry_16ms", "--duration", 600) as session:
         session.await_ticks()
         session.process.send_signal(number)
-        assert session.end() == 0, session.said()
+        assert session.end() == 0, session.output()
         assert session.nodes() == {}
         assert session.events() == []
         assert 0.5 < session.summary()["duration_s"] < 60.0
@@ -127,7 +127,7 @@ def test_a_node_that_is_killed_is_named_and_the_others_go_on(tmp_path, node, nam
         for _ in range(2):  # 3 s: a recorder keeps whole chunks of a second
             session.await_ticks()
         os.kill(session.nodes()[node], signal.SIGKILL)
-        assert session.end() == 0, session.said()
+        assert session.end() == 0, session.output()
         (event,) = session.events()
         assert (event["who"], event["signal"]) == (name, "SIGKILL")
         report = (session.folder / "report.html").read_text("utf-8")
@@ -137,11 +137,11 @@ def test_a_node_that_is_killed_is_named_and_the_others_go_on(tmp_path, node, nam
             assert session.summary()["duration_s"] > 4.5
 
 
-def test_a_node_that_never_came_up_is_told_with_its_last_words(tmp_path):
+def test_a_node_that_never_came_up_is_reported_with_its_last_output(tmp_path):
     words = ["--set", "user2.server.gap_m=1.0"]  # only the device knows that it cannot reach there
     with Running(tmp_path / "session", "carry_16ms", *words) as session:
         assert session.end() == 1
-        text = session.said()
+        text = session.output()
         assert "user2 master exited with 2" in text
         assert "outside its workspace" in text.partition("user2 master exited")[2]
         assert session.nodes() == {}
@@ -155,12 +155,12 @@ def test_no_node_outlives_a_runner_that_is_killed(tmp_path):
         session.await_no_nodes()
 
 
-def test_two_sessions_at_once_do_not_hear_each_other(tmp_path):
+def test_two_sessions_at_once_receive_nothing_from_each_other(tmp_path):
     with (
         Running(tmp_path / "a" / "session", "wall", "--duration", 2, "--json") as one,
         Running(tmp_path / "b" / "session", "wall", "--duration", 2, "--json") as other,
     ):
-        assert (one.end(), other.end()) == (0, 0), one.said() + other.said()
+        assert (one.end(), other.end()) == (0, 0), one.output() + other.output()
         for session in (one, other):
             assert json.loads("".join(session.lines)) == session.summary()
             assert len({*read_session(session.folder).packets["/user1/wave_up"].epoch}) == 1

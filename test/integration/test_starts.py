@@ -18,7 +18,7 @@ pytestmark = pytest.mark.integration
 UP, BEHIND = "/user1/wave_up", "/server/user1/wave_up"
 
 
-def test_a_node_that_waits_says_what_it_has_matched():
+def test_a_node_that_waits_states_what_it_has_matched():
     with (
         ros() as peer,
         NodeProcess("pmwvc_netem.node", {"users": ["user1"], "start.paused": True}),
@@ -46,7 +46,7 @@ def folder(request, tmp_path):
     if isinstance(request.param, str):
         return request.getfixturevalue("carried").folder
     with Running(tmp_path / "session", "carry_16ms", "--duration", 1) as session:
-        assert session.end() == 0, session.said()
+        assert session.end() == 0, session.output()
     return session.folder
 
 

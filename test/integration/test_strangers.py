@@ -62,9 +62,9 @@ def test_a_session_full_of_strangers_ends_in_order_with_a_report(tmp_path):
             for _ in TRACES:  # while the strangers are still there
                 session.await_line("Warning: 2 publishers on /")
         session.process.send_signal(signal.SIGINT)
-        assert session.end() == 0, session.said()
+        assert session.end() == 0, session.output()
         assert session.nodes() == {}
-        assert "Traceback" not in session.said()
+        assert "Traceback" not in session.output()
     noted = [event for event in session.events() if event.get("kind") == "stranger"]
     assert {event["who"] for event in noted} == set(TRACES)
     assert check_file(session.folder / "session.mcap").whole

@@ -155,7 +155,7 @@ def _true_balance(traces):
 
 
 @pytest.mark.parametrize(("stiffness", "diverges"), [(2000.0, False), (4000.0, True)])
-def test_a_contact_too_stiff_for_the_servers_step_is_not_the_links_to_calm(stiffness, diverges):
+def test_a_contact_too_stiff_for_the_servers_step_stays_unstable_on_any_link(stiffness, diverges):
     """B = 10 N s/m at 8 ms allows 2,500 N/m."""
     scenario = load(
         "carry_24ms",
@@ -242,7 +242,7 @@ def test_where_there_is_no_rule_nothing_is_checked():
     assert LIBRARY["pmwvc"].check(BaselineParams(), LOOP) is None
 
 
-def test_before_a_session_the_rules_are_told_with_their_margins():
+def test_before_a_session_the_rules_are_reported_with_their_margins():
     kept, broken = (press(0.016, 8.0, baseline__virtual_coupling__stiffness=k) for k in (400, 600))
     assert "user1: rule 'delay' met, margin 1.4 N s/m." in lines(kept, live=False)
     assert "user2: rule 'delay' NOT met, deficit 3.4 N s/m." in lines(broken, live=False)

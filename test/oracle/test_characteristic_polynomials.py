@@ -48,7 +48,7 @@ def printed_diagram(case, alpha, beta, sigma):
 
 @pytest.mark.parametrize("case", CASES)
 @given(alpha=numbers, beta=numbers, sigma=st.fractions(0, 2, max_denominator=50))
-def test_the_printed_polynomials_are_those_of_their_diagrams(case, alpha, beta, sigma):
+def test_the_published_polynomials_are_those_of_their_diagrams(case, alpha, beta, sigma):
     derived = printed_diagram(case, alpha, beta, sigma)
     assert proportional(derived, printed_polynomial(case, alpha, beta, sigma))
 
@@ -102,7 +102,7 @@ def stable_share(of, case, sigma):
     return np.mean(jury_marden(of(case, alpha, beta, sigma + 0.0 * alpha)))
 
 
-def test_as_printed_the_one_step_delay_shrinks_the_stable_region():
+def test_as_published_the_one_step_delay_shrinks_the_stable_region():
     late = stable_share(printed_polynomial, "one_step_delay", 0.0)
     assert 0.0 < late < 0.2 * stable_share(printed_polynomial, "unwrapped", 0.0)
 

@@ -94,7 +94,7 @@ def test_the_local_model_has_to_be_damped_because_the_device_is_held():
     assert threshold(theta=0.5, late=True) is None
 
 
-def test_as_printed_the_local_model_of_app_e_is_unstable():
+def test_as_published_the_local_model_of_app_e_is_unstable():
     """K_lm = 500 and B_VE = 1 in both: not stable by any rule; the scenario has B_lm = 8."""
     assert all(Loop(damping=1.0, theta=theta).radius() > 1.4 for theta in (0.0, 0.5, 1.0))
     assert Loop(damping=8.0, high=FIRST_ORDER, k_p=20.0).radius() < 0.95

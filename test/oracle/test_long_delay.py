@@ -116,7 +116,7 @@ def test_a_delay_that_no_frequency_response_can_hold_is_refused_with_its_states(
         transparency(of)
 
 
-def test_free_motion_of_undamped_devices_grows_as_slowly_as_its_gain_says():
+def test_free_motion_of_undamped_devices_grows_as_slowly_as_its_gain_gives():
     """1.0014 once around at 6 Hz: ln(radius) = ln(gain)/delay for a long one."""
     of = untouched(scenarios.load("carry_16ms", settings_texts=["link.delay_s=10"]))
     gain = any_delay(of).gain

@@ -42,13 +42,13 @@ def test_who_pays_makes_no_energy_and_who_does_not_makes_some(short, link):
 
 
 @pytest.mark.parametrize("link", LINKS)
-def test_the_printed_feedback_brings_device_and_avatar_together(short, link):
+def test_the_published_feedback_brings_device_and_avatar_together(short, link):
     without = short[f"end_mm_{link}_none"]
     assert without > 3.0
     assert abs(short[f"end_mm_{link}_printed"]) < 0.3 * without
 
 
-def test_over_a_minute_the_committed_numbers_say_the_same():
+def test_over_a_minute_the_committed_numbers_are_the_same():
     found = read("position_drift", FOLDER)["numbers"]
     for link in LINKS:
         assert found[f"least_balance_mj_{link}_printed"] < -1.0

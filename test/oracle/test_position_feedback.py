@@ -65,7 +65,7 @@ def felt(traces):
 
 
 @pytest.mark.parametrize("setting", SETTINGS)
-def test_with_the_printed_feedback_a_wall_feels_as_stiff_as_it_is(setting):
+def test_with_the_published_feedback_a_wall_is_rendered_at_its_stiffness(setting):
     assert felt(simulate_one(pressed("none", setting))) < 0.9 * K or "dump" in setting
     assert felt(simulate_one(pressed("printed", setting))) == pytest.approx(K, rel=1e-3)
 

@@ -130,7 +130,7 @@ def test_behind_an_encoder_nothing_is_spent_that_the_hand_did_not_give():
     assert all(user.accounts["position_spent"][-1] > 1e-5 for user in exact.users)
 
 
-def test_the_noise_of_an_encoder_is_what_the_formula_says():
+def test_the_noise_of_an_encoder_is_what_the_formula_gives():
     filtering = "master.filter.kind=integrate_and_dump"
     traces, scenario = carried(*ENCODER, filtering, "safety.max_slew=20000", duration_s=30.0)
     said = encoder_noise_w(scenario.users[0])

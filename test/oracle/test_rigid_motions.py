@@ -80,7 +80,7 @@ def test_a_position_feedback_ties_devices_to_their_avatars(values, modes):
         np.testing.assert_allclose(rest, 0.0, atol=1e-12)
 
 
-def test_the_printed_position_feedback_drives_a_free_cube():
+def test_the_published_position_feedback_drives_a_free_cube():
     assert spectral_radius(build(tied(link__delay_s=0.008))) > 1.0 + 1e-5
     at_a_wall = tied(link__delay_s=0.008, server__environment="wall")
     assert spectral_radius(build(at_a_wall)) < 1.0

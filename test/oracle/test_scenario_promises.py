@@ -102,7 +102,7 @@ def test_the_wall_is_met_and_holds_the_hand():
     assert depth == pytest.approx(force / 1000.0, rel=0.01)
 
 
-def test_a_slow_wall_of_which_nothing_is_known_is_met_and_only_the_printed_compensation_shakes():
+def test_a_slow_black_box_wall_is_rendered_and_only_the_published_compensation_shakes():
     """K T + 2 B < b: passive untreated, so the ledger has nothing to take."""
     for compensation in ("ledger", "none", "corrected"):
         traces, result = ran(

@@ -138,7 +138,7 @@ def test_equal_users_are_taken_together_without_a_difference(controller, couplin
         assert radii(scenario, live=live)[0] == pytest.approx(expected, rel=1e-9)
 
 
-def test_a_batch_says_the_same_as_one_by_one():
+def test_a_batch_equals_one_by_one():
     scenario = linear_loops.scenario(link__delay_s=0.016, server__coupling="one_frame_late")
     values = np.array([0.0, 50.0, 700.0, 2500.0, 9000.0])[:, np.newaxis]
     together = radii(with_stiffness(scenario, values))

@@ -83,7 +83,7 @@ def _as_printed(server):
 
 
 @pytest.mark.parametrize(("delay", "expected"), [(0, 139), (1, 103), (2, 83), (3, 70)])
-def test_equation_14_as_printed_is_far_from_its_own_figure(delay, expected):
+def test_equation_14_as_published_is_far_from_its_own_figure(delay, expected):
     scheme = Scheme("one_frame_late", delay=delay)
     assert k_max(scheme, wrap=_as_printed) == pytest.approx(expected, rel=1e-2)
 

@@ -7,7 +7,7 @@ import pytest
 from pmwvc_analysis.models.stability import z_width
 from pmwvc_core.simulation.session import simulate_one
 from reproduction.scenarios import scenario, wall
-from reproduction.z_width_simulated import dies_out, simulated_z_width
+from reproduction.z_width_simulated import decays, simulated_z_width
 
 DAMPING = [0.0, 7.0, 20.0, 30.0]
 HIGHEST, PARTS, ROUNDS = 4000.0, 8, 3
@@ -46,4 +46,4 @@ def test_help_from_the_safety_limits_does_not_count_as_stable():
     of = scenario(values, users=1, controller="direct", operator=push, duration_s=4.0)
     traces = simulate_one(of)
     assert int(traces.users[0].safety_events) > 0
-    assert not dies_out(traces)
+    assert not decays(traces)

@@ -18,7 +18,7 @@ PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 
 
 @pytest.mark.parametrize("name", ["parameters.md", "messages.md"])
-def test_a_generated_page_is_what_its_source_says(name):
+def test_a_generated_page_is_what_its_source_gives(name):
     spec = importlib.util.spec_from_file_location("page", ROOT / "tools" / "write_reference.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

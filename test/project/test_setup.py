@@ -85,7 +85,7 @@ def test_python_of_the_present_environment_is_kept(find_python, tmp_path: Path) 
     assert find_python(other.parent).stdout == f"{other}\n"
 
 
-def test_no_python_at_all_says_what_to_do(find_python) -> None:
+def test_no_python_at_all_names_the_remedy(find_python) -> None:
     result = find_python()
     assert result.returncode == 1
     assert result.stdout == ""

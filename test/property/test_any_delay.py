@@ -137,7 +137,7 @@ def test_parts_that_are_passive_one_by_one_are_not_enough(judged):
     assert sum(wrong) > 20
 
 
-def test_what_is_not_proved_says_why(judged):
+def test_what_is_not_proved_gives_the_reason(judged):
     for proof, *_ in judged:
         assert proof.proved or (proof.reasons and any(c.isdigit() for c in proof.reasons[0]))
 

@@ -89,7 +89,7 @@ class TestTimeDomainPassivity:
 
     @settings(max_examples=30)
     @given(seeds, st.floats(1e-6, 1e-4))
-    def test_work_is_booked_of_the_force_held_over_its_own_way(self, seed, step_m):
+    def test_work_is_that_of_the_force_held_over_its_own_way(self, seed, step_m):
         """On an encoder the velocity at a tick is that of the way before: booking with it (the
         control) counts energy that nobody gave.
         """

@@ -175,7 +175,7 @@ def test_every_passive_environment_of_the_library_gives_out_no_more_than_it_got(
 
 
 @pytest.mark.parametrize("compensation", ["none", "printed"])
-def test_untreated_and_as_printed_some_of_them_give_out_more(compensation):
+def test_untreated_and_as_published_some_of_them_give_out_more(compensation):
     """The same balance, the same waves: the test above is able to fail."""
     worst = {}
     for name in ("network", "wall", "cube"):
@@ -194,7 +194,7 @@ def test_untreated_and_as_printed_some_of_them_give_out_more(compensation):
     assert all(least < -1e-3 for least in worst.values()), worst
 
 
-def test_as_printed_a_port_that_is_passive_untreated_injects_joules():
+def test_as_published_a_port_that_is_passive_untreated_injects_joules():
     """App. C section 6: 500 N/m, no damping, b = 25, 20 ms: K T + 2 B < b. White waves, 20 s."""
     left = {}
     for compensation in ("none", "printed", "corrected", "ledger"):
@@ -283,7 +283,7 @@ def test_an_active_environment_uses_its_allowance_up_and_then_is_held():
         assert account(server, [[0.0]] * 200)[-1] < -0.1
 
 
-def test_the_wall_that_moves_is_active_and_the_library_says_what_was_withheld():
+def test_the_wall_that_moves_is_active_and_the_library_states_what_was_withheld():
     params = ServerParams(coupling="unknown", environment="active_wall")
     server = library_port(params, [ContactParams()], [25.0], dof=1)
     server.join(0, -0.03)

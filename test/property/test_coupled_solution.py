@@ -71,7 +71,7 @@ def test_hardly_any_of_many_wild_settings_is_left_unsettled():
     assert flagged == 0
 
 
-def test_a_step_that_is_cut_short_is_told(monkeypatch):
+def test_an_unsettled_step_is_reported(monkeypatch):
     """The control: without iterations the equation is not solved, and the session says so."""
     monkeypatch.setattr(coupled_axes, "_STEPS", 0)
     scenario = scenarios.load("cube_3d", users=1, duration_s=3.0)

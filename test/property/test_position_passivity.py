@@ -196,7 +196,7 @@ def test_any_force_at_all_leaves_only_its_own_debt(kind, data, shape, seed, forc
 
 
 @pytest.mark.parametrize("gain", [5.0, 20.0, 100.0])
-def test_control_the_printed_feedback_makes_energy(gain):
+def test_control_the_published_feedback_makes_energy(gain):
     """An avatar that stands away and pushes: what pulls the device to it is paid by nobody."""
     made = {}
     for kind in ("printed", *PAID):

@@ -189,7 +189,7 @@ mostly_calm = st.lists(
 
 
 @given(limits, mostly_calm)
-def test_a_calm_tick_told_at_a_glance_is_the_tick_worked_out(params, story):
+def test_an_inactive_tick_equals_the_tick_computed_in_full(params, story):
     """Forces, states and events are the same bits as without the glance."""
     glancing, working = limiter(params), limiter(params)
     glances = 0

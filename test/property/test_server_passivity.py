@@ -98,7 +98,7 @@ def test_unwrapped_is_passive_at_a_wall_of_any_stiffness(integrator, k, damping,
     assert account.min() >= -1e-12 * np.sum(waves**2)
 
 
-def test_unwrapped_as_printed_is_not():
+def test_unwrapped_as_published_is_not():
     """The spring of App. C, Eq. 4 hears of a velocity a step late: Re F/xd = B - K h/2."""
     contact = ContactParams(
         impedance=25.0, contact="bilateral", contact_stiffness=3000.0, contact_damping=2.0

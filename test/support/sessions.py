@@ -49,7 +49,7 @@ class Running:
             self.lines.append(line)
             if text in line:
                 return line
-        raise AssertionError(f"ended without saying {text!r}:\n{self.said()}")
+        raise AssertionError(f"ended without printing {text!r}:\n{self.output()}")
 
     def await_ticks(self) -> None:
         """Read on until the first line of status: the loops are running."""
@@ -60,7 +60,7 @@ class Running:
         self.lines += self.process.stdout
         return self.process.wait()
 
-    def said(self) -> str:
+    def output(self) -> str:
         """Return everything it printed, stderr last."""
         self._errors.flush()
         return "".join(self.lines) + Path(self._errors.name).read_text()

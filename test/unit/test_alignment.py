@@ -90,7 +90,7 @@ def test_one_host_needs_no_alignment():
 
 
 @pytest.mark.parametrize("jitter_ns", [0, 5_000_000])
-def test_two_hosts_are_aligned_within_what_is_said(jitter_ns):
+def test_two_hosts_are_aligned_within_the_reported_uncertainty(jitter_ns):
     of_master, of_server, sent, server_clock = conversation(jitter_ns=jitter_ns)
     found = align(of_master, of_server)
     assert found.how == ECHO
@@ -99,7 +99,7 @@ def test_two_hosts_are_aligned_within_what_is_said(jitter_ns):
     assert found.uncertainty_s < 5e-3
 
 
-def test_delays_that_differ_are_within_what_is_said():
+def test_asymmetric_delays_are_within_the_reported_uncertainty():
     of_master, of_server, sent, server_clock = conversation(up_ns=9_000_000, down_ns=200_000)
     found = align(of_master, of_server)
     off_s = np.abs(found.to_server(sent) - server_clock(sent)) * 1e-9

@@ -175,7 +175,7 @@ def without_blocks(user, gone, ticks=8):
     user.energy = {name: np.delete(sums, blocks) for name, sums in user.energy.items()}
 
 
-def test_what_was_not_recorded_is_said_and_still_nearly_closes():
+def test_missing_records_are_noted_and_the_budget_still_nearly_closes():
     traces, scenario = simulated("carry_16ms", "device.damping=3")
     without_blocks(traces.users[0], slice(300, 303))
     found = budget(traces, scenario)
@@ -223,7 +223,7 @@ def test_unmeasured_hand_force_is_taken_from_the_device():
     np.testing.assert_allclose(found.hands["user1"], known.hands["user1"], atol=1e-9)
 
 
-def test_quantised_sensors_are_told_apart_from_a_budget_that_does_not_close():
+def test_quantised_sensors_are_distinguished_from_a_budget_that_does_not_close():
     found = budget(*simulated("carry_16ms", "device.encoder_step_m=5e-5", "device.velocity=euler"))
     assert found.closes
     assert found.notes == []

@@ -93,7 +93,7 @@ def test_accounts_that_do_not_fit_the_signals_leave_a_residual():
     assert not budget(traces, scenario).closes
 
 
-def test_the_printed_compensation_is_named():
+def test_the_published_compensation_is_named():
     settings = (*UNKNOWN, "server.contact_damping=0", "server.contact_stiffness=500")
     printed = budget(*simulated("wall", *settings, "server.compensation=printed"))
     assert (SERVER, "withheld") in said(printed)
@@ -125,7 +125,7 @@ def test_a_velocity_filter_is_judged_with_the_filter_that_pays_for_it():
     assert not [part for owner, part in said(found) if "velocity_filter" in part]
 
 
-def test_at_the_ends_of_frames_the_parts_are_what_they_booked():
+def test_at_the_ends_of_frames_the_parts_equal_their_accounts():
     traces, scenario = simulated("carry_16ms", "master.bank.kind=complementary")
     found, user = budget(traces, scenario), traces.users[0]
     spring = found.parts["user1"]["local_stored"]
@@ -143,7 +143,7 @@ def test_a_feedback_with_an_energy_tank_is_judged_with_what_pays(feedback):
     assert not [part for owner, part in said(budget(traces, scenario)) if "position" in part]
 
 
-def test_the_printed_feedback_is_named_where_it_gives_out_energy():
+def test_the_published_feedback_is_named_where_it_gives_out_energy():
     settings = ("master.position.gain=40", "master.position.feedback=printed")
     traces, scenario = simulated("carry_16ms", *settings)
     assert ("user1", "position_spent") in said(budget(traces, scenario))

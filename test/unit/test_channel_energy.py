@@ -99,7 +99,7 @@ def test_a_wave_with_images_gives_out_energy_and_one_tick_later_takes_it_in(edge
     )
 
 
-def test_the_printed_numbers_are_twice_the_energies():
+def test_the_published_numbers_are_twice_the_energies():
     edge, alpha = 2.0, 3.0
     found = channel_energy.aliasing_example(edge, height=alpha, tick_s=TICK_S)
     printed = -TICK_S * alpha**2 * (2 * edge - np.pi) / np.pi  # App. A Eq. 18

@@ -57,7 +57,7 @@ def lab(light):
 
 @pytest.mark.parametrize("sight", SIGHT)
 @pytest.mark.parametrize("known", [colours.LIGHT, colours.DARK], ids=["light", "dark"])
-def test_eight_users_and_the_object_have_colours_that_can_be_told_apart(known, sight):
+def test_eight_users_and_the_object_have_colours_that_can_be_distinguished(known, sight):
     tints = [known[f"u{place}"] for place in range(8)] + [known["object"]]
     points = [lab(np.asarray(SIGHT[sight]) @ linear(tint)) for tint in tints]
     distances = [np.linalg.norm(a - b) for a, b in itertools.combinations(points, 2)]

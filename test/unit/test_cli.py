@@ -57,7 +57,7 @@ def test_a_wrong_word_gets_the_nearest_right_one(pmwvc, words, hint):
     assert hint in refused(pmwvc(*words))
 
 
-def test_all_mistakes_are_told_at_once(pmwvc):
+def test_all_mistakes_are_reported_at_once(pmwvc):
     words = ["--set", "master.impedance=-1", "--set", "dof=7", "--set", "nonsense", "--users", "0"]
     message = refused(pmwvc("run", "carry_0ms", *words))
     for part in ("4 problems", "master.impedance = -1", "dof = 7", "--set nonsense", "users = 0"):
@@ -112,7 +112,7 @@ def test_a_report_written_anew_is_the_same(pmwvc):
     assert again.stdout == first.stdout
 
 
-def test_a_simulation_is_told_in_words(pmwvc):
+def test_a_simulation_is_given_in_words(pmwvc):
     result = pmwvc("simulate", "carry_16ms", "--duration", "0.5")
     assert "carry_16ms: stable" in result.stdout
     assert "report: sessions/" in result.stdout
@@ -146,7 +146,7 @@ def test_options_reach_the_session(pmwvc, tmp_path):
     assert kept["user2"]["operator"]["squeeze"] == 5.0
 
 
-def test_the_doctor_looks_at_everything_and_says_how_it_is(pmwvc):
+def test_the_doctor_looks_at_everything_and_states_how_it_is(pmwvc):
     result = pmwvc("doctor", "--json")
     content = json.loads(result.stdout)
     checks = {finding["check"] for finding in content["findings"]}
@@ -156,7 +156,7 @@ def test_the_doctor_looks_at_everything_and_says_how_it_is(pmwvc):
     assert result.returncode == ("problem" in statuses)
 
 
-def test_the_doctor_finds_what_is_wrong_and_says_the_remedy(pmwvc):
+def test_the_doctor_finds_what_is_wrong_and_names_the_remedy(pmwvc):
     result = pmwvc("doctor", ROS_DOMAIN_ID="many")
     assert result.returncode == 1
     line = next(line for line in result.stdout.splitlines() if "ROS_DOMAIN_ID=many" in line)

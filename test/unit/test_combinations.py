@@ -31,7 +31,7 @@ def test_every_combination_comes_once_the_last_parameter_fastest():
     assert {c.scenario.seed for c in found} == {found[0].scenario.seed}
 
 
-def test_names_with_the_same_end_are_told_in_full():
+def test_names_with_the_same_end_are_given_in_full():
     found = combinations("carry_16ms", ["link.up.delay_s=0,0.008", "link.down.delay_s=0"])
     assert found[0].label == "link.up.delay_s = 0, link.down.delay_s = 0"
 
@@ -41,7 +41,7 @@ def test_without_a_parameter_there_is_the_scenario_itself():
     assert only.label == "wall"
 
 
-def test_all_mistakes_are_told_at_once_and_each_once():
+def test_all_mistakes_are_reported_at_once_and_each_once():
     over = ["server.couplng=implicit", "link.delay_s=0,-1", "nothing", "dof=1", "dof=2"]
     with pytest.raises(ScenarioError) as caught:
         combinations("carry_16ms", [*over, "master.rate_drop=4,4"])
@@ -128,7 +128,7 @@ def test_a_velocity_filter_of_the_scenario_stays():
     assert (own.kind, own.order, own.share) == ("exact", 2, 0.7)
 
 
-def test_what_a_scenario_cannot_have_is_left_out_and_told_why():
+def test_what_a_scenario_cannot_have_is_left_out_with_its_reason():
     words = ["direct", "waves", "ledger", "tdpa"]
     kept, left_out = fitting("active_wall", words, [])
     assert kept == ["waves", "ledger"]

@@ -115,7 +115,7 @@ def test_a_session_of_a_comparison_can_be_replayed(compared, tmp_path):
         (["replay", "."], "holds no scenario.yaml"),
     ],
 )
-def test_a_mistake_is_told_and_leaves_nothing_behind(words, hint, tmp_path):
+def test_a_mistake_is_reported_and_leaves_nothing_behind(words, hint, tmp_path):
     result = pmwvc(*words, cwd=tmp_path)
     assert result.returncode == 2
     assert hint in result.stderr
@@ -123,7 +123,7 @@ def test_a_mistake_is_told_and_leaves_nothing_behind(words, hint, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_wrong_change_of_a_replay_is_told(compared, tmp_path):
+def test_a_wrong_change_of_a_replay_is_refused_by_name(compared, tmp_path):
     folder, found = compared
     place = folder / found["sessions"][0]["folder"]
     result = pmwvc("replay", place, "--set", "master.impedence=3", "--set", "dof=9", cwd=tmp_path)

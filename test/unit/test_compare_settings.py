@@ -55,7 +55,7 @@ def test_a_coupling_tuned_for_its_delay_is_stable_where_the_default_is_not():
     assert float(radii(tuned(default))[0]) <= 1.0 + 1e-9
 
 
-def test_a_rule_without_an_answer_leaves_the_parameters_and_says_so():
+def test_a_rule_without_an_answer_leaves_the_parameters_and_reports_it():
     words = ["controller=virtual_coupling", "operator.kind=none", "device.damping=0"]
     scenario = load("carry_16ms", settings_texts=words)
     assert tuned(scenario) == scenario

@@ -47,7 +47,7 @@ class Told:
         return 0.0 * velocity
 
 
-def test_an_environment_is_told_who_comes_and_goes_before_the_next_step():
+def test_an_environment_is_notified_of_joins_and_leaves_before_the_next_step():
     environment = Told()
     server = around(environment, users=2)
     server.join(1, 0.2)
@@ -152,7 +152,7 @@ class Lost(Told):
         (lambda: with_attributes(energy=np.inf), "gave energy = inf: must be finite"),
     ],
 )
-def test_what_an_environment_says_beside_its_forces_is_looked_at_too(environment, text):
+def test_the_other_answers_of_an_environment_are_checked_too(environment, text):
     server = around(environment())
     server.join(0, 0.0)
     assert server.step([1.0]) == [0.0]

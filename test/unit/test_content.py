@@ -11,7 +11,7 @@ from pmwvc_core.wave.limits import DIRECT, largest_wave
 
 
 @pytest.mark.parametrize("controller", LIBRARY)
-def test_what_a_packet_carries_is_said_by_its_flag(controller):
+def test_the_content_of_a_packet_is_given_by_its_flag(controller):
     flags = make_master(controller, MasterParams()).flags
     assert bool(flags & FLAG_DIRECT) is not LIBRARY[controller].waves
     one = [ContactParams()]

@@ -136,7 +136,7 @@ def test_a_controller_without_a_linear_relative_is_predicted_in_words_only(lab):
         answer(alone)
 
 
-def test_a_controller_without_a_port_for_unknown_environments_is_refused_there(lab):
+def test_a_controller_without_a_port_for_black_boxes_is_refused_there(lab):
     simulate_one(scenario("portless"))
     with pytest.raises(ParameterError, match="controller = portless has no port for it"):
         simulate_one(scenario("portless", coupling="unknown", environment="wall"))

@@ -188,7 +188,7 @@ def test_a_coupling_that_cannot_be_made_is_refused_with_the_reason(lab):
         simulate_one(scenario("unmade"))
 
 
-def test_what_is_proved_rests_on_what_the_record_says(lab):
+def test_what_is_proved_rests_on_what_the_record_gives(lab):
     doubtful, exact, own = (
         any_delay(load("carry_16ms", settings_texts=[*PROVED, f"server.coupling={name}"]))
         for name in ("doubtful", "exact", "implicit")

@@ -86,7 +86,7 @@ def test_one_frame_late_is_equation_14_with_its_sign_corrected():
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_unwrapped_is_equation_4_of_the_unknown_environment(integrator):
+def test_unwrapped_is_equation_4_of_the_black_box_paper(integrator):
     waves = random_waves(3)
     g = {"forward_euler": 0.0, "backward_euler": H, "trapezoid": H / 2}[integrator]
     x_s, xd_s, f_s = np.array([-0.03, 0.03]), np.zeros(2), np.zeros(2)

@@ -16,7 +16,7 @@ dampings = st.one_of(st.just(0.0), st.floats(1e-9, 200.0))
 
 
 @given(mass=masses, damping=dampings, force=st.floats(-20.0, 20.0), start=st.floats(-1.0, 1.0))
-def test_a_held_force_moves_the_cube_as_the_matrix_exponential_says(mass, damping, force, start):
+def test_a_held_force_moves_the_cube_as_the_matrix_exponential_gives(mass, damping, force, start):
     cube = Cube(mass, damping, period=H)
     cube.xd = start
     generator = np.zeros((3, 3))

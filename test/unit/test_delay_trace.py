@@ -73,7 +73,7 @@ def test_the_header_names_the_columns_and_the_unit_of_time(tmp_path, header, uni
         ("1 1\n1 1\n", "all rows have the same time"),
     ],
 )
-def test_a_file_that_cannot_be_used_says_why(tmp_path, text, message):
+def test_a_file_that_cannot_be_used_is_refused_with_the_reason(tmp_path, text, message):
     with pytest.raises(RecordingError, match=message):
         load_delay_trace(write(tmp_path, text), 1.0)
 

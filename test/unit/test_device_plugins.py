@@ -99,7 +99,7 @@ def test_a_plug_in_that_fails_is_named_with_the_reason(lab, name, text):
         plugins.make_device(name, setup())
 
 
-def test_what_a_device_says_of_its_settings_is_passed_on_as_it_is(lab):
+def test_what_a_device_states_of_its_settings_is_passed_on_as_it_is(lab):
     with pytest.raises(ParameterError, match=r"^device.mass = 1.0: a stick weighs less$"):
         plugins.make_device("picky", setup())
 

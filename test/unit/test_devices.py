@@ -91,7 +91,7 @@ def test_frictions_share_of_the_energy_is_force_times_path():
 
 
 @given(dampings.filter(lambda b: b < 1e3), st.floats(0.05, 1.0), st.floats(0.001, 1.0))
-def test_friction_stops_the_device_where_the_closed_form_says(damping, mass, friction):
+def test_friction_stops_the_device_where_the_closed_form_gives(damping, mass, friction):
     xd = 0.9 * TICK_S * friction / mass  # stops within the tick
     made = device(mass=mass, damping=damping, friction=friction, xd=xd)
     made.step(0.0, 0.0)

@@ -52,7 +52,7 @@ def test_a_declared_loss_is_a_warning(tmp_path):
     assert exit_code(findings) == 2
 
 
-def test_packets_missing_behind_a_link_are_told_from_lost_ones(tmp_path):
+def test_packets_missing_behind_a_link_are_distinguished_from_lost_ones(tmp_path):
     traces = handmade.session(duration_s=0.8)
     packets = traces.packets["/server/user1/wave_up"]
     for name in ("time_s", "epoch", "seq", "sent_ns", "wave", "integral", "energy"):
@@ -63,7 +63,7 @@ def test_packets_missing_behind_a_link_are_told_from_lost_ones(tmp_path):
     assert "1 packets that user1/up delivered" in texts(findings, WARNING)
 
 
-def test_packets_that_never_reached_their_link_are_told_though_no_number_is_missing(tmp_path):
+def test_packets_that_never_reached_their_link_are_reported_though_no_number_is_missing(tmp_path):
     """What a start leaves behind whose ends have not met: sent, recorded, and no fate at all."""
     traces = handmade.session(duration_s=0.8)
     fates = traces.fates["user1/up"]

@@ -47,7 +47,7 @@ def test_aliasing_with_a_late_computation_feeds_the_oscillation():
     assert solved["minimum_j"][0] > -5e-3
 
 
-def test_the_printed_filters_are_those_of_the_table():
+def test_the_published_filters_are_those_of_the_table():
     filters = table_filters()
     assert [f.pass_hz for f in filters] == [10.0, 25.0, 50.0, 100.0, 150.0]
     assert all((f.pass_db, f.stop_db) == (20.0, 40.0) for f in filters)

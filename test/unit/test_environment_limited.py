@@ -44,7 +44,7 @@ def test_a_lost_wall_is_not_stable_and_the_amount_is_the_distance_of_device_and_
     assert words == f"environment limited: {found['energy_j'] * 1e3:.3g} mJ, 35.7 mm"
 
 
-def test_a_limited_wall_that_holds_is_stable_and_says_the_amount():
+def test_a_limited_wall_that_holds_is_stable_and_states_the_amount():
     traces, scenario = pressed(2000, 0)
     user = summary(traces, scenario)["users"][0]
     assert verdict(traces, scenario).stable

@@ -107,7 +107,7 @@ def test_a_plug_in_that_fails_is_named_with_the_reason(lab, name, text):
         server_at(name)
 
 
-def test_what_an_environment_says_of_its_settings_is_passed_on_as_it_is(lab):
+def test_what_an_environment_states_of_its_settings_is_passed_on_as_it_is(lab):
     with pytest.raises(ParameterError, match=r"^server.object_mass = 2.0: a jelly weighs less$"):
         server_at("picky")
 

@@ -44,7 +44,7 @@ def test_leaving_ends_a_contact_with_its_cause():
     assert "the user left" in release["what"]
 
 
-def test_a_contact_that_the_motion_parts_says_so_and_bouncing_is_one():
+def test_a_contact_that_the_motion_parts_reports_it_and_bouncing_is_one():
     traces = handmade.session()
     time_s, contact = traces.server.time_s, traces.server.contact[0]
     contact[(time_s > 1.0) & (time_s < 1.03)] = False  # too short

@@ -111,7 +111,7 @@ def test_virtual_time_has_no_lateness_to_draw():
     assert "median" in "".join(lines(loop(live(), None), 1))
 
 
-def test_every_figure_is_written_and_says_where_it_comes_from(tmp_path):
+def test_every_figure_is_written_and_states_where_it_comes_from(tmp_path):
     scenario, traces = handmade.scenario(), live()
     drawn = charts(traces, scenario)
     write_all(drawn, traces, tmp_path)

@@ -42,7 +42,7 @@ def test_json_is_one_document_with_the_documented_keys():
     assert found["port_margin"] is None
 
 
-def test_the_printed_filter_is_flagged_by_the_conditions_it_misses(capfd):
+def test_the_published_filter_is_flagged_by_the_conditions_it_misses(capfd):
     found = asked(capfd, *PRINTED)
     assert found["noise_gain"] == pytest.approx(0.318, abs=5e-4)
     assert found["designed"] == "given"
@@ -91,6 +91,6 @@ def test_figure_and_numbers_are_written(tmp_path, capfd):
         (["wall_filtered", "--out", "/dev/null/x"], "cannot write into /dev/null/x: "),
     ],
 )
-def test_what_has_no_answer_is_told_with_exit_code_2(words, said, capfd):
+def test_what_has_no_answer_is_reported_with_exit_code_2(words, said, capfd):
     assert main(["filter", *words]) == 2
     assert said in capfd.readouterr().err

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The anti-aliasing filter: how its cut-off is said and what it computes."""
+"""The anti-aliasing filter: its cut-off and its output."""
 
 import copy
 import math

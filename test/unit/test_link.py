@@ -41,7 +41,7 @@ def test_without_delay_a_packet_arrives_in_the_same_instant():
     assert channel.next_due_ns is None
 
 
-def test_a_fate_says_number_times_size_and_kind():
+def test_a_fate_states_number_times_size_and_kind():
     channel = link(delay_s=0.002)
     channel.send("a", 0)
     (fate,) = channel.send("b", 1000, size_bytes=126)

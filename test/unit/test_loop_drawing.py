@@ -89,7 +89,7 @@ def test_names_cannot_become_markup():
     assert ET.fromstring(markup).get("aria-label") == "Control loop of <b>&"
 
 
-def test_the_link_is_said_as_a_spring_and_a_mass():
+def test_the_link_is_described_as_a_spring_and_a_mass():
     said = rendered(handmade.scenario(), handmade.scenario().users[0], live=False)
     number = re.match(
         r"Round trip ([\d.]+) ms; the link feels like an? (\d+) N/m spring "
@@ -105,7 +105,7 @@ def test_the_link_is_said_as_a_spring_and_a_mass():
     )
 
 
-def test_the_paragraph_says_who_touched_what_when_and_with_what_force():
+def test_the_paragraph_states_who_touched_what_when_and_with_what_force():
     text = told(handmade.session(), handmade.scenario())
     assert "Two users touched the cube from the start." in text
     assert "forces at the end: 1.00 N and 1.00 N" in text
@@ -113,7 +113,7 @@ def test_the_paragraph_says_who_touched_what_when_and_with_what_force():
     assert "safety" not in text
 
 
-def test_the_paragraph_says_how_far_the_object_went():
+def test_the_paragraph_states_how_far_the_object_went():
     traces = handmade.session()
     steps = len(traces.server.time_s)
     traces.server.x_o[:, 0] = np.linspace(0.0, 0.06, steps)
@@ -122,7 +122,7 @@ def test_the_paragraph_says_how_far_the_object_went():
     assert "and moved it up to 60 mm (0 mm at the end)." in told(traces, handmade.scenario())
 
 
-def test_the_paragraph_says_where_the_energy_of_the_hands_is():
+def test_the_paragraph_states_where_the_energy_of_the_hands_is():
     scenario = handmade.scenario()
     traces = simulate_one(scenario)
     found = budget(traces, scenario)
@@ -139,7 +139,7 @@ def test_one_safety_event_is_one(events, said):
 
 
 @pytest.mark.parametrize("kind", ["release", "damping"])
-def test_the_first_time_the_hand_is_let_go_is_told_with_its_cause(kind):
+def test_the_first_time_the_hand_is_let_go_is_reported_with_its_cause(kind):
     traces = handmade.session()
     traces.events = [
         {"time_s": 1.0, "who": "user2", "kind": "join", "what": "joined"},
@@ -175,7 +175,7 @@ def test_counts_and_lists_read_well():
     assert [listed(list("abc")[:n]) for n in range(4)] == ["", "a", "a and b", "a, b and c"]
 
 
-def test_an_offset_that_is_not_predicted_is_not_told():
+def test_an_offset_that_is_not_predicted_is_not_reported():
     """Ends of different impedance: the device moves farther than its avatar."""
     scenario = handmade.scenario(duration_s=3.0, server__impedance=40.0)
     traces = simulate_one(scenario)

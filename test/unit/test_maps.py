@@ -102,13 +102,13 @@ def test_every_file_holds_the_same_map(tmp_path):
     assert "<svg" in (tmp_path / "map.svg").read_text()
 
 
-def test_without_dask_the_message_says_what_to_do(monkeypatch):
+def test_without_dask_the_message_names_the_remedy(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(PmwvcError, match="leave --dask out"):
         compute(grid(), dask="tcp://127.0.0.1:1")
 
 
-def test_a_dask_cluster_without_a_worker_is_told_of():
+def test_a_dask_cluster_without_a_worker_is_reported():
     distributed = pytest.importorskip("distributed", reason="the optional Dask is not installed")
     with (
         distributed.LocalCluster(n_workers=0, dashboard_address=None) as cluster,

@@ -255,7 +255,7 @@ def test_a_change_from_another_thread_waits_for_the_frame_start():
     assert seen == [8 * TICK_NS]
 
 
-def test_leaving_sets_the_device_to_zero_and_says_goodbye_with_the_last_ticks():
+def test_leaving_sets_the_device_to_zero_and_sends_a_last_packet_with_the_last_ticks():
     rig = Rig()
     rig.ticks(*range(11))
     rig.loop.leave()
@@ -265,7 +265,7 @@ def test_leaving_sets_the_device_to_zero_and_says_goodbye_with_the_last_ticks():
     assert sum(len(series["x"]) for *_, series in rig.wires.blocks) == 11
 
 
-def test_a_device_that_fails_is_set_to_zero_and_the_server_told(monkeypatch):
+def test_a_failing_device_is_set_to_zero_and_the_server_gets_a_last_packet(monkeypatch):
     rig = Rig()
     rig.device.error = DeviceError("unplugged")
     monkeypatch.setattr(loop_module, "request_real_time", lambda _: None)
@@ -275,7 +275,7 @@ def test_a_device_that_fails_is_set_to_zero_and_the_server_told(monkeypatch):
     assert rig.wires.sent[-1].flags & FLAG_LEAVING
 
 
-def test_a_device_that_is_silent_gets_no_force_and_says_so_until_it_speaks_again():
+def test_a_silent_device_gets_no_force_and_is_reported_until_it_sends_again():
     rig = Rig(pacing="event")
     answered = iter(range(10**6))
 
@@ -317,7 +317,7 @@ def test_a_device_that_never_spoke_is_a_fault_after_a_second():
     assert rig.loop.protocol.safety.state == SafetyState.FAULT
 
 
-def test_a_device_that_is_asked_need_not_say_that_a_sample_is_new():
+def test_a_polled_device_need_not_mark_fresh_samples():
     rig = Rig(pacing="host")
     rig.device.sample.fresh = False
     for grid in range(8, 800):

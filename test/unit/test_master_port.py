@@ -38,7 +38,7 @@ def tick(port, xd, x=0.0):
     return f
 
 
-def test_the_printed_example():
+def test_the_published_example():
     """b = 25: F = 1 N at 0.1 m/s is u = 0.49497475, v = 0.21213203."""
     port = WaveMaster(params())
     port.receive(0.21213203435596428)

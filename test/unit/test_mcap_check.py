@@ -208,13 +208,13 @@ def test_magic_is_wanted_at_both_ends():
     assert "was not closed" in problems(data[:-1])
 
 
-def test_a_file_that_stops_before_its_summary_is_said_to_be_unfinished():
+def test_a_file_without_its_summary_is_reported_as_unfinished():
     data = written()
     assert "there is no data-end record" in problems(data[: found(data, Opcode.DATA_END)])
 
 
 @pytest.mark.parametrize("data", [b"", b"\x89MCAP0\r\n", bytes(100), b"\x89MCAP0\r\n" * 2])
-def test_what_is_no_mcap_file_is_said_so(data):
+def test_a_file_that_is_no_mcap_is_reported(data):
     assert not check_bytes(data).whole
 
 

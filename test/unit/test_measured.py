@@ -85,7 +85,7 @@ def test_a_force_at_its_limit_is_not_the_linear_models():
     assert np.max(distance(scenario, found)) > 0.3
 
 
-def test_what_cannot_be_measured_is_said():
+def test_a_quantity_that_cannot_be_measured_is_reported():
     scenario, user = recorded(SINE | {"duration_s": 1.7})
     with pytest.raises(PmwvcError, match="less than 3 periods of 3 Hz"):
         measure(user, scenario.users[0])

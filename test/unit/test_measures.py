@@ -127,7 +127,7 @@ CHIRP = {
 }
 
 
-def test_what_a_chirp_shows_is_what_the_model_says():
+def test_what_a_chirp_shows_is_what_the_model_gives():
     """Two routes: the exact model, and spectra of a session with the same settings."""
     scenario = parse_scenario(CHIRP)
     traces = simulate_one(scenario)
@@ -142,7 +142,7 @@ def test_what_a_chirp_shows_is_what_the_model_says():
     assert seen.first_peak_hz == pytest.approx(model.first_peak_hz, rel=0.06)
 
 
-def test_an_unstable_session_feels_like_nothing():
+def test_an_unstable_session_has_no_rendered_stiffness():
     naive = parse_scenario(
         CHIRP,
         overrides={"controller": "direct", "link.delay_s": 0.02, "device.damping": 0.0},

@@ -32,7 +32,7 @@ def test_stability_answers_with_documented_keys(pmwvc):
     assert any("Grip" in note for note in found["notes"])
 
 
-def test_stability_without_a_limit_is_null_in_json_and_said_in_words(pmwvc):
+def test_stability_without_a_limit_is_null_in_json_and_stated_in_words(pmwvc):
     words = ("stability", "carry_16ms", *FIRST_ORDER)
     assert json.loads(pmwvc(*words, "--json").stdout)["k_max"] is None
     assert "stable at every contact stiffness up to 1e+06 N/m" in pmwvc(*words).stdout
@@ -68,7 +68,7 @@ def test_what_is_not_stable_is_an_answer_too(pmwvc):
         ),
     ],
 )  # fmt: skip
-def test_a_mistake_is_said_once_and_clearly(pmwvc, words, said):
+def test_a_mistake_is_reported_once_and_clearly(pmwvc, words, said):
     assert said in refused(pmwvc(*words))
 
 

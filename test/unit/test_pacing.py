@@ -299,5 +299,5 @@ def test_real_system_grants_or_refuses_each_request_and_raises_nothing() -> None
     assert lines[2]
 
 
-def test_full_grant_says_so() -> None:
+def test_full_grant_reports_it() -> None:
     assert str(RealTimeReport(("memory lock",))) == "real time: memory lock granted"

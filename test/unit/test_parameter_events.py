@@ -68,7 +68,7 @@ def events_of(recorded, folder, *changes, junk=b""):
     return [event for event in traces.events if event.get("kind") == "parameter"]
 
 
-def test_a_change_says_when_who_and_from_what_to_what(recorded, tmp_path):
+def test_a_change_is_recorded_with_time_node_old_and_new_value(recorded, tmp_path):
     (event,) = events_of(recorded, tmp_path, change(0.5, "/user1/master", safety__max_force=4.0))
     assert event["time_s"] == pytest.approx(0.5, abs=1e-6)
     assert event["who"] == "user1 master"
@@ -88,7 +88,7 @@ def test_the_value_before_is_that_of_the_last_change(recorded, tmp_path):
     ]
 
 
-def test_links_text_and_lists_of_changes_are_told_in_one_line(recorded, tmp_path):
+def test_links_text_and_lists_of_changes_are_given_in_one_line(recorded, tmp_path):
     values = {f"user1__link__up__{name}": 0.25 for name in ("loss", "delay_s", "jitter_s")}
     found = events_of(
         recorded,

@@ -40,7 +40,7 @@ def test_a_publisher_that_sends_nothing_is_named():
     assert rig.wrong() == f"no packets on {DOWN}, published by /netem"
 
 
-def test_packets_that_are_all_refused_are_told_with_the_reason():
+def test_packets_that_are_all_refused_are_reported_with_the_reason():
     rig = Rig("/netem")
     rig.inbox.push(Packer(1, period=0.02).pack(0.0, 0.0, 0), 0)
     rig.now_s += 3.0
@@ -59,7 +59,7 @@ def test_a_second_master_of_the_same_name_is_named():
     assert rig.wrong() == f"2 publishers on {UP}: /user1/master, /user1/master"
 
 
-def test_packets_of_another_sender_are_told_once_and_stay_in_the_values():
+def test_packets_of_another_sender_are_reported_once_and_stay_in_the_values():
     rig = Rig("/netem")
     packet = Packer(0xABC, period=0.008).pack(0.0, 0.0, 0)
     rig.inbox.push(packet, 0)

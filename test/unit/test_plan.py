@@ -50,7 +50,7 @@ def test_all_but_the_recorder_wait_for_the_start(nodes):
     assert waiting == nodes.keys() - {"recorder"}
 
 
-def test_every_node_gets_what_the_scenario_says(scenario, nodes):
+def test_every_node_gets_what_the_scenario_gives(scenario, nodes):
     user = scenario.users[1]
     master, server = (parameters_of(nodes[name]) for name in ("user2 master", "server"))
     netem = parameters_of(nodes["netem"])

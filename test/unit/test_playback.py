@@ -62,7 +62,7 @@ def test_scale_and_offset_make_si_units(tmp_path):
     np.testing.assert_allclose(got[:, 0], 3.0 + 0.5 * np.arange(10))
 
 
-def test_what_is_wrong_with_a_table_is_said_with_its_columns(table, tmp_path):
+def test_a_faulty_table_is_refused_with_its_columns(table, tmp_path):
     assert "no column 'f'; there are t, position, b, or by number 0 to 2" in refusal(
         table, columns="f"
     )
@@ -128,7 +128,7 @@ def test_columns_of_different_length_are_refused_with_their_lengths(tmp_path):
     assert "b has 6 rows, the data 5" in text
 
 
-def test_the_recorded_hand_has_its_printed_stroke_and_force(recorded_data):
+def test_the_recorded_hand_has_its_published_stroke_and_force(recorded_data):
     got = load(
         recorded_data / "tue_spring.mat",
         columns="scope.signals[0].values[:,0], scope.signals[1].values[:,0]",

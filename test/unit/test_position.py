@@ -73,7 +73,7 @@ def test_where_device_and_avatar_stood_at_first_does_not_count(kind):
         assert rig.frame(0.3, 0.1) == [0.0] * M
 
 
-def test_printed_is_its_equation():
+def test_published_is_its_equation():
     rig = Rig(params("printed", hold="zoh"))
     rig.frame(0.3, 0.1)
     forces = rig.frame(0.31, 0.102, v=0.05, xd=0.02)

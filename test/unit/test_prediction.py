@@ -161,7 +161,7 @@ def test_a_device_too_light_for_its_damping_is_not_stable(mass, stable):
     assert passive(scenario) is stable
 
 
-def test_the_example_of_app_b_ends_where_the_exact_model_says():
+def test_the_example_of_app_b_ends_where_the_exact_model_gives():
     scenario = controlled(
         master__hold="zoh",
         server__coupling="one_frame_late",
@@ -199,7 +199,7 @@ def test_what_is_not_linear_is_promised_only_what_is_proved():
     assert late["stable"] is None
 
 
-def test_what_is_not_linear_is_named_and_its_linear_relative_told():
+def test_a_nonlinear_element_is_named_with_the_linear_relative():
     rubbing = handmade.scenario(device__friction=0.1, user2__device__encoder_step_m=1e-5)
     smooth = prediction(handmade.scenario(), live=False)
     said = lines(rubbing, live=False)
@@ -219,7 +219,7 @@ def test_what_is_not_linear_is_named_and_its_linear_relative_told():
         (None, True, "No stability was predicted; the session was stable"),
     ],
 )
-def test_what_came_of_a_prediction_is_said(predicted, was, words):
+def test_the_outcome_of_a_prediction_is_stated(predicted, was, words):
     scenario = handmade.scenario()
     result = summary(handmade.session(), scenario)
     result["prediction"]["stable"], result["stable"] = predicted, was

@@ -31,7 +31,7 @@ def test_a_wrong_column_is_answered_with_those_there_are():
     assert "no column '7'; there are time_s, left_m, right_m" in problem
 
 
-def test_everything_wrong_is_told_at_once_and_with_its_user(tmp_path):
+def test_everything_wrong_is_reported_at_once_and_with_its_user(tmp_path):
     garbage = tmp_path / "delays.csv"
     garbage.write_bytes(bytes(range(256)))
     found = problems(
@@ -59,7 +59,7 @@ def test_an_environment_that_is_not_installed_is_refused_before_anything_starts(
     assert problem.startswith("server.environment = 'moon': not installed; there are: cube, wall")
 
 
-def test_a_controller_that_cannot_use_an_unknown_environment_is_named():
+def test_a_controller_that_cannot_use_a_black_box_is_named():
     (problem,) = problems(
         "controller=direct",
         "server.coupling=unknown",
@@ -76,13 +76,13 @@ def test_the_simulated_device_needs_no_installed_package(monkeypatch):
     assert "not installed; there are: none" in problem
 
 
-def test_without_ros_the_answer_says_what_to_do(monkeypatch):
+def test_without_ros_the_answer_names_the_remedy(monkeypatch):
     monkeypatch.setattr(preflight.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(PmwvcError, match=r"no rclpy.*make setup.*'pmwvc simulate'"):
         preflight.require_ros()
 
 
-def test_a_simulation_says_which_device_it_leaves_out():
+def test_a_simulation_states_which_device_it_leaves_out():
     scenario = scenarios.load("carry_16ms", settings_texts=["user2.device.plugin=ros_topic"])
     preflight.check(scenario)
     (note,) = preflight.notes(scenario)

@@ -66,14 +66,14 @@ def test_work_that_is_over_is_a_good_end():
     assert run(Work()) == 0
 
 
-def test_what_cannot_be_used_is_said_in_one_line(capfd):
+def test_an_unusable_setting_is_reported_in_one_line(capfd):
     work = Work(fail(DeviceError("no device\nplug one in")))
     assert run(work) == 2
     assert work.happened == ["run", "close"]
     assert capfd.readouterr().err.splitlines() == ["tried: no device plug one in"]
 
 
-def test_a_wrong_parameter_is_said_in_one_line_and_nothing_runs(capfd):
+def test_a_wrong_parameter_is_reported_in_one_line_and_nothing_runs(capfd):
     work = Work(build=lambda node: declare(node, "master", MasterParams))
     assert run(work, "-p", "master.impedance:=-1.0") == 2
     assert work.happened == []

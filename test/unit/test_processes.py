@@ -87,7 +87,7 @@ def test_a_stopped_child_is_woken_to_obey(children, tmp_path):
     assert children.stop(["asleep"]) == [Ending("asleep", -signal.SIGINT)]
 
 
-def test_an_ending_is_told_once_with_its_signal(children, tmp_path):
+def test_an_ending_is_reported_once_with_its_signal(children, tmp_path):
     child = started(children, "one", OBEYS, tmp_path)
     child.process.kill()
     child.process.wait()
@@ -97,7 +97,7 @@ def test_an_ending_is_told_once_with_its_signal(children, tmp_path):
     assert children.stop(["one"]) == []
 
 
-def test_an_exit_code_is_told(children, tmp_path):
+def test_an_exit_code_is_reported(children, tmp_path):
     child = children.start(
         "one", [sys.executable, "-c", "raise SystemExit(3)"], env=os.environ, log=tmp_path / "log"
     )
@@ -105,7 +105,7 @@ def test_an_exit_code_is_told(children, tmp_path):
     assert [str(ending) for ending in children.endings()] == ["one exited with 3"]
 
 
-def test_what_a_child_says_is_in_its_log(children, tmp_path):
+def test_what_a_child_states_is_in_its_log(children, tmp_path):
     child = started(children, "one", OBEYS, tmp_path)
     assert child.log_tail() == "ready"
 

@@ -235,7 +235,7 @@ def test_what_the_runner_noted_is_on_the_time_line_of_the_session(folder, tmp_pa
     assert event["who"] == "server"
 
 
-def test_what_is_no_mcap_file_is_said_to_be_none(tmp_path):
+def test_a_file_that_is_no_mcap_is_refused(tmp_path):
     file = tmp_path / "notes.txt"
     file.write_text("no recording")
     with pytest.raises(RecordingError, match=r"notes\.txt is not an MCAP file.*name a session"):

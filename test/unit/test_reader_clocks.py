@@ -99,7 +99,7 @@ def test_wall_clocks_that_differ_make_no_link_active(folder, tmp_path, change):
     assert passivity(found, scenario, None).passive("user1") is True
 
 
-def test_without_echoes_a_wall_clock_is_all_there_is_and_that_is_said(folder, tmp_path):
+def test_without_echoes_only_a_wall_clock_aligns_and_that_is_reported(folder, tmp_path):
     def ahead(topic, message):
         if topic == "/user1/trace":
             message.stamp.nanosec += 50_000_000

@@ -45,7 +45,7 @@ def test_the_newest_packet_is_given_out_with_its_position():
     assert inbox.skipped == 1
 
 
-def test_nothing_new_holds_the_last_wave_and_says_so():
+def test_nothing_new_holds_the_last_wave_and_reports_it():
     inbox = receiver()
     inbox.push(stream(1)[0], 0)
     assert [inbox.take(t) for t in range(3)] == [1.0, 1.0, 1.0]
@@ -208,7 +208,7 @@ def test_refused_packets_count_from_the_last_accepted_one():
     assert inbox.push(packets[7], 10**9) is Verdict.REORDERED
 
 
-def test_the_echo_says_how_long_the_newest_packet_has_waited():
+def test_the_echo_states_how_long_the_newest_packet_has_waited():
     inbox = receiver()
     inbox.push(stream(2)[1], 50)
     assert inbox.echo(80) == (2, PERIOD_NS, 30)

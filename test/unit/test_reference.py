@@ -46,7 +46,7 @@ def test_every_parameter_has_a_row_with_its_range(prefix):
         assert rows[name][4].startswith(spec.description)
 
 
-def test_nested_groups_defaults_and_fixed_ones_are_told():
+def test_nested_groups_defaults_and_fixed_ones_are_reported():
     rows = rows_of(group_table("master", MasterParams))
     assert rows["master.filter.pole_rad_s"][2] == "null"
     assert rows["master.filter.kind"][2] == "integrate_and_dump"

@@ -69,7 +69,7 @@ def test_a_channel_that_gave_out_energy_is_named_with_amount_and_time():
     )
 
 
-def test_an_unstable_session_says_why():
+def test_an_unstable_session_gives_the_reason():
     traces = handmade.oscillating(handmade.session(), rms_m_s=0.02, hertz=9.0)
     text = page(traces, handmade.scenario()).text
     assert "Not stable, sustained oscillation: user1's device keeps oscillating with" in text
@@ -156,7 +156,7 @@ def test_cells_are_scaled():
     assert cell(np.float64(0.002).item(), 1e3) == "2"
 
 
-def test_a_report_that_finds_no_room_says_how_to_write_it_elsewhere(tmp_path):
+def test_a_report_that_finds_no_room_states_how_to_write_it_elsewhere(tmp_path):
     """A limit of the size of files stands for the full disk."""
     place, other = tmp_path / "session", tmp_path / "other"
     record_traces(place, handmade.session(duration_s=0.8), handmade.scenario(duration_s=0.8))

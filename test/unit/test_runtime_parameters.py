@@ -100,7 +100,7 @@ def test_every_bound_holds_in_ros_at_the_bound_and_not_beyond(kind):
                 peer.node.set_parameters([Parameter(name, value=0.0)])
 
 
-def test_a_type_and_an_inclusive_range_are_told():
+def test_a_type_and_an_inclusive_range_are_reported():
     with ros() as peer:
         bind(peer.node, "master", MasterParams)
         ticks = peer.node.describe_parameter("master.rate_drop")
@@ -113,7 +113,7 @@ def test_a_type_and_an_inclusive_range_are_told():
         assert (numbers.from_value, numbers.to_value) == (0.01, 1000.0)
 
 
-def test_a_bound_that_is_open_is_a_range_too_and_the_constraint_says_what_is_excluded():
+def test_a_bound_that_is_open_is_a_range_too_and_the_constraint_states_what_is_excluded():
     with ros() as peer:
         bind(peer.node, "device", DeviceParams)
         declare_value(peer.node, "seed", Spec(int, low=0, description="seed"), 1)

@@ -119,7 +119,7 @@ def test_rearming_while_still_too_fast_is_a_fault_again():
     assert rig.state == SafetyState.FAULT
 
 
-def test_moving_fast_with_nothing_to_feel_is_no_fault():
+def test_moving_fast_without_a_rendered_force_is_no_fault():
     rig = Rig()
     rig(0.0, 3.0, coupled=False)
     assert rig.state == SafetyState.STARTING

@@ -141,7 +141,7 @@ def test_the_number_of_a_column_is_taken_as_text():
     assert problem == "operator.columns = 1.5: must be a text"
 
 
-def test_a_text_where_a_number_belongs_is_told_so():
+def test_a_text_where_a_number_belongs_is_reported():
     (problem,) = problems(BASE | {"device": {"mass": "heavy"}})
     assert problem == "device.mass = 'heavy': must be a number, > 0 kg"
 

@@ -54,7 +54,7 @@ def written(tmp_path):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_scenario_has_the_name_of_its_file_and_says_what_happens(name):
+def test_a_scenario_has_the_name_of_its_file_and_states_what_happens(name):
     scenario = scenarios.load(name)
     assert scenario.name == name
     assert scenario.description.endswith(".")
@@ -62,7 +62,7 @@ def test_a_scenario_has_the_name_of_its_file_and_says_what_happens(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_scenario_file_is_short_and_says_what_one_should_see(name):
+def test_a_scenario_file_is_short_and_states_what_one_should_see(name):
     text = scenarios.known()[name].read_text("utf-8")
     assert "hat to see: " in text
     assert len(text.splitlines()) <= 45
@@ -90,7 +90,7 @@ def test_thesis_scenarios_have_the_numbers_of_the_thesis():
             assert user.link_up.delay_s == user.link_down.delay_s == delay_ms / 1000
 
 
-def test_scenarios_of_one_task_differ_only_in_what_their_names_say():
+def test_scenarios_of_one_task_differ_only_in_what_their_names_give():
     calm, direct = scenarios.load("carry_16ms").flat(), scenarios.load("direct_16ms").flat()
     different = {name for name in calm if calm[name] != direct[name]}
     assert different == {"name", "description", "controller"}
@@ -101,7 +101,7 @@ def test_scenarios_of_one_task_differ_only_in_what_their_names_say():
     assert different == names | {"master.filter.kind", "master.filter.pole_rad_s"}
 
 
-def test_the_recording_is_what_its_formula_says():
+def test_the_recording_is_what_its_formula_gives():
     path = scenarios.known()["playback"].with_name("hand_motion.csv")
     assert path.read_text("utf-8") == hand_motion()
 
@@ -110,7 +110,7 @@ def test_a_wrong_name_gets_the_nearest_right_one():
     assert "did you mean carry_16ms?" in refused("cary_16ms")[0]
 
 
-def test_a_file_that_is_not_there_is_said_to_be_so(tmp_path):
+def test_a_file_that_is_not_there_is_reported(tmp_path):
     assert refused(tmp_path / "nothing.yaml") == ["there is no such file"]
 
 
@@ -167,7 +167,7 @@ def test_an_unknown_network_gets_the_nearest_known_one():
     assert "did you mean transatlantic?" in problem
 
 
-def test_mistakes_of_file_and_options_are_told_together(written):
+def test_mistakes_of_file_and_options_are_reported_together(written):
     path = written(MINIMAL + "mastre: {impedance: 10}\ndof: 9\n")
     found = refused(path, settings_texts=["link.delay_s=-1", "loss", "x=[1"], users=12)
     text = "\n".join(found)

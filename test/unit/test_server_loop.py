@@ -139,7 +139,7 @@ def test_a_master_can_tell_a_new_avatar_from_the_old_one():
     assert len({packet.flags & FLAG_ANEW for packet in rig.wires.sent[0]}) == 1
 
 
-def test_a_user_who_says_goodbye_is_gone_at_once():
+def test_a_user_who_sent_its_last_packet_is_gone_at_once():
     rig = Rig()
     rig.step(0, 1, times=10)
     rig.send(1, flags=FLAG_LEAVING)
@@ -168,7 +168,7 @@ def test_a_restarted_user_begins_anew_without_a_force():
     assert server.x_s[1] == pytest.approx(0.5)
 
 
-def test_who_comes_and_goes_is_told_in_order():
+def test_joins_and_leaves_are_reported_in_order():
     rig = Rig()
     rig.step(0, times=2)
     rig.step(0, 1, times=2)

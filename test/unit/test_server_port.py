@@ -134,7 +134,7 @@ def test_energy_keeps_its_account_through_coming_and_going():
     assert server.dissipated > 0.0
 
 
-def test_nobody_hears_from_an_empty_seat():
+def test_an_absent_user_gets_no_packet():
     server = make(2)
     server.join(0, -0.03)
     returned = server.step([0.3, 5.0])
@@ -176,7 +176,7 @@ def test_the_contacts_own_impedance_goes_first():
     assert [port.b for port in server.ports] == [40.0, 30.0]
 
 
-def test_wrong_names_and_counts_are_told():
+def test_wrong_names_and_counts_are_reported():
     one = [ContactParams()]
     with pytest.raises(ParameterError, match="controller = 'foo': must be one of pmwvc, direct"):
         make_server("foo", ServerParams(), one, [25.0], dof=1, sides=[1])

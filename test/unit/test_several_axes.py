@@ -113,7 +113,7 @@ def test_every_axis_does_what_it_does_alone(controller, dof):
             np.testing.assert_allclose(one[:, axis], two[:, 0], rtol=1e-9, atol=1e-9)
 
 
-def test_a_tilted_impedance_makes_one_axis_feel_the_other():
+def test_a_tilted_impedance_couples_the_axes():
     """The control: the axes are independent because the impedance is a number."""
     forces = wobbling(2, 2)
     together = pushed(free(2, matrix=[[30.0, 8.0], [8.0, 20.0]]), forces)

@@ -99,7 +99,7 @@ def test_results_come_in_the_order_asked_for_whatever_the_batches():
 # the 2 T_VE by which the avatar of the one-step-delay coupling runs ahead.
 @pytest.mark.parametrize(("delay_ms", "lag_ms"), [(0, 27.5), (16, 59.5), (24, 75.5)])
 @pytest.mark.parametrize(("coupling", "ahead_ms"), [("one_step_delay", 16), ("implicit", 0)])
-def test_the_controlled_experiment_settles_where_the_closed_form_says(
+def test_the_controlled_experiment_settles_where_the_closed_form_gives(
     delay_ms, lag_ms, coupling, ahead_ms
 ):
     scenario = load(

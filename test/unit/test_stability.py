@@ -28,9 +28,9 @@ def test_an_oscillation_counts_from_a_millimetre_per_second(hertz, share, instab
 
 
 def test_an_oscillation_that_dies_out_is_stable():
-    dying = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-1.0)
+    decaying = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-1.0)
     lasting = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-0.1)
-    assert judged(dying) is None
+    assert judged(decaying) is None
     assert judged(lasting) is not None
 
 
@@ -172,7 +172,7 @@ def test_the_steps_of_an_encoder_are_no_oscillation():
     assert judged(traces) is not None
 
 
-def test_a_verdict_says_what_showed_it():
+def test_a_verdict_states_what_showed_it():
     traces = oscillating(session(), rms_m_s=20e-3, hertz=40.0)
     found = verdict(traces, None)
     assert not found.stable
@@ -211,8 +211,10 @@ def test_a_vibration_right_after_contact_is_neither_stable_nor_unstable():
 
 
 def test_a_vibration_after_contact_is_judged_by_whether_it_dies_out():
-    dying = oscillating(session(), rms_m_s=0.5, hertz=30.0, rate_per_s=-2.0, during_s=(2.4, 4.0))
-    assert judged(touching(dying, 2.4)) is None
+    decaying = oscillating(
+        session(), rms_m_s=0.5, hertz=30.0, rate_per_s=-2.0, during_s=(2.4, 4.0)
+    )
+    assert judged(touching(decaying, 2.4)) is None
     lasting = oscillating(session(), rms_m_s=20e-3, hertz=30.0, during_s=(2.4, 4.0))
     assert judged(touching(lasting, 2.4)) == "sustained oscillation"
 
@@ -239,7 +241,7 @@ def pressed(force_n, frequency_hz, stiffness, period_s):
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_a_driven_loop_is_stable_where_its_eigenvalues_say_so_however_hard_it_is_driven(seed):
+def test_a_driven_loop_is_stable_where_its_eigenvalues_are_however_hard_it_is_driven(seed):
     """The images of the drive at the packet rate grow with it; the control is an unstable loop."""
     rng = np.random.default_rng(seed)
     period_s = float(rng.choice([0.008, 0.01, 0.02]))

@@ -112,7 +112,7 @@ def test_transports_that_are_given_stay():
 
 
 @pytest.mark.parametrize(("given", "own_machine"), [(None, True), ("SUBNET", False)])
-def test_a_node_started_by_hand_stays_on_this_machine_unless_told_otherwise(
+def test_a_node_started_by_hand_stays_on_this_machine_unless_set_otherwise(
     monkeypatch, given, own_machine
 ):
     monkeypatch.delenv("FASTRTPS_DEFAULT_PROFILES_FILE", raising=False)

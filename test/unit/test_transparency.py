@@ -186,7 +186,7 @@ def test_what_is_not_stable_has_no_response():
         transparency(late)
 
 
-def test_an_ideal_that_is_not_stable_is_left_out_and_said():
+def test_an_ideal_that_is_not_stable_is_left_out_and_reported():
     found = transparency(wall(**{"server.contact_stiffness": 1e6}), np.array([1.0]))
     assert found.ideal.k_felt is None
     assert np.isnan(found.ideal_admittance).all()

@@ -54,7 +54,7 @@ def test_settings_and_the_user_asked_for_count(capfd):
         ((str(ROOT / "docs"),), "no scenario.yaml"),
     ],
 )
-def test_what_has_no_answer_is_told_with_exit_code_2(words, message, capfd):
+def test_what_has_no_answer_is_reported_with_exit_code_2(words, message, capfd):
     assert main(["transparency", *words]) == 2
     said = capfd.readouterr()
     assert message in said.err

@@ -39,7 +39,7 @@ def test_the_proposal_is_stable_in_touch_and_free_and_passive_part_by_part():
     assert stability.stable(float(stability.radii(untouched(chosen))[0]))
 
 
-def test_a_choice_that_only_a_contact_calms_is_not_proposed():
+def test_a_choice_that_only_a_contact_damps_is_not_proposed():
     """A matched device under a held force gains a little energy per tick; free, nothing takes
     it where filter and hold pass everything.
     """
@@ -175,7 +175,7 @@ def test_other_controllers_are_referred_to_their_rules():
         propose(scenarios.load("direct_16ms"))
 
 
-def test_what_cannot_be_stable_says_what_to_change():
+def test_what_cannot_be_stable_states_what_to_change():
     scenario = wall(
         server__coupling="one_frame_late", server__contact_stiffness=200000, device__mass=0.02
     )
@@ -216,7 +216,7 @@ def test_the_table_names_every_row_and_ends_with_the_command():
         ("active_wall", "server.environment = active_wall", "server.environment=wall_with_slope"),
     ],
 )
-def test_what_is_not_linear_gets_the_proposal_of_its_relative_and_says_so(name, said, instead):
+def test_what_is_not_linear_gets_the_proposal_of_its_relative_and_reports_it(name, said, instead):
     scenario = scenarios.load(name)
     found = propose(scenario)
     line = sentences(scenario, found)[1]
@@ -242,7 +242,7 @@ def test_noise_and_passivity_are_those_of_the_scenario_not_of_its_relative():
     assert not rated(late, sharp, live=False).passive
 
 
-def test_a_matrix_gives_way_to_a_number_and_the_settings_say_so():
+def test_a_matrix_gives_way_to_a_number_and_the_settings_state_it():
     scenario = scenarios.load("cube_3d")
     found = propose(scenario)
     texts = [f"{name}={value}" for name, value in found.best.choice.settings(scenario).items()]

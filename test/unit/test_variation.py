@@ -55,7 +55,7 @@ def test_numbers_may_differ_within_a_scenario_but_times_may_not():
         ("dof", 2.0, "make two scenarios"),
     ],
 )
-def test_a_mistake_is_said(name, value, words):
+def test_a_mistake_is_reported(name, value, words):
     with pytest.raises(ScenarioError, match=words):
         varied(linear_loops.scenario(), name, value)
 

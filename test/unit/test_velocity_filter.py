@@ -101,7 +101,7 @@ def test_the_equivalent_form_filters_the_velocity_in_the_force_alone():
 
 
 @pytest.mark.parametrize("form", FORMS, ids=str)
-def test_the_account_is_what_the_signals_say(form):
+def test_the_account_is_what_the_signals_give(form):
     """Kept: what came in at the device and from the server, less what went on and back."""
     velocities, packets = drawn()
     w = np.array([row[2] for row in run_plain(WaveMaster(master()), velocities, packets)])

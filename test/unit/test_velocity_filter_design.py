@@ -21,7 +21,7 @@ from pmwvc_core.wave.design.velocity_filter_response import branches, noise_gain
 from reproduction.appendix_d import best_alpha, printed_branches
 
 
-def test_without_the_high_branch_both_conditions_say_the_filter_amplifies_nothing():
+def test_without_the_high_branch_both_conditions_state_the_filter_amplifies_nothing():
     frequency = np.linspace(0.0, 499.0, 200)
     low = response(BUTTERWORTH, frequency, tick_s=TICK_S, rate_drop=8)
     found = margins(low, np.zeros_like(low), frequency)
@@ -57,7 +57,7 @@ def test_some_reflection_reaches_the_wider_condition_where_the_narrow_one_still_
     assert total > 1.0
 
 
-def test_the_flattest_in_phase_condition_is_near_the_printed_alpha():
+def test_the_flattest_in_phase_condition_is_near_the_published_alpha():
     assert best_alpha() == pytest.approx(0.9274, abs=5e-5)
     angle, low, high = printed_branches(0.92913)
     printed = margins(low, high, angle)
@@ -84,7 +84,7 @@ def left(params):
     return found["in_phase_margin"], found["any_environment_margin"]
 
 
-def test_noise_of_an_encoder_in_the_force_with_the_printed_filter():
+def test_noise_of_an_encoder_in_the_force_with_the_published_filter():
     equivalent = master(kind="equivalent", order=1, alpha=0.929)
     assert noise_gain(equivalent) == pytest.approx(0.051, abs=5e-4)
     assert noise_gain(master(order=1, alpha=0.929)) == pytest.approx(0.318, abs=5e-4)
@@ -159,7 +159,7 @@ def test_what_cannot_be_designed_is_refused_by_name():
             master(**numbers)
 
 
-def test_the_filter_that_runs_has_the_flattest_alpha_near_the_printed_one():
+def test_the_filter_that_runs_has_the_flattest_alpha_near_the_published_one():
     """Its output after a tick already holds that tick: H_LP = 0.05 z/(z - 0.95)."""
     (whole,) = design.chosen(master(order=1))
     assert whole.velocity_filter.alpha == pytest.approx(0.92969, abs=5e-6)

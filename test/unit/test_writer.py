@@ -91,7 +91,7 @@ def test_a_chunk_is_at_most_four_mebibytes(tmp_path):
     assert CHUNK_BYTES - 200 < max(sizes) <= CHUNK_BYTES
 
 
-def test_metadata_yaml_says_what_is_in_the_file(tmp_path):
+def test_metadata_yaml_states_what_is_in_the_file(tmp_path):
     with SessionWriter(tmp_path / "a") as writer:
         writer.add_topic(TOPIC)
         writer.add_topic(trace("/server/trace", schemas.SERVER_TRACE))
@@ -123,7 +123,7 @@ def test_a_folder_that_cannot_be_is_named(tmp_path):
         SessionWriter(tmp_path / "file" / "session")
 
 
-def test_a_full_disk_keeps_every_whole_chunk_and_says_so(tmp_path):
+def test_a_full_disk_keeps_every_whole_chunk_and_reports_it(tmp_path):
     writer = SessionWriter(tmp_path / "a")
     writer.add_topic(TOPIC)
     write_some(writer, 100)

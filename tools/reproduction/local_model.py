@@ -56,10 +56,10 @@ def measured(parameters: Values) -> Values:
     data: Values = {}
     numbers: Values = {}
     for name, of in {**_scenarios(parameters), "ideal": _ideal(parameters)}.items():
-        felt = measured_rendering(simulate_one(of), of) or NOTHING
-        data[name] = {"hz": felt.frequency_hz, "size": felt.admittance}
-        numbers[f"k_felt_{name}"] = felt.k_felt
-        numbers[f"first_peak_hz_{name}"] = felt.first_peak_hz
+        rendered = measured_rendering(simulate_one(of), of) or NOTHING
+        data[name] = {"hz": rendered.frequency_hz, "size": rendered.admittance}
+        numbers[f"k_felt_{name}"] = rendered.k_felt
+        numbers[f"first_peak_hz_{name}"] = rendered.first_peak_hz
     return {"data": data, "numbers": numbers}
 
 

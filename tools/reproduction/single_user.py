@@ -88,7 +88,7 @@ def _largest(of: Scenario, damping: Array, firsts: list[float]) -> float:
 
 def _simulated(of: Scenario, damping: list[float], highest: float) -> list[float | None]:
     """Return the middle of the bracket of each largest stiffness; None beyond the highest."""
-    brackets = simulated_z_width(of, damping, highest=highest, duration_s=16.0, dying=0.8)
+    brackets = simulated_z_width(of, damping, highest=highest, duration_s=16.0, decay_ratio=0.8)
     return [None if high is None else 0.5 * (low + high) for low, high in brackets]
 
 

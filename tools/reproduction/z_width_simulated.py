@@ -4,10 +4,10 @@
 
 It needs no linearity, so it also covers what the exact model refuses (energetic compensation, a
 ledger, one-sided contacts). A small constant force pushes the device; a session is stable where
-the motion dies out: its RMS velocity in the last quarter is ``dying`` times that of the quarter
-before or less, and no safety limit had to act. For a linear loop that is a number just below one;
-what is not linear may swing on at the same size for ever, so there it has to fall clearly, and
-long sessions keep the bias small.
+the motion dies out: its RMS velocity in the last quarter is ``decay_ratio`` times that of the
+quarter before or less, and no safety limit had to act. For a linear loop that is a number just
+below one; what is not linear may swing on at the same size for ever, so there it has to fall
+clearly, and long sessions keep the bias small.
 
 The interval between a stable and an unstable stiffness is divided into equal parts again and
 again, all parts of all dampings as one batch.
@@ -49,7 +49,7 @@ def simulated_z_width(
     parts: int = 8,
     rounds: int = 4,
     duration_s: float = 6.0,
-    dying: float = DECAY_RATIO,
+    decay_ratio: float = DECAY_RATIO,
 ) -> list[Bracket]:
     """Return a bracket of the largest stable stiffness for each contact damping.
 
@@ -65,7 +65,7 @@ def simulated_z_width(
         The bracket is ``highest / parts**rounds`` wide in the end.
     duration_s
         Length of each session.
-    dying
+    decay_ratio
         Ratio of RMS velocities below which a motion dies out.
     """
     base = _pushed(scenario, duration_s)
@@ -88,7 +88,9 @@ def simulated_z_width(
             for stiffness in points
         ]
         with np.errstate(over="ignore", invalid="ignore"):  # some run away beyond all numbers
-            flags = iter(simulate(runs, keep=lambda traces: dies_out(traces, dying=dying)))
+            flags = iter(
+                simulate(runs, keep=lambda traces: decays(traces, decay_ratio=decay_ratio))
+            )
         for place, points in wanted:
             good = [bool(next(flags)) for _ in points]
             brackets[place] = _narrowed(brackets[place], points, good)
@@ -115,7 +117,7 @@ def _pushed(scenario: Scenario, duration_s: float) -> Scenario:
     )
 
 
-def dies_out(traces: SessionTraces, *, dying: float = DECAY_RATIO) -> bool:
+def decays(traces: SessionTraces, *, decay_ratio: float = DECAY_RATIO) -> bool:
     """Tell whether the motion of a session dies out, without help from the safety limits."""
     if any(int(user.safety_events) for user in traces.users):
         return False
@@ -127,4 +129,4 @@ def dies_out(traces: SessionTraces, *, dying: float = DECAY_RATIO) -> bool:
         after += float(np.mean(power[-quarter:]))
     if not np.isfinite(after):
         return False
-    return after <= AT_REST_M_S**2 or after < dying**2 * before
+    return after <= AT_REST_M_S**2 or after < decay_ratio**2 * before

@@ -203,7 +203,7 @@ def _outside(scenario: Scenario) -> list[str]:
     for user in scenario.users:
         master, period = user.master, scenario.period_ticks
         if master.position.is_on and master.position.feedback == "printed":
-            found.append(f"{user.name}: the printed position feedback generates energy")
+            found.append(f"{user.name}: the position feedback as published generates energy")
         if master.rate_drop != period:
             found.append(
                 f"{user.name}: a packet every {master.rate_drop} ticks and a server step every "

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The compensation as printed (App. C Eq. 14, 15), for comparison only: it injects energy.
+"""The compensation as published (App. C Eq. 14, 15), for comparison only: it injects energy.
 
 ::
 
@@ -47,7 +47,7 @@ def stretched(v: Value, square: Value) -> Value:
 
 RECORD = Compensation(
     name="printed",
-    words="The compensation as printed: it makes returning waves longer and generates energy.",
+    words="The compensation as published: it makes returning waves longer and generates energy.",
     linear="none",
     make=lambda params, users: AsPublished(users, period=params.period_s),
 )

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One frame late: a wave moves the avatar in the next step (App. B, Eq. 14).
 
-The sign of f_s/b is corrected; as printed the port would feed the force back into itself.
+The sign of f_s/b is corrected; as published the port would feed the force back into itself.
 
 ::
 

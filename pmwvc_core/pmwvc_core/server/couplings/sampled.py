@@ -3,7 +3,7 @@
 """The parts of couplings that use the contact force at an instant and hold it over the step.
 
 The object goes on exactly under the held forces. (With semi-implicit or forward Euler for the
-object the printed stability regions do not come out.) These couplings balance energy only as the
+object the published stability regions do not come out.) These couplings balance energy only as the
 step goes to zero; ``dissipated`` counts B |xd_s - xd_o|^2 at the instants, so what is missing in
 the balance is what the computation itself makes.
 """

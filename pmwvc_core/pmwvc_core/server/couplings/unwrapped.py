@@ -8,8 +8,9 @@
 
 with x' the position without the new velocity and g what that weighs in the position: h (backward
 Euler, x' = x_s), h/2 (trapezoid, x' = x_s + h xd_s/2), 0 (forward Euler, x' = x_s + h xd_s, as
-printed). Before that the object has come here exactly, under the last f_s held. What it does next
-is not foreseen. At a wall the port is passive for g = h and h/2, and for g = 0 while B >= K h/2.
+published). Before that the object has come here exactly, under the last f_s held. What it does
+next is not foreseen. At a wall the port is passive for g = h and h/2, and for g = 0 while B >= K
+h/2.
 
 Equations: docs/theory.md 4.8.
 """

@@ -7,7 +7,7 @@ Unless the parameters give it, it follows from H_LP, the response of the anti-al
 
 * order 1, H_HP = (z - 1)/(z - alpha): the alpha that makes |H_LP + s H_HP|^2 as flat as can be,
   min over alpha of max over 512 frequencies of | |H_LP + s H_HP|^2 - 1 |, with alpha below the
-  pole of H_LP (App. D section 4). Printed is 0.92913; this gives 0.9274, and the error function
+  pole of H_LP (App. D section 4). Published is 0.92913; this gives 0.9274, and the error function
   behind it is not stated.
 * order n >= 2, Butterworth: the lowest cut-off with |H_LP| + s |H_HP| <= 1 everywhere. Near rest
   1 - |H_LP| rises with the power 2m of the frequency (m the order of H_LP; 1 for
