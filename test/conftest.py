@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What all tests share: their order, hypothesis profiles, recorded data, compiled modules."""
+"""The setup of all tests: order, hypothesis profiles, recorded data, compiled modules."""
 
 import os
 import sys

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the recorder loses of a session's messages while other programs keep the machine busy.
+"""Messages lost by the recorder while other programs keep the machine busy.
 
 ::
 

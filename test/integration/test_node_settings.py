@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What server and master make of the parameters they were given."""
+"""The settings that server and master make of their parameters."""
 
 import contextlib
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What position feedback does to the rendered stiffness (theory section 11) and to lost positions.
+"""Position feedback: rendered stiffness (theory section 11) and lost positions.
 
 A wall of 500 N/m pressed with 1 N, App. E: m = 0.1 kg, b_hd = 1.5, B = 1, b = 25 N s/m, K_p = 20.
 Without feedback wall and channel are in series, 1/K_felt = 1/K + tau/(2b).

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What probing sessions measure, against the exact model and closed forms."""
+"""The measurements of probing sessions against the exact model and closed forms."""
 
 import numpy as np
 import pytest

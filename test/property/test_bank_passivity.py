@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a filter bank between a passive server and a passive local model is passive."""
+"""Passivity of a filter bank between a passive server and a passive local model."""
 
 import itertools
 import math

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far a filter with the rate drop behind it is from giving out energy.
+"""The distance of a filter with the rate drop behind it from giving out energy.
 
 Everything here holds over infinite time (Parseval); the balance at each instant may be lower.
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What comes through filter and rate drop together: gain, delay, warnings."""
+"""Filter and rate drop together: gain, delay, warnings."""
 
 import math
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which parameters each controller of a comparison gets, and what the comparison concludes."""
+"""The parameters of each controller in a comparison, and its conclusions."""
 
 import dataclasses
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What an unknown environment is told, and what becomes of its faults."""
+"""The calls of a black-box environment, and the containment of its faults."""
 
 import numpy as np
 import pytest

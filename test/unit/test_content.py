@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What packets carry, by the name of the controller."""
+"""The content of packets by the name of the controller."""
 
 import pytest
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a device declares of itself holds, and what does not fit it is said."""
+"""The declarations of a device hold, and settings that do not fit are reported."""
 
 import itertools
 import math

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the doctor finds in recordings."""
+"""The findings of the doctor in recordings."""
 
 import json
 import shutil

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What ended when is named, the session is judged up to there, and the check fails."""
+"""An end is named with its time, the session is judged up to there, and the check fails."""
 
 import numpy as np
 import pytest

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is not linear is refused by name; the nearest linear scenario is one that is answered."""
+"""A nonlinear scenario is refused by name; the nearest linear scenario is one that is answered."""
 
 import pytest
 from support import linear_loops

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When the force loop does what, on an invented grid: no clock, no ROS."""
+"""The schedule of the force loop on an invented grid: no clock, no ROS."""
 
 import math
 import sys

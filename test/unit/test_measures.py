@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is compared between sessions, each measure against a session made to have it."""
+"""The measures of a comparison, each against a session made to have it."""
 
 import numpy as np
 import pytest

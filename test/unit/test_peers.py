@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a node says of those who send to it."""
+"""The reports of a node about its publishers."""
 
 import dataclasses
 

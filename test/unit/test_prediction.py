@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a scenario's numbers promise."""
+"""The predictions for a scenario."""
 
 import pytest
 from support import handmade

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How the process of a node ends: by a signal in order, by a refusal in one line, else loudly."""
+"""The end of a node's process: by a signal in order, by a refusal in one line, else loudly."""
 
 import os
 import signal

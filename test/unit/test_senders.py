@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which of several senders a receiver follows."""
+"""The choice of a receiver among several senders."""
 
 import dataclasses
 import random

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When the server steps, and for whom, on an invented grid: no clock, no ROS."""
+"""The steps of the server and their users on an invented grid: no clock, no ROS."""
 
 import pytest
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a recording takes on disk, as said before it is made."""
+"""The size of a recording on disk, as announced before it is made."""
 
 import pytest
 from support import handmade

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What counts as stable, and what as which instability."""
+"""The verdict on stability, and the kinds of instability."""
 
 import numpy as np
 import pytest

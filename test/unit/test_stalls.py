@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a grip loses when packets come late together, as after a stall of a machine."""
+"""The loss of a grip when packets come late together, as after a stall of a machine."""
 
 import numpy as np
 import pytest

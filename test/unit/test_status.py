@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a person reads while a session runs."""
+"""The status text while a session runs."""
 
 import io
 

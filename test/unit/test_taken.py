@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a used wave tells about the arrival of the packet that carried it."""
+"""The arrival of a packet as a used wave shows it."""
 
 import numpy as np
 import pytest

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a user feels through the link, against closed forms and against simulated sessions."""
+"""The rendering of a link against closed forms and against simulated sessions."""
 
 import dataclasses
 

@@ -105,7 +105,7 @@ class Loop:
         if unsaid:
             raise NonlinearError(
                 f"{scenario.name}: controller = {scenario.controller}: {', '.join(unsaid)} does "
-                "not say what its state is (pmwvc_core.state)"
+                "not declare its state (pmwvc_core.state)"
             )
         self._blocks: dict[str, Stateful] = ends
         self._copies = {

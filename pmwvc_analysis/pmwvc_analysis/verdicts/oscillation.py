@@ -8,7 +8,7 @@ duration of the closing in s), and what an environment of the library is driven 
 moves in steps, an object let go or contact made for the first time give short bursts of fast
 motion; a median over quarter-second windows passes over them. Motion is judged from the middle of
 the session, or from the last time that contact was made or lost if that is later; less than a
-second after it, it cannot be told whether the vibration dies out.
+second after it, it is unknown whether the vibration decays.
 
 Packets and server steps make images of purposeful motion: of motion at f sampled at f_s and held,
 one at f_s - f with f/(f_s - f) of its size. That much beyond the band is no oscillation of the

@@ -79,7 +79,7 @@ class Controller(Record):
         Energy that the two ends of a user hold at the start by their parameters [J].
     coupling
         How the controller's own server end couples avatars and object; None: as
-        ``server.coupling`` says (waves only).
+        ``server.coupling`` selects (waves only).
     remainder_accounts
         Accounts that an end books itself and no signal shows: the energy budget closes whatever
         they are.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What stands around the wave port in the linear model: velocity filters, position feedback.
+"""The port filters of the linear model: velocity filters, position feedback.
 
 The equations are those of :mod:`pmwvc_core.master.velocity_filter` and ``position``, applied to
 rows (:mod:`.blocks`). A part lets ``down(v)`` through of the wave from the server, says in
