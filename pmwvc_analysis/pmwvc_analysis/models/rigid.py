@@ -164,7 +164,7 @@ def _free_positions(linear: Linear, axis: int) -> list[Motion]:
             found += [
                 Motion(spring, axis, loose, {spring: one}, {})
                 for spring in linear.placed
-                if spring.startswith(f"{line.name}.parts")
+                if spring.startswith(f"{line.name}.port_filters")
             ]
     return found
 
