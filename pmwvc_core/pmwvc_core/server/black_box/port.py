@@ -52,8 +52,8 @@ class BlackBoxServer(ServerController):
         How it is asked.
     """
 
-    BLOCKS = "_asked _compensation _secant"
-    MEMORY = "_shape _plain _stored _sums"
+    BLOCKS = "_asked _compensation"
+    MEMORY = "_secant _shape _plain _stored _sums"  # the secant as a whole: there is none at first
 
     def __init__(
         self,

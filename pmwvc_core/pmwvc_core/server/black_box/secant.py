@@ -30,7 +30,6 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.numeric import Array, Flags
-from pmwvc_core.state import Stateful
 from pmwvc_core.wave.impedance import times
 
 DECAY = 0.9  # of a slope per step that measures less
@@ -50,7 +49,7 @@ class Line(NamedTuple):
     along: Array  # (users, ..., dof) direction that the force keeps; zero: any
 
 
-class Secant(Stateful):
+class Secant:
     """The slope learned of the environment at each user's avatar.
 
     Parameters
@@ -60,8 +59,6 @@ class Secant(Stateful):
     shape
         Of one user's signal.
     """
-
-    MEMORY = "_place _force _slope _longest _one_sided _face _expected"
 
     def __init__(self, scale: Array, shape: tuple[int, ...]) -> None:
         users = (len(scale), *shape)
