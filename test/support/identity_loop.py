@@ -81,7 +81,7 @@ class IdentityLoop:
     def _carry(master, place):
         """Let a position feedback hear where the avatar is."""
         master.on_packet(WavePacket(1, 1, 0, 1.0, 0.0, 0.0, 0.0, place))
-        master.restore({**master.snapshot(), "position.separation.reference": 0.0})
+        master.restore({**master.snapshot(), "position.position_error.reference": 0.0})
 
     @staticmethod
     def _through(s, link, delay, value):
