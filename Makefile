@@ -16,8 +16,8 @@ setup:  ## environment and build; nothing to do when nothing changed
 run: setup  ## a session of two users carrying a cube over 16 ms links
 	@./pmwvc run carry_16ms
 
-test: setup  ## all tests, quick ones first (about 13 minutes on two cores)
-	@echo "all tests, live sessions last: about 13 minutes on two cores"
+test: setup  ## all tests, quick ones first (about 11 minutes on two cores)
+	@echo "all tests, live sessions last: about 11 minutes on two cores"
 	@$(PY) -m pytest -n auto
 
 lint: setup  ## format, lint and type checks
