@@ -8,7 +8,8 @@ controller, a coupling, a link effect), of which there is a library besides. Not
 there are.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -78,17 +79,30 @@ class PluginGroup:
             cannot be imported or made (with the reason), or if it lacks what it must have.
         """
         factory, where = self.load(name), self.where(name)
-        try:
+        with refused(where, self.error):
             made = factory(setup)
-        except PmwvcError:
-            raise
-        except PLUGIN_ERRORS as error:  # whatever the factory of a plug-in raises
-            raise self.error(f"{where} cannot be made: {reason(error)}") from error
         lacks = [call for call in self.calls if not callable(getattr(made, call, None))]
         lacks += [name for name in self.attributes if not hasattr(made, name)]
         if lacks:
             raise self.error(f"{where} is not {self.what}: it lacks {', '.join(lacks)}")
         return made
+
+
+@contextmanager
+def refused(where: str, error_type: type[PmwvcError] = ParameterError) -> Iterator[None]:
+    """Refuse, with the reason, what the code of a plug-in fails to make.
+
+    Raises
+    ------
+    PmwvcError
+        Of the type ``error_type``; what is one already passes.
+    """
+    try:
+        yield
+    except PmwvcError:
+        raise
+    except PLUGIN_ERRORS as error:  # whatever a plug-in raises
+        raise error_type(f"{where} cannot be made: {reason(error)}") from error
 
 
 def installed(group: str) -> tuple[str, ...]:

@@ -145,7 +145,8 @@ def test_folders_of_the_recording_import_one_way(folder):
 
 
 def test_rooms_of_the_analysis_have_no_cycle():
-    list(graphlib.TopologicalSorter(ANALYSIS).static_order())  # CycleError names the rooms
+    order = graphlib.TopologicalSorter(ANALYSIS).static_order()  # CycleError names the rooms
+    assert set(order) >= set(ANALYSIS)
 
 
 @pytest.mark.parametrize("package", [*PACKAGES, "pmwvc_bringup"])

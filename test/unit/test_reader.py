@@ -13,12 +13,12 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.typesys import Stores, get_typestore
 from support import handmade
 from support.handmade import START_NS, TICKS
+from support.rewriting import raw, rewritten
 
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import Topic
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_analysis.traces.holes import holes
@@ -32,24 +32,6 @@ def folder(tmp_path_factory):
     traces = handmade.session(duration_s=1.0)
     record_traces(place, traces, handmade.scenario(duration_s=1.0), start_ns=START_NS)
     return place
-
-
-def raw(folder):
-    """Every message of a folder, in order."""
-    return list(messages(folder / "session.mcap", Salvage()))
-
-
-def rewritten(found, folder, change=lambda kind, message: message):
-    """Write messages into a new folder, each passed through ``change`` (None: left out)."""
-    store = schemas.typestore()
-    with SessionWriter(folder) as writer:
-        for message in found:
-            content = change(message.topic, store.deserialize_cdr(message.data, message.type_name))
-            if content is not None:
-                writer.add_topic(Topic(message.topic, message.type_name, True, 10))
-                data = bytes(store.serialize_cdr(content, message.type_name))
-                writer.write(message.topic, data, log_ns=message.log_ns)
-    return folder
 
 
 def same(left, right, what=""):

@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 from support import handmade
 from support.handmade import START_NS
+from support.rewriting import raw, rewritten
 
-from pmwvc_analysis.recording.format import schemas
-from pmwvc_analysis.recording.format.topics import Topic
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.reader import read_session
-from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_core.runtime.messages import nanoseconds
 
@@ -24,24 +21,6 @@ def folder(tmp_path_factory):
     traces = handmade.session(duration_s=1.0)
     record_traces(place, traces, handmade.scenario(duration_s=1.0), start_ns=START_NS)
     return place
-
-
-def raw(folder):
-    """Every message of a folder, in order."""
-    return list(messages(folder / "session.mcap", Salvage()))
-
-
-def rewritten(found, folder, change=lambda kind, message: message):
-    """Write messages into a new folder, each passed through ``change`` (None: left out)."""
-    store = schemas.typestore()
-    with SessionWriter(folder) as writer:
-        for message in found:
-            content = change(message.topic, store.deserialize_cdr(message.data, message.type_name))
-            if content is not None:
-                writer.add_topic(Topic(message.topic, message.type_name, True, 10))
-                data = bytes(store.serialize_cdr(content, message.type_name))
-                writer.write(message.topic, data, log_ns=message.log_ns)
-    return folder
 
 
 @pytest.mark.parametrize(("seconds", "blocks"), [(3600, range(101, 126)), (-3600, range(5, 9))])

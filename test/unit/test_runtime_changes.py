@@ -5,7 +5,7 @@
 import dataclasses
 
 import pytest
-from rclpy.parameter import Parameter
+from support.parameter_nodes import bind, change
 from support.processes import ros
 
 from pmwvc_core.errors import ParameterError
@@ -15,28 +15,6 @@ from pmwvc_core.params import (
     SafetyParams,
 )
 from pmwvc_core.runtime.parameter_values import built, values_of
-from pmwvc_core.runtime.parameters import (
-    ParameterBinding,
-)
-
-
-def node_given(**values):
-    """Join ROS as a node that was given parameters; ``__`` stands for a dot."""
-    overrides = [Parameter(n.replace("__", "."), value=v) for n, v in values.items()]
-    return ros(parameter_overrides=overrides, automatically_declare_parameters_from_overrides=True)
-
-
-def bind(node, prefix, kind, **options):
-    """Bind a group; return its values at the start and the list that changes go to."""
-    changes = []
-    start = ParameterBinding(node).declare(prefix, kind, changes.append, **options)
-    return start, changes
-
-
-def change(node, **values):
-    """Set parameters together; return the reason of refusal, "" where none."""
-    wanted = [Parameter(n.replace("__", "."), value=v) for n, v in values.items()]
-    return node.set_parameters_atomically(wanted).reason
 
 
 def test_a_change_hands_over_the_complete_new_object():

@@ -7,6 +7,7 @@ import sys
 import pytest
 from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
+from support.parameter_nodes import bind, change, node_given
 from support.processes import ros
 
 from pmwvc_core.errors import ParameterError
@@ -25,7 +26,6 @@ from pmwvc_core.params import (
 from pmwvc_core.params.names import leaves
 from pmwvc_core.runtime.parameter_values import built, to_ros_yaml, values_of
 from pmwvc_core.runtime.parameters import (
-    ParameterBinding,
     declare,
     declare_names,
     declare_value,
@@ -42,25 +42,6 @@ GROUPS = [
     ServerParams,
     TaskParams,
 ]
-
-
-def node_given(**values):
-    """Join ROS as a node that was given parameters; ``__`` stands for a dot."""
-    overrides = [Parameter(n.replace("__", "."), value=v) for n, v in values.items()]
-    return ros(parameter_overrides=overrides, automatically_declare_parameters_from_overrides=True)
-
-
-def bind(node, prefix, kind, **options):
-    """Bind a group; return its values at the start and the list that changes go to."""
-    changes = []
-    start = ParameterBinding(node).declare(prefix, kind, changes.append, **options)
-    return start, changes
-
-
-def change(node, **values):
-    """Set parameters together; return the reason of refusal, "" where none."""
-    wanted = [Parameter(n.replace("__", "."), value=v) for n, v in values.items()]
-    return node.set_parameters_atomically(wanted).reason
 
 
 @pytest.mark.parametrize("kind", GROUPS, ids=lambda kind: kind.__name__)

@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.consistency.numbers import differs, not_finite
+from pmwvc_analysis.traces.reductions import COUPLED
 from pmwvc_analysis.traces.sums import running
 from pmwvc_core.numeric import root
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces
 from pmwvc_core.wave.transform import WavePort
-
-COUPLED = 2
 
 
 def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> list[str]:

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.events.event import Event, event, runs
+from pmwvc_core.master.safety_states import SafetyState
 from pmwvc_core.plural import count
 from pmwvc_core.traces import UserTraces
 
-STARTING, COUPLED, DAMPING, FAULT = 0, 1, 2, 3
+STARTING, COUPLED, DAMPING, FAULT = SafetyState
 RELEASED = "released"  # in the reason, once damping itself has been released
 LIMITED_N = 1e-3  # a force that differs by this much and
 LIMITED_RATIO = 0.01  # by this ratio was limited

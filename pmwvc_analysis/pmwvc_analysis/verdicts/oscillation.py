@@ -27,13 +27,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmwvc_analysis.events.safety import COUPLED
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams, ServerParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.traces import SessionTraces
 
-COUPLED = 1  # of the safety limits
 WINDOW_S = 0.25
 PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
 SETTLE_S = 1.0  # time for transients of contact to decay

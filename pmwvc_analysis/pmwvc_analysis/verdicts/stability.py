@@ -30,6 +30,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.events import environment
+from pmwvc_analysis.events.safety import COUPLED, FAULT
 from pmwvc_analysis.verdicts.oscillation import motions, strength
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.plural import count
@@ -40,7 +41,6 @@ from pmwvc_core.wave.limits import largest_wave
 OSCILLATION_M_S = 1e-3
 GROWN_M_S = 50e-3
 DEFAULT_WORKSPACE_M = 0.2
-COUPLED, DAMPING, FAULT = 1, 2, 3
 SPEED = ("faster than", "soft start")  # reasons that are the motion's and not the network's
 
 

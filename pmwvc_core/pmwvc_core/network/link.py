@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.errors import PLUGIN_ERRORS, ParameterError, PmwvcError, reason
+from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, Uniform, active, check
 from pmwvc_core.network.effects.contained import EffectFaults, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
 from pmwvc_core.params import LinkParams
+from pmwvc_core.plugins import refused
 
 
 def stream_of(seed: int, user: int, direction: int) -> tuple[int, int, int]:
@@ -81,14 +82,8 @@ class Link(InFlight):
         self._arrives = self._hooks(effects, "arrives_ns")
 
     def _make(self, record: LinkEffect, params: LinkParams) -> Effect:
-        try:
+        with refused(f"effects: {record.name}"):
             return record.make(params, self._uniform(record))
-        except PmwvcError:
-            raise
-        except PLUGIN_ERRORS as error:
-            raise ParameterError(
-                f"effects: {record.name} cannot be made: {reason(error)}"
-            ) from error
 
     def _hooks(self, effects: Mapping[str, Effect], hook: str) -> list[Callable[..., Any]]:
         """Return a hook of the effects that have it; those of plug-ins contained."""

@@ -3,10 +3,11 @@
 """Jitter: a delay that differs from packet to packet, drawn or recorded."""
 
 from statistics import NormalDist
+from typing import Any
 
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
-from pmwvc_core.network.effects.record import Effect, LinkEffect
+from pmwvc_core.network.effects.record import Effect, EffectMaker, LinkEffect
 from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams
 
@@ -93,48 +94,37 @@ def _check(params: LinkParams) -> None:
     load_delay_trace(params.trace_file, params.trace_scale)
 
 
-UNIFORM = LinkEffect(
-    name="uniform",
-    words="The delay is evenly spread.",
-    linear="delay",
-    make=UniformJitter,
-    parameters=("jitter", "jitter_s"),
-    active=lambda params: params.jitter == "uniform",
-    slot=SLOT,
-    spreads=True,
-    spread_s=_spread_s,
-    amount=_amount,
-    label=_label,
-    off="none",
-)
-NORMAL = LinkEffect(
-    name="normal",
-    words="The delay is normally distributed.",
-    linear="delay",
-    make=NormalJitter,
-    parameters=("jitter", "jitter_s"),
-    active=lambda params: params.jitter == "normal",
-    slot=SLOT,
-    spreads=True,
-    spread_s=_spread_s,
-    amount=_amount,
-    label=_label,
-    off="none",
-)
-TRACE = LinkEffect(
-    name="trace",
-    words="The delay follows a recording.",
-    linear="delay",
-    make=RecordedJitter,
+def _record(name: str, words: str, make: EffectMaker, **own: Any) -> LinkEffect:
+    """Return the record of one value of ``jitter``."""
+    return LinkEffect(
+        name=name,
+        words=words,
+        linear="delay",
+        make=make,
+        active=lambda params: params.jitter == name,
+        spreads=True,
+        label=_label,
+        off="none",
+        **own,
+    )
+
+
+def _drawn(name: str, words: str, make: EffectMaker) -> LinkEffect:
+    own = {"parameters": ("jitter", "jitter_s"), "slot": SLOT}
+    return _record(name, words, make, spread_s=_spread_s, amount=_amount, **own)
+
+
+UNIFORM = _drawn("uniform", "The delay is evenly spread.", UniformJitter)
+NORMAL = _drawn("normal", "The delay is normally distributed.", NormalJitter)
+TRACE = _record(
+    "trace",
+    "The delay follows a recording.",
+    RecordedJitter,
     parameters=("jitter", "trace_file", "trace_scale"),
-    active=lambda params: params.jitter == "trace",
     random=False,
-    spreads=True,
     spread_s=_longest_s,
     mean_s=_mean_s,
     amount=_recorded_amount,
-    label=_label,
-    off="none",
     conflict=_conflict,
     check=_check,
 )

@@ -66,6 +66,9 @@ class Effect:
         return due_ns
 
 
+EffectMaker = Callable[[LinkParams, Uniform], Effect]
+
+
 def no_text(params: LinkParams) -> str:
     """Return nothing."""
     return ""
@@ -127,7 +130,7 @@ class LinkEffect(Record):
         Raises where settings cannot be used, a file for example.
     """
 
-    make: Callable[[LinkParams, Uniform], Effect]
+    make: EffectMaker
     parameters: tuple[str, ...] = ("effects",)
     active: Callable[[LinkParams], bool] = named
     numbers: Mapping[str, Spec] = field(default_factory=dict)

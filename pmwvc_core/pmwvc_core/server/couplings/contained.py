@@ -10,9 +10,10 @@ and is not stored. Not here: a step that takes too long, and the solver's own me
 from collections.abc import Sequence
 from typing import Any
 
-from pmwvc_core.errors import PLUGIN_ERRORS, ParameterError, PmwvcError, reason
+from pmwvc_core.errors import PLUGIN_ERRORS, ParameterError
 from pmwvc_core.numeric import Value, dot
 from pmwvc_core.params import ServerParams
+from pmwvc_core.plugins import refused
 from pmwvc_core.server.black_box.faults import Faults
 from pmwvc_core.server.couplings.library import COUPLINGS
 from pmwvc_core.server.couplings.record import Coupling, Faulting, LoopSolver, backward
@@ -35,14 +36,8 @@ def solver_of(record: Coupling, params: ServerParams) -> LoopSolver:
         )
     if record.name in COUPLINGS.library:
         return record.make(params)
-    try:
+    with refused(f"server.coupling = {record.name!r}"):
         return Contained(record.make(params), record, params)
-    except PmwvcError:
-        raise
-    except PLUGIN_ERRORS as error:
-        raise ParameterError(
-            f"server.coupling = {record.name!r} cannot be made: {reason(error)}"
-        ) from error
 
 
 class Contained:
