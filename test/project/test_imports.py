@@ -15,6 +15,7 @@ PACKAGES = {
     "pmwvc_server": {"pmwvc_core", "pmwvc_msgs"},
     "pmwvc_netem": {"pmwvc_core", "pmwvc_msgs"},
     "pmwvc_analysis": {"pmwvc_core", "pmwvc_msgs"},
+    "pmwvc_view": {"pmwvc_core", "pmwvc_msgs", "pmwvc_analysis"},
 }
 # Below each folder of the core: what it may import of the core beside itself.
 BASE = {

@@ -20,6 +20,7 @@ PYTHON_PACKAGES = (
     "pmwvc_server",
     "pmwvc_netem",
     "pmwvc_analysis",
+    "pmwvc_view",
     "pmwvc_bringup",
 )
 PACKAGES = (*PYTHON_PACKAGES, "pmwvc_msgs")
@@ -29,6 +30,7 @@ EXECUTABLES = {
     "pmwvc_server": {"server": "pmwvc_server.node:main"},
     "pmwvc_netem": {"netem": "pmwvc_netem.node:main"},
     "pmwvc_analysis": {"recorder": "pmwvc_analysis.recorder_node:main"},
+    "pmwvc_view": {},
     "pmwvc_bringup": {"pmwvc": "pmwvc_bringup.cli:main"},
 }
 DEVICES = {
@@ -46,6 +48,7 @@ ROSDEP_KEYS = {
     "rich": "python3-rich",
     "rosbags": "python3-rosbags-pip",
     "scipy": "python3-scipy",
+    "websockets": "python3-websockets",
     "yaml": "python3-yaml",
     "zstandard": "mcap-ros2-support",  # mcap needs it; it has no key of its own
 }

@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The layout of a snapshot: the newest values of a session as one row of numbers, and the packets
+whose fate became known.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pmwvc_core.numeric import Array
+
+
+class Column(NamedTuple):
+    """Consecutive numbers of a snapshot under one name."""
+
+    name: str
+    values: int
+    unit: str
+
+
+_SESSION = (("seq", "-"), ("time_s", "s"))
+_VECTORS = (
+    ("x_m", "m"),
+    ("xd_m", "m/s"),
+    ("f_h", "N"),
+    ("f_applied", "N"),
+    ("f_min", "N"),
+    ("f_max", "N"),
+    ("u_m", "sqrt(W)"),
+    ("v_m", "sqrt(W)"),
+    ("x_s", "m"),
+    ("xd_s", "m/s"),
+    ("f_s", "N"),
+    ("target", "m"),
+)
+_NUMBERS = (
+    ("held", "-"),
+    ("contact", "-"),
+    ("state", "-"),
+    ("presence", "-"),
+    ("energy_up_in", "J"),
+    ("energy_up_out", "J"),
+    ("energy_up_min", "J"),
+    ("energy_down_in", "J"),
+    ("energy_down_out", "J"),
+    ("energy_down_min", "J"),
+    ("round_trip", "s"),
+    ("delay_up", "s"),
+    ("delay_down", "s"),
+    ("playout_up", "s"),
+    ("playout_down", "s"),
+    ("lateness", "s"),
+    ("missed", "-"),
+)
+_OBJECT = (("x_o", "m"), ("xd_o", "m/s"), ("target", "m"))
+PACKET = (
+    Column("link", 1, "-"),
+    Column("number", 1, "-"),
+    Column("sent", 1, "s"),
+    Column("arrived", 1, "s"),
+    Column("fate", 1, "-"),
+)
+
+
+class Layout:
+    """The layout of a snapshot: float64, little-endian; fixed columns, then rows of packets.
+
+    Parameters
+    ----------
+    users
+        Names of the users, in order.
+    dof
+        Axes of every vector.
+    """
+
+    def __init__(self, users: Sequence[str], dof: int) -> None:
+        columns = [Column(name, 1, unit) for name, unit in _SESSION]
+        for user in users:
+            columns += [Column(f"{user}.{name}", dof, unit) for name, unit in _VECTORS]
+            columns += [Column(f"{user}.{name}", 1, unit) for name, unit in _NUMBERS]
+        columns += [Column(f"object.{name}", dof, unit) for name, unit in _OBJECT]
+        columns.append(Column("server.lateness", 1, "s"))
+        self.columns = columns
+        self.slices: dict[str, slice] = {}
+        at = 0
+        for column in columns:
+            self.slices[column.name] = slice(at, at + column.values)
+            at += column.values
+        self.size = at
+
+    def row(self) -> Array:
+        """Return a row in which nothing is known: NaN everywhere."""
+        return np.full(self.size, math.nan)
+
+    def set(self, row: Array, values: Mapping[str, Any]) -> None:
+        """Write values into a row by column name; None is not known."""
+        for name, value in values.items():
+            row[self.slices[name]] = math.nan if value is None else value
+
+    def to_page(self) -> dict[str, object]:
+        """Return the layout as the session message declares it."""
+        return {
+            "columns": [list(column) for column in self.columns],
+            "packet": [list(column) for column in PACKET],
+        }
+
+
+def packed(row: Array, packets: Array) -> bytes:
+    """Return a snapshot: a row, then packets ``(n, 5)``."""
+    return np.concatenate([row, packets.ravel()]).astype("<f8", copy=False).tobytes()

@@ -1,0 +1,22 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+from setuptools import find_packages, setup
+
+name = "pmwvc_view"
+
+setup(
+    name=name,
+    version="0.1.0",
+    packages=find_packages(include=[name, f"{name}.*"]),
+    package_data={"": ["py.typed", "*.html", "*.j2", "*.css", "*.js", "*.svg"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
+        (f"share/{name}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=False,
+    maintainer="PMWVC contributors",
+    maintainer_email="maintainers@pmwvc.example",
+    description="Live page: shows a session in a browser and lets people take part in it.",
+    license="Apache-2.0",
+)
