@@ -54,6 +54,8 @@ own (`/lab/user1/wave_up`, `/lab/markers`); only `/diagnostics` and `/parameter_
 | `/netem/links` | LinkState | netem | recorder, viewers | same |
 | `/netem/fates` | PacketFate | netem | recorder | same |
 | `/user1/measured_cv`, `/user1/measured_cf` | TwistStamped, WrenchStamped | master | viewers | best effort, packet rate |
+| `/user1/hand/target` | geometry_msgs/PointStamped | a view, any program | master with `operator.kind: remote`, recorder | best effort, keep last 4 |
+| `/user1/hand/held` | std_msgs/Bool | same | same | reliable, keep last 4 |
 | `/markers` | MarkerArray (frame `world`, 30 Hz) | server | RViz, Foxglove | reliable |
 | `/parameter_events` | rcl_interfaces/ParameterEvent | every node | recorder: changes are events of the session | reliable |
 | `/diagnostics` | DiagnosticArray (1 Hz) | all | people | reliable |
@@ -63,6 +65,14 @@ same. The emulator offers none: it passes on what comes.
 
 With the device plug-in `ros_topic` a master also reads `/user1/device/measured_cp` (PoseStamped) and, where there is
 one, `/user1/device/measured_cv` (TwistStamped), and writes `/user1/device/servo_cf` (WrenchStamped) every tick.
+
+**A hand from outside.** With `operator.kind: remote` (and no `operator.file`) the simulated hand of a master follows
+`hand/target`: the position [m] of the handle in the frame of the world, on as many axes as the session has (at most 3).
+Publish it 60 to 125 times a second while the handle is held, also where it does not move, and nothing otherwise. The
+newest one counts; its age is counted from its arrival by the master's own clock, stamps are not looked at. The hand lets
+go when none has come for 150 ms, with a value that is not finite, or with `held: false`; after that, targets are ignored
+until `held: true`. Who never publishes `held` needs no `held: true`. The hand has let go after 100 ms at most; a target
+after that takes hold where the handle is.
 
 There is no TF: `tf2_msgs` is in none of the wheels that `make setup` installs. Positions of object, avatars and target
 are in `/markers` (frame `world`) and in the traces.

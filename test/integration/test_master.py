@@ -8,7 +8,8 @@ import math
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
+from geometry_msgs.msg import PointStamped, PoseStamped, TwistStamped, WrenchStamped
+from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from support.processes import NodeProcess, ros
 
@@ -287,3 +288,43 @@ def test_a_device_behind_topics_gets_force_only_while_its_pose_is_fresh():
             peer.until(lambda: not signal(blocks[-3:], "f_applied").any())
             assert not blocks[-1].hand_force_known
             assert process.stop() == 0
+
+
+def test_a_remote_hand_follows_its_topic_and_lets_go_by_silence_held_and_nan():
+    operator = OperatorParams(kind="remote")
+    with ros() as peer, master(peer, operator=operator) as (_, blocks, waves):
+        server = Server(peer)
+        target = peer.node.create_publisher(PointStamped, "/user1/hand/target", WAVE_QOS)
+        held = peer.node.create_publisher(Bool, "/user1/hand/held", TRACE_QOS)
+        peer.until(target.get_subscription_count)
+        peer.until(held.get_subscription_count)
+
+        def answer_until(there, place=None):
+            """Answer every packet, and publish a target with it, until something is so."""
+            while not there():
+                waves.clear()
+                peer.until(lambda: waves)
+                server.answer()
+                if place is not None:
+                    point = PointStamped()
+                    point.point.x = place
+                    target.publish(point)
+
+        def free():
+            """Whether a frame's hand force is that of the brake alone, which is left to nobody."""
+            block = blocks[-1]
+            brake = operator.remote.brake * np.array(block.xd)
+            return np.abs(np.array(block.f_h) + brake).max() < 1e-9
+
+        begin = blocks[-1].x[0]
+        answer_until(lambda: blocks[-1].state == MasterTrace.COUPLED)
+        answer_until(free)  # nobody holds
+        answer_until(lambda: blocks[-1].x[0] > begin + 0.008, begin + 0.01)
+        answer_until(free)  # silence
+        answer_until(lambda: not free(), begin)
+        held.publish(Bool(data=False))
+        answer_until(free, begin)  # targets that go on coming do not count
+        held.publish(Bool(data=True))
+        answer_until(lambda: not free(), begin)
+        answer_until(free, math.nan)
+        assert np.abs(np.diff(signal(blocks, "f_applied"))).max() <= STEP_N

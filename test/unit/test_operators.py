@@ -103,7 +103,7 @@ def test_grip_and_arm_change_their_energy_by_exactly_what_dampers_take(params, m
     """With the target at rest, what the device's own force brings is all that comes in."""
     hand, moving = operator("hand", start=0.0, side=-1, **params), device(mass)
     hand._face, hand._gap = 0.0, 0.0
-    hand._target = hand._aim(0)
+    hand.target = hand._aim(0)
     for f_m in pushes:
         before = energies(hand, moving, params, mass)
         x, y, w = moving.x, hand.y, hand.yd - moving.xd

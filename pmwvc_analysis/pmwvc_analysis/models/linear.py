@@ -168,7 +168,7 @@ def notes_of(scenario: Scenario) -> list[str]:
         for user in users
     ):
         found.append("One-sided local models are modelled as always in contact.")
-    if any(user.operator.kind == "hand" or "motion" in user.operator.kind for user in users):
+    if any(user.operator.kind in ("hand", "remote", "playback_motion") for user in users):
         found.append("Hands are modelled as applied forces, without stiffness and mass.")
     effects = left_out(scenario)
     if effects:

@@ -87,6 +87,8 @@ def _texts(scenario: Scenario, user: User) -> dict[str, tuple[str, list[str]]]:
 def _operator(user: User) -> str:
     if user.operator.kind == "hand":
         return f"arm {_number(user.operator.mass)} kg"
+    if user.operator.kind == "remote":
+        return f"remote, arm {_number(user.operator.remote.mass)} kg"
     return user.operator.kind.replace("_", " ")
 
 

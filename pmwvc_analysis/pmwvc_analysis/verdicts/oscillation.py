@@ -159,7 +159,7 @@ def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: boo
     """Return the frequency below which this operator moves on purpose.
 
     A sinusoid brings harmonics where contact is made and broken. A recorded person moves and
-    trembles up to 10 Hz.
+    trembles up to 10 Hz; so does one with a pointer, whose handle is let go and taken.
     """
     if operator.kind == "hand":
         return max(2.0, MINIMUM_JERK / move_rise_s) if moves else REST_BAND_HZ
@@ -167,7 +167,7 @@ def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: boo
         return max(REST_BAND_HZ, HARMONICS * operator.frequency_hz)
     if operator.kind == "chirp":
         return 1.5 * max(operator.frequency_hz, operator.frequency_end_hz)
-    if operator.kind.startswith("playback"):
+    if operator.kind == "remote" or operator.kind.startswith("playback"):
         return 10.0
     return REST_BAND_HZ
 

@@ -9,6 +9,7 @@ from pmwvc_core.params.local_model import LocalModelParams
 from pmwvc_core.params.master import FilterParams, MasterParams
 from pmwvc_core.params.network import LinkParams
 from pmwvc_core.params.port_filters import BankParams, PositionParams, VelocityFilterParams
+from pmwvc_core.params.remote_hand import RemoteHandParams
 from pmwvc_core.params.server import ContactParams, ServerParams
 from pmwvc_core.params.user import DeviceParams, OperatorParams, SafetyParams, TaskParams
 
@@ -25,6 +26,7 @@ __all__ = [
     "MasterParams",
     "OperatorParams",
     "PositionParams",
+    "RemoteHandParams",
     "SafetyParams",
     "ServerParams",
     "Spec",

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_core.params.fields import Validated, parameter
+from pmwvc_core.params.fields import Validated, group, parameter
+from pmwvc_core.params.remote_hand import RemoteHandParams
 
 OPERATOR_KINDS = (
     "none",
@@ -16,6 +17,7 @@ OPERATOR_KINDS = (
     "sinusoid",
     "chirp",
     "hand",
+    "remote",
     "playback_force",
     "playback_motion",
 )
@@ -105,28 +107,37 @@ class OperatorParams(Validated):
         5.5, "N s/m", "hand: damping of the arm towards its target", low=0.0
     )
     stiffness: float = parameter(30.0, "N/m", "hand: stiffness of the arm to its target", low=0.0)
-    grip_stiffness: float = parameter(375.0, "N/m", "hand: stiffness of the grip", low=0.0)
-    grip_damping: float = parameter(7.9, "N s/m", "hand: damping of the grip", low=0.0)
+    grip_stiffness: float = parameter(375.0, "N/m", "hand, remote: stiffness of the grip", low=0.0)
+    grip_damping: float = parameter(7.9, "N s/m", "hand, remote: damping of the grip", low=0.0)
     squeeze: float = parameter(
-        1.0, "N", "hand: force with which the object is held once gripped", low=0.0
+        1.0, "N", "hand, remote: force with which the object is held once gripped", low=0.0
     )
-    file: str = parameter("", "-", "playback: CSV, MAT or NPY file", read_only=True)
+    file: str = parameter(
+        "",
+        "-",
+        "playback, remote: CSV, MAT or NPY file (remote: times and targets; empty: the task's)",
+        read_only=True,
+    )
     columns: str = parameter(
         "",
         "-",
-        "playback: column names or numbers (from 0), or variable path; comma separated",
+        "playback, remote: column names or numbers (from 0), or variable path; comma separated",
         read_only=True,
     )
     time_column: str = parameter(
-        "", "-", "playback: column with the time in s (empty: use rate_hz)", read_only=True
+        "",
+        "-",
+        "playback, remote: column with the time in s (empty, playback: use rate_hz)",
+        read_only=True,
     )
     rate_hz: float = parameter(
         1000.0, "Hz", "playback: sample rate of the file without a time column", above=0.0
     )
-    scale: float = parameter(1.0, "SI per unit of the file", "playback: factor to N or m")
-    offset: float = parameter(0.0, "N or m", "playback: added after scaling")
+    scale: float = parameter(1.0, "SI per unit of the file", "playback, remote: factor to N or m")
+    offset: float = parameter(0.0, "N or m", "playback, remote: added after scaling")
     fade_s: float = parameter(0.2, "s", "playback: fade in and out", low=0.0)
     repeat: bool = parameter(True, "-", "playback: start again at the end of the file")
+    remote: RemoteHandParams = group(RemoteHandParams)
 
 
 @dataclass(frozen=True)

@@ -36,26 +36,29 @@ LIGHTEST_DEVICE = 0.05  # [kg]
 
 
 class Grip:
-    """The spring and damper between arm and handle, its force held over a tick."""
+    """The spring and damper between arm and handle, its force held over a tick.
 
-    __slots__ = ("_rate", "_stiffness")
+    ``rate`` is the force per velocity, B + K T/2 [N s/m].
+    """
+
+    __slots__ = ("_stiffness", "rate")
 
     def __init__(self, params: OperatorParams, *, arm_mass: Value, tick_s: float) -> None:
         self._stiffness = params.grip_stiffness
-        self._rate = params.grip_damping + 0.5 * tick_s * params.grip_stiffness
+        self.rate = params.grip_damping + 0.5 * tick_s * params.grip_stiffness
         lightest = 1.0 / (1.0 / LIGHTEST_DEVICE + 1.0 / arm_mass)  # reduced mass [kg]
         limit = 2.0 * lightest / tick_s
-        if np.any(np.asarray(self._rate) >= limit):
+        if np.any(np.asarray(self.rate) >= limit):
             raise ParameterError(
                 f"operator.grip_damping + grip_stiffness * tick_s / 2 = "
-                f"{float(np.max(self._rate)):.4g} N s/m: must be < {float(np.min(limit)):.4g} "
+                f"{float(np.max(self.rate)):.4g} N s/m: must be < {float(np.min(limit)):.4g} "
                 f"N s/m for a hand that is stable on a device of {LIGHTEST_DEVICE} kg; make the "
                 f"grip softer or the tick shorter"
             )
 
     def force(self, lead: Value, rate: Value) -> Value:
         """Return the force on the handle [N]; the arm leads it by [m], and at a rate of [m/s]."""
-        return self._stiffness * lead + self._rate * rate
+        return self._stiffness * lead + self.rate * rate
 
 
 class Hand(Operator):
@@ -83,12 +86,14 @@ class Hand(Operator):
     ----------
     y, yd
         Position [m] and velocity [m/s] of the arm.
+    target
+        Where the arm wants to be at the end of the tick [m].
     effort_j
         Work of the moving target and of the squeezing force [J].
     """
 
     SIGNALS = "y yd"
-    MEMORY = "effort_j _closed _closing _squeeze _target _facing"
+    MEMORY = "effort_j target _closed _closing _squeeze _facing"
 
     def __init__(
         self,
@@ -121,7 +126,7 @@ class Hand(Operator):
         self._closed = 0.0  # closed ratio before the present tick
         self._closing = 0.0  # and after it
         self._squeeze: Value = 0.0
-        self._target = self._aim(0)
+        self.target: Value = self._aim(0)
 
     def _aim(self, tick: int) -> Value:
         """Return where the arm wants to be [m]; also note how far the hand closes until then."""
@@ -137,8 +142,8 @@ class Hand(Operator):
         # The grip force is held while the arm goes on by the implicit midpoint rule.
         tick_s, y, yd = self.tick_s, self.y, self.yd
         f_h = self._grip.force(y - x, yd - xd)
-        before = self._target
-        self._target = target = self._aim(self._ticks + 1)
+        before = self.target
+        self.target = target = self._aim(self._ticks + 1)
         step, squeeze = target - before, self._squeeze
         lead = before + 0.5 * step - y
         stiffness, damping = self._stiffness, self._damping

@@ -11,6 +11,8 @@ from pmwvc_core.params import OperatorParams, TaskParams
 from pmwvc_core.plant.forces import Chirp, Constant, NoHand, Operator, RecordedForce, Sinusoid
 from pmwvc_core.plant.hand import Hand, RecordedHand
 from pmwvc_core.plant.playback import load_recording
+from pmwvc_core.plant.remote_hand import RemoteHand
+from pmwvc_core.plant.targets import TaskTargets, targets_from
 from pmwvc_core.plant.task import Task
 
 __all__ = ["OPERATORS", "Operator", "make_operator"]
@@ -36,6 +38,15 @@ def _nobody(params: OperatorParams, task: TaskParams, at: Place) -> Operator:
 
 def _hand(params: OperatorParams, task: TaskParams, at: Place) -> Operator:
     return Hand(params, Task(task), **at._asdict())
+
+
+def _remote(params: OperatorParams, task: TaskParams, at: Place) -> Operator:
+    hand = RemoteHand(params, start=at.start, tick_s=at.tick_s, dof=at.dof)
+    if params.file:
+        hand.source = targets_from(params, tick_s=at.tick_s, dof=at.dof)
+    else:
+        hand.source = TaskTargets(params, Task(task), **at._asdict())
+    return hand
 
 
 def _recorded_force(params: OperatorParams, task: TaskParams, at: Place) -> Operator:
@@ -77,6 +88,7 @@ OPERATORS: Mapping[str, Maker] = {
     "sinusoid": _force(Sinusoid),
     "chirp": _force(Chirp),
     "hand": _hand,
+    "remote": _remote,
     "playback_force": _recorded_force,
     "playback_motion": _recorded_motion,
 }

@@ -65,6 +65,29 @@ def load_recording(
     RecordingError
         Saying which file, what it holds, and what to do.
     """
+    file = Path(path)
+    values, times = read_columns(path, columns, time_column, rate_hz=rate_hz)
+    _check(file, values, times, time_column)
+    return fade(
+        scale * resample(values, times, tick_s=tick_s) + offset, fade_s=fade_s, tick_s=tick_s
+    )
+
+
+def read_columns(
+    path: str | Path, columns: str, time_column: str, *, rate_hz: float = 1000.0
+) -> tuple[Array, Array]:
+    """Return columns of a file as they are, ``(rows, columns)``, and the times of the rows [s].
+
+    Parameters
+    ----------
+    path, columns, time_column, rate_hz
+        As for :func:`load_recording`.
+
+    Raises
+    ------
+    RecordingError
+        If there is no such file, or a column is not in it.
+    """
     file = Path(path).expanduser()
     if not str(path):
         raise RecordingError("operator.file is empty: name the CSV, MAT or NPY file to play")
@@ -74,13 +97,8 @@ def load_recording(
     names = [name.strip() for name in _OUTSIDE_BRACKETS.split(columns) if name.strip()]
     values = source.data(names, time_column)
     if time_column:
-        times = source.column(time_column)[:, 0]
-    else:
-        times = np.arange(len(values)) / rate_hz
-    _check(file, values, times, time_column)
-    return fade(
-        scale * resample(values, times, tick_s=tick_s) + offset, fade_s=fade_s, tick_s=tick_s
-    )
+        return values, source.column(time_column)[:, 0]
+    return values, np.arange(len(values)) / rate_hz
 
 
 def _check(file: Path, values: Array, times: Array, time_column: str) -> None:

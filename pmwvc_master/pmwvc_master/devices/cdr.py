@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stamped vectors as serialized messages (CDR), read and written without building a message.
 
-PoseStamped, TwistStamped and WrenchStamped begin alike::
+PoseStamped, PointStamped, TwistStamped and WrenchStamped begin alike::
 
     0  encapsulation (byte 1: 1 for little endian)    12  length of frame_id with its final 0
     4  stamp         (int32 s, uint32 ns)             16  frame_id

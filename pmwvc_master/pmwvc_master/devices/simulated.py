@@ -12,6 +12,8 @@ from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import SimulatedDevice as Plant
 from pmwvc_core.plant.operators import make_operator
+from pmwvc_core.plant.remote_hand import RemoteHand
+from pmwvc_master.devices.hand_topics import HandTopics
 from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
 
 CATCH_UP_S = 0.1
@@ -43,6 +45,9 @@ class SimulatedDevice:
             dof=setup.dof,
             start=setup.start_m,
         )
+        hand = self._operator
+        if isinstance(hand, RemoteHand) and setup.node is not None and not setup.operator.file:
+            hand.source = HandTopics(setup.node, dof=setup.dof)
         self._coupled = False
         self._f_m: Value = 0.0
         self._last_ns: int | None = None

@@ -26,6 +26,8 @@ SERVER_TRACE = "pmwvc_msgs/msg/ServerTrace"
 LINK_STATE = "pmwvc_msgs/msg/LinkState"
 PACKET_FATE = "pmwvc_msgs/msg/PacketFate"
 PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
+POINT = "geometry_msgs/msg/PointStamped"
+FLAG = "std_msgs/msg/Bool"
 OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, LINK_STATE, PACKET_FATE)
 
 _PRIMITIVES = frozenset(

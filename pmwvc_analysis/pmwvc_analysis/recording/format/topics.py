@@ -57,7 +57,8 @@ def session_topics(
         Names of the emulated links (``user1/up``). A direction without a link has one topic
         instead of two: the two sides are joined by remapping onto the master's topic.
     people
-        Also what is made for people (markers, diagnostics); nothing waits for these.
+        Also what is made for people or by them (markers, diagnostics, the targets of their
+        hands); nothing waits for these.
     """
     found = []
     for user in users:
@@ -74,6 +75,11 @@ def session_topics(
         found.append(trace("/netem/fates", schemas.PACKET_FATE))
     found.append(Topic("/parameter_events", schemas.PARAMETER_EVENT, True, 1000, essential=False))
     if people:
+        for user in users:
+            found += [
+                Topic(hand_target(user), schemas.POINT, False, 4, essential=False),
+                Topic(hand_held(user), schemas.FLAG, True, 4, essential=False),
+            ]
         found.append(
             Topic("/markers", "visualization_msgs/msg/MarkerArray", True, 10, essential=False)
         )
@@ -81,6 +87,16 @@ def session_topics(
             Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", True, 10, essential=False)
         )
     return found
+
+
+def hand_target(user: str) -> str:
+    """Return the topic with the targets of a user's hand."""
+    return f"/{user}/hand/target"
+
+
+def hand_held(user: str) -> str:
+    """Return the topic that tells whether a user's handle is held."""
+    return f"/{user}/hand/held"
 
 
 def _split(link: str) -> tuple[str, str]:

@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Targets of a remote hand come from a file or from the task, each at its tick."""
+
+import math
+
+import numpy as np
+import pytest
+
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.params import OperatorParams, TaskParams
+from pmwvc_core.plant import make_operator
+
+TICK_S = 0.001
+HALF = 0.03
+
+
+def remote(*, dof=1, task="free", **params):
+    times = {"grip_s": 0.1, "grip_rise_s": 0.2, "move_s": 0.5, "move_rise_s": 0.5}
+    return make_operator(
+        OperatorParams(kind="remote", **params),
+        TaskParams(kind=task, **times),
+        side=-1,
+        half_width=HALF,
+        tick_s=TICK_S,
+        dof=dof,
+        start=-HALF - 0.01,
+    )
+
+
+def taken(hand, ticks):
+    """Targets by the tick at which they come."""
+    return {tick: found for tick in range(ticks) if (found := list(hand.source.take()))}
+
+
+def file(tmp_path, text):
+    path = tmp_path / "targets.csv"
+    path.write_text(text, encoding="utf-8")
+    return {"file": str(path), "time_column": "time_s"}
+
+
+def test_a_file_gives_its_targets_at_their_times_and_nan_lets_go(tmp_path):
+    params = file(tmp_path, "time_s,x\n0.0,0.01\n0.0035,20e-3\n0.0035,0.03\n0.010,nan\n")
+    found = taken(remote(**params, scale=2.0, offset=0.001), 20)
+    assert found == {
+        0: [pytest.approx(0.021)],
+        4: [pytest.approx(0.041), pytest.approx(0.061)],
+        10: [None],
+    }
+
+
+def test_a_file_with_a_column_per_axis_or_one_for_the_first(tmp_path):
+    params = file(tmp_path, "time_s,x,y\n0.0,0.01,0.02\n")
+    (target,) = taken(remote(**params, dof=2, columns="x,y"), 1)[0]
+    np.testing.assert_allclose(target, [0.01, 0.02])
+    (target,) = taken(remote(**params, dof=3, columns="y"), 1)[0]
+    np.testing.assert_allclose(target, [0.02, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("text", "params", "words"),
+    [
+        ("time_s,x,y\n0.0,1.0,2.0\n", {"columns": "x,y"}, "2 columns for 1 axes; give one"),
+        ("time_s,x\n0.1,1.0\n0.0,1.0\n", {}, "time_s must be finite and must not go back"),
+        ("time_s,x\nnan,1.0\n", {}, "time_s must be finite"),
+        ("time_s,x\n0.0,1.0\n", {"time_column": ""}, "needs the times of its targets"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_refused_with_the_reason(tmp_path, text, params, words):
+    with pytest.raises(RecordingError, match=words):
+        remote(**(file(tmp_path, text) | params))
+
+
+def test_the_task_is_done_with_a_pointer_that_presses_once_it_has_closed():
+    found = taken(remote(task="carry", squeeze=3.0), 1200)
+    assert min(found) >= 100
+    ticks = sorted(found)
+    assert set(np.diff(ticks)) == {16}
+    places = np.array([found[tick][0] for tick in ticks])
+    assert places[0] == pytest.approx(-HALF - 0.01, abs=1e-3)
+    inside = 3.0 / OperatorParams().remote.stiffness
+    still = places[(np.array(ticks) > 300) & (np.array(ticks) < 500)]
+    np.testing.assert_allclose(still, -HALF + inside, atol=1e-12)
+    assert places[-1] == pytest.approx(-HALF + inside + TaskParams().distance_m, abs=1e-6)
+    assert taken(remote(task="free"), 500) == {}
+
+
+def test_a_hand_in_simulation_takes_hold_and_lets_go_by_its_file(tmp_path):
+    rows = [f"{0.01 * n},{-HALF}" for n in range(20)]
+    hand = remote(**file(tmp_path, "\n".join(["time_s,x", *rows])))
+    holding = []
+    for _ in range(600):
+        hand.step(-HALF - 0.01, 0.0)
+        holding.append(hand.holding)
+    assert all(holding[: 190 + 150])
+    assert not any(holding[190 + 152 :])
+    assert math.isfinite(hand.effort_j)
+
+
+def test_time_before_coupling_does_not_count():
+    hand = remote(task="hold")
+    assert [hand.hold() for _ in range(500)] == [0.0] * 500
+    assert min(taken(hand, 300)) >= 100
