@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: 2026 PMWVC contributors
+// SPDX-License-Identifier: Apache-2.0
+// From metres to pixels: one axis as a line, two as a plane, three in a perspective that can be
+// turned. Axes: x to the right, y up (two axes) or into the picture (three), z up.
+
+const DISTANCE_M = 0.7; // of the eye, for three axes
+const LEAST_REACH_M = 0.12;
+
+export class Camera {
+  constructor(dof) {
+    this.dof = dof;
+    this.yaw = dof > 2 ? 0.45 : 0;
+    this.pitch = dof > 2 ? 0.3 : 0;
+    this.reach_m = LEAST_REACH_M;
+    this.scale = 1;
+  }
+
+  /** Show what stands up to `reach_m` from the middle; nothing of `size_m` gets taller than `height`. */
+  fit(width, height, reach_m, size_m) {
+    const wanted = Math.max(LEAST_REACH_M, reach_m + 0.025);
+    this.reach_m += 0.06 * (wanted - this.reach_m);
+    this.scale = Math.min(width / (2 * this.reach_m), height / size_m);
+  }
+
+  turn(dx, dy) {
+    if (this.dof < 3) return;
+    this.yaw += 0.008 * dx;
+    this.pitch = Math.max(-0.2, Math.min(1.4, this.pitch + 0.008 * dy));
+  }
+
+  /** The directions on the screen, in metres of the world: right, up, away. */
+  axes() {
+    const [cy, sy, cp, sp] = [Math.cos(this.yaw), Math.sin(this.yaw), Math.cos(this.pitch), Math.sin(this.pitch)];
+    if (this.dof < 3) return [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+    return [[cy, sy, 0], [-sy * sp, cy * sp, cp], [-sy * cp, cy * cp, -sp]];
+  }
+
+  /** Pixels of a point [m], from the middle of the picture, and the scale there [px/m]. */
+  project(point) {
+    const [right, up, away] = this.axes().map((axis) => dot(axis, point));
+    const scale = this.dof > 2 ? (this.scale * DISTANCE_M) / Math.max(0.1, DISTANCE_M + away) : this.scale;
+    return { x: right * scale, y: -up * scale, scale };
+  }
+
+  /** Displacement [m] in the plane of the screen for pixels, where a metre is `scale` pixels. */
+  inPlane(dx, dy, scale) {
+    const [right, up] = this.axes();
+    const all = right.map((_, axis) => (right[axis] * dx - up[axis] * dy) / scale);
+    return all.slice(0, this.dof);
+  }
+}
+
+function dot(axis, point) {
+  let sum = 0;
+  for (let i = 0; i < point.length && i < 3; i += 1) sum += axis[i] * point[i];
+  return sum;
+}

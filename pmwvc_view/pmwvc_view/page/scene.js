@@ -1,0 +1,192 @@
+// SPDX-FileCopyrightText: 2026 PMWVC contributors
+// SPDX-License-Identifier: Apache-2.0
+// The picture of the session: above, the hands with their handles; below, the server with avatars,
+// cube and target; between them the delay line of every user, with packets on their way.
+
+import { Camera } from "./camera.js";
+import { SLOWER } from "./packets.js";
+import { arrow, cube, disc, label, line } from "./shapes.js";
+import { fitted, theme } from "./theme.js";
+import { milli } from "./words.js";
+
+const HANDLE_PX = 14;
+const AVATAR_PX = 9;
+const LANE_PX = 36; // between users of one side, where there is one axis
+const LONGEST_PX = 84; // of a force arrow: the user's limit
+const GRID_M = 0.05;
+
+export class Scene {
+  constructor(canvas, session) {
+    this.canvas = canvas;
+    this.session = session;
+    this.camera = new Camera(session.dof);
+    this.handles = []; // {user, x, y, scale} as last drawn
+    this.lanes = session.users.map((user, i) => {
+      const side = session.users.filter((each) => each.side === user.side);
+      return session.dof > 1 ? 0 : side.indexOf(session.users[i]) - (side.length - 1) / 2;
+    });
+  }
+
+  draw(hand, flow, now_s) {
+    const { context, width, height } = fitted(this.canvas);
+    const { session, camera } = this;
+    this.context = context;
+    context.clearRect(0, 0, width, height);
+    const size_m = session.object.size_m || 0.06;
+    const deep = session.dof > 1;
+    camera.fit(width, (deep ? 0.17 : 0.27) * height, this.reach(), size_m);
+    this.above = { x: width / 2, y: 0.22 * height };
+    this.below = { x: width / 2, y: height * (deep ? 0.72 : 0.75) };
+    this.ground(width, height);
+    const where = session.users.map((user, i) => this.places(user.name, i, hand));
+    where.forEach((place, i) => this.link(session.users[i].name, i, place, flow, now_s));
+    this.server(size_m);
+    where.forEach((place, i) => this.avatar(session.users[i], i, place));
+    where.forEach((place, i) => this.handle(session.users[i], i, place, hand));
+    this.handles = where.map(({ handle }, user) => ({ user, ...handle }));
+    this.captions(width, height);
+  }
+
+  /** How far from the middle anything stands [m]. */
+  reach() {
+    const { session } = this;
+    const points = session.users.flatMap(({ name }) => [session.vector(`${name}.x_m`), session.vector(`${name}.x_s`)]);
+    points.push(session.vector("object.x_o"), session.vector("object.target"));
+    const distances = points.flat().filter(Number.isFinite).map(Math.abs);
+    return distances.reduce((a, b) => Math.max(a, b), 0);
+  }
+
+  /** Rails, plane or floor of either side. */
+  ground(width, height) {
+    const { context, camera, session } = this;
+    context.fillStyle = theme.wash;
+    const [top, bottom] = session.dof > 1 ? [0.44, 0.5] : [0.4, 0.54];
+    context.fillRect(0, top * height, width, (bottom - top) * height);
+    for (const place of [this.above, this.below]) {
+      if (session.dof === 1) this.rail(place, width);
+      else this.plane(place);
+    }
+    if (session.dof === 1) label(context, "50 mm", this.above.x + 0.5 * GRID_M * camera.scale, this.above.y + 49, { align: "center", size: 11 });
+  }
+
+  rail(place, width) {
+    const { context, camera } = this;
+    line(context, [[0, place.y], [width, place.y]], theme.grid, { width: 2 });
+    const step = GRID_M * camera.scale, most = Math.floor(width / 2 / step);
+    for (let i = -most; i <= most; i += 1) {
+      line(context, [[place.x + i * step, place.y + 34], [place.x + i * step, place.y + 40]], theme.target);
+    }
+    if (place === this.above) line(context, [[place.x, place.y + 37], [place.x + step, place.y + 37]], theme.target);
+  }
+
+  plane(place) {
+    const { context, camera, session } = this;
+    const low = session.dof > 2 ? [-0.05] : [];
+    for (let i = -2; i <= 2; i += 1) {
+      for (const ends of [[[i, -2], [i, 2]], [[-2, i], [2, i]]]) {
+        const points = ends.map((end) => {
+          const at = camera.project([...end.map((each) => each * GRID_M), ...low]);
+          return [place.x + at.x, place.y + at.y];
+        });
+        line(context, points, theme.grid);
+      }
+    }
+  }
+
+  /** Pixels of a user's handle, avatar and target, and of the handle as seen on the server's side. */
+  places(name, index, hand) {
+    const { session } = this;
+    const lane = LANE_PX * this.lanes[index];
+    const at = (point, place) => {
+      const { x, y, scale } = this.camera.project(point);
+      return { x: place.x + x, y: place.y + y + lane, scale };
+    };
+    const x_m = session.vector(`${name}.x_m`), x_s = session.vector(`${name}.x_s`);
+    const target = hand.index === index && hand.target ? hand.target : session.vector(`${name}.target`);
+    return {
+      handle: at(x_m, this.above), avatar: at(x_s, this.below),
+      device: at(x_m, this.below), target: at(target, this.above),
+    };
+  }
+
+  link(name, index, { handle, avatar }, flow, now_s) {
+    if (!Number.isFinite(handle.x + avatar.x)) return;
+    const { context, session } = this;
+    const colour = theme.users[index % 8];
+    for (const [way, shift] of [["up", -6], ["down", 6]]) {
+      const top = [handle.x + shift, handle.y + HANDLE_PX + 4], bottom = [avatar.x + shift, avatar.y - AVATAR_PX - 4];
+      context.globalAlpha = 0.35;
+      line(context, [top, bottom], colour);
+      context.globalAlpha = 1;
+      const wave = session.size(`${name}.${way === "up" ? "u_m" : "v_m"}`);
+      const size = 2.6 + 2.6 * Math.min(1, (wave || 0) / 0.5);
+      const [from, to] = way === "up" ? [top, bottom] : [bottom, top];
+      flow.draw(context, 2 * index + (way === "up" ? 0 : 1), colour, size, from, to, now_s);
+    }
+  }
+
+  server(size_m) {
+    const { context, camera, session, below } = this;
+    const x_o = session.vector("object.x_o"), target = session.vector("object.target");
+    if (target.every(Number.isFinite)) {
+      cube(context, camera, target, 1.04 * size_m, below, { stroke: theme.target, dash: [5, 4] });
+    }
+    if (x_o.every(Number.isFinite)) {
+      cube(context, camera, x_o, size_m, below, { fill: theme.cube, stroke: theme.object });
+    }
+  }
+
+  avatar({ name, force_limit }, index, { avatar, device }) {
+    if (!Number.isFinite(avatar.x)) return;
+    const { context, session } = this;
+    const colour = theme.users[index % 8];
+    const there = session.value(`${name}.presence`) !== 0;
+    disc(context, device.x, device.y, AVATAR_PX, { stroke: colour, width: 1.5, dash: [2, 3] });
+    line(context, [[device.x, device.y], [avatar.x, avatar.y]], colour, { width: 2, dash: [2, 3] });
+    context.globalAlpha = there ? 1 : 0.3;
+    disc(context, avatar.x, avatar.y, AVATAR_PX, { fill: theme.paper, stroke: colour, width: 3 });
+    context.globalAlpha = 1;
+    this.force(avatar, session.vector(`${name}.f_s`), force_limit, colour, AVATAR_PX);
+  }
+
+  handle({ name, force_limit }, index, { handle, target }, hand) {
+    if (!Number.isFinite(handle.x)) return;
+    const { context, session } = this;
+    const colour = theme.users[index % 8];
+    const held = session.held(name);
+    if (held && Number.isFinite(target.x)) {
+      line(context, [[handle.x, handle.y], [target.x, target.y]], colour, { width: 1.5, dash: [4, 3] });
+      disc(context, target.x, target.y, 4, { fill: theme.paper, stroke: colour, width: 1.5 });
+    }
+    if (hand.index === index && hand.held) disc(context, handle.x, handle.y, HANDLE_PX + 5, { stroke: colour, width: 1.5 });
+    disc(context, handle.x, handle.y, HANDLE_PX, { fill: colour });
+    label(context, String(index + 1), handle.x, handle.y + 0.5, { colour: theme.paper, align: "center", size: 13, weight: 700 });
+    const back = session.vector(`${name}.f_applied`).map((force) => -force); // on the hand
+    this.force(handle, back, force_limit, colour, HANDLE_PX, true);
+  }
+
+  /** A force from a place on: an arrow from the rim, with the amount in newtons where asked. */
+  force(place, force, limit, colour, rim, amount = false) {
+    const { context, camera } = this;
+    const size = Math.hypot(...force);
+    if (!(size > 0.02)) return;
+    const zero = camera.project([0, 0, 0].slice(0, camera.dof)), tip = camera.project(force.map((each) => (each / size) * 0.01));
+    const [dx, dy] = [tip.x - zero.x, tip.y - zero.y].map((each) => each / (0.01 * camera.scale));
+    const length = LONGEST_PX * Math.min(1, size / (limit || 8));
+    const [x, y] = [place.x + (rim + 2) * dx, place.y + (rim + 2) * dy];
+    arrow(context, x, y, length * dx, length * dy, colour);
+    if (amount) label(context, `${size.toFixed(1)} N`, place.x, place.y - rim - 13, { colour: theme.ink, align: "center", weight: 600 });
+  }
+
+  captions(width, height) {
+    const { context, session } = this;
+    const middle = 0.47 * height;
+    label(context, "HANDS", 14, 18, { size: 11, weight: 600 });
+    label(context, "SERVER", 14, height - 16, { size: 11, weight: 600 });
+    const delays = session.users.map(({ name }) => `${milli(session.value(`${name}.delay_up`), 0)} + ${milli(session.value(`${name}.delay_down`), 0)}`);
+    const same = new Set(delays).size === 1;
+    const text = `delay ${same ? delays[0] : delays.join(", ")} ms`;
+    label(context, width > 560 ? text : delays[0] + " ms", 14, middle, { size: 12 });
+    if (width > 560) label(context, theme.still ? "packets on their way" : `packets ${SLOWER} times slower`, width - 14, middle, { align: "right", size: 12 });
+  }
+}

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 PMWVC contributors
+// SPDX-License-Identifier: Apache-2.0
+// Which signals the strips show: title, unit, and lines as functions of a row's start and an axis.
+
+/** A strip. `factor`: SI to the unit shown; `least`: smallest range [SI]; `floor`: begins at zero. */
+export function signalsOf(session) {
+  const { columns, rows } = session;
+  const column = (name) => {
+    const from = columns.get(name);
+    return (at, axis) => rows[at + from + axis];
+  };
+  const scalar = (name) => {
+    const from = columns.get(name);
+    return (at) => rows[at + from];
+  };
+  const perUser = (make) => session.users.flatMap(({ name }, i) => make(name, `u${i}`, String(i + 1)));
+  const balance = (name, way) => {
+    const into = scalar(`${name}.energy_${way}_in`), out = scalar(`${name}.energy_${way}_out`);
+    return (at) => into(at) - out(at);
+  };
+  return [
+    {
+      title: "Force", unit: "N", factor: 1, decimals: 2, least: 1,
+      lines: perUser((name, colour, text) => [{
+        name: text, colour, value: column(`${name}.f_applied`),
+        low: column(`${name}.f_min`), high: column(`${name}.f_max`),
+      }]),
+    },
+    {
+      title: "Position", unit: "mm, dotted: avatar", factor: 1e3, decimals: 1, least: 0.02,
+      lines: [
+        { name: "target", colour: "target", dash: true, silent: true, value: column("object.target") },
+        { name: "cube", colour: "ink", value: column("object.x_o") },
+        ...perUser((name, colour, text) => [
+          { name: text, colour, value: column(`${name}.x_m`) },
+          { colour, dash: true, hidden: true, value: column(`${name}.x_s`) },
+        ]),
+      ],
+    },
+    {
+      title: "Energy account", unit: "mJ, dotted: down", factor: 1e3, decimals: 0, least: 0.01, floor: 0, alarm: 1e-5,
+      lines: perUser((name, colour, text) => [
+        { name: text, colour, value: balance(name, "up") },
+        { colour, dash: true, hidden: true, value: balance(name, "down") },
+      ]),
+    },
+    {
+      title: "Round trip", unit: "ms", factor: 1e3, decimals: 1, least: 0.01, floor: 0,
+      lines: perUser((name, colour, text) => [{ name: text, colour, value: scalar(`${name}.round_trip`) }]),
+    },
+    {
+      title: "Waves", unit: "\u221aW, u; dotted: v", factor: 1, decimals: 2, least: 0.2,
+      lines: perUser((name, colour, text) => [
+        { name: text, colour, value: column(`${name}.u_m`) },
+        { colour, dash: true, hidden: true, value: column(`${name}.v_m`) },
+      ]),
+    },
+    { title: "Packets", unit: "last 2 s", ticks: true, window_s: 2, size: "thin" },
+    {
+      title: "Lateness of the 1 kHz loop", unit: "ms", factor: 1e3, decimals: 2, least: 5e-4, floor: 0, size: "thin",
+      lines: perUser((name, colour, text) => [{ name: text, colour, value: scalar(`${name}.lateness`) }]),
+    },
+  ];
+}
