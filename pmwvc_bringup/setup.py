@@ -10,6 +10,7 @@ setup(
     name=name,
     version="0.1.0",
     packages=find_packages(include=[name, f"{name}.*"]),
+    py_modules=["pmwvc"],  # the Python interface
     package_data={"": ["py.typed", "*.html", "*.j2", "*.css", "*.js"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),

@@ -28,6 +28,8 @@ from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, request_real_time
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
 MIB = 2**20
 TICK_NS = 1_000_000  # the force loop of every scenario
+LINUX = "Linux"
+LIVE_ONLY = "run make setup for live sessions; all commands but run and node work without"
 Outcome: TypeAlias = tuple[str, str, str]  # status, text, remedy
 
 
@@ -47,9 +49,9 @@ class Finding:
 
 
 def examine() -> list[Finding]:
-    """Run every check; one that fails itself is a problem of its own."""
+    """Run every check of this system; one that fails itself is a problem of its own."""
     findings = []
-    for name, check in CHECKS.items():
+    for name, check in (CHECKS if platform.system() == LINUX else ELSEWHERE).items():
         try:
             findings.append(Finding(name, *check()))
         except Exception as error:  # a broken machine must not end the doctor
@@ -72,8 +74,13 @@ def _ros() -> Outcome:
     except importlib.metadata.PackageNotFoundError:
         return OK, "rclpy of a ROS installation", ""
     except ImportError as error:
-        return PROBLEM, f"rclpy cannot be imported: {error}", "run make setup"
+        return PROBLEM, f"rclpy cannot be imported: {error}", LIVE_ONLY
     return OK, f"rclpy {version} from wheels", ""
+
+
+def _system() -> Outcome:
+    text = f"{platform.system()} {platform.machine()}: live sessions need Linux"
+    return WARNING, text, "use all commands but run and node here"
 
 
 def _messages() -> Outcome:
@@ -84,7 +91,7 @@ def _messages() -> Outcome:
         for name in names:
             support.check_for_type_support(getattr(messages, name))
     except Exception as error:
-        return PROBLEM, f"{type(error).__name__}: {error}", "run make setup"
+        return PROBLEM, f"{type(error).__name__}: {error}", LIVE_ONLY
     return OK, f"{len(names)} types with their support libraries", ""
 
 
@@ -234,3 +241,4 @@ CHECKS: dict[str, Callable[[], Outcome]] = {
     "disk": _disk,
     "environment": _environment,
 }
+ELSEWHERE: dict[str, Callable[[], Outcome]] = {"python": _python, "system": _system, "disk": _disk}

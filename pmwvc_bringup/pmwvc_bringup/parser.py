@@ -15,7 +15,7 @@ from pmwvc_bringup.command import Command
 
 # The order of the help; commands that are not in it follow by name.
 ORDER = (
-    "run simulate report replay compare stability map transparency tune filter "
+    "run simulate report export replay compare stability map transparency tune filter "
     "node scenarios doctor completion"
 ).split()
 EXAMPLES = """\
@@ -116,7 +116,9 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _version() -> str:
-    try:
-        return importlib.metadata.version("pmwvc_bringup")
-    except importlib.metadata.PackageNotFoundError:
-        return "of an environment that was not built"
+    for distribution in ("pmwvc_bringup", "pmwvc"):  # of a ROS workspace, of the wheel without ROS
+        try:
+            return importlib.metadata.version(distribution)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return "of an environment that was not built"

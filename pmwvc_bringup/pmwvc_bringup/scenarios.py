@@ -44,8 +44,10 @@ def folders() -> list[Path]:
     """Return the folders with the scenarios that come with the project: source tree, or installed
     share.
     """
-    source = Path(__file__).resolve().parents[1] / "config"
+    here = Path(__file__).resolve()
+    source = here.parents[1] / "config"
     prefixes = [*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix]
+    prefixes += map(str, here.parents)  # installed for one user, or into a folder
     shares = [Path(prefix, "share", "pmwvc_bringup", "config") for prefix in prefixes if prefix]
     return [folder for folder in (source, *shares) if folder.is_dir()]
 

@@ -56,6 +56,7 @@ ANALYSIS = {
     "budget": {"traces"},
     "consistency": {"traces"},
     "events": {"traces"},
+    "export": set(),
     "verdicts": {"traces", "budget", "events", "prediction", "recording"},
     "recording": set(),
     "replay": {"recording", "traces"},

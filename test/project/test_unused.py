@@ -14,6 +14,7 @@ SOURCES = [
 ]
 OTHERS = [
     *ROOT.glob("pmwvc_*/setup.py"),
+    ROOT / "pmwvc_bringup" / "pmwvc.py",
     *ROOT.glob("pmwvc_*/launch/*.py"),
     *ROOT.glob("tools/**/*.py"),
 ]

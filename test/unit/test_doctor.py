@@ -15,6 +15,7 @@ from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.doctor import PROBLEM, WARNING, check_recording, exit_code
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
+from pmwvc_bringup import machine
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.simulation.session import simulate_one
@@ -194,3 +195,11 @@ def test_a_cut_file_is_mended_by_one_command(folder, tmp_path):
     again = call("doctor", damaged, "--mend", mended, cwd=tmp_path)
     assert again.returncode == 2
     assert "is not empty" in again.stderr
+
+
+def test_elsewhere_than_on_linux_only_what_works_there_is_checked(monkeypatch):
+    monkeypatch.setattr(machine.platform, "system", lambda: "Darwin")
+    found = {finding.check: finding for finding in machine.examine()}
+    assert list(found) == ["python", "system", "disk"]
+    assert found["system"].status == machine.WARNING
+    assert "live sessions need Linux" in found["system"].text

@@ -3,6 +3,7 @@
 """The faults of plug-ins in a simulated session, by the metadata that the simulation keeps."""
 
 from collections.abc import Iterator
+from typing import Any
 
 from pmwvc_analysis.events.event import Event, event
 from pmwvc_core.plural import count
@@ -10,7 +11,11 @@ from pmwvc_core.traces import SessionTraces
 
 REPLACED = ("environment", "coupling")  # by a damper, in the steps that failed
 LINKS = "links"
-KEPT = (*REPLACED, LINKS)  # metadata records
+
+
+def kept(traces: SessionTraces) -> dict[str, Any]:
+    """Return the faults of a simulated session as metadata records of its recording."""
+    return {name: traces.metadata[name] for name in (*REPLACED, LINKS) if name in traces.metadata}
 
 
 def faults(traces: SessionTraces) -> Iterator[Event]:

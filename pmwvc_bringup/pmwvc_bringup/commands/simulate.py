@@ -14,7 +14,7 @@ from pmwvc_bringup.session.terminal import announce, finish, prepared
 def run(arguments: argparse.Namespace) -> Result:
     """Simulate, record and report."""
     scenario, folder = prepared(arguments)
-    from pmwvc_analysis.events.faults import KEPT, faults
+    from pmwvc_analysis.events.faults import faults, kept
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_core.simulation.session import simulate
 
@@ -24,8 +24,7 @@ def run(arguments: argparse.Namespace) -> Result:
         (traces,) = simulate([scenario], progress=show)
     for fault in faults(traces):
         console.print(f"  Warning: {fault['who']}: {fault['what']}", markup=False)
-    kept = {name: traces.metadata[name] for name in KEPT if name in traces.metadata}
-    record_traces(folder, traces, scenario, metadata=kept)
+    record_traces(folder, traces, scenario, metadata=kept(traces))
     return finish(console, folder, scenario, check=arguments.check)
 
 

@@ -14,7 +14,6 @@ from pmwvc_core.network import effects
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server import environments
-from pmwvc_master.plugins import PLUGINS as DEVICES
 
 SIMULATED = "simulated"
 
@@ -56,8 +55,9 @@ def require_ros() -> None:
     """
     if importlib.util.find_spec("rclpy") is None:
         raise PmwvcError(
-            "ROS 2 is not in this Python environment (no rclpy): run 'make setup', or source an "
-            "installed ROS 2; 'pmwvc simulate' and 'pmwvc report' need none"
+            "ROS 2 is not in this Python environment (no rclpy): run 'make setup' in the source "
+            "tree, or source an installed ROS 2; only 'run' and 'node' need it, 'pmwvc simulate' "
+            "and all other commands do not"
         )
 
 
@@ -68,6 +68,14 @@ def notes(scenario: Scenario) -> list[str]:
         for user in scenario.users
         if user.device.plugin != SIMULATED
     ]
+
+
+def _require_device(name: str) -> None:
+    """Refuse a device that is not installed; the nodes, and devices with them, come with ROS."""
+    if importlib.util.find_spec("pmwvc_master") is not None:
+        from pmwvc_master.plugins import PLUGINS
+
+        PLUGINS.required(name)
 
 
 def _problems(user: User, scenario: Scenario) -> Iterator[str]:
@@ -89,7 +97,7 @@ def _problems(user: User, scenario: Scenario) -> Iterator[str]:
 
     attempts: list[Callable[[], object]] = [operator, master]
     if user.device.plugin != SIMULATED:  # that one is part of this, installed or run from source
-        attempts.insert(0, lambda: DEVICES.required(user.device.plugin))
+        attempts.insert(0, partial(_require_device, user.device.plugin))
     for link in (user.link_up, user.link_down):
         attempts.append(partial(effects.check, link))
     for attempt in attempts:

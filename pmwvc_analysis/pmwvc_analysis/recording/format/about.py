@@ -10,7 +10,7 @@ from importlib import metadata
 
 from pmwvc_core.scenario.scenario import Scenario
 
-PACKAGES = ("pmwvc_core", "rclpy", "numpy", "scipy", "mcap", "rosbags")
+PACKAGES = ("pmwvc", "pmwvc_core", "rclpy", "numpy", "scipy", "mcap", "rosbags")
 
 
 def about(scenario: Scenario | None, *, source: str) -> dict[str, dict[str, str]]:

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The wheel of the tree works in an environment that has nothing but what the wheel declares."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from rosbags.highlevel import AnyReader
+
+from pmwvc_analysis.recording.format.schemas import hash_of, schema_text
+
+ROOT = Path(__file__).resolve().parents[2]
+BIN = Path(sys.prefix, "bin")
+pytestmark = pytest.mark.xdist_group("wheel")  # built and installed once
+
+
+def run(*words, cwd, code=0, **environment):
+    """Run a program without this environment's variables; return what it printed."""
+    keep = {name: os.environ[name] for name in ("HOME", "LANG") if name in os.environ}
+    result = subprocess.run(
+        [str(word) for word in words],
+        cwd=cwd,
+        env={"PATH": os.defpath} | keep | environment,
+        capture_output=True,
+        text=True,
+    )
+    assert result.returncode == code, result.stdout + result.stderr
+    return result.stdout + result.stderr
+
+
+@pytest.fixture(scope="module")
+def fresh(tmp_path_factory):
+    """A virtual environment with the wheel and its declared dependencies, and nothing else.
+
+    The dependencies have the locked versions, from the cache that the set-up filled.
+    """
+    folder = tmp_path_factory.mktemp("fresh")
+    caches = {name: os.environ[name] for name in ("UV_CACHE_DIR",) if name in os.environ}
+    run(sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder, cwd=ROOT)
+    (wheel,) = folder.glob("*.whl")
+    run(BIN / "uv", "venv", "-q", "--python", sys.executable, folder / "env", cwd=folder, **caches)
+    install = [BIN / "uv", "pip", "install", "-q", "--python", folder / "env/bin/python", wheel]
+    install += ["--constraint", ROOT / "tools" / "requirements.txt", "--system-certs"]
+    try:
+        run(*install, "--offline", cwd=folder, **caches)
+    except AssertionError:  # another cache, such as pip's: the registry, as a user would
+        run(*install, cwd=folder, **caches)
+    return folder
+
+
+def test_nothing_of_ros_is_installed(fresh):
+    found = run(BIN / "uv", "pip", "list", "--python", fresh / "env/bin/python", cwd=fresh)
+    names = {line.split()[0] for line in found.splitlines()[2:]}
+    assert {"pmwvc", "numpy", "rosbags"} <= names
+    assert not [name for name in names if name.startswith(("ros-", "pmwvc_", "rclpy"))]
+    assert len(names) < 35
+
+
+def test_a_session_is_simulated_judged_read_and_exported(fresh):
+    pmwvc, folder = fresh / "env/bin/pmwvc", fresh / "session"
+    words = ["simulate", "wall", "--duration", "1", "--out", folder, "--check"]
+    said = run(pmwvc, *words, cwd=fresh)
+    assert "check: passed" in said
+    document = run(pmwvc, "report", folder, "--json", cwd=fresh)
+    assert json.loads(document[document.index("{") : document.rindex("}") + 1])["stable"] is True
+    assert "complete" in run(pmwvc, "doctor", folder, cwd=fresh)
+    run(pmwvc, "export", folder, "--as", "mat", cwd=fresh)
+    assert (folder / "session.mat").stat().st_size > 10_000
+    told = run(pmwvc, "export", folder, "--as", "hdf5", cwd=fresh, code=2)
+    assert "pip install 'pmwvc[hdf5]'" in told
+
+
+def test_the_recording_is_one_that_this_environment_reads_alike(fresh):
+    """Message definitions came with the wheel: types in the file are those of the tree."""
+    program = "import pmwvc; wall = pmwvc.scenario('wall', duration_s=0.2)\n"
+    program += "pmwvc.record('short', pmwvc.simulate(wall), wall); print(pmwvc.stability(wall))"
+    said = run(fresh / "env/bin/python", "-c", program, cwd=fresh)
+    assert "'stable': True" in said
+    with AnyReader([fresh / "short"]) as reader:
+        found = {c.msgtype: c.msgdef.data for c in reader.connections if "pmwvc" in c.msgtype}
+        assert len(list(reader.messages())) > 100
+    assert len(found) == 5
+    for name, text in found.items():
+        assert hash_of(text, name) == hash_of(schema_text(name), name)
+
+
+@pytest.mark.parametrize("words", [("run", "wall"), ("node", "master", "--help")])
+def test_a_command_that_needs_ros_says_so_in_one_sentence(fresh, words):
+    told = run(fresh / "env/bin/pmwvc", *words, cwd=fresh, code=2)
+    assert told.count("\n") == 1
+    assert "ROS 2 is not in this Python environment" in told
