@@ -15,8 +15,8 @@ from pmwvc_bringup.command import Command
 
 # The order of the help; commands that are not in it follow by name.
 ORDER = (
-    "run simulate report export replay compare stability map transparency tune filter "
-    "node scenarios doctor completion"
+    "run view simulate report export replay compare stability map transparency tune "
+    "filter node scenarios doctor completion"
 ).split()
 EXAMPLES = """\
 examples:

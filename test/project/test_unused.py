@@ -27,9 +27,6 @@ ALLOWED = {
     "pmwvc_analysis.budget.remainders:unchecked": "the list in docs/file_format.md",
     "pmwvc_analysis.budget.remainders:_unchecked": "the list in docs/file_format.md",
     # used by tests alone, still
-    "pmwvc_view.protocol.requests:read": "",
-    "pmwvc_view.protocol.snapshot:packed": "",
-    "pmwvc_view.protocol.snapshot:Layout": "",
     "pmwvc_core.wave.transform:power": "",
     "pmwvc_analysis.models.stability:boundary": "",
 }

@@ -47,6 +47,10 @@ _NUMBERS = (
     ("energy_down_in", "J"),
     ("energy_down_out", "J"),
     ("energy_down_min", "J"),
+    ("energy_hand_in", "J"),
+    ("energy_hand_out", "J"),
+    ("energy_hand_min", "J"),
+    ("lag", "s"),
     ("round_trip", "s"),
     ("delay_up", "s"),
     ("delay_down", "s"),
@@ -99,6 +103,15 @@ class Layout:
         """Write values into a row by column name; None is not known."""
         for name, value in values.items():
             row[self.slices[name]] = math.nan if value is None else value
+
+    def positions(self, *names: str) -> list[int]:
+        """Return the positions in a row of every column with one of these names, of any user."""
+        return [
+            at
+            for name, where in self.slices.items()
+            if name.rpartition(".")[2] in names
+            for at in range(where.start, where.stop)
+        ]
 
     def to_page(self) -> dict[str, object]:
         """Return the layout as the session message declares it."""

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``pmwvc view``: a session in the browser: one that runs, one that was recorded, or one that is
+simulated in real time.
+"""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.options import USERS, scenario_names, session_folders, settings
+from pmwvc_bringup.output import terminal
+
+if TYPE_CHECKING:
+    from pmwvc_view.session import Session
+
+EXAMPLES = """\
+examples:
+  pmwvc view live                  simulated in real time, without ROS; take hold in the browser
+  pmwvc view sessions/20260101T120000Z-carry_16ms
+                                   a recorded session, with a time line
+
+The page is for this machine only. --host 0.0.0.0 opens it to the network; the token in the printed
+address is needed to connect.
+"""
+
+
+def run(arguments: argparse.Namespace) -> Result:
+    """Serve the page until interrupted."""
+    from pmwvc_bringup.session.page import serve
+
+    session = _session(arguments)
+    serve(
+        session,
+        terminal(),
+        host=arguments.host,
+        port=arguments.port,
+        browser=not arguments.no_browser,
+    )
+    return Result()
+
+
+def _session(arguments: argparse.Namespace) -> "Session":
+    folder = Path(arguments.what).expanduser()
+    if folder.is_dir():
+        return _recorded(folder)
+    from pmwvc_bringup import scenarios
+    from pmwvc_bringup.session import preflight
+    from pmwvc_view import SNAPSHOT_S
+    from pmwvc_view.simulated_session import SimulatedSession
+
+    scenario = scenarios.load(
+        arguments.what, settings_texts=arguments.settings, users=arguments.users
+    )
+    preflight.check(scenario)
+    return SimulatedSession(scenario, snapshot_s=SNAPSHOT_S)
+
+
+def _recorded(folder: Path) -> "Session":
+    from pmwvc_analysis.recording.reader import read_scenario, read_session
+    from pmwvc_analysis.verdicts.verdicts import summary
+    from pmwvc_core.errors import RecordingError
+    from pmwvc_view import SNAPSHOT_S
+    from pmwvc_view.recorded_session import RecordedSession
+
+    traces, scenario = read_session(folder), read_scenario(folder)
+    if scenario is None:
+        raise RecordingError(f"{folder} has no scenario.yaml: its users are not known")
+    return RecordedSession(traces, scenario, summary(traces, scenario), snapshot_s=SNAPSHOT_S)
+
+
+def _sessions(**given: object) -> list[str]:
+    """Return what can be viewed: scenarios and folders."""
+    return [*scenario_names(), *session_folders(**given)]  # type: ignore[arg-type]
+
+
+COMMAND = Command(
+    name="view",
+    help="show a session in the browser and take part in it",
+    examples=EXAMPLES,
+    arguments=(
+        argument(
+            "what",
+            metavar="WHAT",
+            help="a session folder, or a scenario to simulate in real time",
+            completer=_sessions,
+        ),
+        USERS,
+        settings(),
+        argument("--host", default="127.0.0.1", help="address to listen on (127.0.0.1)"),
+        argument("--port", type=int, default=0, help="port to listen on (0: any free one)"),
+        argument("--no-browser", action="store_true", help="only print the address"),
+    ),
+    run=run,
+)

@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page of a session served in this process: its address printed, and opened where there is a
+desktop.
+"""
+
+import os
+import sys
+import threading
+import webbrowser
+from collections.abc import Mapping
+
+from rich.console import Console
+
+from pmwvc_bringup.session.interrupts import Interrupts
+from pmwvc_core.errors import PmwvcError
+from pmwvc_view import SNAPSHOT_S
+from pmwvc_view.access import new_token
+from pmwvc_view.server import PageServer
+from pmwvc_view.session import Session
+
+
+class _Stop:
+    """Set once the user interrupts."""
+
+    def __init__(self, interrupts: Interrupts) -> None:
+        self._interrupts = interrupts
+
+    def is_set(self) -> bool:
+        """Tell whether the user has interrupted."""
+        return self._interrupts.count > 0
+
+
+def serve(session: Session, console: Console, *, host: str, port: int, browser: bool) -> None:
+    """Serve a session until interrupted.
+
+    Raises
+    ------
+    PmwvcError
+        If the address cannot be listened on.
+    """
+    server = PageServer(session, host=host, port=port, token=new_token(), snapshot_s=SNAPSHOT_S)
+    ready = threading.Event()
+
+    def announce() -> None:
+        ready.wait()
+        if server.port:
+            show(server.address, console, browser=browser)
+
+    threading.Thread(target=announce, daemon=True).start()
+    with Interrupts().caught() as interrupts:
+        try:
+            server.run(_Stop(interrupts), ready)
+        except (OSError, OverflowError) as error:
+            raise PmwvcError(f"--host {host} --port {port}: {error}") from None
+
+
+def show(address: str, console: Console, *, browser: bool) -> None:
+    """Print the address of a page, and open it where there is a desktop."""
+    console.print(f"page: {address}", markup=False, soft_wrap=True, highlight=False)
+    if browser and has_desktop(os.environ):
+        webbrowser.open(address)
+
+
+def has_desktop(environment: Mapping[str, str]) -> bool:
+    """Tell whether a browser can be opened here."""
+    if sys.platform == "darwin":
+        return True
+    return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))

@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The rules of access: which address a page may come from, what it may load, and its token.
+
+The address is checked against other names that lead to this machine (a page of another site that
+lets its own name point here), the origin against pages of other sites, the token against whoever
+only knows the address.
+"""
+
+import ipaddress
+import secrets
+import socket
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import parse_qs, urlsplit
+
+PAGE = Path(__file__).parent / "page"
+SOCKET = "/socket"
+TOKEN_BYTES = 18
+TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".svg": "image/svg+xml",
+    ".png": "image/png",
+    ".webmanifest": "application/manifest+json",
+}
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+        "connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; "
+        "frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+
+
+class File(NamedTuple):
+    """A file of the page, as it is answered."""
+
+    content: bytes
+    kind: str
+
+
+def new_token() -> str:
+    """Return a random token for an address."""
+    return secrets.token_urlsafe(TOKEN_BYTES)
+
+
+def page_file(path: str, folder: Path = PAGE) -> File | None:
+    """Return the file that a path of the page's address names; None where there is none.
+
+    Only files directly in the folder are named by their own names: a path that leads anywhere
+    else names none of them.
+    """
+    name = "index.html" if path == "/" else path.removeprefix("/")
+    for file in folder.iterdir() if folder.is_dir() else ():
+        if file.name == name and file.suffix in TYPES and file.is_file():
+            return File(file.read_bytes(), TYPES[file.suffix])
+    return None
+
+
+class Access:
+    """The checks of one server.
+
+    Parameters
+    ----------
+    host, token
+        Address to listen on, and the token of its socket.
+    """
+
+    def __init__(self, host: str, token: str) -> None:
+        self._token = token
+        self._host = host
+        self._loopback = is_loopback(host)
+
+    def host_refused(self, hosts: Sequence[str], port: int) -> str | None:
+        """Return why a request with these `Host` headers is refused, or None."""
+        if len(hosts) != 1:
+            return "one Host header is needed"
+        try:
+            parts = urlsplit(f"//{hosts[0]}")
+            name, given = parts.hostname, parts.port or 80
+        except ValueError:
+            return "the Host header is no address"
+        if name is None or parts.username is not None or given != port or not self._named(name):
+            return "this server has another address"
+        return None
+
+    def socket_refused(self, path: str, origins: Sequence[str], host: str) -> str | None:
+        """Return why a socket is refused, or None.
+
+        Parameters
+        ----------
+        path
+            Path and query of its address.
+        origins
+            Its `Origin` headers.
+        host
+            Its `Host` header, checked before.
+        """
+        if list(origins) != [f"http://{host}"]:
+            return "a page of another origin may not connect"
+        given = parse_qs(urlsplit(path).query).get("token", [])
+        if len(given) != 1 or not secrets.compare_digest(given[0].encode(), self._token.encode()):
+            return "the address needs the right token"
+        return None
+
+    def _named(self, name: str) -> bool:
+        """Tell whether a name is one that this server goes by.
+
+        A number is always its own: only names can be made to lead here by somebody else.
+        """
+        if self._loopback:
+            return is_loopback(name)
+        own = socket.gethostname().lower()
+        return name in {"localhost", own, f"{own}.local", self._host.lower()} or _is_number(name)
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether an address is reached from this machine only."""
+    if host == "localhost":
+        return True
+    return _is_number(host) and ipaddress.ip_address(host).is_loopback
+
+
+def _is_number(host: str) -> bool:
+    try:
+        ipaddress.ip_address(host)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The energy accounts of one user while a session runs: up, down, and from hand to object.
+
+Two nodes count each on its own. Counters read at two instants give balances below zero although
+nothing is active, so a balance is formed at the end of a block of the master, with the last step
+of the server that ran before: what the master sent counts once its tick has run, what the server
+made of it with its step, so cause is never behind effect. (A recorded session is judged the same
+way, at the server's steps: :mod:`pmwvc_analysis.budget.energy`.)
+
+Balances are judged as long as both counters are in their first life. Once one of them begins anew
+(a node was started again, a user came back), what was on its way then is in one of the two only:
+the sums go on from zero, and the lowest balance stays what it was.
+"""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from pmwvc_analysis.budget.criterion import TOLERANCE_J, TOLERANCE_RELATIVE
+
+LONGEST = 512  # blocks that wait for a step of the server
+
+
+class MasterSums(NamedTuple):
+    """Running sums of a master at the end of a block [J], and when its last tick ran [ns]."""
+
+    ran_ns: int
+    epoch: int
+    u_m: float
+    v_m: float
+    device: float
+
+
+class ServerSums(NamedTuple):
+    """Running sums of a user's port at the server after a step [J], and when it ran [ns]."""
+
+    ran_ns: int
+    epoch: int
+    u_s: float
+    v_s: float
+
+
+@dataclass
+class Account:
+    """Energy into and out of a part since the start, and the lowest balance seen [J]."""
+
+    in_j: float = 0.0
+    out_j: float = 0.0
+    least_j: float = 0.0
+    least_ns: int = 0  # when
+
+    def at(self, now_ns: int, in_j: float, out_j: float, *, judged: bool) -> None:
+        """Note both sums at a time [ns]; a balance that is not judged is never the lowest."""
+        self.in_j, self.out_j = in_j, out_j
+        if judged and in_j - out_j < self.least_j:
+            self.least_j, self.least_ns = in_j - out_j, now_ns
+
+    @property
+    def tolerance_j(self) -> float:
+        """Deficit that counts as zero [J]."""
+        return TOLERANCE_J + TOLERANCE_RELATIVE * abs(self.in_j)
+
+
+class Accounts:
+    """The accounts of one user, from the sums of both ends.
+
+    Attributes
+    ----------
+    up, down, hand
+        Channel up, channel down, and from hand to object.
+    known_ns
+        Time of the newest balance [ns]; None before the first.
+    judged
+        Whether they are judged: both counters are in their first life.
+    """
+
+    def __init__(self) -> None:
+        self.up, self.down, self.hand = Account(), Account(), Account()
+        self.known_ns: int | None = None
+        self.judged = True
+        self._waiting: deque[MasterSums] = deque(maxlen=LONGEST)
+        self._step: ServerSums | None = None
+        self._life: tuple[int, int] | None = None  # epochs of both ends
+        self._begin: tuple[MasterSums, ServerSums] | None = None
+
+    def block(self, sums: MasterSums) -> None:
+        """Take in a block of the master; blocks come in the order of time."""
+        self._waiting.append(sums)
+
+    def step(self, sums: ServerSums) -> None:
+        """Take in a step of the server, and balance all blocks that ended before it."""
+        before = self._step
+        while self._waiting and self._waiting[0].ran_ns < sums.ran_ns:
+            block = self._waiting.popleft()
+            if before is not None:
+                self._balance(block, before)
+        if before is not None and (sums.u_s < before.u_s or sums.v_s < before.v_s):
+            self._life = None  # counts from zero again
+        self._step = sums
+
+    def _balance(self, block: MasterSums, step: ServerSums) -> None:
+        life = (block.epoch, step.epoch)
+        if self._begin is None:
+            self._begin = _zero(block, step)
+            # Of counters that began at different times one shows more than the other can have.
+            self.judged = min(block.u_m - step.u_s, step.v_s - block.v_m) >= -TOLERANCE_J
+        elif life != self._life:
+            self._begin, self.judged = (block, step), False
+        self._life = life
+        from_block, from_step = self._begin
+        u_m, v_m = block.u_m - from_block.u_m, block.v_m - from_block.v_m
+        u_s, v_s = step.u_s - from_step.u_s, step.v_s - from_step.v_s
+        self.up.at(block.ran_ns, u_m, u_s, judged=self.judged)
+        self.down.at(block.ran_ns, v_s, v_m, judged=self.judged)
+        work = block.device - from_block.device
+        if math.isfinite(work):
+            self.hand.at(block.ran_ns, work, u_s - v_s, judged=self.judged)
+        self.known_ns = block.ran_ns
+
+
+def _zero(block: MasterSums, step: ServerSums) -> tuple[MasterSums, ServerSums]:
+    return (
+        block._replace(u_m=0.0, v_m=0.0, device=0.0),
+        step._replace(u_s=0.0, v_s=0.0),
+    )

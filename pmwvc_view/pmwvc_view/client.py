@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One page at its socket: its messages read within bounds, snapshots sent by credit."""
+
+import asyncio
+import json
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
+
+from pmwvc_view.allowance import Allowance
+from pmwvc_view.protocol import MESSAGES_HZ
+from pmwvc_view.protocol.requests import ProtocolError, Request, read
+from pmwvc_view.protocol.snapshot import Layout
+from pmwvc_view.snapshots import Outgoing, Snapshot
+
+MOST_WAITING = 64  # messages beside snapshots; a page that takes no more is closed
+
+
+class Client:
+    """A connected page.
+
+    Parameters
+    ----------
+    socket
+        Its connection.
+    layout
+        Of the snapshots.
+    """
+
+    def __init__(self, socket: ServerConnection, layout: Layout) -> None:
+        self._socket = socket
+        self._messages: deque[str] = deque()
+        self._outgoing = Outgoing(layout)
+        self._work = asyncio.Event()
+        self._closing = False
+
+    def begin(self, layout: Layout) -> None:
+        """Begin with another layout: the session was begun again."""
+        self._outgoing = Outgoing(layout)
+
+    def send(self, message: Mapping[str, Any]) -> None:
+        """Send a message, in order, as soon as the page takes it."""
+        if len(self._messages) < MOST_WAITING:
+            self._messages.append(json.dumps(message, allow_nan=False))
+        else:
+            self._closing = True
+        self._work.set()
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Send a snapshot, or what comes of it and later ones once the page is ready for it."""
+        self._outgoing.add(snapshot)
+        self._work.set()
+
+    def seen(self, seq: int) -> None:
+        """Note that the page has taken in every snapshot up to this number."""
+        self._outgoing.seen(seq)
+        self._work.set()
+
+    async def write(self) -> None:
+        """Send what waits until the page is gone, or takes nothing any more."""
+        while not self._closing:
+            await self._work.wait()
+            self._work.clear()
+            while self._messages:
+                await self._socket.send(self._messages.popleft())
+            snapshot = self._outgoing.take()
+            if snapshot is not None:
+                await self._socket.send(snapshot)
+        await self._socket.close(CloseCode.POLICY_VIOLATION, "the page takes no messages")
+
+    async def read(self, handle: Callable[[Request], None]) -> None:
+        """Handle the page's requests until it is gone; close one that breaks the rules."""
+        clock = asyncio.get_running_loop().time
+        allowance = Allowance(MESSAGES_HZ, clock())
+        why = ""
+        async for message in self._socket:
+            if not allowance.spend(clock()):
+                why = f"more than {MESSAGES_HZ:g} messages a second"
+                break
+            try:
+                if isinstance(message, bytes):
+                    raise ProtocolError("a message must be a text")
+                request = read(message)
+            except ProtocolError as error:
+                why = str(error)
+                break
+            handle(request)
+        if why:
+            await self._socket.close(CloseCode.POLICY_VIOLATION, why[:120])
+
+    async def run(self, handle: Callable[[Request], None]) -> None:
+        """Read and write until either ends."""
+        tasks = {asyncio.create_task(self.read(handle)), asyncio.create_task(self.write())}
+        try:
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+        for task in done:
+            if not task.cancelled() and task.exception() is not None:
+                if not isinstance(task.exception(), ConnectionClosed):
+                    raise task.exception()  # type: ignore[misc]
+
+    async def close(self) -> None:
+        """Send what waits, then close: the session is over."""
+        try:
+            while self._messages:
+                await self._socket.send(self._messages.popleft())
+            await self._socket.close(CloseCode.GOING_AWAY)
+        except ConnectionClosed:
+            pass

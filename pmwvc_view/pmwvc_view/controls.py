@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The parameters that a page may change: nothing else of a session can be reached from there."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pmwvc_core.controllers.library import RECORDS, record_of
+from pmwvc_core.errors import ParameterError, ScenarioError
+from pmwvc_core.network.presets import PRESETS
+from pmwvc_core.scenario.names import resolved, spec_of, split_user
+from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_core.scenario.scenario import TOP, Scenario
+
+Setting = float | str | bool
+Settings = Mapping[str, Setting]
+PRESET = "link.preset"
+CONTROLLER = "controller"
+JITTER, JITTER_S, DELAY_S = "link.jitter", "link.jitter_s", "link.delay_s"
+
+
+@dataclass(frozen=True)
+class Control:
+    """A parameter that a page may change.
+
+    Attributes
+    ----------
+    path
+        Its name in a scenario.
+    label
+        For people.
+    ends
+        Of a slider; values beyond are allowed as far as the parameter's range goes. None for a
+        name.
+    node
+        The node that has it.
+    """
+
+    path: str
+    label: str
+    node: str
+    ends: tuple[float, float] | None = None
+
+
+CONTROLS = (
+    Control(PRESET, "network", "netem"),
+    Control(DELAY_S, "delay, each way", "netem", (0.0, 0.1)),
+    Control(JITTER_S, "jitter", "netem", (0.0, 0.02)),
+    Control(JITTER, "kind of jitter", "netem"),
+    Control("link.loss", "loss", "netem", (0.0, 0.3)),
+    Control("server.contact_stiffness", "contact stiffness K", "server", (50.0, 3000.0)),
+    Control("server.contact_damping", "contact damping B", "server", (0.0, 50.0)),
+    Control("server.object_damping", "damping of the object", "server", (0.0, 50.0)),
+    Control("server.object_mass", "mass of the object", "server", (0.2, 5.0)),
+    Control("master.impedance", "wave impedance b", "master", (5.0, 100.0)),
+    Control(CONTROLLER, "controller", "master"),
+)
+_BY_PATH = {control.path: control for control in CONTROLS}
+
+
+def control_of(path: str) -> Control:
+    """Return the control that a path names, with or without a user before it.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+    """
+    number, rest = split_user(path)
+    found = _BY_PATH.get(rest)
+    if found is None or (number and rest == CONTROLLER):
+        raise ParameterError(f"{path}: cannot be changed here")
+    return found
+
+
+def is_of_link(path: str) -> bool:
+    """Tell whether a control is a setting of a link."""
+    return control_of(path).path.startswith("link.")
+
+
+def changed(scenario: Scenario, values: Settings) -> Scenario:
+    """Return a scenario with settings of a page.
+
+    Raises
+    ------
+    ParameterError
+        If one of them cannot be changed from a page, or may not have its value.
+    """
+    for path in values:
+        control_of(path)
+    wanted: dict[str, Any] = dict(values)
+    if JITTER_S in wanted and JITTER not in wanted and wanted[JITTER_S]:
+        if all(user.link_up.jitter == "none" for user in scenario.users):
+            wanted[JITTER] = "normal"  # a size alone would have no effect
+    try:
+        return parse_scenario(scenario.to_dict(), overrides=wanted)
+    except ScenarioError as error:
+        raise ParameterError("; ".join(error.problems)) from None
+
+
+def values_of(scenario: Scenario, preset: str | None = None) -> dict[str, Any]:
+    """Return the value of every control; that of the first user, and of the way up, where they
+    differ.
+    """
+    flat = scenario.flat()
+    found: dict[str, Any] = {PRESET: preset, CONTROLLER: scenario.controller}
+    for control in CONTROLS:
+        if control.path not in found:
+            leaf = resolved(control.path)[1][0]
+            first = f"{scenario.users[0].name}.{leaf}"
+            found[control.path] = flat[leaf] if leaf in flat else flat.get(first)
+    return found
+
+
+def to_page(values: Mapping[str, Any], *, at_restart: Sequence[str]) -> list[dict[str, Any]]:
+    """Return the controls as the session message declares them.
+
+    Parameters
+    ----------
+    values
+        Their values.
+    at_restart
+        Paths of those that change only with a new beginning.
+    """
+    found = []
+    for control in CONTROLS:
+        spec = None if control.path == PRESET else _spec(control.path)
+        names = tuple(PRESETS) if spec is None else spec.choices
+        if control.path == CONTROLLER:
+            names = RECORDS.names()
+        numeric = control.ends is not None and spec is not None
+        low = high = None
+        if numeric and spec is not None:
+            low = spec.low if spec.low is not None else spec.above
+            high = spec.high if spec.high is not None else spec.below
+        found.append(
+            {
+                "path": control.path,
+                "label": control.label,
+                "unit": spec.unit if spec is not None else "-",
+                "value": values[control.path],
+                "min": low,
+                "max": high,
+                "slider": list(control.ends) if control.ends else None,
+                "choices": None if numeric else list(names),
+                "node": control.node,
+                "restart": control.path in at_restart,
+            }
+        )
+    return found
+
+
+def choices() -> dict[str, Any]:
+    """Return presets and controllers as the session message declares them."""
+    controllers = []
+    for name in RECORDS.names():
+        try:
+            record = record_of(name)
+        except ParameterError:  # a plug-in that cannot be used
+            continue
+        controllers.append({"name": name, "words": record.words, "waves": record.waves})
+    return {
+        "presets": [{"name": name, "words": preset.basis} for name, preset in PRESETS.items()],
+        "controllers": controllers,
+    }
+
+
+def _spec(path: str) -> Any:
+    return TOP[path] if path in TOP else spec_of(path)

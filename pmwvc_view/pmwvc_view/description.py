@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The description of a session for a page: what stays the same while it runs."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pmwvc_analysis.prediction.lag import lag_decides, lag_s
+from pmwvc_core.controllers import proofs_hold
+from pmwvc_core.frame.server_step import Presence
+from pmwvc_core.master.safety_states import SafetyState
+from pmwvc_core.network import FateKind
+from pmwvc_core.numeric import signal
+from pmwvc_core.plant.remote_hand import Target
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.wave.impedance import first_axis
+from pmwvc_view import controls
+
+
+def describe(
+    scenario: Scenario,
+    *,
+    mode: str,
+    duration_s: float | None,
+    values: Mapping[str, Any],
+    at_restart: Sequence[str],
+    remote: Sequence[str],
+) -> dict[str, Any]:
+    """Return the session message without what the server adds.
+
+    Parameters
+    ----------
+    scenario
+        As it is now.
+    mode
+        live, simulated or recorded.
+    duration_s
+        Its length; None where it goes on until it is ended [s].
+    values, at_restart
+        Of the controls; see :func:`.controls.to_page`.
+    remote
+        Users whose handle a page can take.
+    """
+    server = scenario.server
+    return {
+        "mode": mode,
+        "name": scenario.name,
+        "description": scenario.description,
+        "controller": scenario.controller,
+        "dof": scenario.dof,
+        "tick_s": scenario.tick_s,
+        "period_s": server.period_s,
+        "duration_s": duration_s,
+        "object": {
+            "environment": server.environment,
+            "size_m": server.object_size_m,
+            "mass": server.object_mass,
+        },
+        "users": [_user(user, scenario, user.name in remote) for user in scenario.users],
+        "controls": controls.to_page(values, at_restart=at_restart),
+        **controls.choices(),
+        "states": {
+            "master": [state.name.lower() for state in SafetyState],
+            "server": [state.name.lower() for state in Presence],
+            "fate": [kind.name.lower() for kind in FateKind],
+        },
+    }
+
+
+def _user(user: User, scenario: Scenario, remote: bool) -> dict[str, Any]:
+    half = scenario.server.object_size_m / 2.0
+    start = [0.0] * scenario.dof
+    start[0] = user.side * (half + user.contact.gap_m)
+    return {
+        "name": user.name,
+        "side": user.side,
+        "remote": remote,
+        "impedance": float(first_axis(user.impedance)),
+        "stiffness": user.contact.contact_stiffness,
+        "force_limit": user.safety.max_force,
+        "workspace_m": user.device.workspace_m,
+        "start_m": start,
+    }
+
+
+def target(position: tuple[float, ...] | None, scenario: Scenario, user: str) -> Target:
+    """Return a page's target as a hand takes it: within the workspace, one value per axis; None
+    where it is none.
+    """
+    if position is None or len(position) != scenario.dof:
+        return None
+    reach = next(one.device.workspace_m for one in scenario.users if one.name == user)
+    return signal([min(max(value, -reach), reach) for value in position], scenario.dof)
+
+
+def lags(scenario: Scenario, *, live: bool) -> dict[str, float | None]:
+    """Return the round trip by the model of every user, by column [s]; None where the distance of
+    device and avatar is not decided by it.
+    """
+    return {
+        f"{user.name}.lag": lag_s(user, scenario, live=live)
+        if proofs_hold(scenario.controller) and lag_decides(user, scenario)
+        else None
+        for user in scenario.users
+    }

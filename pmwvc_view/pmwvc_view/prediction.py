@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Predictions of proposed settings by the exact model, in a process of their own: an eigenvalue
+problem must not hold up snapshots, and still less a force loop.
+"""
+
+import asyncio
+import multiprocessing
+import os
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any
+
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.scenario.scenario import Scenario
+
+NICE = 10  # loops and pages come first
+
+
+class Predictor:
+    """Answers questions one after the other; of those that wait only the newest.
+
+    Parameters
+    ----------
+    live
+        Phases of a live session.
+    """
+
+    def __init__(self, *, live: bool) -> None:
+        self._live = live
+        self._pool: ProcessPoolExecutor | None = None
+        self._busy = asyncio.Lock()
+        self._newest = 0
+
+    async def ask(self, scenario: Scenario) -> dict[str, Any] | None:
+        """Return the prediction for a scenario, or None where a newer question came."""
+        self._newest = number = self._newest + 1
+        async with self._busy:
+            if number != self._newest:
+                return None
+            if self._pool is None:
+                # Not forked: the caller may have threads.
+                context = multiprocessing.get_context("spawn")
+                self._pool = ProcessPoolExecutor(
+                    1, mp_context=context, initializer=os.nice, initargs=(NICE,)
+                )
+            loop = asyncio.get_running_loop()
+            try:
+                return await loop.run_in_executor(self._pool, predicted, scenario, self._live)
+            except BrokenProcessPool:
+                self._pool = None
+                return unknown("The model's process ended.")
+
+    def close(self) -> None:
+        """End the process."""
+        if self._pool is not None:
+            for process in list((self._pool._processes or {}).values()):
+                process.terminate()
+            self._pool.shutdown(wait=False, cancel_futures=True)
+            self._pool = None
+
+
+def predicted(scenario: Scenario, live: bool) -> dict[str, Any]:
+    """Return the prediction for a scenario as its message."""
+    from pmwvc_analysis.prediction import prediction, text
+
+    try:
+        found = prediction.prediction(scenario, live=live)
+        lines = text.lines(scenario, live=live)
+    except PmwvcError as error:
+        return unknown(f"No prediction: {error}")
+    return {
+        "stable": found["stable"],
+        "rendered_stiffness": found["k_felt"],
+        "mass": found["mass_felt"],
+        "lines": lines,
+    }
+
+
+def unknown(why: str) -> dict[str, Any]:
+    """Return the message where nothing is predicted."""
+    return {"stable": None, "rendered_stiffness": None, "mass": None, "lines": [why]}

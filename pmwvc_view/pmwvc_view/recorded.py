@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A recorded session as rows of a page: the traces of every node at the times of a grid, the
+balances as the report judges them.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_analysis.budget.energy import Balance, user_energies
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_view.protocol.snapshot import PACKET, Layout
+
+DELAY_S = 0.5  # over which the delay of a link is the mean
+Integers = NDArray[np.int64]
+
+
+def rows_of(
+    traces: SessionTraces, scenario: Scenario, layout: Layout, *, period_s: float
+) -> Array:
+    """Return the rows of a session, ``(rows, columns)``; NaN where nothing is known.
+
+    Parameters
+    ----------
+    traces
+        Of the session.
+    scenario
+        Its scenario.
+    layout
+        Of a row.
+    period_s
+        Between two rows.
+    """
+    times = np.arange(0.0, traces.duration_s + 0.5 * period_s, period_s)
+    rows = np.full((len(times), layout.size), math.nan)
+    rows[:, 0] = np.arange(1, len(times) + 1)
+    rows[:, 1] = times
+    if traces.server is not None:
+        _server(rows, layout, times, traces.server)
+    for user in traces.users:
+        if f"{user.name}.x_m" in layout.slices:
+            _master(rows, layout, times, user)
+    for energy in user_energies(traces, scenario):
+        ways = (("up", energy.up), ("down", energy.down), ("hand", energy.joint))
+        for name, balance in ways:
+            if balance is not None and f"{energy.name}.x_m" in layout.slices:
+                _balance(rows, layout, times, balance, f"{energy.name}.energy_{name}")
+    _delays(rows, layout, times, traces, scenario)
+    return rows
+
+
+def packets_of(traces: SessionTraces, scenario: Scenario) -> Array:
+    """Return all packets of a session in the order of their sending, ``(packets, 5)``."""
+    zeros = traces.metadata.get("fate_zero_ns", {})
+    found = [np.empty((0, len(PACKET)))]
+    for index, user in enumerate(scenario.users):
+        for way, name in enumerate(("up", "down")):
+            fates = traces.fates.get(f"{user.name}/{name}")
+            if fates is None:
+                continue
+            zero_ns = zeros.get(fates.link, 0)
+            rows = np.empty((len(fates.number), len(PACKET)))
+            rows[:, 0], rows[:, 1] = 2 * index + way, fates.number
+            rows[:, 2] = (fates.time_in_ns - zero_ns) * 1e-9
+            out_s = (fates.time_out_ns - zero_ns) * 1e-9
+            rows[:, 3] = np.where(fates.time_out_ns > 0, out_s, math.nan)
+            rows[:, 4] = fates.fate
+            found.append(rows)
+    every = np.concatenate(found)
+    return np.asarray(every[np.argsort(every[:, 2], kind="stable")])
+
+
+def _put(rows: Array, layout: Layout, name: str, at: Integers, values: NDArray[Any]) -> None:
+    """Write values ``(samples,)`` or ``(samples, dof)`` into a column; -1: none yet."""
+    known = at >= 0
+    columns = np.asarray(values, dtype=np.float64).reshape(len(values), -1)
+    rows[known, layout.slices[name]] = columns[at[known]]
+
+
+def _newest(of: Array, times: Array) -> Integers:
+    """Return the index of the newest sample at each time, -1 before the first."""
+    return np.searchsorted(of, times + 1e-9, side="right").astype(np.int64) - 1
+
+
+def _server(rows: Array, layout: Layout, times: Array, server: ServerTraces) -> None:
+    at = _newest(server.time_s, times)
+    for name in ("x_o", "xd_o", "target"):
+        _put(rows, layout, f"object.{name}", at, getattr(server, name))
+    for index, user in enumerate(server.users):
+        if f"{user}.x_s" in layout.slices:
+            for name in ("x_s", "xd_s", "f_s", "contact"):
+                _put(rows, layout, f"{user}.{name}", at, getattr(server, name)[index])
+            _put(rows, layout, f"{user}.presence", at, server.state[index])
+
+
+def _master(rows: Array, layout: Layout, times: Array, user: UserTraces) -> None:
+    at = _newest(user.time_s, times)
+    for name in ("x_m", "xd_m", "f_h", "f_applied", "u_m", "v_m"):
+        _put(rows, layout, f"{user.name}.{name}", at, getattr(user, name))
+    _put(rows, layout, f"{user.name}.state", _newest(user.block_time_s, times), user.state)
+    before = np.concatenate([[-1], at[:-1]])
+    some = np.flatnonzero(at > before)
+    if not len(some):
+        return
+    begins = before[some] + 1
+    for name, signal, least in (
+        ("f_min", user.f_applied, np.minimum),
+        ("f_max", user.f_applied, np.maximum),
+        ("lateness", user.lateness_s.reshape(-1, 1), np.maximum),
+    ):
+        extremes = least.reduceat(signal[: at[some[-1]] + 1], begins, axis=0)
+        rows[some, layout.slices[f"{user.name}.{name}"]] = extremes
+
+
+def _balance(rows: Array, layout: Layout, times: Array, balance: Balance, name: str) -> None:
+    at = _newest(balance.time_s, times)
+    _put(rows, layout, f"{name}_in", at, balance.energy_in_j)
+    _put(rows, layout, f"{name}_out", at, balance.energy_out_j)
+    least = np.minimum(np.minimum.accumulate(balance.balance_j), 0.0)
+    _put(rows, layout, f"{name}_min", at, least)
+
+
+def _delays(
+    rows: Array, layout: Layout, times: Array, traces: SessionTraces, scenario: Scenario
+) -> None:
+    """Write the mean delay of the packets that came out within ``DELAY_S`` before a row."""
+    packets = packets_of(traces, scenario)
+    for index, user in enumerate(scenario.users):
+        for way, name in enumerate(("delay_up", "delay_down")):
+            own = packets[packets[:, 0] == 2 * index + way]
+            own = own[np.isfinite(own[:, 3])]
+            own = own[np.argsort(own[:, 3], kind="stable")]
+            sums = np.concatenate([[0.0], np.cumsum(own[:, 3] - own[:, 2])])
+            last = np.searchsorted(own[:, 3], times, side="right")
+            first = np.searchsorted(own[:, 3], times - DELAY_S, side="right")
+            some = last > first
+            mean = (sums[last] - sums[first])[some] / (last - first)[some]
+            rows[some, layout.slices[f"{user.name}.{name}"]] = mean.reshape(-1, 1)

@@ -1,0 +1,162 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The session of a page that was recorded: played, stopped, and moved along a time line."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.master.safety_states import SafetyState
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces
+from pmwvc_view import controls, description
+from pmwvc_view.prediction import Predictor
+from pmwvc_view.protocol.snapshot import Layout
+from pmwvc_view.recorded import packets_of, rows_of
+from pmwvc_view.session import Answer, Session
+from pmwvc_view.snapshots import Snapshot
+from pmwvc_view.verdict import BAD, GOOD, UNKNOWN
+
+SLOWEST, FASTEST = 0.01, 4.0
+
+
+class RecordedSession(Session):
+    """See :class:`.session.Session`.
+
+    Parameters
+    ----------
+    traces
+        What was recorded.
+    scenario
+        Of the session.
+    summary
+        Its verdicts, as in ``summary.json``.
+    snapshot_s
+        Period of the snapshots [s].
+    clock
+        Monotonic clock [s].
+
+    Raises
+    ------
+    RecordingError
+        If nothing of the scenario's users was recorded.
+    """
+
+    can = frozenset({"ask", "pause", "seek", "speed", "seen"})
+
+    def __init__(
+        self,
+        traces: SessionTraces,
+        scenario: Scenario,
+        summary: Mapping[str, Any],
+        *,
+        snapshot_s: float,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._names = [user.name for user in scenario.users]
+        if not {user.name for user in traces.users} & set(self._names):
+            raise RecordingError("nothing was recorded of the users of its scenario")
+        self._traces, self._scenario, self._summary = traces, scenario, summary
+        self.layout = Layout(self._names, scenario.dof)
+        self._rows = rows_of(traces, scenario, self.layout, period_s=snapshot_s)
+        self._packets = packets_of(traces, scenario)
+        live = traces.source == "live"
+        lags = description.lags(scenario, live=live)
+        for name, value in lags.items():
+            self._rows[:, self.layout.slices[name]] = np.nan if value is None else value
+        self._clock, self._period_s = clock, snapshot_s
+        super().__init__(Predictor(live=live))
+        self._time_s, self._at_s = 0.0, clock()
+        self._ratio, self._paused = 1.0, True
+        self._shown = -1  # row shown last
+        self._seq = 0
+
+    def description(self) -> dict[str, Any]:
+        """Return the session message without what the server adds."""
+        found = description.describe(
+            self._scenario,
+            mode="recorded",
+            duration_s=self._traces.duration_s,
+            values=controls.values_of(self._scenario),
+            at_restart=[],
+            remote=[],
+        )
+        return {**found, "events": self._summary["events"]}
+
+    def poll(self) -> Sequence[Snapshot]:
+        """Return the rows from the last call up to now; where time was moved, the one there."""
+        now_s = self._clock()
+        passed_s, self._at_s = now_s - self._at_s, now_s
+        end_s = self._traces.duration_s
+        if not self._paused:
+            self._time_s = min(self._time_s + passed_s * self._ratio, end_s)
+            self._paused = self._time_s >= end_s
+        last = min(int(self._time_s / self._period_s + 1e-9), len(self._rows) - 1)
+        first = self._shown + 1 if self._shown <= last else last
+        self._shown = last
+        return [self._snapshot(index) for index in range(first, last + 1)]
+
+    def _snapshot(self, index: int) -> Snapshot:
+        self._seq += 1
+        row = self._rows[index].copy()
+        row[0] = self._seq
+        since_s, until_s = row[1] - self._period_s, row[1]
+        sent_s = self._packets[:, 2]
+        begin, end = np.searchsorted(sent_s, [since_s, until_s], side="right")
+        return Snapshot(row, self._packets[begin:end])
+
+    def news(self) -> Mapping[str, Mapping[str, Any]]:
+        """Return the recorded verdict with the states of now, and where time is."""
+        time_s = self._time_s if self._paused else None  # the rows tell
+        play = {"paused": self._paused, "time_s": time_s, "ratio": self._ratio}
+        return {"text": self._text(), "play": play}
+
+    def _text(self) -> dict[str, Any]:
+        lines = self._summary["verdict"]
+        wrong = [line["text"] for line in lines if line["ok"] is False]
+        open_ = [line["text"] for line in lines if line["ok"] is None]
+        level = BAD if wrong else UNKNOWN if open_ else GOOD
+        sentence = (wrong or open_ or [lines[0]["text"]])[0]
+        return {
+            "verdict": f"The whole session: {sentence}",
+            "level": level,
+            "users": {user: self._state(user) for user in self._names},
+            "notices": [line["text"] for line in lines],
+        }
+
+    def _state(self, user: str) -> dict[str, str]:
+        state = float(self._rows[max(self._shown, 0), self.layout.slices[f"{user}.state"]][0])
+        word = SafetyState(int(state)).name.lower() if np.isfinite(state) else "no data"
+        reason = ""
+        for one in self._traces.users:
+            if one.name == user and np.isfinite(state):
+                at = np.searchsorted(one.block_time_s, self._rows[self._shown, 1], side="right")
+                reason = one.reason[max(int(at) - 1, 0)]
+        return {"state": word, "reason": reason, "note": ""}
+
+    def scenario(self) -> Scenario:
+        """Return the scenario that settings are added to."""
+        return self._scenario
+
+    def pause(self, paused: bool) -> Answer:
+        """Stop, or play on; from the beginning where the end was reached."""
+        if not paused and self._time_s >= self._traces.duration_s:
+            self._time_s = 0.0
+        self._paused = paused
+        return Answer(True, "paused" if paused else "playing")
+
+    def seek(self, time_s: float) -> Answer:
+        """Go to another time [s]."""
+        self._time_s = min(max(time_s, 0.0), self._traces.duration_s)
+        self._shown = int(self._time_s / self._period_s + 1e-9) - 1
+        return Answer(True, f"at {self._time_s:.3f} s")
+
+    def speed(self, ratio: float) -> Answer:
+        """Play at this ratio of the speed."""
+        if not SLOWEST <= ratio <= FASTEST:
+            return Answer(False, f"speed = {ratio:g}: must be {SLOWEST:g}..{FASTEST:g}")
+        self._ratio = ratio
+        return Answer(True, f"{ratio:g} times the speed")

@@ -1,0 +1,308 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server of the page: its files, and a socket per page. No ROS.
+
+One event loop does everything: it polls the session once a snapshot, and hands requests to it as
+they come. A page can do what a hand can do; whatever it sends is checked and counted here.
+"""
+
+import asyncio
+import http
+import threading
+from collections.abc import Mapping
+from typing import Any, Protocol
+from urllib.parse import urlsplit
+
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.datastructures import Headers
+from websockets.http11 import Request as HttpRequest
+from websockets.http11 import Response
+
+from pmwvc_view import access, protocol
+from pmwvc_view.client import Client
+from pmwvc_view.handles import Handles
+from pmwvc_view.protocol import requests
+from pmwvc_view.session import Answer, Session
+from pmwvc_view.snapshots import Snapshot
+
+
+class Stop(Protocol):
+    """Asks the server to end."""
+
+    def is_set(self) -> bool:
+        """Tell whether it is asked to."""
+        ...
+
+
+MOST_PAGES = 32
+STARTED_LATE_S = 0.25  # a poll later than this does not catch up
+
+
+class PageServer:
+    """A session for any number of pages.
+
+    Parameters
+    ----------
+    session
+        What is shown.
+    host, port
+        Address to listen on; port 0 takes any that is free.
+    token
+        Of the socket.
+    snapshot_s
+        Period of the snapshots [s].
+
+    Attributes
+    ----------
+    port
+        The port that is listened on; 0 before.
+    """
+
+    def __init__(
+        self, session: Session, *, host: str, port: int, token: str, snapshot_s: float
+    ) -> None:
+        self._session = session
+        self._host, self.port, self._token = host, port, token
+        self._snapshot_s = snapshot_s
+        self._access = access.Access(host, token)
+        self._clients: dict[ServerConnection, Client] = {}
+        self._handles = Handles(_remote(session))
+        self._generation = session.generation
+        self._news: dict[str, Mapping[str, Any]] = {}
+        self._newest: Snapshot | None = None
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    @property
+    def address(self) -> str:
+        """Address of the page, with its token."""
+        host = f"[{self._host}]" if ":" in self._host else self._host
+        name = {"0.0.0.0": "127.0.0.1", "[::]": "[::1]"}.get(host, host)
+        return f"http://{name}:{self.port}/?token={self._token}"
+
+    def run(self, stop: Stop, ready: threading.Event | None = None) -> None:
+        """Serve until asked to stop or the session is over.
+
+        Raises
+        ------
+        OSError
+            If the address cannot be listened on.
+        """
+        asyncio.run(self.serve(stop, ready))
+
+    async def serve(self, stop: Stop, ready: threading.Event | None = None) -> None:
+        """Serve as :meth:`run` does, in a running event loop."""
+        server = await serve(
+            self._serve_page,
+            self._host,
+            self.port,
+            process_request=self._request,
+            compression=None,
+            max_size=protocol.MESSAGE_BYTES,
+            server_header=None,
+        )
+        try:
+            self.port = _port(server)
+            if ready is not None:
+                ready.set()
+            await self._pace(stop)
+        finally:
+            text = self._session.ended or "the page's server was ended"
+            self._tell({"kind": "ended", "text": text})
+            self._session.close()
+            await asyncio.gather(*(client.close() for client in self._clients.values()))
+            server.close()
+            await server.wait_closed()
+
+    async def _pace(self, stop: Stop) -> None:
+        """Poll the session, once a snapshot."""
+        loop, session = asyncio.get_running_loop(), self._session
+        due_s = loop.time()
+        while not stop.is_set() and session.ended is None:
+            now_s = loop.time()
+            for user in self._handles.silent(now_s):
+                session.target(user, None)
+            snapshots = session.poll()
+            if session.generation != self._generation:
+                self._begin()
+            for snapshot in snapshots:
+                self._newest = snapshot
+                for client in self._clients.values():
+                    client.show(snapshot)
+            self._tell_news()
+            due_s = max(due_s + self._snapshot_s, now_s - STARTED_LATE_S)
+            await asyncio.sleep(max(due_s - loop.time(), 0.0))
+
+    def _begin(self) -> None:
+        """Describe the session anew to every page; handles stay whose they are."""
+        self._generation = self._session.generation
+        self._news, self._newest = {}, None
+        owned = {client: self._handles.owned(client) for client in self._clients.values()}
+        self._handles = Handles(_remote(self._session))
+        for client, users in owned.items():
+            for user in users:
+                self._handles.take(user, client)
+            client.begin(self._session.layout)
+            client.send(self._description(client))
+
+    def _tell_news(self) -> None:
+        for kind, content in self._session.news().items():
+            if self._news.get(kind) != content:
+                self._news[kind] = dict(content)
+                self._tell({"kind": kind, **content})
+
+    def _tell(self, message: Mapping[str, Any]) -> None:
+        for client in self._clients.values():
+            client.send(message)
+
+    def _tell_users(self) -> None:
+        for client in self._clients.values():
+            client.send({"kind": "users", "users": self._holders(client)})
+
+    def _holders(self, client: Client) -> list[dict[str, Any]]:
+        found = []
+        for user in self._session.description()["users"]:
+            owner = self._handles.owner(user["name"])
+            holder = None if owner is None else "you" if owner is client else "other"
+            found.append({"name": user["name"], "holder": holder})
+        return found
+
+    def _description(self, client: Client) -> dict[str, Any]:
+        """Return the session message for a page."""
+        message = self._session.description()
+        holders = {each["name"]: each["holder"] for each in self._holders(client)}
+        users = [{**user, "holder": holders[user["name"]]} for user in message["users"]]
+        return {
+            "kind": "session",
+            "version": protocol.VERSION,
+            **message,
+            "users": users,
+            "can": sorted(self._session.can),
+            "snapshot_s": self._snapshot_s,
+            "limits": {
+                "heartbeat_s": protocol.HEARTBEAT_S,
+                "silence_s": protocol.SILENCE_S,
+                "credits": protocol.CREDITS,
+                "message_bytes": protocol.MESSAGE_BYTES,
+                "messages_hz": protocol.MESSAGES_HZ,
+            },
+            "layout": self._session.layout.to_page(),
+        }
+
+    def _request(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
+        """Answer a request for a file; let a socket through that may connect."""
+        hosts = request.headers.get_all("Host")
+        if why := self._access.host_refused(hosts, self.port):
+            return _answer(http.HTTPStatus.FORBIDDEN, why)
+        path = urlsplit(request.path).path
+        if path != access.SOCKET:
+            file = access.page_file(path)
+            if file is None:
+                return _answer(http.HTTPStatus.NOT_FOUND, "there is no such file")
+            return _answer(http.HTTPStatus.OK, file.content, file.kind)
+        origins = request.headers.get_all("Origin")
+        if why := self._access.socket_refused(request.path, origins, hosts[0]):
+            return _answer(http.HTTPStatus.FORBIDDEN, why)
+        if len(self._clients) >= MOST_PAGES:
+            text = f"{MOST_PAGES} pages are connected already"
+            return _answer(http.HTTPStatus.SERVICE_UNAVAILABLE, text)
+        return None
+
+    async def _serve_page(self, socket: ServerConnection) -> None:
+        """Serve one page until it is gone; then its handles are free."""
+        client = Client(socket, self._session.layout)
+        client.send(self._description(client))
+        for kind, content in self._news.items():
+            client.send({"kind": kind, **content})
+        if self._newest is not None:
+            client.show(self._newest)
+        self._clients[socket] = client
+        try:
+            await client.run(lambda request: self._handle(client, request))
+        finally:
+            del self._clients[socket]
+            for user in self._handles.owned(client):
+                self._open(user)
+                self._handles.free(user)
+                self._tell_users()
+
+    def _open(self, user: str) -> None:
+        self._handles.opened(user)
+        self._session.target(user, None)
+
+    def _handle(self, client: Client, request: requests.Request) -> None:
+        """Do what a page asks for; answers that take their time come later."""
+        session = self._session
+        if isinstance(request, requests.Seen):
+            client.seen(request.seq)
+        elif isinstance(request, requests.Target):
+            self._target(client, request)
+        elif request.kind not in session.can:
+            self._answer(client, request, Answer(False, f"{request.kind}: not in this session"))
+        elif isinstance(request, requests.Take):
+            why = self._handles.take(request.user, client)
+            self._answer(client, request, Answer(why is None, why or ""))
+            self._tell_users()
+        elif isinstance(request, requests.LetGo):
+            mine = self._handles.owner(request.user) is client
+            if mine:
+                self._open(request.user)
+                self._handles.free(request.user)
+            self._answer(client, request, Answer(mine, "" if mine else "it is not yours"))
+            self._tell_users()
+        elif isinstance(request, requests.Set | requests.Ask):
+            task = asyncio.create_task(self._later(client, request))
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+        else:
+            self._answer(client, request, self._at_once(request))
+
+    def _target(self, client: Client, request: requests.Target) -> None:
+        if self._handles.owner(request.user) is not client:
+            return
+        if request.position is None:
+            self._open(request.user)
+        else:
+            self._handles.held(request.user, asyncio.get_running_loop().time())
+            self._session.target(request.user, request.position)
+
+    def _at_once(self, request: requests.Request) -> Answer:
+        session = self._session
+        if isinstance(request, requests.Pause):
+            return session.pause(request.paused)
+        if isinstance(request, requests.Restart):
+            return session.restart(request.values)
+        if isinstance(request, requests.Seek):
+            return session.seek(request.time_s)
+        if isinstance(request, requests.Speed):
+            return session.speed(request.ratio)
+        raise TypeError(request.kind)
+
+    async def _later(self, client: Client, request: requests.Set | requests.Ask) -> None:
+        if isinstance(request, requests.Set):
+            self._answer(client, request, await self._session.set(request.path, request.value))
+        else:
+            found = await self._session.ask(request.values)
+            if found is not None:
+                client.send({"kind": "prediction", "id": request.id, **found})
+
+    def _answer(self, client: Client, request: Any, answer: Answer) -> None:
+        if request.id is not None:
+            client.send({"kind": "answer", "id": request.id, **answer._asdict()})
+
+
+def _remote(session: Session) -> list[str]:
+    return [user["name"] for user in session.description()["users"] if user["remote"]]
+
+
+def _port(server: Server) -> int:
+    return int(next(iter(server.sockets)).getsockname()[1])
+
+
+def _answer(
+    status: http.HTTPStatus, content: bytes | str, kind: str = "text/plain; charset=utf-8"
+) -> Response:
+    body = content if isinstance(content, bytes) else f"{content}\n".encode()
+    headers = Headers({**access.HEADERS, "Content-Type": kind})
+    headers["Content-Length"] = str(len(body))
+    headers["Connection"] = "close"
+    return Response(status.value, status.phrase, headers, body)

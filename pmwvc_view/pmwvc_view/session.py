@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A session as the page's server sees it: live, simulated in real time, or recorded."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_view import controls
+from pmwvc_view.controls import Setting, Settings
+from pmwvc_view.prediction import Predictor, unknown
+from pmwvc_view.protocol.snapshot import Layout
+from pmwvc_view.snapshots import Snapshot
+
+
+class Answer(NamedTuple):
+    """The answer to a request: whether it was done, and why not, or what holds now."""
+
+    done: bool
+    text: str = ""
+
+
+REFUSED = Answer(False, "not in this session")
+
+
+class Session:
+    """What a page can see of a session and do in it; all of it is called from one event loop.
+
+    What a kind of session does not serve it does not name in ``can``, and leaves as it is here.
+
+    Parameters
+    ----------
+    predictor
+        Answers what the exact model says.
+
+    Attributes
+    ----------
+    can
+        Kinds of requests that it serves.
+    layout
+        Of its snapshots.
+    generation
+        Counts its beginnings: another number, and everything is described anew.
+    ended
+        Why it is over; None while it goes on.
+    """
+
+    can: frozenset[str] = frozenset()
+    layout: Layout
+
+    def __init__(self, predictor: Predictor) -> None:
+        self._predictor = predictor
+        self.generation = 0
+        self.ended: str | None = None
+
+    def description(self) -> dict[str, Any]:
+        """Return the session message without what the server adds."""
+        raise NotImplementedError
+
+    def scenario(self) -> Scenario:
+        """Return the scenario that settings are added to."""
+        raise NotImplementedError
+
+    def poll(self) -> Sequence[Snapshot]:
+        """Return the snapshots since the last call."""
+        raise NotImplementedError
+
+    def news(self) -> Mapping[str, Mapping[str, Any]]:
+        """Return the messages whose content changes now and then, by kind: text, values, play."""
+        raise NotImplementedError
+
+    def target(self, user: str, position: tuple[float, ...] | None) -> None:
+        """Give a hand its newest target [m]; None opens it."""
+
+    async def set(self, path: str, value: Setting) -> Answer:
+        """Change a parameter."""
+        return REFUSED
+
+    async def ask(self, values: Settings) -> dict[str, Any] | None:
+        """Return the exact model's prediction with these settings, as its message; None where a
+        newer question came.
+        """
+        try:
+            return await self._predictor.ask(controls.changed(self.scenario(), values))
+        except PmwvcError as error:
+            return unknown(str(error))
+
+    def pause(self, paused: bool) -> Answer:
+        """Let time stand still, or go on."""
+        return REFUSED
+
+    def restart(self, values: Settings) -> Answer:
+        """Begin again with these settings."""
+        return REFUSED
+
+    def seek(self, time_s: float) -> Answer:
+        """Go to another time."""
+        return REFUSED
+
+    def speed(self, ratio: float) -> Answer:
+        """Let time pass at this ratio."""
+        return REFUSED
+
+    def close(self) -> None:
+        """Let go of everything."""
+        self._predictor.close()

@@ -1,0 +1,206 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A session simulated in real time: the core's own ends of the protocol, stepped as far as the
+clock says. Needs no ROS.
+
+As the simulator (:mod:`pmwvc_core.simulation.session`), frame start, server step and answer are
+one instant; unlike it this session has no end, and its links change while it runs.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from pmwvc_core.controllers import has_waves
+from pmwvc_core.frame.assembly import server_step_of
+from pmwvc_core.frame.force_loop import SIGNALS
+from pmwvc_core.frame.server_step import ServerRow
+from pmwvc_core.network import Link
+from pmwvc_core.numeric import Array, Value
+from pmwvc_core.params import LinkParams
+from pmwvc_core.plant.remote_hand import RemoteHand, Target
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.links import SimulatedLink
+from pmwvc_core.simulation.user import SimulatedUser
+from pmwvc_view.accounts import MasterSums, ServerSums
+from pmwvc_view.feed import Block, Feed, Step
+
+CONDITIONS = Conditions()
+_X, _XD, _F_H, _F, _U, _V = (
+    SIGNALS.index(name) for name in ("x_m", "xd_m", "f_h", "f_applied", "u_m", "v_m")
+)
+
+
+class PageTargets:
+    """The targets that a page gives to a hand: the newest one, once."""
+
+    early = True
+
+    def __init__(self) -> None:
+        self._new: list[Target] = []
+
+    def give(self, target: Target) -> None:
+        """Note a target; None lets go."""
+        self._new.append(target)
+
+    def take(self) -> Sequence[Target]:
+        """Return what came since the last tick."""
+        new, self._new = self._new, []
+        return new
+
+
+class Simulation:
+    """The ends of a scenario, stepped tick by tick; its traces go to a feed.
+
+    Parameters
+    ----------
+    scenario
+        One run, without an end.
+    feed
+        Takes the traces.
+    epoch
+        Number of this beginning.
+    """
+
+    def __init__(self, scenario: Scenario, feed: Feed, *, epoch: int) -> None:
+        self._feed, self._epoch = feed, epoch
+        self._names = [user.name for user in scenario.users]
+        self._waves = has_waves(scenario.controller)
+        self._dof = scenario.dof
+        self._server = server_step_of(scenario)
+        self._users = [
+            SimulatedUser(scenario, i, runs=1, server_inbox=inbox, conditions=CONDITIONS)
+            for i, inbox in enumerate(self._server.inboxes)
+        ]
+        self._every = scenario.period_ticks
+        self._chunk = math.gcd(self._every, *(user.times.rate_drop for user in self._users))
+        self.tick_ns = round(scenario.tick_s * 1e9)
+        self.targets: dict[str, PageTargets] = {}
+        for user in self._users:
+            if isinstance(user.operator, RemoteHand) and not user.settings.operator.file:
+                self.targets[user.settings.name] = source = PageTargets()
+                user.operator.source = source
+        self.tick = 0
+
+    def run(self, until_tick: int) -> None:
+        """Step up to a tick, in whole chunks."""
+        while self.tick + self._chunk <= until_tick:
+            self._step()
+            self.tick += self._chunk
+
+    def configure(self, user: int, way: int, params: LinkParams) -> None:
+        """Change one direction of a user's link (0 up, 1 down).
+
+        Raises
+        ------
+        PmwvcError
+            If the settings cannot be used.
+        """
+        link = self._link(user, way).link
+        if isinstance(link, Link) and link.params != params:
+            link.configure(params)
+
+    def round_trips(self) -> dict[str, float | None]:
+        """Return the measured round trip of every user, by column [s]."""
+        return {
+            f"{name}.round_trip": user.loop.inbox.round_trip_s
+            for name, user in zip(self._names, self._users, strict=True)
+        }
+
+    def places(self) -> dict[str, Value | None]:
+        """Return the target of every remote hand that is closed, by column [m]."""
+        return {
+            f"{user.settings.name}.target": user.operator.target if user.operator.holding else None
+            for user in self._users
+            if isinstance(user.operator, RemoteHand)
+        }
+
+    def _link(self, user: int, way: int) -> SimulatedLink:
+        return self._users[user].down if way else self._users[user].up
+
+    def _step(self) -> None:
+        """Run one chunk: what is due at its first tick, then its ticks."""
+        tick, now_ns = self.tick, self.tick * self.tick_ns
+        for user in self._users:
+            if tick % user.times.rate_drop == 0:
+                user.send(tick, now_ns)
+        if tick % self._every == 0:
+            self._serve(now_ns)
+        ticks = range(tick, tick + self._chunk)
+        times = [number * self.tick_ns for number in ticks]
+        for name, user in zip(self._names, self._users, strict=True):
+            values = user.advance(ticks, times)
+            self._feed.on_master(name, self._block(user, values, times))
+        for index in range(len(self._users)):
+            for way in (0, 1):
+                self._hand_packets(2 * index + way, self._link(index, way))
+
+    def _serve(self, now_ns: int) -> None:
+        packets = [user.up.collect(now_ns) for user in self._users]
+        answers, row = self._server.tick(now_ns, packets)
+        for user, answer in zip(self._users, answers, strict=True):
+            if answer is not None:
+                user.down.send(answer, now_ns)
+        if row is not None:
+            self._feed.on_server(self._server_row(row, now_ns))
+
+    def _server_row(self, row: ServerRow, now_ns: int) -> Step:
+        vector = self._vector
+        return Step(
+            start_ns=now_ns,
+            x_o=vector(row.x_o),
+            xd_o=vector(row.xd_o),
+            target=vector(row.target),
+            x_s=np.array([vector(port.x_s) for port in row.ports]),
+            xd_s=np.array([vector(port.xd_s) for port in row.ports]),
+            f_s=np.array([vector(port.f_s) for port in row.ports]),
+            state=[int(state) for state in row.state],
+            contact=[bool(port.contact) for port in row.ports],
+            lateness_s=0.0,
+            sums={
+                name: ServerSums(
+                    now_ns, self._epoch, float(port.energy_u_s), float(port.energy_v_s)
+                )
+                for name, port in zip(self._names, row.ports, strict=True)
+            },
+        )
+
+    def _block(self, user: SimulatedUser, values: list[Value], times: Sequence[int]) -> Block:
+        signals = np.array(values).reshape(len(times), len(SIGNALS), self._dof)
+        report = user.loop.report()
+        sums = MasterSums(
+            times[-1],
+            self._epoch,
+            float(report.u_m),
+            float(report.v_m),
+            float(user.device.work[0]),
+        )
+        return Block(
+            start_ns=times[0],
+            period_ns=self.tick_ns,
+            x=signals[:, _X],
+            xd=signals[:, _XD],
+            f_h=signals[:, _F_H],
+            f_applied=signals[:, _F],
+            u_m=signals[:, _U],
+            v_m=signals[:, _V],
+            lateness_s=np.zeros(len(times)),
+            state=int(report.state),
+            reason=str(report.reason),
+            missed=0,
+            sums=sums,
+            waves=self._waves and not report.accounts,
+        )
+
+    def _vector(self, value: Value) -> Array:
+        return np.reshape(np.asarray(value, dtype=np.float64), self._dof)
+
+    def _hand_packets(self, number: int, link: SimulatedLink) -> None:
+        """Hand the newest fates over; an arrival may lie ahead. No record of packets is kept."""
+        fates = link.fates
+        if fates:
+            rows = [(f.number, f.time_in_ns, f.time_due_ns, int(f.kind)) for f in fates]
+            self._feed.on_packets(number, np.array(rows, dtype=np.float64))
+        link.fates, link.sent, link.arrived = [], [], []

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The verdict on a session while it runs: one sentence, and a state in words per user.
+
+It is as of now: what was recorded is judged by the report. Conditions stand in the sentence: since
+when, which accounts, what was not judged.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pmwvc_core.master.safety_states import SafetyState
+from pmwvc_view.accounts import Account
+from pmwvc_view.feed import NS, Feed
+
+WORDS = ("starting", "coupled", "damping", "fault")
+GOOD, CAUTION, BAD, UNKNOWN = "good", "caution", "bad", "unknown"
+
+
+def verdict(
+    feed: Feed,
+    users: Sequence[str],
+    *,
+    storage_j: Mapping[str, float],
+    exact_hands: Sequence[str],
+    notices: Sequence[str],
+) -> dict[str, Any]:
+    """Return the text message: verdict, level, users, notices.
+
+    Parameters
+    ----------
+    feed
+        Traces so far.
+    users
+        Their names.
+    storage_j
+        Energy that a user's controller was declared to hold at the start [J].
+    exact_hands
+        Users whose device knows its motion exactly: their account from hand to object is judged.
+    notices
+        What people should know beside the verdict.
+    """
+    level, sentence = _judged(feed, users, storage_j, exact_hands)
+    states = {}
+    for user in users:
+        state, reason = feed.state(user)
+        word = "no data" if state is None else WORDS[state]
+        states[user] = {"state": word, "reason": reason, "note": _note(feed, user)}
+    return {"verdict": sentence, "level": level, "users": states, "notices": list(notices)}
+
+
+def _judged(
+    feed: Feed, users: Sequence[str], storage_j: Mapping[str, float], exact: Sequence[str]
+) -> tuple[str, str]:
+    states = {user: feed.state(user) for user in users}
+    faults = [f"{u}: {why}" for u, (state, why) in states.items() if state == SafetyState.FAULT]
+    if faults:
+        return BAD, f"Force switched off: {'; '.join(faults)}."
+    active = _active(feed, users, storage_j, exact)
+    if active:
+        return BAD, f"Not passive: {'; '.join(active)}."
+    waiting = [
+        f"{user} {'has sent nothing yet' if state is None else _state(state, why)}"
+        for user, (state, why) in states.items()
+        if state != SafetyState.COUPLED
+    ]
+    if waiting:
+        return CAUTION, f"Not all users are coupled: {'; '.join(waiting)}."
+    unjudged = [user for user in users if not _is_judged(feed, user, exact)]
+    if unjudged:
+        return UNKNOWN, f"All users are coupled; energy is not judged for {', '.join(unjudged)}."
+    parts = "no channel" if all(feed.waves(user) for user in users) else "no user's link"
+    return GOOD, f"All users are coupled; {parts} has given out more energy than it received."
+
+
+def _state(state: int, why: str) -> str:
+    return f"is {WORDS[state]}" + (f" ({why})" if why else "")
+
+
+def _active(
+    feed: Feed, users: Sequence[str], storage_j: Mapping[str, float], exact: Sequence[str]
+) -> list[str]:
+    """Return the accounts that were below what they may be, in words."""
+    found = []
+    for user in users:
+        accounts = feed.accounts(user)
+        parts: list[tuple[str, Account, float]] = []
+        if feed.waves(user):
+            parts += [("way up", accounts.up, 0.0), ("way down", accounts.down, 0.0)]
+        if user in exact:
+            parts.append(("hand to object", accounts.hand, storage_j.get(user, 0.0)))
+        for name, account, stored in parts:
+            if account.least_j < -stored - account.tolerance_j:
+                at_s = (account.least_ns - (feed.zero_ns or 0)) / NS
+                found.append(
+                    f"{user}, {name}, gave out {-1e3 * account.least_j:.3g} mJ more than it "
+                    f"received (at {at_s:.1f} s)"
+                )
+    return found
+
+
+def _is_judged(feed: Feed, user: str, exact: Sequence[str]) -> bool:
+    accounts = feed.accounts(user)
+    known = accounts.known_ns is not None and accounts.judged
+    return known and (feed.waves(user) or user in exact)
+
+
+def _note(feed: Feed, user: str) -> str:
+    accounts = feed.accounts(user)
+    if accounts.known_ns is None:
+        return "no energy account yet"
+    if not accounts.judged:
+        return "a node was started again: its energy is counted and no longer judged"
+    return ""
