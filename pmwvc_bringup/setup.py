@@ -17,6 +17,7 @@ setup(
         (f"share/{name}", ["package.xml"]),
         (f"share/{name}/launch", sorted(glob("launch/*.launch.py"))),
         (f"share/{name}/config", sorted(glob("config/*"))),
+        (f"share/{name}/layouts", sorted(glob("layouts/*"))),
     ],
     install_requires=["setuptools"],
     zip_safe=False,

@@ -31,7 +31,8 @@ LOCK = TOOLS / "requirements.txt"
 STRIP = TOOLS / "strip_leaked_paths.cmake"
 PYTHONS = ((3, 11), (3, 13))
 CONTENT_HASHED = ("package.xml", "setup.py", "setup.cfg", "CMakeLists.txt", "msg", "resource")
-NAMES_MATTER = ("launch", "config")  # installed as links: an edit needs no build, a new file does
+# Installed as links: an edit needs no build, a new file does.
+NAMES_MATTER = ("launch", "config", "layouts")
 
 
 def report(text: str) -> None:

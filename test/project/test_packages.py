@@ -148,9 +148,9 @@ def test_every_folder_of_modules_is_a_package(name: str) -> None:
     assert [str(folder) for folder in folders if not (folder / "__init__.py").exists()] == []
 
 
-@pytest.mark.parametrize("kind", ["launch", "config"])
-def test_installed_launch_files_and_scenarios_are_the_ones_in_the_source(kind: str) -> None:
+@pytest.mark.parametrize("kind", ["launch", "config", "layouts"])
+def test_installed_files_are_the_ones_in_the_source(kind: str) -> None:
     source = {file.name for file in (ROOT / "pmwvc_bringup" / kind).glob("*.*")}
     installed = Path(sys.prefix, "share", "pmwvc_bringup", kind)
     assert {file.name for file in installed.glob("*.*")} == source
-    assert all(re.search(r"\.launch\.py$|\.yaml$|\.csv$|\.xml$", name) for name in source)
+    assert all(re.search(r"\.launch\.py$|\.(yaml|csv|xml|json|rviz)$", name) for name in source)

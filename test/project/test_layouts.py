@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The layouts of other viewers show topics and fields that exist."""
+
+import json
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+import yaml
+
+from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording.format.topics import session_topics
+from pmwvc_server.markers import FRAME
+
+LAYOUTS = Path(__file__).resolve().parents[2] / "pmwvc_bringup" / "layouts"
+USERS = ("user1", "user2")
+LINKS = [f"{user}/{way}" for user in USERS for way in ("up", "down")]
+TOPICS = {topic.name: topic for topic in session_topics(list(USERS), links=LINKS, people=True)}
+
+
+def field_problem(topic, field):
+    """Return why a topic has no such field, with an index for an array and none for a number."""
+    if topic not in TOPICS:
+        return f"no topic {topic}"
+    name, index = re.fullmatch(r"(\w+)(\[\d+\])?", field).groups()
+    kinds = dict(
+        (words[1], words[0])
+        for line in schemas.message_text(TOPICS[topic].type_name).splitlines()
+        if len(words := line.partition("#")[0].split()) == 2
+    )
+    if name not in kinds:
+        return f"{topic} has no field {name}"
+    if kinds[name].endswith("[]") != (index is not None):
+        return f"{topic} {name} is {kinds[name]}"
+    return None
+
+
+def foxglove():
+    return json.loads((LAYOUTS / "foxglove.json").read_text("utf-8"))
+
+
+def foxglove_paths():
+    for name, panel in foxglove()["configById"].items():
+        for path in panel.get("paths", []):
+            yield name, path["value"]
+
+
+def test_every_curve_of_foxglove_is_a_field_of_a_topic():
+    paths = list(foxglove_paths())
+    assert len(paths) > 15
+    for name, value in paths:
+        topic, filtered, field = re.fullmatch(r"(/[\w/]+)(\{.*\})?\.(.*)", value).groups()
+        assert field_problem(topic, field) is None, (name, value)
+        if filtered:
+            key, wanted = re.fullmatch(r'\{(\w+)=="(.*)"\}', filtered).groups()
+            assert field_problem(topic, key) is None
+            assert wanted in LINKS
+
+
+def test_every_panel_of_foxglove_is_shown_once():
+    def panels(node):
+        return [node] if isinstance(node, str) else panels(node["first"]) + panels(node["second"])
+
+    content = foxglove()
+    assert sorted(panels(content["layout"])) == sorted(content["configById"])
+    scene = content["configById"]["3D!scene"]
+    assert set(scene["topics"]) <= set(TOPICS) and scene["followTf"] == FRAME
+    assert content["configById"]["DiagnosticSummary!health"]["topicToRender"] in TOPICS
+
+
+def test_every_curve_of_plotjuggler_is_a_field_of_a_topic():
+    curves = ElementTree.parse(LAYOUTS / "plotjuggler.xml").getroot().findall(".//curve")
+    assert len(curves) > 15
+    for curve in curves:
+        topic, _, field = curve.attrib["name"].rpartition("/")
+        assert field_problem(topic, field) is None, curve.attrib
+
+
+def test_rviz_shows_the_markers_in_their_frame_and_quality_of_service():
+    manager = yaml.safe_load((LAYOUTS / "session.rviz").read_text())["Visualization Manager"]
+    assert manager["Global Options"]["Fixed Frame"] == FRAME
+    (markers,) = [d for d in manager["Displays"] if d["Class"].endswith("/MarkerArray")]
+    topic = TOPICS[markers["Topic"]["Value"]]
+    assert topic.type_name == "visualization_msgs/msg/MarkerArray"
+    assert (markers["Topic"]["Reliability Policy"] == "Reliable") is topic.reliable
+
+
+@pytest.mark.parametrize(
+    ("topic", "field", "why"),
+    [
+        ("/user1/traces", "x[0]", "no topic"),
+        ("/user1/trace", "y[0]", "no field y"),
+        ("/user1/trace", "x", "is float64[]"),
+        ("/user1/trace", "period[0]", "is float64"),
+    ],
+)
+def test_a_wrong_curve_is_found(topic, field, why):
+    assert why in field_problem(topic, field)
