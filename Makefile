@@ -31,6 +31,9 @@ bench: setup  ## timing of the loop and of the core, with numbers
 figures: setup  ## the dissertation's figures and numbers, computed again (minutes)
 	@PYTHONPATH=tools $(PY) -m reproduction
 
+film: setup  ## the animated picture of the README, from a live session
+	@$(PY) tools/film.py
+
 docs: setup  ## reference pages from their sources
 	@$(PY) tools/write_reference.py
 
@@ -41,4 +44,4 @@ lock: setup  ## new lock file after editing tools/requirements.in
 clean:  ## remove environment, build and caches (sessions stay)
 	rm -rf .venv .ros .hypothesis .pytest_cache .ruff_cache .mypy_cache
 
-.PHONY: help setup run test lint bench figures docs lock clean
+.PHONY: help setup run test lint bench figures film docs lock clean
