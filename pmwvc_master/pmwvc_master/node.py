@@ -23,7 +23,7 @@ from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
-from pmwvc_core.transport.receiver import Verdict
+from pmwvc_core.transport.verdict import Verdict
 from pmwvc_core.wave.design.aliasing import warnings_of
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.plugins import make_device
@@ -58,6 +58,7 @@ class Master:
                 dof=settings.dof,
                 epoch=epoch,
                 frame_s=settings.master.frame_s,
+                token=settings.token,
                 hand_force_known=self.device.info.hand_force_known,
             ),
             tick_s=settings.master.tick_s,

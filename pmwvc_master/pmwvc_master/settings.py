@@ -28,7 +28,9 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
+from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP
+from pmwvc_core.transport.token import Token
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
 from pmwvc_master.profile import limits_of
 
@@ -50,6 +52,7 @@ class MasterSettings:
     operator: OperatorParams
     task: TaskParams
     contact: ContactParams
+    token: Token | None
 
     def make_force_loop(self, epoch: int, info: DeviceInfo) -> ForceLoop:
         """Return this user's end of the protocol, for a device that declares this of itself."""
@@ -120,6 +123,7 @@ def declare_settings(
         operator=declare(node, "operator", OperatorParams),
         task=declare(node, "task", TaskParams),
         contact=declare(node, "server", ContactParams),
+        token=declare_token(node, user=node.get_namespace().rpartition("/")[2]),
     )
     if settings.side == 0:
         raise ParameterError("side = 0: must be -1 or 1")

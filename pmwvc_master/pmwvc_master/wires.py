@@ -18,6 +18,8 @@ from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import TRACE_QOS, offered
 from pmwvc_core.runtime.wave_topics import WaveTopics
+from pmwvc_core.transport.admission import Admission
+from pmwvc_core.transport.token import Token
 from pmwvc_master.devices import DeviceSample
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.loop_wires import Block
@@ -34,12 +36,21 @@ class RosWires:
         Axes of the packets, and the epoch of this master.
     frame_s
         Packet interval [s].
+    token
+        The user's session token; None for an open session.
     hand_force_known
         Whether the device knows the hand's force.
     """
 
     def __init__(
-        self, node: Node, *, dof: int, epoch: int, frame_s: float, hand_force_known: bool
+        self,
+        node: Node,
+        *,
+        dof: int,
+        epoch: int,
+        frame_s: float,
+        token: Token | None,
+        hand_force_known: bool,
     ) -> None:
         self._dof = dof
         self._epoch = epoch
@@ -50,6 +61,7 @@ class RosWires:
             self._types,
             incoming="wave_down",
             outgoing="wave_up",
+            admission=Admission(token, out="up", into="down"),
             dof=dof,
             period_s=frame_s,
         )

@@ -20,7 +20,8 @@ from pmwvc_core.plural import count
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
-from pmwvc_core.transport.receiver import Receiver, Verdict
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.verdict import Verdict
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene
 from pmwvc_server.settings import declare_settings
@@ -57,6 +58,7 @@ class Server:
                 dof=settings.dof,
                 epoch=epoch,
                 period_s=settings.server.period_s,
+                token=settings.token,
             ),
             period_s=settings.server.period_s,
         )

@@ -26,8 +26,10 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
+from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP
 from pmwvc_core.scenario.server_times import ServerTimes
+from pmwvc_core.transport.token import Token
 from pmwvc_core.wave.impedance import server_impedance
 from pmwvc_server.asking import caller
 
@@ -95,6 +97,7 @@ class ServerSettings:
     server: ServerParams
     watchdog: WatchdogParams
     task: TaskParams
+    token: Token | None
 
     def make_step(self, epoch: int) -> ServerStep:
         """Return the server's end of the protocol at rest, with no user present."""
@@ -145,6 +148,7 @@ def declare_settings(node: Node) -> ServerSettings:
         server=declare(node, "server", ServerParams),
         watchdog=declare(node, "safety", WatchdogParams),
         task=declare(node, "task", TaskParams),
+        token=declare_token(node, user=""),
     )
     for user in settings.users:
         for group, given in (("master", user.port), ("server", user.contact)):

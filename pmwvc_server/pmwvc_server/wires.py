@@ -16,6 +16,8 @@ from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.runtime.polling import TRACE_QOS, offered
 from pmwvc_core.runtime.wave_topics import WaveTopics
+from pmwvc_core.transport.admission import Admission
+from pmwvc_core.transport.token import Token
 from pmwvc_server.loop import ServerLoop
 
 
@@ -32,10 +34,19 @@ class RosWires:
         Axes of the packets, and the epoch of this server.
     period_s
         Time step of the server [s].
+    token
+        The key of the session; None for an open one.
     """
 
     def __init__(
-        self, node: Node, users: Sequence[str], *, dof: int, epoch: int, period_s: float
+        self,
+        node: Node,
+        users: Sequence[str],
+        *,
+        dof: int,
+        epoch: int,
+        period_s: float,
+        token: Token | None,
     ) -> None:
         self._users = list(users)
         self._dof = dof
@@ -47,6 +58,7 @@ class RosWires:
                 types,
                 incoming=f"~/{user}/wave_up",
                 outgoing=f"~/{user}/wave_down",
+                admission=Admission(token.of(user) if token else None, out="down", into="up"),
                 dof=dof,
                 period_s=period_s,
             )

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages say what went into them, to rclpy and to rosbags alike."""
 
-import math
 import sys
 from pathlib import Path
 
@@ -16,29 +15,12 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.messages import TraceBlock
-from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket, size_bytes
+from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket
 
 DEFINITIONS = Path(__file__).resolve().parents[2] / "pmwvc_msgs" / "msg"
 STAMP_NS = 1_700_000_000_123_456_789
 ENERGY = {"u_m": 1.0, "u_tx": 2.0, "v_rx": 3.0, "v_m": 4.0, "device": 5.0, "hand": 6.0}
 LIVE = messages.live_types()
-
-finite = st.floats(allow_nan=False, allow_infinity=False)
-packets = st.builds(
-    WavePacket,
-    epoch=st.integers(0, 2**64 - 1),
-    seq=st.integers(0, 2**32 - 1),
-    sent_ns=st.integers(-(2**63), 2**63 - 1),
-    period=finite,
-    wave=finite,
-    integral=finite,
-    energy=finite,
-    position=finite,
-    echo_seq=st.integers(0, 2**32 - 1),
-    echo_sent_ns=st.integers(-(2**63), 2**63 - 1),
-    echo_hold_ns=st.integers(-(2**63), 2**63 - 1),
-    flags=st.integers(0, 2**16 - 1),
-)
 
 
 def typestore():
@@ -182,34 +164,9 @@ def test_each_side_reads_what_the_other_has_written(name):
     assert bytes(again) == recorded_bytes
 
 
-@given(packet=packets)
-def test_a_packet_survives_the_way_through_a_message(packet):
-    for types in (LIVE, RECORDED):
-        assert messages.read_wave(messages.wave(types, packet, STAMP_NS), 1) == packet
-
-
-@pytest.mark.parametrize("dof", [1, 2, 3, 6])
-def test_the_size_of_a_packet_is_that_of_its_message_in_whole_words(dof):
-    message = messages.wave(LIVE, a_packet(0.5 if dof == 1 else np.ones(dof)), STAMP_NS)
-    size = len(serialize_message(message))
-    assert size_bytes(dof) == size + -size % 4
-
-
 def test_a_float_stands_for_every_axis():
     message = messages.wave(LIVE, a_packet(0.0), STAMP_NS, dof=3)
     assert [list(message.wave), list(message.position)] == [[0.0] * 3] * 2
-
-
-def test_a_message_of_another_length_is_read_as_it_is():
-    message = messages.wave(LIVE, a_packet(np.ones(2)), STAMP_NS)
-    for dof in (1, 3):
-        np.testing.assert_array_equal(messages.read_wave(message, dof).wave, [1.0, 1.0])
-    assert messages.read_wave(LIVE.Wave(), 1).wave.size == 0
-
-
-def test_what_is_not_a_number_is_read_as_it_is():
-    message = messages.wave(LIVE, a_packet(math.nan), STAMP_NS)
-    assert math.isnan(messages.read_wave(message, 1).wave)
 
 
 @given(stamp_ns=st.integers(0, 2**31 * 10**9 - 1))

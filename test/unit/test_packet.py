@@ -75,6 +75,8 @@ def test_the_size_is_that_of_the_serialized_message(dof):
         echo_sent_ns=0,
         echo_hold_ns=0,
         flags=0,
+        check=0,
+        session=0,
+        tag=0,
     )
-    size = len(store.serialize_cdr(message, name))
-    assert size_bytes(dof) == size + -size % 4
+    assert size_bytes(dof) == len(store.serialize_cdr(message, name))

@@ -4,8 +4,11 @@
 
 import dataclasses
 
+import pytest
+
 from pmwvc_core.runtime.peers import Peers
-from pmwvc_core.transport import Packer, Receiver
+from pmwvc_core.transport import Packer, Receiver, Verdict
+from pmwvc_core.transport.packet import refused
 
 DOWN, UP = "/user1/wave_down", "/user1/wave_up"
 
@@ -65,7 +68,25 @@ def test_packets_of_another_sender_are_reported_once_and_stay_in_the_values():
     rig.inbox.push(packet, 0)
     rig.inbox.push(dataclasses.replace(packet, epoch=0xDEF), 1)
     wrong, values = rig.peers.look()
-    assert wrong == [f"1 packets of another sender refused on {DOWN}"]
+    assert wrong == [f"1 packet of another sender refused on {DOWN}"]
     assert values[f"{DOWN}: sender followed"].endswith("abc")
     assert values[f"{DOWN}: other senders"] == f"{0xDEF:016x} (1 packets)"
+    assert rig.wrong() == ""
+
+
+@pytest.mark.parametrize(
+    ("verdict", "text"),
+    [
+        (Verdict.FORGED, "2 packets without the user's token refused"),
+        (Verdict.OTHER_SESSION, "2 packets of another session refused"),
+        (Verdict.FLOOD, "2 packets beyond the rate of a sender refused"),
+        (Verdict.CORRUPTED, "2 packets corrupted on their way"),
+    ],
+)
+def test_packets_refused_at_the_door_are_reported_once(verdict, text):
+    rig = Rig("/netem")
+    rig.inbox.push(Packer(1, period=0.008).pack(0.0, 0.0, 0), 0)
+    for _ in range(2):
+        rig.inbox.push(refused(verdict), 1)
+    assert rig.wrong() == f"{text} on {DOWN}"
     assert rig.wrong() == ""

@@ -84,7 +84,7 @@ def test_the_record_tells_sender_size_and_times():
     assert len(bench.relayed.fates) == 0  # not before it has left
     bench.at(13 * MS)
     block = bench.relayed.fates.take()
-    assert (block.first, block.epoch[0], block.seq[0], block.bytes[0]) == (1, 3, 4, 126)
+    assert (block.first, block.epoch[0], block.seq[0], block.bytes[0]) == (1, 3, 4, 148)
     times = (block.time_in_ns[0], block.time_due_ns[0], block.time_out_ns[0])
     assert times == (2 * MS, 12 * MS, 13 * MS)
     assert block.fate[0] == FateKind.DELIVERED

@@ -13,6 +13,7 @@ from pathlib import Path
 import yaml
 
 from pmwvc_core.runtime.parameter_values import to_ros_yaml
+from pmwvc_core.runtime.token_files import SERVER, TOKEN_FILE
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.scenario.server_times import server_times
 
@@ -59,7 +60,9 @@ class NodePlan:
         return [*words, "--params-file", str(parameter_file.resolve())]
 
 
-def nodes(scenario: Scenario, *, folder: Path, paused: bool) -> list[NodePlan]:
+def nodes(
+    scenario: Scenario, *, folder: Path, paused: bool, tokens: Path | None = None
+) -> list[NodePlan]:
     """Return the nodes of a session in the order in which they start.
 
     Parameters
@@ -68,17 +71,27 @@ def nodes(scenario: Scenario, *, folder: Path, paused: bool) -> list[NodePlan]:
         The session folder, for the recorder.
     paused
         Whether all but the recorder wait for a call of their ``start`` service.
+    tokens
+        The folder of the session's tokens; None for an open session.
     """
     gate = {"start.paused": paused}
     return [
         NodePlan("recorder", parameters=_recorder(scenario, folder)),
         NodePlan("netem", parameters=gate | _netem(scenario)),
-        NodePlan("server", parameters=gate | _server(scenario)),
+        NodePlan("server", parameters=gate | _server(scenario) | _token(tokens, SERVER)),
         *(
-            NodePlan("master", user.name, gate | _master(scenario, user))
+            NodePlan(
+                "master",
+                user.name,
+                gate | _master(scenario, user) | _token(tokens, user.name),
+            )
             for user in scenario.users
         ),
     ]
+
+
+def _token(tokens: Path | None, owner: str) -> dict[str, object]:
+    return {TOKEN_FILE: str(tokens / owner)} if tokens else {}
 
 
 def _common(scenario: Scenario) -> dict[str, object]:

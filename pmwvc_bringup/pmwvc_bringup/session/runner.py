@@ -10,6 +10,7 @@ first, and the last packets are still recorded.
 
 import json
 import os
+import tempfile
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,6 +25,7 @@ from pmwvc_bringup.session.processes import Children, Ending
 from pmwvc_bringup.session.status import Status
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.runtime.token_files import write_session
 from pmwvc_core.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -60,7 +62,7 @@ class LiveSession:
         self.children = Children()
         self.events: list[dict[str, object]] = []
         self.interrupts = Interrupts()
-        self.nodes = plan.nodes(scenario, folder=folder, paused=True)
+        self.nodes: list[plan.NodePlan] = []
         self.ends = plan.topic_ends(scenario)
 
     def run(self) -> bool:
@@ -81,7 +83,16 @@ class LiveSession:
                 f"cannot write into {self.folder}: {error.strerror or error}; "
                 "choose another folder with --out"
             ) from None
-        with self.interrupts.caught(), own_domain(os.environ) as domain:
+        with (
+            self.interrupts.caught(),
+            own_domain(os.environ) as domain,
+            tempfile.TemporaryDirectory(prefix="pmwvc-tokens-") as tokens,  # for its owner only
+        ):
+            users = [user.name for user in self.scenario.users]
+            write_session(Path(tokens), users)
+            self.nodes = plan.nodes(
+                self.scenario, folder=self.folder, paused=True, tokens=Path(tokens)
+            )
             self.console.print(f"other ROS programs join this session with ROS_DOMAIN_ID={domain}")
             logs = self.folder / "nodes"
             environment = node_environment(os.environ, domain=domain, log_folder=logs / "ros")
@@ -91,7 +102,7 @@ class LiveSession:
                 os.environ.update(environment)
                 from pmwvc_bringup.session.monitor import watching
 
-                with watching([user.name for user in self.scenario.users]) as monitor:
+                with watching(users) as monitor:
                     begun = self._begin(monitor)
                     if begun:
                         self._watch(monitor)

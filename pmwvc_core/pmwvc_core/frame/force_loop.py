@@ -230,7 +230,7 @@ class ForceLoop(Stateful):
             packet = self.start_frame(tick, now_ns, sample)
             self.ended = self.report()
         for arrived in packets:
-            if (arrived.flags ^ self.controller.flags) & FLAG_DIRECT:
+            if (arrived.flags ^ self.controller.flags) & FLAG_DIRECT and arrived.refusal is None:
                 self.other_controller += 1
             else:
                 self.inbox.push(arrived, now_ns)

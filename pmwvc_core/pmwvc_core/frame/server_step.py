@@ -17,7 +17,8 @@ from pmwvc_core.plant.task import ShownTarget
 from pmwvc_core.server.user_ports import ServerController
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_DIRECT, FLAG_LEAVING, Packer, WavePacket
-from pmwvc_core.transport.receiver import Receiver, Verdict
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.verdict import Verdict
 
 
 class Presence(enum.IntEnum):
@@ -152,7 +153,7 @@ class ServerStep(Stateful):
 
     def deliver(self, user: int, packet: WavePacket, now_ns: int) -> None:
         """Take one packet of a user in; a first one, or one of a new life, joins the user."""
-        if (packet.flags ^ self.server.flags) & FLAG_DIRECT:
+        if (packet.flags ^ self.server.flags) & FLAG_DIRECT and packet.refusal is None:
             self.other_controller += 1
             return
         verdict = self.inboxes[user].push(packet, now_ns)

@@ -9,9 +9,18 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 
-from pmwvc_core.transport.receiver import Receiver, Verdict
+from pmwvc_core.plural import count
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.verdict import Verdict
 
 PATIENCE_S = 3.0  # without a packet, before it is worth a warning
+SUSPECT = {  # verdicts that are worth a warning while packets of the sender come
+    Verdict.STRANGER: "of another sender refused",
+    Verdict.OTHER_SESSION: "of another session refused",
+    Verdict.FORGED: "without the user's token refused",
+    Verdict.FLOOD: "beyond the rate of a sender refused",
+    Verdict.CORRUPTED: "corrupted on their way",
+}
 REFUSED = [v for v in Verdict if v not in (Verdict.ACCEPTED, Verdict.NEW_EPOCH)]
 
 
@@ -43,7 +52,7 @@ class Peers:
         self._own = list(own)
         self._clock = clock
         self._begin_s = clock()
-        self._strangers = dict.fromkeys(self._inboxes, 0)
+        self._before = {(topic, verdict): 0 for topic in self._inboxes for verdict in SUSPECT}
 
     def look(self) -> tuple[list[str], dict[str, object]]:
         """Return what is wrong, one clause each, and values for people by name."""
@@ -64,10 +73,14 @@ class Peers:
     def _of_topic(self, topic: str, names: Sequence[str], inbox: Receiver) -> list[str]:
         if len(names) > 1:
             return [f"{len(names)} publishers on {topic}: {', '.join(names)}"]
-        before = self._strangers[topic]
-        self._strangers[topic] = strangers = inbox.counts[Verdict.STRANGER]
-        if strangers > before:
-            return [f"{strangers - before} packets of another sender refused on {topic}"]
+        wrong = []
+        for verdict, words in SUSPECT.items():
+            key, number = (topic, verdict), inbox.counts[verdict]
+            before, self._before[key] = self._before[key], number
+            if number > before:
+                wrong.append(f"{count(number - before, 'packet')} {words} on {topic}")
+        if wrong:
+            return wrong
         if inbox.connected() or self._clock() - self._begin_s < PATIENCE_S:
             return []
         return [_never_met(topic, names, inbox)]
@@ -92,7 +105,7 @@ def nothing_on(topic: str, names: Sequence[str]) -> str:
 
 
 def _others(inbox: Receiver) -> str:
-    found = [f"{epoch:016x} ({count} packets)" for epoch, count in inbox.others.refused.items()]
+    found = [f"{epoch:016x} ({number} packets)" for epoch, number in inbox.others.refused.items()]
     return ", ".join(found) or "none"
 
 

@@ -23,6 +23,9 @@ TRACE_QOS = QoSProfile(
 
 
 DEADLINE_PERIODS = 3
+TAKEN_QOS = QoSProfile(  # deep enough that a flood does not push out the packets of a sender
+    depth=64, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
+)
 
 
 def offered(qos: QoSProfile, period_s: float) -> QoSProfile:

@@ -7,9 +7,13 @@ import time
 from rclpy.node import Node
 
 from pmwvc_core.runtime.messages.types import MessageTypes
-from pmwvc_core.runtime.messages.waves import read_wave, wave
-from pmwvc_core.runtime.polling import WAVE_QOS, Polled, offered
-from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.runtime.messages.wire import packet_of, wave_bytes
+from pmwvc_core.runtime.polling import TAKEN_QOS, WAVE_QOS, Polled, offered
+from pmwvc_core.transport.admission import Admission
+from pmwvc_core.transport.packet import WavePacket, refused, size_bytes
+
+MOST_AT_ONCE = 32  # packets taken in one call: a flood takes no more of a loop's time
+LONGEST_WAIT_NS = 1_000_000_000  # in the queue; beyond, a wall clock was set meanwhile
 
 
 class WaveTopics:
@@ -21,6 +25,8 @@ class WaveTopics:
         The node that owns subscription and publisher, and its message types.
     incoming, outgoing
         Names of the topics.
+    admission
+        Seals what is sent, judges what comes in.
     dof, period_s
         Axes of the packets, and the interval of those sent [s].
     """
@@ -32,21 +38,33 @@ class WaveTopics:
         *,
         incoming: str,
         outgoing: str,
+        admission: Admission,
         dof: int,
         period_s: float,
     ) -> None:
-        self._types = types
+        self._admission = admission
         self._dof = dof
-        self._in = Polled(node, types.Wave, incoming)
+        self._whole = size_bytes(dof)
+        inlet = Polled(node, types.Wave, incoming, TAKEN_QOS, raw=True)
+        self._kind, self._inlet = inlet.kind, inlet.subscription.handle
         self._out = node.create_publisher(types.Wave, outgoing, offered(WAVE_QOS, period_s))
 
     def take(self) -> list[WavePacket]:
         """Return the packets that have arrived since the last call; never wait."""
-        packets = []
-        while (message := self._in.take()) is not None:
-            packets.append(read_wave(message, self._dof))
+        packets: list[WavePacket] = []
+        take = self._inlet.take_message
+        while len(packets) < MOST_AT_ONCE and (taken := take(self._kind, True)) is not None:
+            data, info = taken
+            now_ns = time.monotonic_ns()
+            waited_ns = time.time_ns() - int(info["received_timestamp"])
+            came_ns = now_ns - waited_ns if 0 <= waited_ns <= LONGEST_WAIT_NS else now_ns
+            verdict = None
+            if len(data) == self._whole:
+                verdict = self._admission.judge(data, now_ns)
+            packets.append(refused(verdict) if verdict else packet_of(data, came_ns=came_ns))
         return packets
 
     def send(self, packet: WavePacket) -> None:
         """Publish a packet."""
-        self._out.publish(wave(self._types, packet, time.time_ns(), dof=self._dof))
+        data = wave_bytes(packet, time.time_ns(), dof=self._dof)
+        self._out.publish(self._admission.sealed(data))

@@ -10,7 +10,8 @@ from pmwvc_core.transport.packet import (
     WavePacket,
     size_bytes,
 )
-from pmwvc_core.transport.receiver import Receiver, Verdict
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.verdict import Verdict
 
 __all__ = [
     "FLAG_DIRECT",

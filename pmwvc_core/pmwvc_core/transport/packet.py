@@ -12,6 +12,7 @@ from typing import Protocol
 
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.state import Stateful
+from pmwvc_core.transport.verdict import Verdict
 
 FLAG_DIRECT = 1  # no wave: a velocity (up), a force or a position (down); see ``content``
 FLAG_LEAVING = 2  # the last packet: the sender leaves
@@ -35,6 +36,14 @@ class WavePacket:
     echo_sent_ns: int = 0  # the peer's clock when it was sent,
     echo_hold_ns: int = 0  # and how long ago it came in here
     flags: int = 0
+    session: int = 0  # number of the session, 0: an open one
+    came_ns: int = 0  # this end's clock at reception where known; no field of the message
+    refusal: Verdict | None = None  # found before the receiver, which counts it; no field either
+
+
+def refused(verdict: Verdict) -> WavePacket:
+    """Return a packet whose fields cannot be trusted, for a receiver to count as this."""
+    return WavePacket(0, 1, 0, 0.0, 0.0, 0.0, 0.0, 0.0, refusal=verdict)
 
 
 class PacketLink(Protocol):
@@ -115,8 +124,5 @@ class Packer(Stateful):
 
 
 def size_bytes(dof: int) -> int:
-    """Return the size of a Wave message as it arrives, filled up to whole words of 4 bytes.
-
-    Serialized (CDR) it has 102 bytes and three values per axis; the transport (RTPS) fills it up.
-    """
-    return 104 + 24 * dof
+    """Return the size of a serialized Wave message (CDR): 124 bytes and three values per axis."""
+    return 124 + 24 * dof

@@ -9,7 +9,6 @@ or has left, and only as one that sends as fast as a sender does (:mod:`.senders
 Time is an argument (integer nanoseconds of this end's monotonic clock).
 """
 
-import enum
 import math
 import sys
 
@@ -19,32 +18,13 @@ from pmwvc_core.numeric import Value, squared
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket
 from pmwvc_core.transport.senders import INSIST, Run, Senders
+from pmwvc_core.transport.verdict import Verdict
 
 LARGEST = sys.float_info.max
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
 KNOWN = (1 << WINDOW) - 1
 RETIRED = 16  # former epochs remembered, so that a straggler cannot bring one back
 LONGEST_ROUND_TRIP_NS = 600 * 10**9
-
-
-class Verdict(enum.Enum):
-    """Verdict on a packet. Only the first two change the wave that the receiver gives out."""
-
-    ACCEPTED = "accepted"
-    NEW_EPOCH = (
-        "new epoch"  # accepted as a beginning: first packet, restarted sender, new baseline
-    )
-    DUPLICATE = "duplicate"
-    REORDERED = "reordered"  # older than the newest
-    STALE = "stale"  # of an epoch that is over, or newer by number but older by the sender's clock
-    STRANGER = "of another sender"  # of another epoch, while the sender followed is there
-    MALFORMED = "malformed"  # not a packet, or fields of the wrong type
-    NOT_FINITE = "not finite"
-    WRONG_LENGTH = "wrong length"
-    WRONG_PERIOD = "wrong period"
-    TOO_LARGE = "too large"
-
-    __hash__ = object.__hash__  # that of Enum takes the hash of the name, in Python
 
 
 ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
@@ -73,12 +53,14 @@ class Receiver(Stateful):
     Attributes
     ----------
     newest, accepted_ns
-        The newest packet accepted, None before the first, and when it came.
+        The newest packet accepted, None before the first, and when it was taken.
+    came_ns
+        When the newest packet reached this end, which may be before it was taken.
     """
 
     MEMORY = (
-        "counts lost held skipped newest round_trip_s accepted_ns _waiting _seen _retired "
-        "others _own"
+        "counts lost held skipped newest round_trip_s accepted_ns came_ns _waiting _seen "
+        "_retired others _own"
     )
 
     def __init__(
@@ -95,6 +77,7 @@ class Receiver(Stateful):
         self.round_trip_s: float | None = None
         self._silence_ns = round(max(timeout_s, 3.0 * period_s) * 1e9)
         self.accepted_ns = 0
+        self.came_ns = 0
         self._waiting = 0
         self._seen = 0  # bit i: number newest.seq - i has come
         self._retired: list[int] = []
@@ -155,12 +138,14 @@ class Receiver(Stateful):
         """
         if self.newest is None:
             return 0, 0, 0
-        return self.newest.seq, self.newest.sent_ns, now_ns - self.accepted_ns
+        return self.newest.seq, self.newest.sent_ns, now_ns - self.came_ns
 
     def _unfit(self, packet: WavePacket) -> Verdict | None:
         """Judge a packet by itself."""
         if not isinstance(packet, WavePacket) or not _well_typed(packet):
             return Verdict.MALFORMED
+        if packet.refusal is not None:
+            return packet.refusal
         values = (packet.wave, packet.integral, packet.energy, packet.position, packet.period)
         if not all(map(_finite, values)):
             return Verdict.NOT_FINITE
@@ -177,8 +162,10 @@ class Receiver(Stateful):
         p = packet
         return (
             self.dof == 1
+            and p.refusal is None
             and type(p.wave) is type(p.integral) is type(p.energy) is type(p.position) is float
             and type(p.epoch) is type(p.seq) is type(p.sent_ns) is type(p.flags) is int
+            and type(p.came_ns) is int
             and type(p.echo_seq) is type(p.echo_sent_ns) is type(p.echo_hold_ns) is int
             and 1 <= p.seq < 1 << 32
             and p.period == self.period_s
@@ -237,15 +224,16 @@ class Receiver(Stateful):
             self.others.forget(packet.epoch if self._own else None)
         self.newest = packet
         self.accepted_ns = now_ns
+        self.came_ns = came_ns = packet.came_ns or now_ns
         self._waiting += 1
         if packet.echo_seq > 0:
-            round_trip_ns = now_ns - packet.echo_sent_ns - packet.echo_hold_ns
+            round_trip_ns = came_ns - packet.echo_sent_ns - packet.echo_hold_ns
             if 0 <= round_trip_ns <= LONGEST_ROUND_TRIP_NS:
                 self.round_trip_s = round_trip_ns * 1e-9
 
 
 def _well_typed(packet: WavePacket) -> bool:
-    numbers = (packet.epoch, packet.seq, packet.sent_ns, packet.flags)
+    numbers = (packet.epoch, packet.seq, packet.sent_ns, packet.flags, packet.came_ns)
     echo = (packet.echo_seq, packet.echo_sent_ns, packet.echo_hold_ns)
     values = (packet.wave, packet.integral, packet.energy, packet.position)
     return (
@@ -253,6 +241,7 @@ def _well_typed(packet: WavePacket) -> bool:
         and 1 <= packet.seq < 1 << 32  # uint32 in the message
         and isinstance(packet.period, (float, int))
         and all(_is_value(value) for value in values)
+        and (packet.refusal is None or isinstance(packet.refusal, Verdict))
     )
 
 

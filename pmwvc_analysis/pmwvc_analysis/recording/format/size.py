@@ -3,6 +3,7 @@
 """The disk space of a live session, from the sizes and rates of its messages."""
 
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.transport.packet import size_bytes
 
 COMPRESSED = 0.45  # of the bytes: measured over live sessions of two users
 _RECORD = 47  # bytes around a message: its record and its entry in the index
@@ -38,4 +39,4 @@ def server_trace_bytes(scenario: Scenario) -> float:
 
 def wave_bytes(dof: int) -> float:
     """Return what one packet takes in the file before compression [byte]."""
-    return 104 + 24 * dof + _RECORD
+    return size_bytes(dof) + _RECORD

@@ -20,7 +20,7 @@ from pmwvc_core.runtime.messages.types import (
     time_message,
     types_from,
 )
-from pmwvc_core.runtime.messages.waves import read_wave, wave
+from pmwvc_core.runtime.messages.waves import wave
 
 __all__ = [
     "NS_PER_S",
@@ -33,7 +33,6 @@ __all__ = [
     "misfit",
     "nanoseconds",
     "packet_fates",
-    "read_wave",
     "server_trace",
     "time_message",
     "types_from",

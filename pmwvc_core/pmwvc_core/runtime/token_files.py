@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Session tokens in files, each as secret as a password.
+
+A folder holds the key of a session in ``server`` and the token of each user in a file with the
+user's name. Needs no ROS.
+"""
+
+import os
+import secrets
+from collections.abc import Sequence
+from pathlib import Path
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.transport.token import KEY_BYTES, Token
+
+TOKEN_FILE = "session.token_file"  # the parameter of server and master
+SERVER = "server"
+_HEAD = "PMWVC session token, secret"
+
+
+def new_session() -> Token:
+    """Return the key of a new session."""
+    return Token.of_session(secrets.token_bytes(KEY_BYTES))
+
+
+def write_token(path: Path, token: Token) -> None:
+    """Write a token into a file that only its owner can read.
+
+    Raises
+    ------
+    ParameterError
+        If the file is there already or cannot be made.
+    """
+    lines = [_HEAD, f"session {token.session:016x}", f"user {token.user}".rstrip()]
+    text = "\n".join([*lines, f"key {token.key.hex()}"]) + "\n"
+    try:
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(descriptor, "w", encoding="ascii") as file:
+            file.write(text)
+    except OSError as error:
+        raise ParameterError(f"{path}: {error.strerror or error}") from None
+
+
+def write_session(folder: Path, users: Sequence[str]) -> list[Path]:
+    """Write the key of a new session and a token for each user into a folder; return the files.
+
+    Raises
+    ------
+    ParameterError
+        If a user has no name of its own, or a file is there already or cannot be made.
+    """
+    wrong = [name for name in users if not name.isidentifier() or name == SERVER]
+    if wrong or len(set(users)) != len(users):
+        raise ParameterError(
+            f"users = {', '.join(users)}: must be different names of letters, digits and '_', "
+            f"and not {SERVER}"
+        )
+    key = new_session()
+    tokens = {folder / SERVER: key, **{folder / user: key.of(user) for user in users}}
+    if there := [str(path) for path in tokens if path.exists()]:
+        raise ParameterError(f"{', '.join(there)}: there already; a session has a key of its own")
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except OSError as error:
+        raise ParameterError(f"{folder}: {error.strerror or error}") from None
+    for path, token in tokens.items():
+        write_token(path, token)
+    return list(tokens)
+
+
+def read_token(path: str | Path) -> Token:
+    """Return the token in a file.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such file, or it holds no token, in one line.
+    """
+    try:
+        lines = Path(path).expanduser().read_text(encoding="ascii").splitlines()
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not a text"
+        raise ParameterError(f"{path}: {reason}; a session token is needed") from None
+    fields = dict(line.partition(" ")[::2] for line in lines[1:])
+    try:
+        if lines[:1] != [_HEAD]:
+            raise ValueError
+        key = bytes.fromhex(fields["key"])
+        session = int(fields["session"], 16)
+        if len(key) != KEY_BYTES or not 0 < session < 1 << 64:
+            raise ValueError
+        return Token(session, fields["user"], key)
+    except (KeyError, ValueError):
+        raise ParameterError(f"{path}: holds no session token; 'pmwvc token' makes one") from None
