@@ -5,9 +5,9 @@
 
 import { milli, spaced } from "./words.js";
 
-const WAYS = { up: "up", down: "down", hand: "whole" };
+const WAYS = { up: "up", down: "down", hand: "total" };
 const WRITE_MS = 120;
-const LEAST_J = 0.01; // full length of a bar at least
+const LEAST_J = 2e-3; // full length of a bar at least
 const ROUNDING_J = 1e-5; // below zero by less is arithmetic
 
 export class Accounts {

@@ -32,10 +32,8 @@ export function pointers(canvas, scene, hand, session, signal) {
     const handle = nearest(scene, session, x, y);
     if (!handle && session.dof < 3) return;
     canvas.setPointerCapture(event.pointerId);
-    canvas.focus({ preventScroll: true });
     drag = { id: event.pointerId, x: event.clientX, y: event.clientY, handle };
     if (handle) { canvas.dataset.held = ""; hand.take(handle.user, "pointer"); }
-    event.preventDefault();
   }, { signal });
   // Raw moves come as they happen, not once a frame; only pages of this machine or https get them.
   const moved = "onpointerrawupdate" in canvas ? "pointerrawupdate" : "pointermove";

@@ -13,6 +13,7 @@ export function signalsOf(session) {
     const from = columns.get(name);
     return (at) => rows[at + from];
   };
+  const waves = session.controllers.find(({ name }) => name === session.controller)?.waves ?? true;
   const perUser = (make) => session.users.flatMap(({ name }, i) => make(name, `u${i}`, String(i + 1)));
   const balance = (name, way) => {
     const into = scalar(`${name}.energy_${way}_in`), out = scalar(`${name}.energy_${way}_out`);
@@ -38,17 +39,18 @@ export function signalsOf(session) {
       ],
     },
     {
-      title: "Energy account", unit: "mJ, dotted: down", factor: 1e3, decimals: 0, least: 0.01, floor: 0, alarm: 1e-5,
-      lines: perUser((name, colour, text) => [
+      title: "Energy account", unit: waves ? "mJ, dotted: down" : "mJ, hand to object",
+      factor: 1e3, decimals: 1, least: 2e-3, floor: 0, alarm: 1e-5,
+      lines: perUser((name, colour, text) => (waves ? [
         { name: text, colour, value: balance(name, "up") },
         { colour, dash: true, hidden: true, value: balance(name, "down") },
-      ]),
+      ] : [{ name: text, colour, value: balance(name, "hand") }])),
     },
     {
       title: "Round trip", unit: "ms", factor: 1e3, decimals: 1, least: 0.01, floor: 0,
       lines: perUser((name, colour, text) => [{ name: text, colour, value: scalar(`${name}.round_trip`) }]),
     },
-    {
+    waves && {
       title: "Waves", unit: "\u221aW, u; dotted: v", factor: 1, decimals: 2, least: 0.2,
       lines: perUser((name, colour, text) => [
         { name: text, colour, value: column(`${name}.u_m`) },
@@ -56,9 +58,9 @@ export function signalsOf(session) {
       ]),
     },
     { title: "Packets", unit: "last 2 s", ticks: true, window_s: 2, size: "thin" },
-    {
+    session.mode !== "simulated" && {
       title: "Lateness of the 1 kHz loop", unit: "ms", factor: 1e3, decimals: 2, least: 5e-4, floor: 0, size: "thin",
       lines: perUser((name, colour, text) => [{ name: text, colour, value: scalar(`${name}.lateness`) }]),
     },
-  ];
+  ].filter(Boolean);
 }

@@ -1,18 +1,17 @@
 // SPDX-FileCopyrightText: 2026 PMWVC contributors
 // SPDX-License-Identifier: Apache-2.0
-// The session in words: the verdict, the price of the delay, and what a screen reader reads out. It
-// hears of a change of state or verdict soon, of the force only now and then.
+// The session in words: verdict and notices, and what a screen reader reads out: a change of state
+// or verdict soon, the force only now and then.
 
-import { milli, number, spaced, stateOf } from "./words.js";
+import { number, spaced, stateOf } from "./words.js";
 
 const at = (id) => document.getElementById(id);
 const TONES = { bad: "alarm", caution: "caution", good: "quiet", unknown: "quiet" };
-const STATE_MS = 1000, FORCE_MS = 8000;
-const REST_M_S = 0.01, REST_N = 0.05;
+const STATE_MS = 1000, FORCE_MS = 8000, NOTICE_MS = 8000;
 
 export class Spoken {
   constructor(session) {
-    Object.assign(this, { session, states: "", said_ms: 0, priced_ms: 0, force: NaN });
+    Object.assign(this, { session, states: "", said_ms: 0, force: NaN });
     this.told();
   }
 
@@ -21,25 +20,18 @@ export class Spoken {
     const { verdict, level, notices } = this.session.text;
     at("verdict").textContent = verdict || "Waiting for the first seconds.";
     at("verdict").dataset.tone = TONES[level] ?? "quiet";
-    notice(notices.join(" "));
+    lasting = notices.join(" ");
+    show();
   }
 
   draw() {
     const now_ms = performance.now();
-    if (now_ms - this.priced_ms > 250) { this.priced_ms = now_ms; this.price(); }
     if (now_ms - this.said_ms > STATE_MS) this.speak(now_ms);
-  }
-
-  /** Device ahead of its avatar, against F tau/(2b), which holds at rest only. */
-  price() {
-    const { session } = this;
-    const parts = session.users.map((user) => priceOf(session, user)).filter(Boolean);
-    at("price").replaceChildren(...parts.flatMap((part, i) => (i ? [" \u2003", part] : [part])));
   }
 
   speak(now_ms) {
     const { session } = this;
-    const states = [session.text.verdict, ...session.users.map(({ name, remote }) => {
+    const states = [session.text.verdict.replace(/\.$/, ""), ...session.users.map(({ name, remote }) => {
       const { state, reason } = stateOf(session, name);
       return `${spaced(name)} ${reason || state}${remote ? (session.held(name) ? ", held" : ", not held") : ""}`;
     })].join(". ");
@@ -53,24 +45,17 @@ export class Spoken {
   }
 }
 
-/** Show a sentence that a person has to see; none hides it. */
+let lasting = "", passing = "", timer = 0;
+
+/** Show for a while a sentence that a person has to see: why something was refused. */
 export function notice(text) {
-  at("notice").textContent = text;
-  at("notice").hidden = !text;
+  passing = text;
+  clearTimeout(timer);
+  timer = setTimeout(() => { passing = ""; show(); }, NOTICE_MS);
+  show();
 }
 
-function priceOf(session, { name, impedance, side }) {
-  const ahead = session.vector(`${name}.x_m`).map((x, axis) => x - session.value(`${name}.x_s`, axis));
-  const speeds = [session.size(`${name}.xd_m`), session.size(`${name}.xd_s`)];
-  const force = session.vector(`${name}.f_applied`);
-  const least = session.value(`${name}.f_min`), most = session.value(`${name}.f_max`);
-  const still = speeds.every((speed) => speed < REST_M_S) && most - least < REST_N;
-  const first = document.createElement("span");
-  const amount = document.createElement("b");
-  const ahead_m = -side * ahead[0];
-  amount.textContent = `${milli(Math.abs(ahead_m))} mm`;
-  first.append(`${spaced(name)}: device `, amount, ahead_m < 0 ? " behind its avatar" : " ahead of its avatar");
-  const expected_m = (-side * force[0] * session.value(`${name}.lag`)) / (2 * impedance);
-  if (still && Number.isFinite(expected_m)) first.append(`; F\u202f\u03c4/2b says ${milli(expected_m)} mm`);
-  return Number.isFinite(ahead[0]) ? first : null;
+function show() {
+  at("notice").textContent = passing || lasting;
+  at("notice").hidden = !(passing || lasting);
 }

@@ -7,6 +7,7 @@ import { disturbed, milli, number, spaced, stateOf } from "./words.js";
 
 const HOLDERS = { you: "you", other: "another browser" };
 const WRITE_MS = 200;
+const REST_M_S = 0.01, REST_N = 0.1; // below: at rest, where F tau/(2b) holds
 
 export class Users {
   constructor(container, session, hand) {
@@ -30,24 +31,25 @@ export class Users {
     const button = make("button", "", root);
     button.type = "button";
     button.addEventListener("click", () => this.pressed(index));
-    return { root, name, state, button };
+    const price = make("span", "price", root);
+    return { root, name, state, button, price };
   }
 
   pressed(index) {
-    const { hand, session } = this;
+    const { hand } = this;
     if (hand.held && hand.index === index) hand.free();
-    else if (session.users[index].holder === "you" && hand.index === index && disturbed(this.state(index))) hand.take(index, "keys");
     else hand.take(index, "keys");
     document.getElementById("scene").focus({ preventScroll: true });
   }
-
-  state(index) { return stateOf(this.session, this.session.users[index].name).state; }
 
   draw() {
     const now_ms = performance.now();
     if (now_ms - this.written_ms < WRITE_MS) return;
     this.written_ms = now_ms;
-    this.session.users.forEach((user, index) => this.write(user, index));
+    this.session.users.forEach((user, index) => {
+      this.write(user, index);
+      this.cards[index].price.replaceChildren(...priceOf(this.session, user));
+    });
   }
 
   write(user, index) {
@@ -70,4 +72,19 @@ export class Users {
     card.button.textContent = mine ? "Let go" : again ? "Take hold again" : "Take hold";
     card.button.setAttribute("aria-label", `${card.button.textContent}: ${spaced(user.name)}`);
   }
+}
+
+/** The price of the delay: device ahead of its avatar, and at rest what F tau/(2b) says of it. */
+function priceOf(session, { name, impedance, side }) {
+  const ahead_m = -side * (session.value(`${name}.x_m`) - session.value(`${name}.x_s`));
+  if (!Number.isFinite(ahead_m)) return [];
+  const amount = document.createElement("b");
+  amount.textContent = `${milli(Math.abs(ahead_m))} mm`;
+  const found = ["device ", amount, ahead_m < 0 ? " behind its avatar" : " ahead of its avatar"];
+  const moving = Math.max(session.size(`${name}.xd_m`), session.size(`${name}.xd_s`)) > REST_M_S;
+  const shaking = session.value(`${name}.f_max`) - session.value(`${name}.f_min`) > REST_N;
+  const force_n = session.value(`${name}.f_applied`), tau_s = session.value(`${name}.lag`);
+  const expected_m = (-side * force_n * tau_s) / (2 * impedance);
+  if (Number.isFinite(expected_m) && !moving && !shaking) found.push(`; F\u202f\u03c4/2b says ${milli(expected_m)} mm`);
+  return found;
 }
