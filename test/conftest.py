@@ -11,7 +11,7 @@ from hypothesis import settings
 
 RECORDED_DATA = Path(__file__).parent / "data"
 # Quick ones first. Live sessions last and on one worker: nothing else of ours runs beside them.
-ORDER = ("project", "unit", "property", "oracle", "integration")
+ORDER = ("project", "unit", "property", "oracle", "browser", "integration")
 
 # Several hundred processes start: each module is compiled once, whatever the machine prefers.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

@@ -43,7 +43,8 @@ export class Scene {
     this.server(size_m);
     where.forEach((place, i) => this.avatar(session.users[i], i, place));
     where.forEach((place, i) => this.handle(session.users[i], i, place, hand));
-    this.handles = where.map(({ handle }, user) => ({ user, ...handle }));
+    this.handles = this.canvas.handles = where.map(({ handle }, user) => ({ user, ...handle }));
+    this.canvas.dataset.users = session.users.length;
     this.captions(width, height);
   }
 

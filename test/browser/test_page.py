@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The page itself: settings, access, what it loads, how it looks and what it reads out."""
+
+import pytest
+from support.page_server import TOKEN, served
+
+CONNECT = """(address) => new Promise((resolve) => {
+  const socket = new WebSocket(address);
+  socket.onopen = () => resolve("open");
+  socket.onclose = () => resolve("closed");
+})"""
+PICTURE = "() => document.getElementById('scene').toDataURL()"
+
+
+def test_proposed_setting_is_predicted_then_applied(visit):
+    with served() as live:
+        page, other = visit(live.address), visit(live.address)
+        page.locator("#setting-link-delay_s").fill("40")
+        answer = page.locator("#answer")
+        live.until(lambda: "The exact model: stable" in answer.inner_text(), "a prediction")
+        assert live.now("user1.delay_up") == pytest.approx(0.016)  # a proposal changes nothing
+        page.locator("#apply").click()
+        live.until(lambda: live.now("user1.delay_up") > 0.039, "the new delay")
+        told = other.locator("[data-path='link.delay_s'] output")
+        live.until(lambda: told.inner_text().startswith("40 ms"), "the same on other pages")
+
+        page.locator("#setting-controller").select_option("direct")
+        live.until(lambda: "The exact model: not stable" in answer.inner_text(), "a warning")
+        assert page.locator("#apply").inner_text() == "Apply and start again"
+        generation = live.session.generation
+        page.locator("#apply").click()
+        live.until(lambda: live.session.generation > generation, "a new beginning")
+        chosen = other.locator("#setting-controller")
+        live.until(lambda: chosen.input_value() == "direct", "the same on other pages")
+
+
+def test_only_address_with_token_from_its_own_page_connects(visit):
+    with served() as live:
+        page = visit(live.address)
+        socket = live.address.replace("http://", "ws://").replace("/?", "/socket?")
+        assert page.evaluate(CONNECT, socket) == "open"
+        assert page.evaluate(CONNECT, socket.replace(TOKEN, "another")) == "closed"
+        stranger = visit("about:blank", shown=False)
+        assert stranger.evaluate(CONNECT, socket) == "closed"  # right token, wrong origin
+        lost = visit(live.address.replace(TOKEN, "another"), shown=False)
+        verdict = lost.locator("#verdict")
+        live.until(lambda: "lacks its token" in verdict.inner_text(), "a hint at the address")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_page_fits_phone_and_loads_nothing_from_elsewhere(visit, scheme):
+    with served() as live:
+        phone = {"width": 390, "height": 844}
+        requests, complaints = [], []
+        page = visit("about:blank", shown=False, viewport=phone, color_scheme=scheme)
+        page.on("request", lambda request: requests.append(request.url))
+        page.on("console", lambda message: complaints.append(message.text))
+        page.goto(live.address)
+        page.locator("#scene[data-users]").wait_for()
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        assert page.evaluate("document.documentElement.scrollHeight") > 844
+        assert {url.split("/")[2] for url in requests} == {live.address.split("/")[2]}
+        assert complaints == []
+
+
+def test_state_is_read_out_and_no_motion_where_none_is_wanted(visit):
+    with served() as live:
+        page = visit(live.address, reduced_motion="reduce")
+        spoken = page.locator("#spoken")
+        said = lambda: "user 1 coupled, not held" in spoken.inner_text()  # noqa: E731
+        live.until(said, "the state in words")
+        assert "newtons" in spoken.inner_text()
+        before = page.evaluate(PICTURE)
+        live.pass_by(20)
+        assert page.evaluate(PICTURE) == before
+
+        moving = visit(live.address)
+        pictures = {moving.evaluate(PICTURE) for _ in range(20)}
+        assert len(pictures) > 1  # the control: packets on their way

@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The gestures of a person at the page."""
+
+from typing import Any
+
+from playwright.sync_api import Page
+
+HANDLES = "document.getElementById('scene').handles"
+
+
+class Pointer:
+    """A mouse or a finger on a user's handle; distances in metres along the first axis."""
+
+    def __init__(self, page: Page, user: int = 0, *, touch: bool = False) -> None:
+        self._page, self._touch = page, touch
+        box = page.locator("#scene").bounding_box()
+        handle = page.evaluate(f"{HANDLES}[{user}]")
+        assert box is not None
+        self._scale = handle["scale"]
+        self._x, self._y = box["x"] + handle["x"], box["y"] + handle["y"]
+        self._devtools = page.context.new_cdp_session(page) if touch else None
+
+    def _send(self, kind: str, points: list[dict[str, Any]]) -> None:
+        assert self._devtools is not None
+        message = {"type": kind, "touchPoints": points}
+        self._devtools.send("Input.dispatchTouchEvent", message)
+
+    def press(self) -> None:
+        """Put the pointer on the handle and press."""
+        if self._touch:
+            self._send("touchStart", [{"x": self._x, "y": self._y}])
+            return
+        self._page.mouse.move(self._x, self._y)
+        self._page.mouse.down()
+
+    def move(self, distance_m: float, steps: int = 10) -> None:
+        """Move on, in small steps."""
+        for _ in range(steps):
+            self._x += distance_m * self._scale / steps
+            if self._touch:
+                self._send("touchMove", [{"x": self._x, "y": self._y}])
+            else:
+                self._page.mouse.move(self._x, self._y)
+
+    def release(self) -> None:
+        """Let go."""
+        if self._touch:
+            self._send("touchEnd", [])
+        else:
+            self._page.mouse.up()
