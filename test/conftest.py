@@ -24,12 +24,12 @@ settings.load_profile("ci" if os.environ.get("CI") else "local")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put quick tests first, and those with live nodes on one worker: two 1 kHz sessions at once
-    are not two users.
+    """Put quick tests first, and those with live nodes or a browser on one worker: two 1 kHz
+    sessions at once are not two users.
     """
     items.sort(key=lambda item: ORDER.index(_folder(item)))
     for item in items:
-        if _folder(item) == "integration":
+        if _folder(item) in ("browser", "integration"):
             item.add_marker(pytest.mark.xdist_group("live"))
 
 

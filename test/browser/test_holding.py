@@ -27,7 +27,7 @@ HIDE = """() => {
 
 @contextmanager
 def _still(page, how):
-    """Keep a page's script from running: busy for a while, or stopped for the length of a block."""
+    """Keep a page's script from running: busy for a while, or stopped until the block ends."""
     if how == "busy":
         page.evaluate(BUSY)
         yield
