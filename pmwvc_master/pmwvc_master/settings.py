@@ -40,6 +40,7 @@ class MasterSettings:
     """Everything the node was given. ``master`` and ``safety`` may change while it runs."""
 
     controller: str
+    channel: str
     dof: int
     seed: int
     side: int
@@ -61,6 +62,7 @@ class MasterSettings:
             self.baseline,
             limits_of(info, self.safety),
             controller=self.controller,
+            channel=self.channel,
             dof=self.dof,
             server_period_s=self.period_s,
             epoch=epoch,
@@ -111,6 +113,7 @@ def declare_settings(
     binding = ParameterBinding(node)
     settings = MasterSettings(
         controller=value("controller", TOP["controller"], "pmwvc"),
+        channel=value("channel", TOP["channel"], DEFAULTS["channel"]),
         dof=value("dof", TOP["dof"], DEFAULTS["dof"]),
         seed=value("seed", TOP["seed"], DEFAULTS["seed"]),
         side=value("side", SIDE, -1),

@@ -92,6 +92,7 @@ class ServerSettings:
     """Everything the node was given."""
 
     controller: str
+    channel: str
     dof: int
     users: tuple[UserSettings, ...]
     server: ServerParams
@@ -104,6 +105,7 @@ class ServerSettings:
         return make_server_step(
             [user.at_server for user in self.users],
             controller=self.controller,
+            channel=self.channel,
             dof=self.dof,
             server=self.server,
             task=self.task,
@@ -134,6 +136,7 @@ def declare_settings(node: Node) -> ServerSettings:
     baseline = declare(node, "baseline", BaselineParams)
     settings = ServerSettings(
         controller=declare_value(node, "controller", TOP["controller"], "pmwvc"),
+        channel=declare_value(node, "channel", TOP["channel"], DEFAULTS["channel"]),
         dof=declare_value(node, "dof", TOP["dof"], DEFAULTS["dof"]),
         users=tuple(
             UserSettings(

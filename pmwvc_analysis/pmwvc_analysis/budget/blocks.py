@@ -146,6 +146,37 @@ def channel(
     return {**own, "filter_and_hold": rest, **kept}
 
 
+def strict(
+    sums: UserSums, known: User, at_server: list[Array]
+) -> tuple[Account, dict[str, Array]]:
+    """Return the account of a port on the strict channel, and of what lies behind it.
+
+    The node has what the force applied did on the motion measured, and what the playout gave out;
+    packets are what it paid. Links contain their playout.
+    """
+    user, (u_s, v_s) = sums.user, at_server
+    moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
+    work = sums.of_ticks(np.sum(user.f_applied * moved, axis=-1))
+    if port_filters(known):
+        played = sums.between_blocks(user.accounts["playout_given"])
+    else:
+        played = _kept_sum(sums, "v_m")
+    sent = sums.of_blocks(user.energy["u_tx"], known.master.frame_s)
+    found = {
+        "node": Account(work + played, sent),
+        "link_up": Account(sent, u_s),
+        "link_down": Account(v_s, played),
+    }
+    kept = {part: np.asarray(account.kept) for part, account in found.items()}
+    return Account(work, work, dissipated=0.0 * work), kept
+
+
+def port_filters(known: User) -> bool:
+    """Tell whether the wave at the device is another one than that of the channel."""
+    master = known.master
+    return master.velocity_filter.kind != "none" or master.bank.kind != "none"
+
+
 def at_frames(user: UserTraces, known: User) -> AtFrames:
     """Return the parts around a port, ``filter_and_hold`` and ``rate_drop`` at the ends of frames,
     where each is known exactly.

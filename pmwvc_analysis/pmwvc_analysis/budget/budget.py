@@ -62,9 +62,12 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     for user in users:
         own, sums = known[user.name], UserSums(user, time_s)
         device, unknown = blocks.device(sums, own.device)
-        port, beside = blocks.master(sums, own, waves=waves)
         at_server = [blocks.energy_at(server, user.name, wave)[rows] for wave in ("u_s", "v_s")]
-        if waves:
+        port, beside = blocks.master(sums, own, waves=waves)
+        if scenario.strict:
+            port, found = blocks.strict(sums, own, at_server)
+            beside = {}
+        elif waves:
             found = blocks.channel(sums, own, at_server, live=live)
             if accounted(user.accounts):
                 frames[user.name] = blocks.at_frames(user, own)

@@ -18,6 +18,9 @@ a tick, and x is where the device was (:mod:`.hand_work`). What an encoder, a di
 or the hold make of a motion is in it. The waves of the master know the measured velocity only: to
 them the noise of an encoder is energy that the hand gave.
 
+On the strict channel what went up is the energy that packets were paid with, and the wave that
+came down is that of the playout.
+
 What counts when: a tick counts once it has run, a server step counts with its whole period at
 its start. A server step answers packets sent before it, and a master expands values sent before,
 so cause is never behind effect. A late server step is taken at the time it really ran. Gaps in the
@@ -34,10 +37,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pmwvc_analysis.budget.blocks import port_filters
 from pmwvc_analysis.budget.criterion import tolerance
 from pmwvc_analysis.budget.hand_work import hand_work
 from pmwvc_analysis.traces.stretches import Stretches, stretches
-from pmwvc_analysis.traces.sums import anchored, ran_s, running, up_to
+from pmwvc_analysis.traces.sums import UserSums, anchored, ran_s, running, up_to
 from pmwvc_core.account import wave_energy
 from pmwvc_core.controllers import record_of
 from pmwvc_core.numeric import Array
@@ -166,7 +170,13 @@ def _of_user(
     at = work.at(user, times)
     joint = balance(at.sums, u_s - v_s)
     up = down = None
-    if (user.u_m.any() or user.v_m.any()) and not user.accounts:
+    if scenario is not None and scenario.strict and known is not None:
+        sent = UserSums(user, times).of_blocks(user.energy["u_tx"], known.master.frame_s)
+        up = balance(sent, u_s)
+        if not port_filters(known):
+            v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
+            down = balance(v_s, _at(times, user, v_m))
+    elif (user.u_m.any() or user.v_m.any()) and not user.accounts:
         u_m = anchored(user, wave_energy(user.u_m, user.tick_s), user.energy.get("u_m"))
         v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
         up = balance(_at(times, user, u_m), u_s)

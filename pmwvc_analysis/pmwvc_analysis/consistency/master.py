@@ -20,16 +20,33 @@ from pmwvc_core.wave.transform import WavePort
 ANSWERS = ("velocity_filter", "local_stored", "bank_low_in")
 
 
-def master(user: UserTraces, known: User | None, *, waves: bool, simulated: bool) -> list[str]:
+def master(
+    user: UserTraces, known: User | None, *, waves: bool, strict: bool, simulated: bool
+) -> list[str]:
     """Return every contradiction in words; a simulated device is where its model leads."""
     found = _work(user, known, simulated=simulated)
     if not waves:
         return found + _without_waves(user)
-    found += _port(user) + _wave_sums(user)
+    found += _wave_sums(user)
+    if strict and known is not None:
+        return found + _strict(user, known)
+    found += _port(user)
     if known is not None and "force_velocity_filter" not in user.accounts:
         found += _force(user, known) + _filter(user, known)
         if not _answered(user) and complete(user):
             found += _outgoing(user, known)
+    return found
+
+
+def _strict(user: UserTraces, known: User) -> list[str]:
+    """Check F = b xd - sqrt(2b) v_m and u_m = sqrt(2b) xd - v_m of the strict channel,
+    where the velocity measured is not one of counts.
+    """
+    if measured(known.device) or "force_velocity_filter" in user.accounts:
+        return []
+    found, port = _force(user, known), WavePort(known.impedance)
+    if (gap := differs(user.u_m, np.asarray(port.u(user.xd_m, user.v_m)))) is not None:
+        found.append(f"{user.name}: u_m is not sqrt(2b) xd - v_m, {gap:.3g} sqrt(W) off")
     return found
 
 

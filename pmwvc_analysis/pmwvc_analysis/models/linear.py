@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.controllers import has_waves, record_of
+from pmwvc_core.controllers import PLAIN, has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.effects import active, amounts
 from pmwvc_core.params import specs
@@ -82,8 +82,8 @@ def relative(scenario: Scenario) -> Relative | None:
         return None
     changed = scenario
     for element in found:
-        if element.name == "controller":
-            changed = dataclasses.replace(changed, controller=element.instead)
+        if element.name in ("controller", "channel"):
+            changed = dataclasses.replace(changed, **{element.name: element.instead})
         else:
             changed = varied(changed, element.name, element.instead)
     return Relative(changed, _settings(found))
@@ -100,6 +100,8 @@ def _settings(found: list[Element]) -> list[str]:
 
 def _of_controller(scenario: Scenario) -> Iterator[Element]:
     server, controller = scenario.server, scenario.controller
+    if scenario.strict:
+        yield Element(f"channel = {scenario.channel}", "channel", PLAIN)
     near = record_of(controller).linear
     if near != controller:
         yield Element(f"controller = {controller}", "controller", near)

@@ -22,6 +22,8 @@ mean; what device and filter leave of that at a sample makes the lag longer wher
 touched, and shorter by as much where nothing is: the wave comes back with the other sign. Nothing
 is left behind ``integrate_and_dump``.
 
+On the strict channel the playouts make the lag: :mod:`.playout_lag`.
+
 Equations: docs/theory.md 11.1, 11.2, 11.3, 11.4, 11.5.
 """
 
@@ -38,6 +40,7 @@ from pmwvc_analysis.models.links import (
     serve_phase,
 )
 from pmwvc_analysis.prediction.environment import decodes_late
+from pmwvc_analysis.prediction.playout_lag import strict_lag_s
 from pmwvc_core.motion import motion
 from pmwvc_core.network.effects import active, mean_s
 from pmwvc_core.numeric import Value, flatten
@@ -86,6 +89,8 @@ def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) 
     """Return tau, the lag of slow motion once around the wave path [s]; a velocity filter makes
     another one of it where nothing is touched. A complementary bank adds 1/a each way.
     """
+    if scenario.strict:
+        return strict_lag_s(user, scenario, live=live)
     master = user.master
     lag = aliasing.delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     lag += slow_lags(master)[0 if touching else 1]

@@ -95,7 +95,7 @@ def _token(tokens: Path | None, owner: str) -> dict[str, object]:
 
 
 def _common(scenario: Scenario) -> dict[str, object]:
-    return {"controller": scenario.controller, "dof": scenario.dof}
+    return {"controller": scenario.controller, "channel": scenario.channel, "dof": scenario.dof}
 
 
 def _master(scenario: Scenario, user: User) -> dict[str, object]:

@@ -4,9 +4,12 @@
 
 from pmwvc_core.controllers.ends import make_master, make_server
 from pmwvc_core.controllers.library import (
+    CHANNELS,
     LIBRARY,
+    PLAIN,
     RECORDS,
     has_waves,
+    is_strict,
     names,
     proofs_hold,
     record_of,
@@ -16,14 +19,17 @@ from pmwvc_core.master.controller import MasterController
 from pmwvc_core.server.user_ports import ServerController
 
 __all__ = [
+    "CHANNELS",
     "HELD",
     "LIBRARY",
+    "PLAIN",
     "RECORDS",
     "Controller",
     "MasterController",
     "Rule",
     "ServerController",
     "has_waves",
+    "is_strict",
     "make_master",
     "make_server",
     "names",

@@ -15,19 +15,36 @@ from pmwvc_core.server.environments import make_black_box
 from pmwvc_core.server.factory import make_ports
 from pmwvc_core.server.user_ports import DEFAULT_BASELINE, ServerController
 from pmwvc_core.wave.impedance import Impedance
+from pmwvc_core.wave.playout import Playout
 
 
 def make_master(
-    controller: str, params: MasterParams, baseline: BaselineParams = DEFAULT_BASELINE
+    controller: str,
+    params: MasterParams,
+    baseline: BaselineParams = DEFAULT_BASELINE,
+    *,
+    playout: Playout | None = None,
 ) -> MasterController:
     """Return the master's end of a controller by name, at rest.
+
+    Parameters
+    ----------
+    controller
+        Its name.
+    params, baseline
+        Of the master, and of other controllers than waves.
+    playout
+        Of the returning wave, for the strict channel; None on the plain one.
 
     Raises
     ------
     ParameterError
         Naming the controllers there are.
     """
-    return record_of(controller).make_master(params, baseline)
+    record = record_of(controller)
+    if playout is not None and record.make_strict is not None:
+        return record.make_strict(params, playout)
+    return record.make_master(params, baseline)
 
 
 def make_server(

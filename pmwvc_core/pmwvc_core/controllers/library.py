@@ -17,6 +17,7 @@ RECORDS: Records[Controller] = Records(
     parameter="controller",
     what="a controller",
 )
+STRICT, PLAIN = CHANNELS = ("strict", "plain")
 LIBRARY, names, record_of = RECORDS.library, RECORDS.names, RECORDS.of
 
 
@@ -31,3 +32,8 @@ def proofs_hold(controller: str) -> bool:
     """
     record = record_of(controller)
     return record.waves and record.linear == record.name
+
+
+def is_strict(controller: str, channel: str) -> bool:
+    """Tell whether a controller, by name, runs on the strict channel; only waves can."""
+    return channel == STRICT and record_of(controller).make_strict is not None

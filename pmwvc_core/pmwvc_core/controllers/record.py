@@ -16,8 +16,10 @@ from pmwvc_core.server.black_box.interface import BlackBox
 from pmwvc_core.server.couplings import Coupling
 from pmwvc_core.server.couplings.record import backward
 from pmwvc_core.server.user_ports import ServerController, UserPort
+from pmwvc_core.wave.playout import Playout
 
 MasterMaker = Callable[[MasterParams, BaselineParams], MasterController]
+StrictMaker = Callable[[MasterParams, Playout], MasterController]
 ServerMaker = Callable[[ServerParams, Sequence[UserPort]], ServerController]
 BlackBoxMaker = Callable[[ServerParams, Sequence[UserPort], BlackBox, Call], ServerController]
 
@@ -70,6 +72,10 @@ class Controller(Record):
         down, with ``FLAG_DIRECT``.
     make_master, make_server
         Make the ends, at rest, with no user present.
+    make_strict
+        Makes the master's end on the strict channel, around the playout of the returning wave;
+        None where the controller has none, and ``channel`` does not matter. At the server the
+        strict channel is the receiver's alone.
     make_black_box
         Makes the server's end around a black box (``server.coupling = unknown``); None where a
         wave controller has none.
@@ -90,6 +96,7 @@ class Controller(Record):
     waves: bool
     make_master: MasterMaker
     make_server: ServerMaker
+    make_strict: StrictMaker | None = None
     make_black_box: BlackBoxMaker | None = None
     rule: Rule | None = None
     storage_j: Callable[[MasterParams, BaselineParams], float] = no_storage

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.master.port import WaveMaster
+from pmwvc_core.master.strict_port import StrictMaster
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
 from pmwvc_core.server.black_box.containment import Call
 from pmwvc_core.server.black_box.interface import BlackBox
@@ -32,6 +33,7 @@ RECORD = Controller(
     words="Wave variables: stable at any constant delay where the gains of both ends prove it.",
     waves=True,
     make_master=lambda params, _: WaveMaster(params),
+    make_strict=StrictMaster,
     make_server=WaveServer,
     make_black_box=_black_box,
     linear="pmwvc",

@@ -5,7 +5,8 @@
 The live nodes know a part of a scenario each and give their parameters; the simulator gives whole
 scenarios. Receivers get the same rules either way: a wave longer than any that a port of this
 impedance can emit is refused, and the server is silent to all users after the longest of their
-timeouts.
+timeouts. The channel is chosen here: on the strict one every receiver plays out what arrives, and
+the master's end keeps the account of its node; nothing else knows of it.
 """
 
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_core.controllers import has_waves, make_master, make_server
+from pmwvc_core.controllers import PLAIN, has_waves, is_strict, make_master, make_server
 from pmwvc_core.frame.force_loop import ForceLoop
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.frame.server_step import ServerStep
@@ -32,9 +33,11 @@ from pmwvc_core.scenario.server_times import ServerTimes, server_times
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.transport.packet import Packer
 from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.strict_receiver import StrictReceiver
 from pmwvc_core.wave.impedance import Impedance, impedance_of
-from pmwvc_core.wave.limits import largest_wave
+from pmwvc_core.wave.limits import largest_wave, wave_of_speed
 
+REPAID_M_S = 0.02  # speed at which device and avatar come together after an outage, at most
 SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process can start again
 
 
@@ -67,6 +70,7 @@ def make_force_loop(
     safety: SafetyParams,
     *,
     controller: str,
+    channel: str = PLAIN,
     dof: int,
     server_period_s: float,
     epoch: int,
@@ -80,8 +84,8 @@ def make_force_loop(
     ----------
     master, baseline, safety
         Of the user.
-    controller, dof, server_period_s
-        Of the session: controller by name, axes, time step of the server [s].
+    controller, channel, dof, server_period_s
+        Of the session: controller and channel by name, axes, time step of the server [s].
     epoch
         Of its packets.
     schedule
@@ -91,18 +95,26 @@ def make_force_loop(
     watched
         Whether the device marks fresh samples.
     """
+    strict = is_strict(controller, channel)
+    inbox = _inbox(
+        controller,
+        dof,
+        impedance_of(master),
+        step_s=master.tick_s if strict else None,
+        period_s=server_period_s,
+        timeout_s=safety.timeout_s,
+    )
+    playout = inbox.playout if isinstance(inbox, StrictReceiver) else None
     return ForceLoop(
-        make_master(controller, master, baseline),
+        make_master(controller, master, baseline, playout=playout),
         SafetyLimiter(
-            safety, tick_s=master.tick_s, packet_s=server_period_s, workspace_m=workspace_m
+            safety,
+            tick_s=master.tick_s,
+            packet_s=server_period_s,
+            workspace_m=workspace_m,
+            resumes=strict,
         ),
-        inbox=_inbox(
-            controller,
-            dof,
-            impedance_of(master),
-            period_s=server_period_s,
-            timeout_s=safety.timeout_s,
-        ),
+        inbox=inbox,
         packer=Packer(epoch, period=master.frame_s),
         rate_drop=master.rate_drop,
         answer_tick=schedule.answer_tick(tick_s=master.tick_s, rate_drop=master.rate_drop),
@@ -115,6 +127,7 @@ def make_server_step(
     users: Sequence[UserAtServer],
     *,
     controller: str,
+    channel: str = PLAIN,
     dof: int,
     server: ServerParams,
     task: TaskParams,
@@ -129,7 +142,7 @@ def make_server_step(
     ----------
     users
         Their parameters.
-    controller, dof, server, task
+    controller, channel, dof, server, task
         Of the session.
     times
         Silence, release and start.
@@ -140,6 +153,7 @@ def make_server_step(
     idle_until_joined
         Whether steps begin with the first user.
     """
+    step_s = server.period_s if is_strict(controller, channel) else None
     return ServerStep(
         make_server(
             controller,
@@ -159,6 +173,7 @@ def make_server_step(
                 controller,
                 dof,
                 user.impedance,
+                step_s=step_s,
                 period_s=user.frame_s,
                 timeout_s=times.timeout_s,
             )
@@ -180,6 +195,7 @@ def force_loop_of(
         user.baseline,
         user.safety,
         controller=scenario.controller,
+        channel=scenario.channel,
         dof=scenario.dof,
         server_period_s=scenario.server.period_s,
         epoch=number + 1,
@@ -201,6 +217,7 @@ def server_step_of(scenario: Scenario) -> ServerStep:
             for user in scenario.users
         ],
         controller=scenario.controller,
+        channel=scenario.channel,
         dof=scenario.dof,
         server=scenario.server,
         task=scenario.task,
@@ -210,10 +227,28 @@ def server_step_of(scenario: Scenario) -> ServerStep:
 
 
 def _inbox(
-    controller: str, dof: int, impedance: Impedance, *, period_s: float, timeout_s: float
+    controller: str,
+    dof: int,
+    impedance: Impedance,
+    *,
+    step_s: float | None,
+    period_s: float,
+    timeout_s: float,
 ) -> Receiver:
-    """Return the receiver of a port; in a batch it takes the longest wave of any run."""
+    """Return the receiver of a port; in a batch it takes the longest wave of any run.
+
+    ``step_s``: time for which the strict channel's receiver gives out a wave; None: a plain one.
+    """
     waves = has_waves(controller)
     runs = np.ravel(impedance) if isinstance(impedance, np.ndarray) else [impedance]
     longest = max(largest_wave(run, waves=waves) for run in runs)
-    return Receiver(dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
+    if step_s is None:
+        return Receiver(dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
+    return StrictReceiver(
+        dof,
+        step_s=step_s,
+        most_repaid=min(wave_of_speed(run, REPAID_M_S) for run in runs),
+        period_s=period_s,
+        timeout_s=timeout_s,
+        max_wave=longest,
+    )

@@ -86,7 +86,7 @@ class ForceLoop(Stateful):
     BLOCKS = "controller safety inbox packer"
     MEMORY = (
         "ended coupled x other_controller _fresh_tick _next_frame _next_answer _next_event "
-        "_events_sent _epoch"
+        "_events_sent _epoch _timeout_s"
     )
 
     def __init__(
@@ -117,6 +117,7 @@ class ForceLoop(Stateful):
         self._next_frame = self._next_answer = 0  # ticks
         self._next_event = 0  # the earlier one of them
         self._events_sent = 0
+        self._timeout_s = inbox.timeout_s
         self._epoch = 0  # of the server whose answers are used
         self._changes: deque[Callable[[], None]] = deque()
 
@@ -276,6 +277,9 @@ class ForceLoop(Stateful):
                     self.safety.restart()
                 self._epoch = newest.epoch
             controller.on_packet(newest)
+        if inbox.timeout_s != self._timeout_s:
+            self._timeout_s = inbox.timeout_s
+            self.safety.expect(self._timeout_s)
         if inbox.silent(now_ns):
             controller.silence()
         else:

@@ -169,6 +169,7 @@ class ServerStep(Stateful):
         if self.presence[user] is not ABSENT:
             self.server.leave(user)
         self.server.join(user, position)
+        self.inboxes[user].begin()
         self._anew[user] ^= FLAG_ANEW
         self.presence[user] = Presence.JOINING
 
@@ -184,9 +185,7 @@ class ServerStep(Stateful):
         direct = bool(server.flags & FLAG_DIRECT)
         received: list[Any] = []
         for user, inbox in enumerate(self.inboxes):
-            wave, quiet = inbox.take(now_ns), inbox.silent(now_ns)
-            if quiet:
-                wave = wave * 0.0
+            wave, quiet = inbox.wave(now_ns), inbox.silent(now_ns)
             if self.presence[user] is not ABSENT:
                 if inbox.silence_s(now_ns) > self.release_s:
                     self._leave(user)

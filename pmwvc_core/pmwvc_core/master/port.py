@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The master's end of the wave channel: motion in, force and outgoing wave out.
+"""The master's end of the plain wave channel: motion in, force and outgoing wave out.
 
 Every tick (App. B Fig. 1)::
 
@@ -8,14 +8,9 @@ Every tick (App. B Fig. 1)::
     F_m = b xd - sqrt(2b) v_m,   u_m = sqrt(2b) xd - v_m
     u_m_lp, u_tx: the anti-aliasing filter, and every M-th of its outputs
 
-so that F_m xd = (u_m^2 - v_m^2)/2. Without anything in between v_m = v. Port filters
-(:mod:`.port_filters`: velocity filter, filter bank) let through w of v and answer u_m on the spot,
-so that
-
-    v_m = w + g u_m,   u_m = (sqrt(2b) xd - w)/(1 + g)
-
-The safety limits may let another force F through. Then u_m is shortened until the port emits no
-more than it gets, with the parts' answer to the shorter wave::
+so that F_m xd = (u_m^2 - v_m^2)/2. Without anything in between v_m = v; port filters add an answer
+of their own (:mod:`.device_port`). The safety limits may let another force F through. Then u_m is
+shortened until the port emits no more than it gets, with the parts' answer to the shorter wave::
 
     |u_m|^2/2 <= |w + g u_m|^2/2 + F xd
 
@@ -28,36 +23,15 @@ Not here: limits (``safety``), packets, time.
 Equations: docs/theory.md 10.1.
 """
 
-import dataclasses
-import math
-from collections.abc import Mapping
-
-from pmwvc_core.master.filter_bank import make_bank
-from pmwvc_core.master.port_filters import PortFilter, make_port_filters
-from pmwvc_core.master.position import make_position_feedback
-from pmwvc_core.master.velocity_filter import EquivalentVelocityFilter, make_force_velocity
-from pmwvc_core.numeric import (
-    Value,
-    absolute,
-    anywhere,
-    dot,
-    finite,
-    maximum,
-    minimum,
-    root,
-    squared,
-    where,
-)
+from pmwvc_core.master.device_port import DevicePort
+from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squared, where
 from pmwvc_core.params import MasterParams
-from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.filters import AntiAliasing
-from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.rates import Hold
-from pmwvc_core.wave.transform import WavePort
 
 
-class WaveMaster(Stateful):
+class WaveMaster(DevicePort):
     """The wave port of a device; see the module. At rest, with both waves zero, at first.
 
     Parameters
@@ -67,102 +41,23 @@ class WaveMaster(Stateful):
         ``(runs, 1)``.
     """
 
-    BLOCKS = "_hold _filter _port_filters _velocity _position"
-    MEMORY = (
-        "u_m u_m_lp v_m f_m _x _xd _held _gain debt_j energy_u_m energy_u_tx energy_v_rx "
-        "energy_v_m _packets _before"
-    )
-    flags = 0
+    BLOCKS = "_hold _filter"
+    MEMORY = "_xd debt_j energy_u_m energy_u_tx energy_v_rx energy_v_m"
 
     def __init__(self, params: MasterParams) -> None:
-        self.params: MasterParams = params
-        self._before: dict[str, Value] = {}
-        self._port_filters: list[PortFilter] = []
-        self._velocity: EquivalentVelocityFilter | None = None
-        self._bank = make_bank(params, self.position)
-        self._begin(params)
-        self._position = make_position_feedback(params)
-        self.u_m: Value = 0.0
-        self.u_m_lp: Value = 0.0
-        self.v_m: Value = 0.0
-        self.f_m: Value = 0.0
+        super().__init__(params)
         self.debt_j: Value = 0.0
         self.energy_u_m: Value = 0.0
         self.energy_u_tx: Value = 0.0
         self.energy_v_rx: Value = 0.0
         self.energy_v_m: Value = 0.0
-        self._packets = 0  # sent, which is how their sender numbers them
-        self._x: Value = 0.0
         self._xd: Value = 0.0
-        self._held: Value = 0.0  # w: what is in v_m whatever u_m
-        self._gain: Value = 0.0  # g
 
-    def configure(self, params: MasterParams) -> None:
-        """Take other parameters over at a frame start; tick and rate drop stay.
-
-        Waves carry the same power whatever the impedance, so that may change at any time, and so
-        may position feedback and local model. Another filter, hold or part starts at zero: what
-        the old one held is lost, never gained.
-        """
-        old = self.params
-        same = dataclasses.replace(
-            params,
-            impedance=old.impedance,
-            position=old.position,
-            bank=old.bank,
-            local_model=old.local_model,
-        )
-        if same == old:
-            self.params = params
-            self._match(params)
-        else:
-            self._begin(params)
-        if self._bank:
-            self._bank.configure(params)
-        if self._position:
-            self._position.configure(params)
-        else:
-            self._position = make_position_feedback(params)
-
-    def _begin(self, params: MasterParams) -> None:
-        """Start filter, hold and what is in between at rest; accounts go on."""
-        self._before = self._between()
-        self.params = params
-        self._match(params)
-        self._tick_s, self._half_s = params.tick_s, 0.5 * params.tick_s
-        self._frame_s = params.frame_s
+    def _begin_channel(self, params: MasterParams) -> None:
         self._hold = Hold(params.hold, ticks=params.rate_drop)
         self._filter = AntiAliasing(
             params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop
         )
-        self._port_filters = make_port_filters(params, self._bank)
-        self._velocity = make_force_velocity(params)
-
-    def _match(self, params: MasterParams) -> None:
-        self._port = WavePort(impedance_of(params))
-
-    @property
-    def accounts(self) -> Mapping[str, Value]:
-        """Energies of velocity filter, filter bank and position feedback [J]."""
-        found = self._between()
-        for own in (self._bank, self._position):
-            if own:
-                found |= own.accounts
-        return found
-
-    def _between(self) -> dict[str, Value]:
-        """Return the energies of what starts anew, with what went before a change of it [J]."""
-        if not self._port_filters and not self._velocity:
-            return {}
-        found = [each.accounts for each in self._port_filters if each is not self._bank]
-        if self._velocity:
-            found.append(self._velocity.accounts)
-        before = self._before
-        return {
-            name: before.get(name, 0.0) + value
-            for accounts in found
-            for name, value in accounts.items()
-        }
 
     def account(self) -> None:
         """Leave the packet's energy to the sum of its waves."""
@@ -185,10 +80,6 @@ class WaveMaster(Stateful):
             self._position.silence()
         self._hold.load(0.0 * self.v_m)
 
-    def measure(self, x: Value, xd: Value) -> None:
-        """Note the position, so that a packet sent before the first tick has it."""
-        self._x = x
-
     def step(self, x: Value, xd: Value) -> Value:
         """Form the waves and the force of a tick.
 
@@ -203,11 +94,7 @@ class WaveMaster(Stateful):
         Value
             F_m [N], pushing against the hand.
         """
-        both = x + xd
-        if not (math.isfinite(both) if type(both) is float else finite(both)):
-            x = where(absolute(x) < math.inf, x, self._x)
-            xd = where(absolute(xd) < math.inf, xd, 0.0)
-        self._x, self._xd = x, xd
+        self._x, self._xd = x, xd = self._sensed(x, xd)
         v_m = self._hold.step()
         if self._position:
             v_m = self._position.down(v_m, x)
@@ -219,18 +106,6 @@ class WaveMaster(Stateful):
             xd = self._velocity.step(xd, self._port.b)
         self.f_m = f_m = self._port.force(xd, v_m)
         return f_m
-
-    def _answered(self, v: Value, xd: Value) -> Value:
-        """Return v_m with the answer of the parts to the wave that fits it."""
-        gain: Value = 0.0
-        answer: Value = 0.0
-        for each in reversed(self._port_filters):
-            v = each.down(v)
-            own, slope = each.offer()
-            answer, gain = answer + own, gain + slope
-        self._held, self._gain = v + answer, gain
-        natural = self._port.u(xd, self._held)
-        return self._held + gain * natural / (1.0 + gain)
 
     def applied(self, f: Value) -> None:
         """Pay for the force that was applied [N], then let the wave pass on to the filter."""
@@ -291,7 +166,3 @@ class WaveMaster(Stateful):
             wave = self._position.send(wave, self._packets)
         self.energy_u_tx = self.energy_u_tx + squared(wave) * (0.5 * self._frame_s)
         return wave
-
-    def position(self) -> Value:
-        """Return the position last measured [m]."""
-        return self._x

@@ -8,7 +8,7 @@ What reaches the device, for whatever a controller asks, including values that a
   longer than ``max_force`` (a vector keeps its direction);
 * whenever there is something to feel again (first answer, another server, any other recovery) it
   grows from zero over ``soft_start_s``; after a silence of the same server over ``RETURN_S``, from
-  what had not faded yet;
+  what had not faded yet (at once where it ``resumes``);
 * **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
   the device is faster than ``damper_velocity``, only the part of the force that opposes the motion
   remains; what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` of
@@ -82,6 +82,9 @@ class SafetyLimiter(Stateful):
         Interval at which the server answers [s].
     workspace_m
         Half extent of the device's workspace on every axis [m]; unlimited where not declared.
+    resumes
+        Whether the force comes back whole, under the slew limit, after a silence shorter than
+        ``release_s``: where an account of the energy bounds what comes back.
 
     Attributes
     ----------
@@ -107,7 +110,9 @@ class SafetyLimiter(Stateful):
         tick_s: float,
         packet_s: float,
         workspace_m: float | None = None,
+        resumes: bool = False,
     ) -> None:
+        self._resumes = resumes
         self._tick_s = tick_s
         self._packet_s = packet_s
         self._reach = LARGEST if workspace_m is None else REACH * workspace_m
@@ -140,6 +145,10 @@ class SafetyLimiter(Stateful):
         self._slow = ROUNDING * minimum(self._too_fast, self._runaway)
         self._weak = ROUNDING * self._longest
         self._gentle = ROUNDING * self._slew**2
+
+    def expect(self, silence_s: float) -> None:
+        """Note how long packets may fail to come before the server counts as silent [s]."""
+        self._silence_s = max(self.params.timeout_s, 3.0 * self._packet_s, silence_s)
 
     def rearm(self) -> None:
         """Leave a fault; the force starts from zero again."""
@@ -253,7 +262,8 @@ class SafetyLimiter(Stateful):
         quiet = seen.silent & ((seen.fast | seen.outside) ^ True) & self.ready
         self._returns = ((recovers & quiet) | ((recovers ^ True) & self._returns)) & through
         rise = where(self._returns, self._return, self._rise)
-        gain = where(recovers, self._gain * self._push, self._gain)
+        faded = recovers & ((quiet & self._resumes) ^ True)
+        gain = where(faded, self._gain * self._push, self._gain)
         gain = where(released, _down(gain, self._tick_s / LET_GO_S), _up(gain, rise))
         self._gain = gain = where(through, gain, 0.0)
         self.ready = self.ready | ((gain >= 1.0) & (damped ^ True))

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pmwvc_core.controllers.library import RECORDS, record_of
+from pmwvc_core.controllers.library import CHANNELS, PLAIN, RECORDS, is_strict, record_of
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import (
     BaselineParams,
@@ -43,11 +43,18 @@ TOP: Mapping[str, Spec] = {
         plugins=RECORDS.installed,
         description="controller between the users and the server",
     ),
+    "channel": Spec(
+        str,
+        choices=CHANNELS,
+        description="way of the waves between the ends; strict: integral and energy in every "
+        "packet, never more energy out than in; plain: samples of the wave, as in the "
+        "dissertation",
+    ),
     "dof": Spec(int, "-", low=1, high=6, description="axes of motion"),
     "users": Spec(int, "-", low=1, high=8, description="number of users"),
 }
 REQUIRED = ("name", "duration_s", "controller", "users")
-DEFAULTS: Mapping[str, Any] = {"description": "", "seed": 1, "dof": 1}
+DEFAULTS: Mapping[str, Any] = {"description": "", "seed": 1, "channel": PLAIN, "dof": 1}
 
 # Dotted prefix -> (attribute, dataclass): what each user has for itself, and what all share.
 USER_GROUPS: Mapping[str, tuple[str, type]] = {
@@ -114,12 +121,18 @@ class Scenario:
     users: tuple[User, ...]
     server: ServerParams
     task: TaskParams
+    channel: str = PLAIN
 
     def __post_init__(self) -> None:
         """Check what holds between groups."""
         problems = conflicts(self)
         if problems:
             raise ScenarioError(self.name, problems)
+
+    @property
+    def strict(self) -> bool:
+        """Whether the waves of this session run on the strict channel."""
+        return is_strict(self.controller, self.channel)
 
     @property
     def coupling(self) -> Coupling:
@@ -153,6 +166,7 @@ class Scenario:
             "duration_s": self.duration_s,
             "seed": self.seed,
             "controller": self.controller,
+            "channel": self.channel,
             "dof": self.dof,
             "users": len(self.users),
         }

@@ -56,6 +56,7 @@ def structure_of(scenario: Scenario) -> Hashable:
         scenario.seed if random else None,
         scenario.duration_s,
         scenario.controller,
+        scenario.channel,
         scenario.dof,
         _structure(scenario.server),
         scenario.task,

@@ -54,7 +54,8 @@ class SimulatedUser:
             ran_ns=conditions.ran_ns.get(user.name),
         )
         # As live: packets come in at every tick, and the hand begins the tick after an answer.
-        self._listens = conditions.schedule.answer_s > 0.0
+        self._live = conditions.schedule.answer_s > 0.0
+        self._listens = self._live or scenario.strict
         self._acts = False
         self.up, self.down = (
             SimulatedLink(
@@ -119,7 +120,7 @@ class SimulatedUser:
         values: list[Value] = []
         for number, now_ns in zip(numbers, times_ns, strict=True):
             if not acts:
-                acts = loop.coupled or (loop.ready and not self._listens)
+                acts = loop.coupled or (loop.ready and not self._live)
             # The hand is in touch with the device itself, not with its encoder.
             sample.f_h = f_h = operator.step(device.x, device.xd) if acts else operator.hold()
             if comes:

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The receiver of one direction: packets are judged and counted, the newest is kept.
 
-This is the hold-last receiver of the dissertation: the newest wave is used until a newer one
-comes. It guards against broken and stray packets, not against the energy that holding creates.
+This is the hold-last receiver of the plain channel (the dissertation's): the newest wave is used
+until a newer one comes. It guards against broken and stray packets, not against the energy that
+holding creates. That of the strict channel is built on it (:mod:`.strict_receiver`).
 It follows one sender at a time: another epoch takes over only when the sender followed is silent
 or has left, and only as one that sends as fast as a sender does (:mod:`.senders`).
 Time is an argument (integer nanoseconds of this end's monotonic clock).
@@ -100,6 +101,19 @@ class Receiver(Stateful):
         self._accept(packet, now_ns, fresh=verdict is not ACCEPTED)
         return verdict
 
+    def wave(self, now_ns: int) -> Value:
+        """Return the wave of the step that begins [sqrt(W)]: the newest one, zero in a silence."""
+        wave = self.take(now_ns)
+        return wave * 0.0 if self.silent(now_ns) else wave
+
+    def begin(self) -> None:
+        """Begin anew with the newest packet: the peer placed its position by it."""
+
+    @property
+    def timeout_s(self) -> float:
+        """Time without a packet after which this end is silent [s]."""
+        return self._silence_ns * 1e-9
+
     def take(self, now_ns: int) -> Value:
         """Return the newest wave [sqrt(W)]; zero before the first packet."""
         if self.newest is None:
@@ -151,7 +165,7 @@ class Receiver(Stateful):
             return Verdict.NOT_FINITE
         if not all(map(self._fits, (packet.wave, packet.integral, packet.position))):
             return Verdict.WRONG_LENGTH
-        if not math.isclose(packet.period, self.period_s, rel_tol=1e-6):
+        if not self._lasts(packet.period):
             return Verdict.WRONG_PERIOD
         if self.max_wave < math.inf and np.any(squared(packet.wave) > self.max_wave**2):
             return Verdict.TOO_LARGE
@@ -168,10 +182,14 @@ class Receiver(Stateful):
             and type(p.came_ns) is int
             and type(p.echo_seq) is type(p.echo_sent_ns) is type(p.echo_hold_ns) is int
             and 1 <= p.seq < 1 << 32
-            and p.period == self.period_s
+            and (p.period == self.period_s or self._lasts(p.period))
             and -self.max_wave <= p.wave <= self.max_wave
             and math.isfinite(p.wave + p.integral + p.energy + p.position)
         )
+
+    def _lasts(self, period_s: float) -> bool:
+        """Tell whether a packet may stand for so long."""
+        return math.isclose(period_s, self.period_s, rel_tol=1e-6)
 
     def _fits(self, value: Value) -> bool:
         """Tell whether a value has our number of axes; the zero of a start has any number."""

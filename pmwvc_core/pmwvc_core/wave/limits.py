@@ -10,7 +10,7 @@ emits, and a passive server returns no more.
 import math
 
 from pmwvc_core.params import SafetyParams, specs
-from pmwvc_core.wave.impedance import Impedance, longest_wave
+from pmwvc_core.wave.impedance import Impedance, longest_wave, smallest
 
 FORCE_N = float(specs(SafetyParams)["max_force"].high or math.inf)
 VELOCITY_M_S = float(specs(SafetyParams)["fault_velocity"].high or math.inf)
@@ -30,3 +30,10 @@ def largest_wave(impedance: Impedance, *, waves: bool) -> float:
     if not waves:
         return DIRECT
     return longest_wave(impedance, FORCE_N, VELOCITY_M_S)
+
+
+def wave_of_speed(impedance: Impedance, velocity: float) -> float:
+    """Return a wave that moves an avatar against nothing no faster than that [sqrt(W)]; a velocity
+    in m/s.
+    """
+    return velocity * math.sqrt(0.5 * smallest(impedance))

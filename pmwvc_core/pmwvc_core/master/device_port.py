@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The wave port of a device with what stands around it, on either channel.
+
+Port filters (:mod:`.port_filters`: velocity filter, filter bank) let through w of the returning
+wave v and answer u_m on the spot, so that
+
+    v_m = w + g u_m,   u_m = (sqrt(2b) xd - w)/(1 + g)
+
+Without them v_m = v. What gives v and takes u_m on is the channel's: :mod:`.port` (plain),
+:mod:`.strict_port` (strict).
+
+Equations: docs/theory.md 10.1.
+"""
+
+import dataclasses
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+
+from pmwvc_core.master.filter_bank import make_bank
+from pmwvc_core.master.port_filters import PortFilter, make_port_filters
+from pmwvc_core.master.position import make_position_feedback
+from pmwvc_core.master.velocity_filter import EquivalentVelocityFilter, make_force_velocity
+from pmwvc_core.numeric import Value, absolute, finite, where
+from pmwvc_core.params import MasterParams
+from pmwvc_core.state import Stateful
+from pmwvc_core.wave.impedance import impedance_of
+from pmwvc_core.wave.transform import WavePort
+
+
+class DevicePort(Stateful, ABC):
+    """The wave port of a device; see the module. At rest, with both waves zero, at first.
+
+    Parameters
+    ----------
+    params
+        Impedance, rate drop, and what stands around the port; numbers may be ``(runs, 1)``.
+    """
+
+    BLOCKS = "_port_filters _velocity _position"
+    MEMORY = "u_m u_m_lp v_m f_m _x _held _gain _packets _before"
+    flags = 0
+
+    def __init__(self, params: MasterParams) -> None:
+        self.params: MasterParams = params
+        self._before: dict[str, Value] = {}
+        self._port_filters: list[PortFilter] = []
+        self._velocity: EquivalentVelocityFilter | None = None
+        self._bank = make_bank(params, self.position)
+        self._begin(params)
+        self._position = make_position_feedback(params)
+        self.u_m: Value = 0.0
+        self.u_m_lp: Value = 0.0
+        self.v_m: Value = 0.0
+        self.f_m: Value = 0.0
+        self._packets = 0  # sent, which is how their sender numbers them
+        self._x: Value = 0.0
+        self._held: Value = 0.0  # w: what is in v_m whatever u_m
+        self._gain: Value = 0.0  # g
+
+    def configure(self, params: MasterParams) -> None:
+        """Take other parameters over at a frame start; tick and rate drop stay.
+
+        Waves carry the same power whatever the impedance, so that may change at any time, and so
+        may position feedback and local model. Another filter, hold or part starts at zero: what
+        the old one held is lost, never gained.
+        """
+        old = self.params
+        same = dataclasses.replace(
+            params,
+            impedance=old.impedance,
+            position=old.position,
+            bank=old.bank,
+            local_model=old.local_model,
+        )
+        if same == old:
+            self.params = params
+            self._match(params)
+        else:
+            self._begin(params)
+        if self._bank:
+            self._bank.configure(params)
+        if self._position:
+            self._position.configure(params)
+        else:
+            self._position = make_position_feedback(params)
+
+    def _begin(self, params: MasterParams) -> None:
+        """Start the channel and what is around the port at rest; accounts go on."""
+        self._before = self._between()
+        self.params = params
+        self._match(params)
+        self._tick_s, self._half_s = params.tick_s, 0.5 * params.tick_s
+        self._frame_s = params.frame_s
+        self._begin_channel(params)
+        self._port_filters = make_port_filters(params, self._bank)
+        self._velocity = make_force_velocity(params)
+
+    @abstractmethod
+    def _begin_channel(self, params: MasterParams) -> None:
+        """Start the channel's own blocks at rest."""
+
+    def _match(self, params: MasterParams) -> None:
+        self._port = WavePort(impedance_of(params))
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        """Energies of velocity filter, filter bank and position feedback [J]."""
+        found = self._between()
+        for own in (self._bank, self._position):
+            if own:
+                found |= own.accounts
+        return found
+
+    def _between(self) -> dict[str, Value]:
+        """Return the energies of what starts anew, with what went before a change of it [J]."""
+        if not self._port_filters and not self._velocity:
+            return {}
+        found = [each.accounts for each in self._port_filters if each is not self._bank]
+        if self._velocity:
+            found.append(self._velocity.accounts)
+        before = self._before
+        return {
+            name: before.get(name, 0.0) + value
+            for accounts in found
+            for name, value in accounts.items()
+        }
+
+    def measure(self, x: Value, xd: Value) -> None:
+        """Note the position, so that a packet sent before the first tick has it."""
+        self._x = x
+
+    def position(self) -> Value:
+        """Return the position last measured [m]."""
+        return self._x
+
+    def _sensed(self, x: Value, xd: Value) -> tuple[Value, Value]:
+        """Return position and velocity; what is not finite counts as the last position and as no
+        velocity.
+        """
+        both = x + xd
+        if math.isfinite(both) if type(both) is float else finite(both):
+            return x, xd
+        found = absolute(x) < math.inf, absolute(xd) < math.inf
+        return where(found[0], x, self._x), where(found[1], xd, 0.0)
+
+    def _answered(self, v: Value, xd: Value) -> Value:
+        """Return v_m with the answer of the parts to the wave that fits it."""
+        gain: Value = 0.0
+        answer: Value = 0.0
+        for each in reversed(self._port_filters):
+            v = each.down(v)
+            own, slope = each.offer()
+            answer, gain = answer + own, gain + slope
+        self._held, self._gain = v + answer, gain
+        natural = self._port.u(xd, self._held)
+        return self._held + gain * natural / (1.0 + gain)

@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The master's end of the strict channel: displacement exact, energy as far as the hand gives it.
+
+Per tick of length h, with F the force really applied and dx the motion really measured over it::
+
+    v     of the playout, every tick
+    F_m = b xd - sqrt(2b) v_m                  asked of the device
+    u   = sqrt(2b) dx/h - v_m                  known when the tick is over;   U <- U + u h
+                                               (u_m is its estimate, sqrt(2b) xd - v_m)
+    node <- node + |v|^2 h/2 + F dx            what came in from both sides
+
+and per packet, for the mean wave w of its frame::
+
+    paid = all of the node but KEPT_J, and of that what w needs, |w|^2 T/2
+    J <- J + paid,   node <- node - paid
+
+So the energy J sent never exceeds what channel and hand gave, whatever safety limits, velocity
+estimate, encoder, port filters or a late tick made of force and wave: they delay the payment, not
+the displacement U + V = sqrt(2b) x. Where a force that went on pushing out took the node itself
+below ``-LIMIT_J``, v waits until the hand has paid: the port is a damper. The packet carries w: no
+anti-aliasing filter, which passivity does not need here.
+
+Not here: limits (``safety``), packets, time.
+
+Equations: docs/theory.md 17.4, 17.5.
+"""
+
+from collections.abc import Mapping
+
+from pmwvc_core.master.counts import BetweenCounts
+from pmwvc_core.master.device_port import DevicePort
+from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, squared, where
+from pmwvc_core.params import MasterParams
+from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.wave.playout import Playout
+
+KEPT_J = 1e-3  # at the node where a packet does not need it: a tick is paid for when it is over
+LIMIT_J = 2e-3
+
+
+class StrictMaster(DevicePort):
+    """The wave port of a device on the strict channel; see the module.
+
+    Parameters
+    ----------
+    params
+        Impedance, tick, rate drop, and what stands around the port; anti-aliasing filter and hold
+        have no part here.
+    playout
+        Of the returning wave; its receiver feeds it.
+
+    Attributes
+    ----------
+    node_j
+        Energy that came in from both sides and is not paid to a packet yet [J].
+    """
+
+    BLOCKS = "_place"
+    MEMORY = "node_j energy_u_m energy_u_tx energy_v_m _integral _v _f _xd _settled _begun"
+
+    def __init__(self, params: MasterParams, playout: Playout) -> None:
+        super().__init__(params)
+        self.node_j: Value = 0.0
+        self.energy_u_m: Value = 0.0
+        self.energy_u_tx: Value = 0.0
+        self.energy_v_m: Value = 0.0
+        self._playout = playout
+        self._integral: Value = 0.0  # of u since the last packet
+        self._v: Value = 0.0  # of the playout
+        self._f: Value = 0.0
+        self._place = BetweenCounts(params.tick_s)
+        self._xd: Value = 0.0  # for the force
+        self._begun = False
+        self._settled = True  # the tick before
+
+    def _begin_channel(self, params: MasterParams) -> None:
+        self._rate = 1.0 / params.tick_s
+
+    @property
+    def energy_v_rx(self) -> Value:
+        """Energy that arrived [J]."""
+        return self._playout.received_j
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        """Energies at the node and in the playout, and those of what is around the port [J]."""
+        playout = self._playout
+        return {
+            "node": self.node_j,
+            "playout_given": playout.given_j,
+            "playout_free": playout.free_j,
+            "playout_discarded": playout.discarded_j,
+            **super().accounts,
+        }
+
+    def account(self) -> Value:
+        """Return the energy paid for so far [J], for the packet."""
+        return self.energy_u_tx
+
+    def on_packet(self, packet: WavePacket) -> None:
+        """Leave the packet to the playout."""
+
+    def receive(self, wave: Value) -> None:
+        """Leave the wave to the playout."""
+
+    def silence(self) -> None:
+        """Leave the silence to the playout, which has nothing more to give out."""
+
+    def measure(self, x: Value, xd: Value) -> None:
+        """Account for the tick that ends at this position."""
+        self._settle(x, xd)
+
+    def step(self, x: Value, xd: Value) -> Value:
+        """Return the force wanted for the tick that starts with this motion [N]."""
+        x, xd = self._sensed(x, xd)
+        self._settle(x, xd)
+        self._settled = False
+        xd = self._xd
+        v = self._playout.step(self._tick_s)
+        if anywhere(self.node_j < 0.0):
+            self.node_j = self.node_j + self._playout.release(-self.node_j)
+        short = self.node_j < -LIMIT_J
+        if anywhere(short):
+            unused = where(short, v, 0.0)
+            self._playout.take_back(unused, self._tick_s)
+            v = v - unused
+        self._v = self._held = v
+        if self._port_filters:
+            v = self._answered(v, xd)
+        self.v_m = v
+        self.u_m = self._port.u(xd, v)
+        if self._velocity:
+            xd = self._velocity.step(xd, self._port.b)
+        self.f_m = f_m = self._port.force(xd, v)
+        return f_m
+
+    def applied(self, f: Value) -> None:
+        """Note the force that was let through [N]; what it cost is known when the tick is over."""
+        self._f = f
+        self.energy_u_m = self.energy_u_m + squared(self.u_m) * self._half_s
+        self.energy_v_m = self.energy_v_m + squared(self.v_m) * self._half_s
+
+    def _settle(self, x: Value, xd: Value) -> None:
+        """Account for the last tick, which ended at x [m]; once."""
+        if self._settled:
+            if not self._begun:
+                self._x, self._xd = x, xd
+                self._place.place(x)
+            return
+        self._settled = self._begun = True
+        dx, h = x - self._x, self._tick_s
+        self._x = x
+        self._xd = self._place.step(x, xd)
+        u = self._port.u(self._place.dx * self._rate, self.v_m)
+        for each in self._port_filters:
+            u = each.step(u)
+        self.u_m_lp = u
+        self._integral = self._integral + u * h
+        self.node_j = self.node_j + squared(self._v) * self._half_s + dot(self._f, dx)
+
+    def send(self) -> Value:
+        """Return the mean wave since the last packet [sqrt(W)], and pay for it."""
+        wave = self._integral * (1.0 / self._frame_s)
+        self._integral = 0.0 * self._integral
+        self._packets += 1
+        needed = squared(wave) * (0.5 * self._frame_s)
+        paid = maximum(minimum(self.node_j, needed), self.node_j - KEPT_J)
+        paid = maximum(paid, 0.0)
+        self.energy_u_tx = self.energy_u_tx + paid
+        self.node_j = self.node_j - paid
+        return wave

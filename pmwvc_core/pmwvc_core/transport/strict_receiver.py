@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The receiver of the strict channel: what packets add to their running sums is played out.
+
+A packet contains all earlier ones, so the newest one is enough: the difference of two integrals
+and two energies is a segment for the playout (:mod:`pmwvc_core.wave.playout`), over the time of
+all packets in between. Loss joins segments, duplicates and stragglers add nothing, and packets may
+stand for any time. A segment's length is counted in packets, not by the sender's clock: a sender
+that wakes late has not sent another wave.
+
+The time of silence follows what packets do: three of their intervals, and beyond the lateness that
+they usually have, what the playout keeps at hand.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from pmwvc_core.numeric import Value, maximum, minimum, squared
+from pmwvc_core.transport.packet import FLAG_ANEW, WavePacket
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.wave.playout import Playout
+
+LONGEST_PERIOD_S = 10.0
+LATENESSES = 4.0  # usual ones, until silence begins
+SMOOTHED = 1.0 / 16.0  # weight of a packet in interval and lateness
+
+
+class StrictReceiver(Receiver):
+    """The receiving end of one direction of the strict channel; see the module.
+
+    Parameters
+    ----------
+    dof, period_s, timeout_s, max_wave
+        As for every receiver; the period is the one expected at first.
+    step_s
+        Time for which a wave is given out [s].
+    most_repaid
+        Longest wave that repays what is owed [sqrt(W)].
+
+    Attributes
+    ----------
+    playout
+        What has arrived and is given out.
+    interval_s, lateness_s
+        Mean time for which packets stand, and mean deviation of their arrivals from it [s].
+    """
+
+    BLOCKS = "playout"
+    MEMORY = "interval_s lateness_s _silence_ns"
+
+    def __init__(
+        self,
+        dof: int,
+        *,
+        step_s: float,
+        most_repaid: Value,
+        timeout_s: float,
+        **as_any_receiver: Any,
+    ) -> None:
+        super().__init__(dof, timeout_s=timeout_s, **as_any_receiver)
+        self.playout = Playout(most_repaid=most_repaid)
+        self.interval_s = self.period_s
+        self.lateness_s = 0.0
+        self._step_s = step_s
+        self._least_silence_s = timeout_s
+
+    def wave(self, now_ns: int) -> Value:
+        """Play out the wave of the step that begins [sqrt(W)]."""
+        self.take(now_ns)
+        return self.playout.step(self._step_s)
+
+    def begin(self) -> None:
+        """Begin with the next packet: the newest one and those before it count no more."""
+        self.playout.begin()
+
+    def _lasts(self, period_s: float) -> bool:
+        return 0.0 < period_s <= LONGEST_PERIOD_S
+
+    def _accept(self, packet: WavePacket, now_ns: int, *, fresh: bool) -> None:
+        before, came_ns = self.newest, self.accepted_ns
+        super()._accept(packet, now_ns, fresh=fresh)
+        if fresh or before is None or (packet.flags ^ before.flags) & FLAG_ANEW:
+            self.playout.begin()
+            own = minimum(squared(packet.wave) * (0.5 * packet.period), packet.energy)
+            self.playout.add(packet.wave * packet.period, own, packet.period)
+            return
+        lasted_s = packet.period * (packet.seq - before.seq)
+        self.playout.add(
+            packet.integral - before.integral,
+            maximum(packet.energy - before.energy, 0.0),
+            lasted_s,
+        )
+        late_s = abs((now_ns - came_ns) * 1e-9 - lasted_s)
+        self.lateness_s += SMOOTHED * (late_s - self.lateness_s)
+        self.interval_s += SMOOTHED * (packet.period - self.interval_s)
+        usual_s = 3.0 * self.interval_s + LATENESSES * self.lateness_s
+        usual_s += float(np.max(self.playout.margin_s))
+        self._silence_ns = round(max(self._least_silence_s, usual_s) * 1e9)

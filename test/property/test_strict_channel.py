@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The strict channel gives out no more energy than arrived, at no instant, and loses no motion,
+whatever the network does. The plain channel under the same schedules is the control.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pmwvc_core.numeric import squared
+from pmwvc_core.transport import Packer, Receiver
+from pmwvc_core.transport.strict_receiver import StrictReceiver
+from pmwvc_core.wave.playout import Playout
+
+ROUNDING = 1e-12  # relative to the energy that arrived
+TIMEOUT_S = 0.03
+STEP_S = 0.004
+PERIOD_S = 0.008
+
+# What happens to each packet, and how many steps of the receiver follow it.
+fates = st.sampled_from(("come", "come", "come", "lost", "late", "twice", "held back"))
+schedules = st.fixed_dictionaries(
+    {
+        "seed": st.integers(0, 2**32 - 1),
+        "dof": st.integers(1, 6),
+        "amplitude": st.sampled_from((1e-3, 1.0, 1e3)),
+        "fates": st.lists(fates, min_size=1, max_size=40),
+        "steps": st.lists(st.sampled_from((0, 1, 2, 2, 2, 3, 10, 90)), min_size=1, max_size=8),
+        "ticks": st.lists(st.sampled_from((1, 2, 8, 20)), min_size=1, max_size=6),
+        "restarts": st.booleans(),
+        "underpaid": st.booleans(),
+    }
+)
+
+
+class Remembering(StrictReceiver):
+    """A receiver that notes the integral before its first packet."""
+
+    before_first = 0.0
+
+    def _accept(self, packet, now_ns, *, fresh):
+        if self.newest is None:
+            self.before_first = packet.integral - packet.wave * packet.period
+        super()._accept(packet, now_ns, fresh=fresh)
+
+
+def strict(dof):
+    return Remembering(dof, step_s=STEP_S, most_repaid=1.0, period_s=PERIOD_S, timeout_s=TIMEOUT_S)
+
+
+def plain(dof):
+    return Receiver(dof, period_s=PERIOD_S, timeout_s=TIMEOUT_S)
+
+
+class Direction:
+    """One direction under a schedule: a sender, a network that does its worst, a receiver."""
+
+    def __init__(self, schedule, receiver):
+        self.of, self.receiver = schedule, receiver
+        self.rng = np.random.default_rng(schedule["seed"])
+        self.packer = Packer(1, period=PERIOD_S)
+        self.paid = self.given = self.out = self.moved = 0.0
+        self.least = np.inf
+        self.held_back = []
+        self.now_ns = 0
+
+    def run(self, packets=24):
+        for k in range(packets):
+            if self.of["restarts"] and k == packets // 2:
+                self.packer = Packer(2, period=PERIOD_S)
+                self.step(100)
+            for packet in self.network(k):
+                self.receiver.push(packet, self.now_ns)
+            self.step(of(self.of["steps"], k))
+        return self
+
+    def network(self, k):
+        """Send one packet; return what arrives."""
+        period_s = self.packer.period = 0.001 * of(self.of["ticks"], k)
+        wave = self.of["amplitude"] * self.rng.normal(size=self.of["dof"])
+        wave = float(wave[0]) if self.of["dof"] == 1 else wave
+        share = self.rng.random() if self.of["underpaid"] else 1.0
+        self.paid = self.paid + share * squared(wave) * 0.5 * period_s
+        self.moved += float(np.sum(squared(wave))) * 0.5 * period_s
+        packet = self.packer.pack(wave, 0.0 * wave, self.now_ns, energy=self.paid)
+        fate, late = of(self.of["fates"], k), self.held_back
+        self.held_back = {"late": [packet], "held back": [*late, packet]}.get(fate, [])
+        if fate == "held back":
+            return []
+        return {"come": [packet, *late], "twice": [packet, *late, packet]}.get(fate, late)
+
+    def step(self, count):
+        for _ in range(count):
+            wave = self.receiver.wave(self.now_ns)
+            assert np.all(np.isfinite(wave))
+            self.given = self.given + squared(wave) * 0.5 * STEP_S
+            self.out = self.out + wave * STEP_S
+            self.now_ns += round(STEP_S * 1e9)
+            self.least = min(self.least, float(np.min(self.paid - self.given)))
+
+
+def of(values, k):
+    return values[k % len(values)]
+
+
+@settings(max_examples=40)
+@given(schedule=schedules)
+def test_energy_given_out_never_exceeds_what_was_paid(schedule):
+    one = Direction(schedule, strict(schedule["dof"])).run()
+    assert one.least >= -ROUNDING * one.moved
+    playout = one.receiver.playout
+    assert np.all(playout.given_j <= playout.received_j * (1.0 + ROUNDING))
+    assert np.all(playout.received_j <= one.paid * (1.0 + ROUNDING))
+
+
+@settings(max_examples=40)
+@given(schedule=schedules)
+def test_displacement_is_given_out_at_hand_or_owed(schedule):
+    one = Direction({**schedule, "restarts": False}, strict(schedule["dof"])).run()
+    if one.receiver.newest is None:
+        return
+    arrived = one.receiver.newest.integral - one.receiver.before_first
+    missing = arrived - one.out - one.receiver.playout.waiting
+    size = schedule["amplitude"] * 40 * 0.02
+    assert np.all(np.abs(missing) <= 1e-11 * size)
+
+
+@settings(max_examples=40)
+@given(schedule=schedules)
+def test_after_the_last_packet_everything_paid_for_is_given_out(schedule):
+    one = Direction({**schedule, "underpaid": False, "restarts": False}, strict(schedule["dof"]))
+    one.run()
+    playout = one.receiver.playout
+    before = float(np.max(np.abs(playout.waiting)))
+    one.step(1000)
+    assert playout.at_hand_s < 1e-9
+    spent = float(np.max(playout.free_j)) < 1e-9 * one.moved + 1e-12
+    assert spent or float(np.max(np.abs(playout.waiting))) <= 1e-2 * before + 1e-12
+
+
+@pytest.mark.parametrize("fate", ["lost", "late"])
+def test_the_plain_channel_gives_out_energy_that_never_came(fate):
+    """The control: the newest wave held until the next one, under two of the schedules."""
+    schedule = {
+        "seed": 3,
+        "dof": 1,
+        "amplitude": 1.0,
+        "fates": ["come", "come", fate],
+        "steps": [2, 3],
+        "ticks": [8],
+        "restarts": False,
+        "underpaid": False,
+    }
+    assert Direction(schedule, plain(1)).run().least < -1e-3
+    one = Direction(schedule, strict(1)).run()
+    assert one.least >= -ROUNDING * one.moved
+
+
+def test_runs_of_a_batch_are_played_like_single_runs():
+    rng = np.random.default_rng(8)
+    waves = rng.normal(size=(60, 5, 1, 3))
+    batch = Playout(most_repaid=0.3)
+    single = [Playout(most_repaid=0.3) for _ in range(5)]
+    for k, wave in enumerate(waves):
+        if k % 7 != 3:
+            paid = np.array([0.3, 0.9, 1.0, 1.5, 4.0])[:, None, None]
+            energy = paid * squared(wave) * 0.5 * PERIOD_S
+            batch.add(wave * PERIOD_S, energy, PERIOD_S)
+            for run, one in enumerate(single):
+                one.add(wave[run] * PERIOD_S, energy[run], PERIOD_S)
+        for _ in range(2):
+            found = batch.step(STEP_S)
+            alone = [one.step(STEP_S) for one in single]
+            assert np.allclose(found, alone, rtol=1e-9, atol=1e-12)

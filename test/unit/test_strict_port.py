@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The master's end of the strict channel: packets are paid by what channel and hand gave."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pmwvc_core.master import WaveMaster
+from pmwvc_core.master.strict_port import LIMIT_J, StrictMaster
+from pmwvc_core.params import FilterParams, MasterParams
+from pmwvc_core.wave.playout import Playout
+
+M, TICK_S, B = 8, 0.001, 25.0
+ROOT = np.sqrt(2.0 * B)
+
+
+def ends(seed, *, limited=1.0, count_m=0.0, ticks=400):
+    """Drive a port with any motion and any returning wave; yield it at each packet, with the work
+    of the force applied, the integrals of both waves, and the position measured.
+    """
+    rng = np.random.default_rng(seed)
+    playout = Playout(most_repaid=0.1)
+    port = StrictMaster(MasterParams(impedance=B, rate_drop=M), playout)
+    x = work = up = down = xd = 0.0
+
+    def read():
+        return float(np.floor(x / count_m) * count_m) if count_m else x
+
+    for k in range(ticks):
+        if k % M == 0:
+            port.measure(read(), xd)
+            up += port.send() * M * TICK_S
+            yield port, playout, work, up + down, read()
+            wave = float(rng.normal())
+            playout.add(wave * M * TICK_S, 0.5 * wave**2 * M * TICK_S, M * TICK_S)
+        f = limited * port.step(read(), xd) + (1.0 - limited) * float(rng.normal())
+        port.applied(f)
+        down += port.v_m * TICK_S
+        before = read()
+        xd = 0.9 * (xd + 0.2 * float(rng.normal()))
+        x = x + (xd * TICK_S if k else 1e-9)  # a step as small as that tells that x is exact
+        work += f * (read() - before)
+
+
+@settings(max_examples=30)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    limited=st.sampled_from((0.0, 0.5, 1.0)),
+    count_m=st.sampled_from((0.0, 55e-6)),
+)
+def test_energy_sent_is_what_channel_and_hand_gave(seed, limited, count_m):
+    before = 0.0
+    for port, playout, work, _, _ in ends(seed, limited=limited, count_m=count_m):
+        came = playout.given_j + playout.released_j + work
+        assert port.account() + port.node_j == pytest.approx(came, rel=1e-9, abs=1e-12)
+        paid = port.account() - before
+        assert paid >= 0.0
+        assert paid == 0.0 or port.node_j >= -1e-15  # nothing is paid that is not there
+        before = port.account()
+
+
+def test_displacement_is_that_of_the_device():
+    """U + V = sqrt(2b) x, whatever velocity was measured and whatever force was let through."""
+    for _, _, _, integral, x in ends(5, limited=0.5):
+        assert integral == pytest.approx(ROOT * x, rel=1e-9, abs=1e-12)
+
+
+def test_displacement_behind_an_encoder_is_within_one_count():
+    off = [abs(integral / ROOT - x) for *_, integral, x in ends(6, count_m=55e-6)]
+    assert max(off) <= 55e-6 * (1.0 + 1e-9)
+    assert max(off) > 0.0  # it is smoothed
+
+
+def test_the_plain_port_loses_displacement():
+    """The control: the wave of the velocity measured, behind the filter of the plain channel."""
+    rng, x, xd, integral = np.random.default_rng(5), 0.0, 0.0, 0.0
+    filtering = FilterParams(kind="first_order", pole_rad_s=50.0)
+    port = WaveMaster(MasterParams(impedance=B, rate_drop=M, filter=filtering))
+    for k in range(400):
+        if k % M == 0:
+            integral += port.send() * M * TICK_S
+        port.applied(port.step(x, xd))
+        integral += port.v_m * TICK_S
+        xd = 0.9 * (xd + 0.2 * float(rng.normal()))
+        x += xd * TICK_S
+    assert abs(integral - ROOT * x) > 1e-3 * ROOT
+
+
+def test_a_node_that_owes_lets_the_returning_wave_wait():
+    playout = Playout(most_repaid=0.1)
+    port = StrictMaster(MasterParams(impedance=B, rate_drop=M), playout)
+    playout.add(0.1 * 0.1, 0.5 * 0.1**2 * 0.1, 0.1)
+    x = 0.0
+    for _ in range(20):  # a force that pushes along with the motion, which no wave pays for
+        port.step(x, 0.5)
+        port.applied(-2.0)
+        x += 0.5 * TICK_S
+    assert port.node_j < -LIMIT_J
+    assert port.v_m == 0.0
+    assert playout.waiting > 0.0  # and is not lost
+    assert playout.given_j <= playout.received_j
