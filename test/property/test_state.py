@@ -90,6 +90,8 @@ def scenarios(draw):
         "safety": {"soft_start_s": 0.05, "timeout_s": 0.05},
         "task": {"kind": "carry", "grip_s": 0.05, "move_s": 0.2},
     }
+    if "position" not in master:
+        said["channel"] = draw(st.sampled_from(["plain", "strict"]))
     runs = draw(st.sampled_from([1, 2])) if "impedance_matrix" not in master else 1
     return [
         parse_scenario(said, overrides={"server.contact_stiffness": 100.0 + 50.0 * run})

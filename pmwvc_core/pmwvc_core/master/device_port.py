@@ -9,8 +9,6 @@ wave v and answer u_m on the spot, so that
 
 Without them v_m = v. What gives v and takes u_m on is the channel's: :mod:`.port` (plain),
 :mod:`.strict_port` (strict).
-
-Equations: docs/theory.md 10.1.
 """
 
 import dataclasses

@@ -184,7 +184,7 @@ class Playout(Stateful):
     def _advance(self, h: float) -> Value:
         """Play on; return the integral that is due."""
         newest_s = self._ends_s[-1]
-        spare_s = newest_s - self._played_s - h
+        spare_s = self.at_hand_s - h
         self._watch(spare_s, h)
         played_s = minimum(self._played_s + self._rate(spare_s) * h, newest_s)
         late = played_s < newest_s - LONGEST_S
