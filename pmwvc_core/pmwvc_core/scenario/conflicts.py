@@ -42,10 +42,11 @@ def conflicts(scenario: "Scenario") -> list[str]:
             f"task.sideways_m = {scenario.task.sideways_m}: there is one axis only; raise dof"
         )
     for user in scenario.users:
-        if scenario.strict and user.master.position.is_on:
+        position = user.master.position
+        if scenario.strict and position.is_on:
             found.append(
-                f"{user.name}.master.position.gain = {user.master.position.gain}: channel = strict "
-                "has no position feedback; must be 0, or channel = plain"
+                f"{user.name}.master.position.gain = {position.gain}: channel = strict has no "
+                "position feedback; must be 0, or channel = plain"
             )
         for group, port in (("master", user.master), ("server", user.contact)):
             wrong = matrix_conflicts(port.impedance_matrix, scenario.dof)
