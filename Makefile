@@ -16,6 +16,9 @@ setup:  ## environment and build; nothing to do when nothing changed
 run: setup  ## a session of two users carrying a cube over 16 ms links
 	@./pmwvc run carry_16ms
 
+live: setup  ## a session to take part in, in the browser
+	@./pmwvc run live --view
+
 test: setup  ## all tests, quick ones first (about 11 minutes on two cores)
 	@echo "all tests, live sessions last: about 11 minutes on two cores"
 	@$(PY) -m pytest -n auto
@@ -44,4 +47,4 @@ lock: setup  ## new lock file after editing tools/requirements.in
 clean:  ## remove environment, build and caches (sessions stay)
 	rm -rf .venv .ros .hypothesis .pytest_cache .ruff_cache .mypy_cache
 
-.PHONY: help setup run test lint bench figures film docs lock clean
+.PHONY: help setup run live test lint bench figures film docs lock clean

@@ -34,6 +34,7 @@ ARGUMENTS = {
     "duration": ("", "length in s (empty: that of the scenario; 0: until interrupted)"),
     "record": ("true", "whether to record into the session folder"),
     "out": ("", "session folder (empty: sessions/<UTC time>-<scenario>)"),
+    "view": ("false", "whether to serve the session's page"),
     "namespace": ("", "namespace of the whole session"),
 }
 
@@ -44,13 +45,14 @@ def session_nodes(context):
     duration_s = float(values["duration"]) if values["duration"] else None
     scenario = scenarios.load(values["scenario"], users=users, duration_s=duration_s or None)
     record = values["record"].lower() in ("true", "1", "yes")
+    page = plan.Page() if values["view"].lower() in ("true", "1", "yes") else None
     namespace = values["namespace"].strip("/")
     folder = new_folder(scenario.name, values["out"] or None)
     file = folder / "scenario.yaml"
     file.write_text(scenarios.to_yaml(scenario), "utf-8")
     (folder / "nodes").mkdir()
     actions = []
-    for node in plan.nodes(scenario, folder=folder, paused=True):
+    for node in plan.nodes(scenario, folder=folder, paused=True, page=page):
         if node.kind == "recorder" and not record:
             continue
         parameters = folder / "nodes" / f"{node.file_name}.yaml"

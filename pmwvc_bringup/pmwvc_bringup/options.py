@@ -91,6 +91,15 @@ SESSION = (
     CHECK,
     json_document("print summary.json on stdout and nothing else"),
 )
+PAGE = (  # of commands that serve one
+    argument(
+        "--host",
+        default="127.0.0.1",
+        help="address of the page (127.0.0.1: this machine only; 0.0.0.0: the network, by token)",
+    ),
+    argument("--port", type=int, default=0, help="port of the page (0: any free one)"),
+    argument("--no-browser", action="store_true", help="only print the address of the page"),
+)
 MODEL = (SCENARIO, USERS, settings(), LIVE)  # for questions about the model of a scenario
 
 

@@ -3,7 +3,7 @@
 """The parameters that a page may change: nothing else of a session can be reached from there."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pmwvc_core.controllers.library import RECORDS, record_of
@@ -93,10 +93,18 @@ def changed(scenario: Scenario, values: Settings) -> Scenario:
     if JITTER_S in wanted and JITTER not in wanted and wanted[JITTER_S]:
         if all(user.link_up.jitter == "none" for user in scenario.users):
             wanted[JITTER] = "normal"  # a size alone would have no effect
+    names = [user.name for user in scenario.users]
+    numbered = renamed(scenario, [f"user{i}" for i in range(1, len(names) + 1)])
     try:
-        return parse_scenario(scenario.to_dict(), overrides=wanted)
+        return renamed(parse_scenario(numbered.to_dict(), overrides=wanted), names)
     except ScenarioError as error:
         raise ParameterError("; ".join(error.problems)) from None
+
+
+def renamed(scenario: Scenario, names: Sequence[str]) -> Scenario:
+    """Return a scenario whose users have other names; a scenario file numbers them."""
+    users = zip(scenario.users, names, strict=True)
+    return replace(scenario, users=tuple(replace(user, name=name) for user, name in users))
 
 
 def values_of(scenario: Scenario, preset: str | None = None) -> dict[str, Any]:

@@ -10,8 +10,6 @@ from pmwvc_core.controllers import proofs_hold
 from pmwvc_core.frame.server_step import Presence
 from pmwvc_core.master.safety_states import SafetyState
 from pmwvc_core.network import FateKind
-from pmwvc_core.numeric import signal
-from pmwvc_core.plant.remote_hand import Target
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
 from pmwvc_view import controls
@@ -83,14 +81,12 @@ def _user(user: User, scenario: Scenario, remote: bool) -> dict[str, Any]:
     }
 
 
-def target(position: tuple[float, ...] | None, scenario: Scenario, user: str) -> Target:
-    """Return a page's target as a hand takes it: within the workspace, one value per axis; None
-    where it is none.
-    """
+def place(position: tuple[float, ...] | None, scenario: Scenario, user: str) -> list[float] | None:
+    """Return a page's target within the workspace, one value per axis; None where it is none."""
     if position is None or len(position) != scenario.dof:
         return None
     reach = next(one.device.workspace_m for one in scenario.users if one.name == user)
-    return signal([min(max(value, -reach), reach) for value in position], scenario.dof)
+    return [min(max(value, -reach), reach) for value in position]
 
 
 def lags(scenario: Scenario, *, live: bool) -> dict[str, float | None]:

@@ -41,7 +41,7 @@ class Block(NamedTuple):
     state: int
     reason: str
     missed: int
-    sums: MasterSums
+    sums: MasterSums | None  # None: not comparable with the server's
     waves: bool  # the channel's directions can be told apart
 
     @property
@@ -143,7 +143,8 @@ class Feed:
         self._begin(block.start_ns)
         one.end_ns = block.end_ns
         one.blocks.append(block)
-        one.accounts.block(block.sums)
+        if block.sums is not None:
+            one.accounts.block(block.sums)
 
     def on_server(self, step: Step) -> None:
         """Take in a step; an old one is dropped."""

@@ -8,8 +8,7 @@ they come. A page can do what a hand can do; whatever it sends is checked and co
 
 import asyncio
 import http
-import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 from urllib.parse import urlsplit
 
@@ -79,8 +78,20 @@ class PageServer:
         name = {"0.0.0.0": "127.0.0.1", "[::]": "[::1]"}.get(host, host)
         return f"http://{name}:{self.port}/?token={self._token}"
 
-    def run(self, stop: Stop, ready: threading.Event | None = None) -> None:
+    @property
+    def pages(self) -> int:
+        """Number of connected pages."""
+        return len(self._clients)
+
+    def run(self, stop: Stop, ready: Callable[[], None]) -> None:
         """Serve until asked to stop or the session is over.
+
+        Parameters
+        ----------
+        stop
+            Asks to end.
+        ready
+            Called once the address can be used.
 
         Raises
         ------
@@ -89,7 +100,7 @@ class PageServer:
         """
         asyncio.run(self.serve(stop, ready))
 
-    async def serve(self, stop: Stop, ready: threading.Event | None = None) -> None:
+    async def serve(self, stop: Stop, ready: Callable[[], None]) -> None:
         """Serve as :meth:`run` does, in a running event loop."""
         server = await serve(
             self._serve_page,
@@ -102,12 +113,11 @@ class PageServer:
         )
         try:
             self.port = _port(server)
-            if ready is not None:
-                ready.set()
+            ready()
             await self._pace(stop)
         finally:
             text = self._session.ended or "the page's server was ended"
-            self._tell({"kind": "ended", "text": text})
+            self._tell({"kind": "ended", "text": text, "back": self._session.back})
             self._session.close()
             await asyncio.gather(*(client.close() for client in self._clients.values()))
             server.close()

@@ -44,6 +44,8 @@ class Session:
         Counts its beginnings: another number, and everything is described anew.
     ended
         Why it is over; None while it goes on.
+    back
+        Whether the same address will serve again once it is over.
     """
 
     can: frozenset[str] = frozenset()
@@ -53,6 +55,7 @@ class Session:
         self._predictor = predictor
         self.generation = 0
         self.ended: str | None = None
+        self.back = False
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""

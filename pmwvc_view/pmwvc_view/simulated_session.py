@@ -8,6 +8,7 @@ from typing import Any
 
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.numeric import signal
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Setting, Settings
@@ -149,7 +150,8 @@ class SimulatedSession(Session):
         """Give a hand its newest target [m]; None opens it."""
         source = self._simulation.targets.get(user)
         if source is not None:
-            source.give(description.target(position, self._scenario, user))
+            place = description.place(position, self._scenario, user)
+            source.give(None if place is None else signal(place, self._scenario.dof))
 
     async def set(self, path: str, value: Setting) -> Answer:
         """Change a link; anything else changes with a new beginning."""

@@ -30,7 +30,7 @@ EXECUTABLES = {
     "pmwvc_server": {"server": "pmwvc_server.node:main"},
     "pmwvc_netem": {"netem": "pmwvc_netem.node:main"},
     "pmwvc_analysis": {"recorder": "pmwvc_analysis.recorder_node:main"},
-    "pmwvc_view": {},
+    "pmwvc_view": {"view": "pmwvc_view.node:main"},
     "pmwvc_bringup": {"pmwvc": "pmwvc_bringup.cli:main"},
 }
 DEVICES = {

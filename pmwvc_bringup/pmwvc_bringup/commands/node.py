@@ -29,6 +29,7 @@ ROS_ARGUMENTS = {
     "master": "-r __ns:=/user1 -p side:=-1 -p device.plugin:=simulated",
     "server": "-p users:=\"['user1','user2']\" -p server.contact_stiffness:=800.0",
     "netem": "-p users:=\"['user1','user2']\" -p preset:=lte",
+    "view": "-p port:=8080",
     "recorder": "-p users:=\"['user1','user2']\" -p folder:=my_session",
 }
 ONE_USER = "user1."
@@ -83,6 +84,7 @@ def _declarations() -> "dict[str, Callable[[Node], object]]":
     from pmwvc_master import settings as master_settings
     from pmwvc_netem import settings as netem_settings
     from pmwvc_server import settings as server_settings
+    from pmwvc_view import node as view_node
 
     def recorder(node: "Node") -> None:
         with contextlib.suppress(ParameterError):  # no folder is given; all is declared before
@@ -93,6 +95,7 @@ def _declarations() -> "dict[str, Callable[[Node], object]]":
         "server": server_settings.declare_settings,
         "netem": lambda node: netem_settings.Settings(node, _ignore),
         "recorder": recorder,
+        "view": view_node.declare_settings,
     }
 
 

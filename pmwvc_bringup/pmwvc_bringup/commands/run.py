@@ -4,18 +4,25 @@
 
 import argparse
 import sys
+from collections.abc import Mapping
+from typing import Any
 
-from pmwvc_bringup.command import Command, Result
-from pmwvc_bringup.options import SESSION
+from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.options import PAGE, SESSION
 from pmwvc_bringup.output import terminal
 from pmwvc_bringup.session import preflight
+from pmwvc_bringup.session.plan import Page
+from pmwvc_bringup.session.surroundings import new_folder
 from pmwvc_bringup.session.terminal import announce, finish, prepared
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.scenario.scenario import Scenario
 
 EXAMPLES = """\
 examples:
   pmwvc {0} carry_16ms
   pmwvc {0} carry_16ms --duration 5 --set link.delay_s=0.05 --set user2.link.up.loss=0.1
   pmwvc {0} my_scenario.yaml --users 3 --out /tmp/three --json
+  pmwvc run live --view            take part in the browser
 
 --set takes any name that 'pmwvc scenarios NAME' prints; the prefix 'user2.' sets that user only.
 """
@@ -28,21 +35,50 @@ def run(arguments: argparse.Namespace) -> Result:
     from pmwvc_bringup.session.runner import LiveSession, StartError
 
     console = terminal()
-    announce(console, scenario, folder, live=True)
+    page = Page(arguments.host, arguments.port) if arguments.view else None
+    browser = not arguments.no_browser
+    recorded = []
     try:
-        if not LiveSession(scenario, folder, console=console).run():
-            print("pmwvc: ended before the session began", file=sys.stderr)
-            return Result(130)
+        while True:
+            announce(console, scenario, folder, live=True)
+            session = LiveSession(scenario, folder, console=console, page=page, browser=browser)
+            if session.run():
+                recorded.append((folder, scenario))
+            elif not recorded:
+                print("pmwvc: ended before the session began", file=sys.stderr)
+                return Result(130)
+            if session.restart is None:
+                break
+            scenario = begun_again(scenario, session.restart)
+            folder, page = new_folder(scenario.name, None), session.page
     except StartError as error:
         print(f"pmwvc: {error}", file=sys.stderr)
         return Result(1)
-    return finish(console, folder, scenario, check=arguments.check)
+    results = [finish(console, *each, check=arguments.check) for each in recorded]
+    return Result(max(result.code for result in results), results[-1].document)
+
+
+def begun_again(scenario: Scenario, settings: Mapping[str, Any]) -> Scenario:
+    """Return the scenario of a session that its page begins again; settings that a page may not
+    give change nothing.
+    """
+    from pmwvc_view.controls import changed
+
+    try:
+        return changed(scenario, settings)
+    except PmwvcError as error:
+        print(f"pmwvc: {error}", file=sys.stderr)
+        return scenario
 
 
 COMMAND = Command(
     name="run",
     help="run a live session of ROS 2 nodes and write its report",
     examples=EXAMPLES.format("run"),
-    arguments=SESSION,
+    arguments=(
+        *SESSION,
+        argument("--view", action="store_true", help="serve the session's page and open it"),
+        *PAGE,
+    ),
     run=run,
 )

@@ -9,14 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pmwvc_bringup.command import Command, Result, argument
-from pmwvc_bringup.options import USERS, scenario_names, session_folders, settings
+from pmwvc_bringup.options import PAGE, USERS, scenario_names, session_folders, settings
 from pmwvc_bringup.output import terminal
+from pmwvc_bringup.session import preflight
+from pmwvc_bringup.session.plan import Page
+from pmwvc_core.errors import PmwvcError
 
 if TYPE_CHECKING:
     from pmwvc_view.session import Session
 
 EXAMPLES = """\
 examples:
+  pmwvc view                       a session that runs here, also one started by ros2 launch
   pmwvc view live                  simulated in real time, without ROS; take hold in the browser
   pmwvc view sessions/20260101T120000Z-carry_16ms
                                    a recorded session, with a time line
@@ -28,6 +32,8 @@ address is needed to connect.
 
 def run(arguments: argparse.Namespace) -> Result:
     """Serve the page until interrupted."""
+    if arguments.what is None:
+        return _running(arguments)
     from pmwvc_bringup.session.page import serve
 
     session = _session(arguments)
@@ -41,12 +47,28 @@ def run(arguments: argparse.Namespace) -> Result:
     return Result()
 
 
+def _running(arguments: argparse.Namespace) -> Result:
+    """Join a session that runs."""
+    preflight.require_ros()
+    if arguments.users or arguments.settings:
+        raise PmwvcError("--users and --set belong to a scenario: name one, or a session folder")
+    from pmwvc_bringup.session.joined import view
+
+    return Result(
+        view(
+            terminal(),
+            page=Page(arguments.host, arguments.port),
+            namespace=arguments.namespace,
+            browser=not arguments.no_browser,
+        )
+    )
+
+
 def _session(arguments: argparse.Namespace) -> "Session":
     folder = Path(arguments.what).expanduser()
     if folder.is_dir():
         return _recorded(folder)
     from pmwvc_bringup import scenarios
-    from pmwvc_bringup.session import preflight
     from pmwvc_view import SNAPSHOT_S
     from pmwvc_view.simulated_session import SimulatedSession
 
@@ -82,15 +104,16 @@ COMMAND = Command(
     arguments=(
         argument(
             "what",
+            nargs="?",
             metavar="WHAT",
-            help="a session folder, or a scenario to simulate in real time",
+            help="a session folder, or a scenario to simulate in real time (nothing: a session "
+            "that runs)",
             completer=_sessions,
         ),
         USERS,
         settings(),
-        argument("--host", default="127.0.0.1", help="address to listen on (127.0.0.1)"),
-        argument("--port", type=int, default=0, help="port to listen on (0: any free one)"),
-        argument("--no-browser", action="store_true", help="only print the address"),
+        argument("--namespace", default="", help="namespace of the running session"),
+        *PAGE,
     ),
     run=run,
 )

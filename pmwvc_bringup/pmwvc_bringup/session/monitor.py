@@ -9,6 +9,7 @@ skipped, and so is another publisher while the one that is followed goes on. A t
 publishers than planned is named.
 """
 
+import contextlib
 import json
 import math
 import time
@@ -21,6 +22,7 @@ import rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from pmwvc_bringup.session.status import UserStatus
@@ -31,6 +33,7 @@ from pmwvc_core.runtime.polling import Polled
 from pmwvc_msgs.msg import LinkState, MasterTrace, ServerTrace
 
 NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
+RELIABLE = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
 STALE_S = 1.0
 CONNECTION_TIMEOUT_S = 30.0  # until all nodes are connected; 1.5 s is usual
 SERVICE_TIMEOUT_S = 5.0
@@ -56,6 +59,7 @@ class Monitor:
         self._server = Polled(node, ServerTrace, "server/trace", NEWEST)
         links = QoSProfile(depth=4 * len(users), reliability=ReliabilityPolicy.BEST_EFFORT)
         self._links = Polled(node, LinkState, "netem/links", links)
+        self._restarts = Polled(node, String, "view/restart", RELIABLE)
         self._seen: dict[str, tuple[float, Any]] = {}
         self._epochs: dict[str, int] = {}
         self._rates: dict[str, tuple[int, int, float]] = {}
@@ -129,6 +133,15 @@ class Monitor:
         if late:
             raise PmwvcError(f"{', '.join(late)}: no answer to a call of {service}")
         return {name: str(call.result().message) for name, call in calls.items()}
+
+    def restart(self) -> dict[str, Any] | None:
+        """Return the settings with which a page wants the session to begin again, or None."""
+        found = None
+        while (message := self._restarts.take()) is not None:
+            with contextlib.suppress(ValueError):
+                settings = json.loads(message.data)
+                found = settings if isinstance(settings, dict) else found
+        return found
 
     def _all_ticking(self) -> bool:
         """Tell whether the first ticks of every master have come."""

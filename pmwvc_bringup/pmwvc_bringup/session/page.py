@@ -6,7 +6,6 @@ desktop.
 
 import os
 import sys
-import threading
 import webbrowser
 from collections.abc import Mapping
 
@@ -40,17 +39,9 @@ def serve(session: Session, console: Console, *, host: str, port: int, browser: 
         If the address cannot be listened on.
     """
     server = PageServer(session, host=host, port=port, token=new_token(), snapshot_s=SNAPSHOT_S)
-    ready = threading.Event()
-
-    def announce() -> None:
-        ready.wait()
-        if server.port:
-            show(server.address, console, browser=browser)
-
-    threading.Thread(target=announce, daemon=True).start()
     with Interrupts().caught() as interrupts:
         try:
-            server.run(_Stop(interrupts), ready)
+            server.run(_Stop(interrupts), lambda: show(server.address, console, browser=browser))
         except (OSError, OverflowError) as error:
             raise PmwvcError(f"--host {host} --port {port}: {error}") from None
 

@@ -22,6 +22,7 @@ MODULES = {
     "netem": "pmwvc_netem.node",
     "server": "pmwvc_server.node",
     "master": "pmwvc_master.node",
+    "view": "pmwvc_view.node",
 }
 
 
@@ -60,8 +61,22 @@ class NodePlan:
         return [*words, "--params-file", str(parameter_file.resolve())]
 
 
+@dataclass(frozen=True)
+class Page:
+    """Address of a session's page: port 0 takes any free one, an empty token becomes random."""
+
+    host: str = "127.0.0.1"
+    port: int = 0
+    token: str = ""
+
+
 def nodes(
-    scenario: Scenario, *, folder: Path, paused: bool, tokens: Path | None = None
+    scenario: Scenario,
+    *,
+    folder: Path,
+    paused: bool,
+    tokens: Path | None = None,
+    page: Page | None = None,
 ) -> list[NodePlan]:
     """Return the nodes of a session in the order in which they start.
 
@@ -70,9 +85,11 @@ def nodes(
     folder
         The session folder, for the recorder.
     paused
-        Whether all but the recorder wait for a call of their ``start`` service.
+        Whether all but the recorder and the view wait for a call of their ``start`` service.
     tokens
         The folder of the session's tokens; None for an open session.
+    page
+        Where the view serves the session's page; None: no view.
     """
     gate = {"start.paused": paused}
     return [
@@ -87,6 +104,7 @@ def nodes(
             )
             for user in scenario.users
         ),
+        *([NodePlan("view", parameters=_view(scenario, page))] if page else []),
     ]
 
 
@@ -148,8 +166,23 @@ def _recorder(scenario: Scenario, folder: Path) -> dict[str, object]:
     return {"folder": str(folder.resolve()), "users": [user.name for user in scenario.users]}
 
 
+def _view(scenario: Scenario, page: Page) -> dict[str, object]:
+    return {
+        "users": [user.name for user in scenario.users],
+        "host": page.host,
+        "port": page.port,
+        "token": page.token,
+        "session.name": scenario.name,
+        "session.description": scenario.description,
+        "session.duration_s": scenario.duration_s,
+    }
+
+
 def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[int, int]]:
-    """Return the numbers of publishers and subscribers of every topic of a complete session."""
+    """Return the numbers of publishers and subscribers of every topic of a complete session.
+
+    A view may find the session later; nothing waits for it.
+    """
     recorders = 1 if recorded else 0
     names = ["/server/trace", "/netem/links", "/netem/fates"]
     names += [f"/{user.name}/trace" for user in scenario.users]

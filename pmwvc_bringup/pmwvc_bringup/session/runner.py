@@ -13,7 +13,8 @@ import os
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+from urllib.parse import parse_qs, urlsplit
 
 from rich.console import Console
 from rich.live import Live
@@ -21,6 +22,7 @@ from rich.live import Live
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.interrupts import Interrupts
+from pmwvc_bringup.session.page import show
 from pmwvc_bringup.session.processes import Children, Ending
 from pmwvc_bringup.session.status import Status
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
@@ -35,6 +37,7 @@ STATUS_PERIOD_S = 0.25
 LINE_PERIOD_S = 2.0  # of status lines where there is no terminal
 PUBLISHERS_PERIOD_S = 1.0  # of checks for publishers that do not belong to the session
 READY = "ready"
+PAGE = "page "  # begin of the view's line with its address
 STOPPED = "recorder: recording stopped"  # begin of the recorder's line when its disk is full
 
 
@@ -53,15 +56,37 @@ class LiveSession:
         The session folder; it exists and is empty.
     console
         For the texts for people.
+    page
+        Where its page is served; None: nowhere.
+    browser
+        Whether the page is opened where there is a desktop.
+
+    Attributes
+    ----------
+    page
+        With the port and token in use, once the page is served.
+    restart
+        Settings with which a page wants the session to begin again; None otherwise.
     """
 
-    def __init__(self, scenario: Scenario, folder: Path, *, console: Console) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        folder: Path,
+        *,
+        console: Console,
+        page: plan.Page | None = None,
+        browser: bool = False,
+    ) -> None:
         self.scenario = scenario
         self.folder = folder
         self.console = console
         self.children = Children()
         self.events: list[dict[str, object]] = []
         self.interrupts = Interrupts()
+        self.page = page
+        self.restart: dict[str, Any] | None = None
+        self._shows, self._browser = page is not None, browser
         self.nodes: list[plan.NodePlan] = []
         self.ends = plan.topic_ends(scenario)
 
@@ -91,7 +116,11 @@ class LiveSession:
             users = [user.name for user in self.scenario.users]
             write_session(Path(tokens), users)
             self.nodes = plan.nodes(
-                self.scenario, folder=self.folder, paused=True, tokens=Path(tokens)
+                self.scenario,
+                folder=self.folder,
+                paused=True,
+                tokens=Path(tokens),
+                page=self.page,
             )
             self.console.print(f"other ROS programs join this session with ROS_DOMAIN_ID={domain}")
             logs = self.folder / "nodes"
@@ -180,6 +209,12 @@ class LiveSession:
                     ended.append(str(ending))
                 if not self.children.running():
                     return
+                if self._shows:
+                    self._show_page()
+                    self.restart = monitor.restart()
+                    if self.restart is not None:
+                        self.console.print("beginning again")
+                        return
                 if now >= publishers_at:
                     publishers_at += PUBLISHERS_PERIOD_S
                     ended += self._other_publishers(monitor)
@@ -197,10 +232,22 @@ class LiveSession:
         if self.interrupts.count:
             self.console.print("ending the session")
 
+    def _show_page(self) -> None:
+        """Print the page's address, and open it, once its server has said it."""
+        if self.page is None or self.page.port:
+            return
+        lines = self.children.children["view"].log_tail(lines=1000).splitlines()
+        address = next((line[len(PAGE) :] for line in lines if line.startswith(PAGE)), None)
+        if address is not None:
+            parts = urlsplit(address)
+            token = parse_qs(parts.query)["token"][0]
+            self.page = plan.Page(self.page.host, parts.port or 0, token)
+            show(address, self.console, browser=self._browser)
+
     def _stop_nodes(self) -> None:
         """End the nodes in an order in which the last packets are still recorded."""
         first = self.interrupts.count
-        for kind in ("master", "server", "netem", "recorder"):
+        for kind in ("view", "master", "server", "netem", "recorder"):
             names = [node.name for node in self.nodes if node.kind == kind]
             endings = self.children.stop(names, hurried=lambda: self.interrupts.count > first)
             for ending in [*endings, *self.children.endings()]:

@@ -81,6 +81,12 @@ def own_domain(environment: Mapping[str, str]) -> Iterator[int]:
     raise PmwvcError("every ROS domain from 1 to 101 is in use on this machine")
 
 
+def running_domains() -> list[int]:
+    """Return the ROS domains of the sessions that run on this machine."""
+    with contextlib.ExitStack() as probes:
+        return [n for n in range(102) if not _held(f"\0pmwvc-domain-{n}", probes)]
+
+
 def _held(address: str | tuple[str, int], until: contextlib.ExitStack) -> bool:
     """Tell whether an address was free; it stays bound to a socket until the stack closes."""
     family = socket.AF_UNIX if isinstance(address, str) else socket.AF_INET

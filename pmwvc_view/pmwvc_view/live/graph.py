@@ -1,0 +1,203 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A running session found in the ROS graph, and its scenario put together from its nodes'
+parameters.
+"""
+
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from rclpy.node import Node
+
+from pmwvc_core.errors import ParameterError, PmwvcError, ScenarioError
+from pmwvc_core.runtime.parameter_values import from_ros
+from pmwvc_core.scenario.names import shared_specs, user_specs
+from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_view.controls import renamed
+from pmwvc_view.live.parameters import Parameters
+
+LOOK_S = 0.1
+EMULATOR_S = 1.0  # behind all other nodes: until a session counts as one without
+TRACE = "/server/trace"
+LONGEST_S = 86400.0  # a session that is joined goes on until it ends
+
+
+@dataclass
+class Graph:
+    """The nodes of a session and their parameters by node and name.
+
+    Attributes
+    ----------
+    prefix
+        Namespace of the session, without a slash at its end.
+    users
+        Names of the users in the order of the server.
+    values
+        Node -> parameter -> value; kept up to date.
+    """
+
+    prefix: str
+    users: list[str]
+    values: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    @property
+    def server(self) -> str:
+        """Full name of the server node."""
+        return f"{self.prefix}/server"
+
+    @property
+    def netem(self) -> str:
+        """Full name of the emulator node."""
+        return f"{self.prefix}/netem"
+
+    def master(self, user: str) -> str:
+        """Return the full name of a user's master node."""
+        return f"{self.prefix}/{user}/master"
+
+    @property
+    def emulated(self) -> bool:
+        """Tell whether an emulator relays the packets."""
+        return bool(self.values.get(self.netem))
+
+    def scenario(self, about: Mapping[str, object]) -> Scenario:
+        """Return the scenario that the nodes' parameters make.
+
+        Parameters
+        ----------
+        about
+            Name, description and length of the session.
+
+        Raises
+        ------
+        PmwvcError
+            If they make none.
+        """
+        server = self.values[self.server]
+        found: dict[str, Any] = {
+            **about,
+            "controller": server["controller"],
+            "dof": server["dof"],
+            "users": len(self.users),
+            "seed": self.values.get(self.netem, {}).get("seed", 1),
+            **_known(server, shared_specs(), ("server.", "task.")),
+        }
+        for number, user in enumerate(self.users, start=1):
+            own = {"side": server[f"{user}.side"]}
+            master = self.values.get(self.master(user), {})
+            groups = ("master.", "baseline.", "device.", "operator.", "safety.")
+            own |= _known(master, user_specs(), groups)
+            own |= _known(_below(server, f"{user}."), user_specs(), ("server.",))
+            emulator = _below(self.values.get(self.netem, {}), f"{user}.")
+            own |= _known(emulator, user_specs(), ("link.",))
+            found |= {f"user{number}.{name}": value for name, value in own.items()}
+        try:
+            scenario = parse_scenario(found, source="the session's parameters")
+        except ScenarioError as error:
+            raise PmwvcError(str(error)) from None
+        return renamed(scenario, self.users)
+
+
+def find(node: Node, users: Sequence[str], stop: threading.Event) -> Graph | None:
+    """Wait for a session, and return it; None when asked to stop before.
+
+    Parameters
+    ----------
+    node
+        Looks at the graph.
+    users
+        Names of its users; empty: those that its server has.
+    stop
+        Set when asked to stop.
+
+    Raises
+    ------
+    ParameterError
+        If there are several sessions, or the server has other users.
+    """
+    parameters = Parameters(node)
+    reported = False
+    while not stop.is_set():
+        prefixes = _sessions(node)
+        if len(prefixes) > 1:
+            raise ParameterError(
+                f"several sessions: {', '.join(prefix or '/' for prefix in prefixes)}; "
+                "choose one by its namespace (-r __ns:=/NAME)"
+            )
+        if prefixes:
+            graph = _read(node, parameters, prefixes[0], users, stop)
+            if graph is not None:
+                return graph
+        elif not reported:
+            reported = True
+            node.get_logger().info("waiting for a session")
+        time.sleep(LOOK_S)
+    return None
+
+
+def _sessions(node: Node) -> list[str]:
+    """Return the namespaces of all sessions at or below the node's own."""
+    own = node.get_namespace().rstrip("/")
+    found = {
+        topic.removesuffix(TRACE)
+        for topic, types in node.get_topic_names_and_types()
+        if topic.endswith(TRACE)
+        and topic.startswith(f"{own}/")
+        and "pmwvc_msgs/msg/ServerTrace" in types
+        and node.count_publishers(topic)
+    }
+    return sorted(found)
+
+
+def _read(
+    node: Node,
+    parameters: Parameters,
+    prefix: str,
+    users: Sequence[str],
+    stop: threading.Event,
+) -> Graph | None:
+    """Return a session whose nodes have all answered; None where one is not there yet."""
+    graph = Graph(prefix, [])
+    try:
+        graph.values[graph.server] = parameters.read(graph.server, stop)
+        names = list(graph.values[graph.server]["users"])
+        if users and list(users) != names:
+            raise ParameterError(f"users = {list(users)}: the server has {names}")
+        graph.users = names
+        for user in names:
+            graph.values[graph.master(user)] = parameters.read(graph.master(user), stop)
+        if _is_emulated(node, graph, stop):
+            graph.values[graph.netem] = parameters.read(graph.netem, stop)
+    except ParameterError:
+        raise
+    except PmwvcError:
+        return None
+    return graph
+
+
+def _is_emulated(node: Node, graph: Graph, stop: threading.Event) -> bool:
+    """Tell whether an emulator publishes the states of the links, as soon as it is found."""
+    until_s = time.monotonic() + EMULATOR_S
+    while not node.count_publishers(f"{graph.netem}/links"):
+        if stop.is_set() or time.monotonic() > until_s:
+            return False
+        time.sleep(LOOK_S)
+    return True
+
+
+def _below(values: Mapping[str, Any], prefix: str) -> dict[str, Any]:
+    return {n.removeprefix(prefix): v for n, v in values.items() if n.startswith(prefix)}
+
+
+def _known(
+    values: Mapping[str, Any], specs: Mapping[str, Any], groups: tuple[str, ...]
+) -> dict[str, Any]:
+    """Return the values of parameters of a scenario, as a scenario has them."""
+    found = {}
+    for name, value in values.items():
+        if name.startswith(groups) and name in specs:
+            found[name] = from_ros(specs[name], value)
+    return found

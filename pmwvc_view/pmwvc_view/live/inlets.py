@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The topics of a session, emptied into the feed of a page.
+
+Any program of the domain can publish on these topics: a message whose fields do not fit together,
+or of another shape than the session's, is skipped.
+"""
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+from pmwvc_core.runtime.messages import misfit
+from pmwvc_core.runtime.polling import TRACE_QOS, Polled
+from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
+from pmwvc_view.feed import Feed
+from pmwvc_view.live.graph import Graph
+from pmwvc_view.live.traces import block_of, link_number, offset_ns, packets_of, step_of
+
+SLOW_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
+ROUND_TRIP = "round trip [ms]"
+NEAR_NS = 60_000_000_000  # fates farther from the traces are of another machine's clock
+
+
+class Inlets:
+    """Subscriptions of a session.
+
+    Parameters
+    ----------
+    node
+        Subscribes.
+    graph
+        The session; changed parameters are kept in it.
+    dof, waves
+        Axes, and whether its controller has waves.
+
+    Attributes
+    ----------
+    round_trips
+        Newest measured round trip of every user by column [s].
+    heard_s
+        When the last trace came, on the monotonic clock [s].
+    changed
+        Whether a parameter changed since somebody set this to False.
+    """
+
+    def __init__(self, node: Node, graph: Graph, *, dof: int, waves: bool) -> None:
+        self._graph, self._dof, self._waves = graph, dof, waves
+        prefix = graph.prefix
+        self._masters = {
+            user: Polled(node, MasterTrace, f"{prefix}/{user}/trace", TRACE_QOS)
+            for user in graph.users
+        }
+        self._server = Polled(node, ServerTrace, f"{prefix}/server/trace", TRACE_QOS)
+        self._fates = Polled(node, PacketFate, f"{prefix}/netem/fates", TRACE_QOS)
+        self._health = Polled(node, DiagnosticArray, "/diagnostics", SLOW_QOS)
+        self._events = Polled(node, ParameterEvent, "/parameter_events", SLOW_QOS)
+        self._clock_ns: int | None = None  # offset of the server's
+        self.round_trips: dict[str, float | None] = {}
+        self.heard_s = time.monotonic()
+        self.changed = False
+
+    def now_ns(self) -> int:
+        """Return the present time of the server's clock."""
+        own_ns = time.monotonic_ns()
+        if self._clock_ns is None:
+            return own_ns
+        return own_ns + (time.time_ns() - own_ns) - self._clock_ns
+
+    def empty(self, feed: Feed) -> None:
+        """Give everything that has come to the feed."""
+        while (message := self._server.take()) is not None:
+            if self._fits("ServerTrace", message) and list(message.users) == self._graph.users:
+                self._clock_ns = offset_ns(message)
+                feed.on_server(step_of(message))
+                self.heard_s = time.monotonic()
+        for user, polled in self._masters.items():
+            while (message := polled.take()) is not None:
+                if self._fits("MasterTrace", message):
+                    block = block_of(message, waves=self._waves, clock_ns=self._clock_ns)
+                    feed.on_master(user, block)
+                    self.heard_s = time.monotonic()
+        while (message := self._fates.take()) is not None:
+            number = link_number(message.link, self._graph.users)
+            if number is None or misfit("PacketFate", message) or feed.zero_ns is None:
+                continue
+            packets = packets_of(message)
+            if len(packets) and abs(packets[-1, 1] - feed.zero_ns) < NEAR_NS + self._age_ns(feed):
+                feed.on_packets(number, packets)
+        self._take_health()
+        self._take_events()
+
+    def _age_ns(self, feed: Feed) -> int:
+        return abs(self.now_ns() - (feed.zero_ns or 0))
+
+    def _fits(self, kind: str, message: Any) -> bool:
+        return message.dof == self._dof and not misfit(kind, message)
+
+    def _take_health(self) -> None:
+        owners = {self._graph.master(user): user for user in self._graph.users}
+        while (message := self._health.take()) is not None:
+            for status in message.status:
+                if (user := owners.get(status.name)) is not None:
+                    values = {pair.key: pair.value for pair in status.values}
+                    self.round_trips[f"{user}.round_trip"] = _seconds(values)
+
+    def _take_events(self) -> None:
+        while (message := self._events.take()) is not None:
+            known = self._graph.values.get(message.node)
+            if known is not None:
+                for each in message.changed_parameters:
+                    known[each.name] = parameter_value_to_python(each.value)
+                self.changed = True
+
+
+def _seconds(values: Mapping[str, str]) -> float | None:
+    """Return the round trip that a master reports, None where it knows none."""
+    try:
+        return 1e-3 * float(values[ROUND_TRIP])
+    except (KeyError, ValueError):
+        return None

@@ -1,0 +1,238 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The session of a page that runs as ROS nodes."""
+
+import asyncio
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from rclpy.node import Node
+from std_msgs.msg import String
+
+from pmwvc_analysis.budget.energy import declared_storage_j
+from pmwvc_core.controllers import has_waves
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.runtime.parameter_values import values_of
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_view import controls, description
+from pmwvc_view.controls import Setting, Settings
+from pmwvc_view.feed import NS, Feed
+from pmwvc_view.live.graph import Graph
+from pmwvc_view.live.hands import HELD_QOS, PublishedHand
+from pmwvc_view.live.inlets import Inlets
+from pmwvc_view.live.parameters import Parameters
+from pmwvc_view.prediction import Predictor
+from pmwvc_view.protocol.snapshot import Layout
+from pmwvc_view.ramp import ramped
+from pmwvc_view.session import Answer, Session
+from pmwvc_view.snapshots import Snapshot
+from pmwvc_view.verdict import verdict
+
+RESTART = "view/restart"
+STEP_S = 0.02  # between two steps of a delay on its way
+SILENT_S = 3.0  # without a trace: the session is over
+TEXT_EVERY = 8  # snapshots between two verdicts
+READ_ONLY = ("master.impedance", "controller", "server.object_mass")
+
+
+class LiveSession(Session):
+    """See :class:`pmwvc_view.session.Session`.
+
+    Parameters
+    ----------
+    node
+        Of the view; an executor serves it in another thread.
+    graph
+        The session, as it was found.
+    about
+        Its name, description and length, as far as they are known.
+    snapshot_s
+        Period of the snapshots [s].
+    duration_s
+        Length of the session; None where it goes on until it is ended [s].
+    """
+
+    can = frozenset({"take", "let_go", "target", "set", "ask", "restart", "seen"})
+
+    def __init__(
+        self,
+        node: Node,
+        graph: Graph,
+        *,
+        about: Mapping[str, object],
+        snapshot_s: float,
+        duration_s: float | None,
+    ) -> None:
+        super().__init__(Predictor(live=True))
+        self._node, self._graph, self._about = node, graph, about
+        self._duration_s = duration_s
+        self._scenario = scenario = graph.scenario(about)
+        self._parameters = Parameters(node)
+        self.layout = Layout(graph.users, scenario.dof)
+        self._feed = Feed(self.layout, graph.users, period_ns=round(snapshot_s * NS))
+        waves = has_waves(scenario.controller)
+        self._inlets = Inlets(node, graph, dof=scenario.dof, waves=waves)
+        self._hands = {
+            user.name: PublishedHand(node, f"{graph.prefix}/{user.name}")
+            for user in scenario.users
+            if user.operator.kind == "remote" and not user.operator.file
+        }
+        self._restarts = node.create_publisher(String, f"{graph.prefix}/{RESTART}", HELD_QOS)
+        self._exact = [
+            user.name
+            for user in scenario.users
+            if user.device.plugin == "simulated" and user.device.encoder_step_m == 0.0
+        ]
+        self._lags = description.lags(scenario, live=True)
+        self._text: dict[str, Any] = {}
+        self._polls = 0
+        self._changing = asyncio.Lock()
+
+    def description(self) -> dict[str, Any]:
+        """Return the session message without what the server adds."""
+        return description.describe(
+            self._scenario,
+            mode="live",
+            duration_s=self._duration_s,
+            values=controls.values_of(self._scenario, self._preset()),
+            at_restart=READ_ONLY,
+            remote=list(self._hands),
+        )
+
+    def scenario(self) -> Scenario:
+        """Return the scenario that settings are added to."""
+        return self._scenario
+
+    def poll(self) -> Sequence[Snapshot]:
+        """Return the snapshots since the last call."""
+        inlets = self._inlets
+        inlets.empty(self._feed)
+        if inlets.changed:
+            inlets.changed = False
+            self._follow()
+        targets: dict[str, Any] = {}
+        for user, hand in self._hands.items():
+            place = hand.position
+            targets[f"{user}.held"] = place is not None
+            targets[f"{user}.target"] = None if place is None else list(place)
+        self._feed.others = {**self._lags, **inlets.round_trips, **targets}
+        if self._feed.zero_ns is not None and time.monotonic() - inlets.heard_s > SILENT_S:
+            self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
+        return self._feed.rows(inlets.now_ns())
+
+    def _follow(self) -> None:
+        """Take changed parameters over; what makes no scenario leaves it as it was."""
+        try:
+            self._scenario = self._graph.scenario(self._about)
+            self._lags = description.lags(self._scenario, live=True)
+        except PmwvcError as error:
+            self._node.get_logger().warning(str(error))
+
+    def news(self) -> Mapping[str, Mapping[str, Any]]:
+        """Return verdict and values of controls."""
+        self._polls += 1
+        if self._polls % TEXT_EVERY == 1:
+            self._text = verdict(
+                self._feed,
+                self._graph.users,
+                storage_j={
+                    user.name: declared_storage_j(self._scenario.controller, user)
+                    for user in self._scenario.users
+                },
+                exact_hands=self._exact,
+                notices=[] if self._graph.emulated else ["The links are not emulated here."],
+            )
+        values = controls.values_of(self._scenario, self._preset())
+        return {"text": self._text, "values": {"values": values}}
+
+    def _preset(self) -> str | None:
+        preset = self._graph.values.get(self._graph.netem, {}).get("preset")
+        return None if preset in (None, "none") else str(preset)
+
+    def target(self, user: str, position: tuple[float, ...] | None) -> None:
+        """Give a hand its newest target [m]; None opens it."""
+        hand = self._hands.get(user)
+        if hand is not None:
+            hand.give(description.place(position, self._scenario, user))
+
+    async def set(self, path: str, value: Setting) -> Answer:
+        """Change a parameter of the nodes; one change at a time."""
+        try:
+            control = controls.control_of(path)
+            if control.path in READ_ONLY:
+                return Answer(False, f"{path}: changes with a new beginning (restart)")
+            async with self._changing:
+                wanted = controls.changed(self._scenario, {path: value})
+                change = self._set_links if controls.is_of_link(path) else self._set_server
+                why = await change(wanted)
+                if not why and control.path == controls.PRESET:
+                    why = await self._parameters.set(self._graph.netem, {"preset": value})
+        except PmwvcError as error:
+            return Answer(False, str(error))
+        return Answer(not why, why or f"{path} = {value}")
+
+    async def _set_links(self, wanted: Scenario) -> str:
+        """Change the links, their delay a little at a time; return why not, or ""."""
+        if not self._graph.emulated:
+            return "the links are not emulated in this session"
+        present = self._scenario
+        while present != wanted:
+            step = ramped(present, wanted, over_s=STEP_S)
+            why = await self._parameters.set(
+                self._graph.netem, _differences(present, step, _links_of)
+            )
+            if why:
+                return why
+            present = step
+            if present != wanted:
+                await asyncio.sleep(STEP_S)
+        return ""
+
+    async def _set_server(self, wanted: Scenario) -> str:
+        """Change the server; return why not, or ""."""
+        changes = _differences(self._scenario, wanted, _server_of)
+        return await self._parameters.set(self._graph.server, changes) if changes else ""
+
+    def restart(self, values: Settings) -> Answer:
+        """Ask whoever started the session to begin again with these settings."""
+        if not self._restarts.get_subscription_count():
+            text = "nobody can begin this session again: it was not started by 'pmwvc run --view'"
+            return Answer(False, text)
+        try:
+            controls.changed(self._scenario, values)
+        except PmwvcError as error:
+            return Answer(False, str(error))
+        self.back = True
+        self._restarts.publish(String(data=json.dumps(dict(values))))
+        return Answer(True, "beginning again")
+
+    def close(self) -> None:
+        """Open all hands, end the predictor."""
+        for hand in self._hands.values():
+            hand.give(None)
+        super().close()
+
+
+def _differences(
+    before: Scenario, after: Scenario, of: Callable[[Scenario], Mapping[str, Any]]
+) -> dict[str, Any]:
+    """Return the parameters of a node that differ."""
+    old = of(before)
+    return {name: value for name, value in of(after).items() if value != old[name]}
+
+
+def _links_of(scenario: Scenario) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for user in scenario.users:
+        found |= values_of(f"{user.name}.link.up", user.link_up)
+        found |= values_of(f"{user.name}.link.down", user.link_down)
+    return found
+
+
+def _server_of(scenario: Scenario) -> dict[str, Any]:
+    found = values_of("server", scenario.server)
+    for user in scenario.users:
+        found |= values_of(f"{user.name}.server", user.contact)
+    return found

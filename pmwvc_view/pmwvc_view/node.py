@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The view node: a running session in the browser.
+
+Waits for a session (its nodes may have been started by anything), then serves the page until it is
+asked to stop or the session is over, and says ``page ADDRESS`` on standard output.
+"""
+
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rclpy.node import Node
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import Spec
+from pmwvc_core.runtime.parameters import declare_names, declare_value
+from pmwvc_core.runtime.process import OK, publish_health, run_node
+from pmwvc_view import SNAPSHOT_S
+from pmwvc_view.access import is_loopback, new_token
+from pmwvc_view.live.graph import LONGEST_S, find
+from pmwvc_view.live.session import LiveSession
+from pmwvc_view.server import PageServer
+
+SPECS: Mapping[str, tuple[Spec, Any]] = {
+    "host": (
+        Spec(str, description="address to listen on; beyond loopback others can join"),
+        "127.0.0.1",
+    ),
+    "port": (Spec(int, low=0, high=65535, description="port to listen on, 0: any free one"), 0),
+    "token": (Spec(str, description="token of the page's address (empty: a random one)"), ""),
+    "snapshot_hz": (
+        Spec(float, "Hz", low=1.0, high=125.0, description="snapshots per second"),
+        1.0 / SNAPSHOT_S,
+    ),
+    "session.name": (Spec(str, description="name of the session"), "session"),
+    "session.description": (Spec(str, description="what the session shows"), ""),
+    "session.duration_s": (
+        Spec(float, "s", low=0.0, high=LONGEST_S, description="its length, 0: not known"),
+        0.0,
+    ),
+}
+
+
+class View:
+    """The node: settings, and the server of the page.
+
+    Raises
+    ------
+    ParameterError
+        If a setting cannot be used.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._users, self._values = declare_settings(node)
+        self._server: PageServer | None = None
+        publish_health(node, self._health)
+
+    def run(self, stop: threading.Event) -> None:
+        """Find the session, and serve its page."""
+        values = self._values
+        graph = find(self._node, self._users, stop)
+        if graph is None:
+            return
+        length_s = float(values["session.duration_s"])
+        session = LiveSession(
+            self._node,
+            graph,
+            about={
+                "name": values["session.name"],
+                "description": values["session.description"],
+                "duration_s": length_s or LONGEST_S,
+            },
+            snapshot_s=1.0 / values["snapshot_hz"],
+            duration_s=length_s or None,
+        )
+        host, token = values["host"], values["token"] or new_token()
+        self._server = server = PageServer(
+            session,
+            host=host,
+            port=values["port"],
+            token=token,
+            snapshot_s=1.0 / values["snapshot_hz"],
+        )
+        if not is_loopback(host):
+            text = f"host = {host}: whoever has the address with its token can take part"
+            self._node.get_logger().warning(text)
+        try:
+            server.run(stop, lambda: print(f"page {server.address}", flush=True))
+        except OSError as error:
+            raise ParameterError(f"host = {host}, port = {values['port']}: {error}") from None
+
+    def close(self) -> None:
+        """Nothing is left to let go of."""
+
+    def _health(self) -> tuple[int, str, Mapping[str, object]]:
+        """Return what people should know, once a second."""
+        if self._server is None:
+            return OK, "waiting for a session", {}
+        values: dict[str, object] = {"pages": self._server.pages, "port": self._server.port}
+        return OK, "serving", values
+
+
+def declare_settings(node: Node) -> tuple[list[str], dict[str, Any]]:
+    """Declare the parameters; return the names of the users and all other values by name."""
+    users = declare_names(node, "users", [], "names of the users (empty: those of the session)")
+    values = {
+        name: declare_value(node, name, spec, default) for name, (spec, default) in SPECS.items()
+    }
+    return users, values
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node and return its exit code."""
+    return run_node("view", View, args=args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
