@@ -56,6 +56,7 @@ own (`/lab/user1/wave_up`, `/lab/markers`); only `/diagnostics` and `/parameter_
 | `/user1/measured_cv`, `/user1/measured_cf` | TwistStamped, WrenchStamped | master | viewers | best effort, packet rate |
 | `/user1/hand/target` | geometry_msgs/PointStamped | a view, any program | master with `operator.kind: remote`, recorder | best effort, keep last 4 |
 | `/user1/hand/held` | std_msgs/Bool | same | same | reliable, keep last 4 |
+| `/view/restart` | std_msgs/String | view | runner (`pmwvc run --view`) | reliable; JSON of settings |
 | `/markers` | MarkerArray (frame `world`, 30 Hz) | server | RViz, Foxglove | reliable |
 | `/parameter_events` | rcl_interfaces/ParameterEvent | every node | recorder: changes are events of the session | reliable |
 | `/diagnostics` | DiagnosticArray (1 Hz) | all | people | reliable |
