@@ -6,6 +6,7 @@
 
 from pathlib import Path
 
+from pmwvc_core.network.effects import amounts
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime.reference import docs_table, reference_page
@@ -31,8 +32,8 @@ NETWORKS_HEAD = """
 
 A preset stands for every setting of a link, in both directions: `link: {preset: lte}` in a scenario file, `--set
 link.preset=lte`, `--set user2.link.down.preset=geo`. Settings given beside it win. The node netem takes the same names
-as `preset`. A preset is plausible, not universal: losses are independent of each other where real losses come in bursts, and a
-long tail is a symmetric spread.
+as `preset`. A preset is plausible, not universal: "estimate" marks what no measurement stands behind. Jitter is independent from
+packet to packet, so packets overtake each other where it exceeds their interval. `pmwvc links SCENARIO` prints the command of Linux for each link.
 
 | name | up | down | basis |
 |---|---|---|---|
@@ -110,11 +111,8 @@ def parameters_page() -> str:
 
 
 def _link(params: LinkParams) -> str:
-    """Return delay, spread and loss of a link in words."""
-    mean, spread = (f"{value * 1e3:g} ms" for value in (params.delay_s, params.jitter_s))
-    parts = {"uniform": [f"{mean} ± {spread}"], "normal": [mean, f"standard deviation {spread}"]}
-    words = parts.get(params.jitter, [mean])
-    return ", ".join(words + ([f"loss {params.loss * 100:g} %"] if params.loss else []))
+    """Return delay, jitter, loss and the rest of a link in words."""
+    return ", ".join([f"{params.delay_s * 1e3:g} ms", *amounts(params).values()])
 
 
 def messages_page() -> str:

@@ -123,7 +123,7 @@ def _relayed(node: Node, setup: LinkSetup) -> tuple[RelayedLink, Polled]:
     outlet = node.create_publisher(setup.kind, setup.target, qos)
     relayed = RelayedLink(
         setup.name,
-        Link(setup.params, seed=setup.seed),
+        Link(setup.params, seed=setup.seed, direction=setup.seed[2]),
         take=inlet.take,
         give=outlet.publish,
         clock=time.monotonic_ns,

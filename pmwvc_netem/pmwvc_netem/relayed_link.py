@@ -35,6 +35,15 @@ def peek_wave(message: bytes) -> tuple[int, int] | None:
     return epoch, seq
 
 
+def flipped(message: bytes, place: float) -> bytes:
+    """Return a message with a bit flipped, at a place in [0, 1) of what is not encapsulation."""
+    bits = bytearray(message)
+    number = int(place * 8 * (len(message) - ENCAPSULATION))
+    if number < 8 * (len(message) - ENCAPSULATION):
+        bits[ENCAPSULATION + number // 8] ^= 1 << number % 8
+    return bytes(bits)
+
+
 @dataclass(slots=True)
 class Timing:
     """Delays [ns] of what went out since this object was put in place."""
@@ -128,6 +137,8 @@ class RelayedLink:
         if due_ns is None or due_ns > now_ns:
             return
         for (message, epoch, seq), fate in self.link.arrivals(now_ns):
+            if fate.cause is Cause.CORRUPTION:
+                message = flipped(message, fate.flip)
             out_ns = self._clock()
             self._give(message)
             self.fates.add(fate, time_out_ns=out_ns, epoch=epoch, seq=seq)

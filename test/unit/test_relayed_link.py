@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from rclpy.serialization import serialize_message
 
 from pmwvc_core.network import FateKind, Link
-from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.transport.packet import WavePacket
@@ -141,12 +140,3 @@ def test_delays_and_errors_are_those_since_the_last_look():
         {"delay_mean": 0.012, "delay_min": 0.011, "delay_max": 0.013, "delay_error_max": 0.003}
     )
     assert all(math.isnan(value) for value in Timing().delays().values())
-
-
-@pytest.mark.parametrize("name", PRESETS)
-def test_a_preset_never_means_a_negative_delay(name):
-    """Of a normal spread, so much that three of a hundred are cut off at zero at most."""
-    for params in (PRESETS[name].up, PRESETS[name].down):
-        reach = {"none": 0.0, "uniform": 1.0, "normal": 1.75}[params.jitter]
-        assert params.delay_s >= reach * params.jitter_s
-    assert PRESETS[name].basis

@@ -215,8 +215,9 @@ def fate_traces(link: str, messages: Sequence[PacketFate]) -> FateTraces:
 
 
 _LINK_NUMBERS = (
-    "in_count out_count lost duplicated reordered queued dropped delay_mean delay_min delay_max "
-    "delay_error_max rate_hz delay_s jitter_s loss duplicate rate_limit_bps"
+    "in_count out_count lost duplicated reordered corrupted queued dropped "
+    "delay_mean delay_min delay_max delay_error_max rate_hz delay_s jitter_s loss duplicate "
+    "rate_limit_bps"
 ).split()
 
 
@@ -224,5 +225,6 @@ def link_states(messages: Sequence[LinkState], *, zero_ns: int) -> dict[str, Arr
     """Return counts, delays and settings of a link over time, by the names of LinkState."""
     stamps = clock.stamps(messages)
     order = np.argsort(stamps, kind="stable")
-    columns = {name: _column(messages, name)[order] for name in _LINK_NUMBERS}
+    names = [name for name in _LINK_NUMBERS if all(hasattr(each, name) for each in messages)]
+    columns = {name: _column(messages, name)[order] for name in names}
     return {"time_s": clock.seconds(stamps[order], zero_ns)} | columns

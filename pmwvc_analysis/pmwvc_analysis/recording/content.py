@@ -21,6 +21,7 @@ from pmwvc_analysis.recording.own import Series, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.sequence import GapCounter, numbered
 from pmwvc_core.errors import RecordingError
+from pmwvc_core.transport.admission import intact
 
 Decode = Callable[[bytes, str], Any]
 
@@ -166,6 +167,8 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> None:
             content.parameters.append(change)
         return
     content.counter.topic(raw.topic)
+    if raw.type_name == schemas.WAVE and not intact(raw.data):
+        return  # corrupted by a link: nothing in it is believed; the fates tell of it
     try:
         message = decode(raw.data, raw.type_name)
     except Exception as error:  # a message that is no message: counted, reported, passed over

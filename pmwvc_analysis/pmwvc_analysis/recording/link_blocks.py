@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.recording.losses import DROPPED
-from pmwvc_core.network import FateKind
+from pmwvc_core.network import Cause, FateKind
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import MessageTypes
@@ -71,6 +71,7 @@ def state_blocks(
             "lost": int((kinds == FateKind.LOST).sum()),
             "duplicated": int((kinds == FateKind.DUPLICATE).sum()),
             "reordered": int((overtaken & left).sum()),
+            "corrupted": int((fates.cause[came] == Cause.CORRUPTION).sum()),
             "queued": int((came & out).sum() - left.sum()),
             "dropped": int(np.isin(kinds, DROPPED).sum()),
         }

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.format.topics import relayed, source_of
 from pmwvc_analysis.recording.sequence import GapCounter
-from pmwvc_core.network import FateKind
+from pmwvc_core.network import Cause, FateKind
 from pmwvc_core.traces import FateTraces, PacketTraces
 
 DROPPED = (FateKind.DROPPED_RATE, FateKind.DROPPED_QUEUE)
@@ -67,8 +67,8 @@ def not_relayed(packets: PacketTraces, fates: FateTraces) -> tuple[int, int]:
 
 
 def _not_recorded(packets: PacketTraces | None, fates: FateTraces) -> int:
-    """Return how many packets a link delivered that the file does not hold."""
-    out, missing = came_out(fates), 0
+    """Return how many packets a link delivered whole that the file does not hold."""
+    out, missing = came_out(fates) & (fates.cause != Cause.CORRUPTION), 0
     for epoch in np.unique(fates.epoch):
         numbers = fates.seq[out & (fates.epoch == epoch)]
         recorded = [] if packets is None else packets.seq[packets.epoch == epoch]

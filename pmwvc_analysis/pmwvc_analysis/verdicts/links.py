@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The counts and delays of each emulated link: from its packet fates, else from its own counts."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,9 @@ from numpy.typing import NDArray
 from pmwvc_analysis.recording.link_blocks import reordered
 from pmwvc_analysis.recording.losses import DROPPED, came_out
 from pmwvc_analysis.traces.reductions import number, percentiles
-from pmwvc_core.network import FateKind
+from pmwvc_core.network import Cause, FateKind
 from pmwvc_core.numeric import Array
+from pmwvc_core.plural import count
 from pmwvc_core.traces import FateTraces, SessionTraces
 
 
@@ -26,6 +28,21 @@ def link_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
     return sorted(found, key=lambda entry: str(entry["name"]))
 
 
+TOLD = (
+    ("lost", "lost"),
+    ("dropped", "dropped by a full queue"),
+    ("duplicated", "delivered twice"),
+    ("reordered", "overtaken by a later one"),
+    ("corrupted", "delivered with a bit flipped"),
+)
+
+
+def told(link: Mapping[str, Any]) -> str:
+    """Return in words what a link did to its packets."""
+    found = [f"{link[name]} {words}" for name, words in TOLD if link[name]]
+    return f"of {count(link['sent'], 'packet')} {', '.join(found) or 'none was changed'}"
+
+
 def _from_fates(fates: FateTraces) -> dict[str, Any]:
     out = came_out(fates)
     return {
@@ -35,6 +52,7 @@ def _from_fates(fates: FateTraces) -> dict[str, Any]:
         "lost": int((fates.fate == FateKind.LOST).sum()),
         "duplicated": int((fates.fate == FateKind.DUPLICATE).sum()),
         "reordered": int(reordered(fates).sum()),
+        "corrupted": int((fates.cause == Cause.CORRUPTION).sum()),
         "dropped": int(np.isin(fates.fate, DROPPED).sum()),
         "delay_s": percentiles((fates.time_out_ns - fates.time_in_ns)[out].astype(float) * 1e-9),
         "rate_hz": _rate_hz(fates.time_out_ns[out]),
@@ -52,8 +70,16 @@ def _rate_hz(times_ns: NDArray[np.int64]) -> float | None:
 def _from_states(link: str, states: dict[str, Array], duration_s: float) -> dict[str, Any]:
     """Return the last counts; percentiles of the delay are not known from them."""
     last = {
-        name: int(states[name][-1])
-        for name in ("in_count", "out_count", "lost", "duplicated", "reordered", "dropped")
+        name: int(states[name][-1]) if name in states else 0  # one that is new
+        for name in (
+            "in_count",
+            "out_count",
+            "lost",
+            "duplicated",
+            "reordered",
+            "corrupted",
+            "dropped",
+        )
     }
     return {
         "name": link,
@@ -62,6 +88,7 @@ def _from_states(link: str, states: dict[str, Array], duration_s: float) -> dict
         "lost": last["lost"],
         "duplicated": last["duplicated"],
         "reordered": last["reordered"],
+        "corrupted": last["corrupted"],
         "dropped": last["dropped"],
         "delay_s": {"p50": None, "p99": None, "max": number(states["delay_max"].max())},
         "rate_hz": number(last["out_count"] / duration_s) if duration_s > 0.0 else None,

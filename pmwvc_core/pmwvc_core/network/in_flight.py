@@ -7,8 +7,9 @@ Times are integer nanoseconds of one clock. Not here: what decides on a fate.
 
 import enum
 import heapq
+from collections import deque
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 
 class FateKind(enum.IntEnum):
@@ -31,6 +32,7 @@ class Cause(enum.IntEnum):
     QUEUE_FULL = 3
     DUPLICATION = 4
     OUTAGE = 5
+    CORRUPTION = 6  # comes out with a bit flipped
 
 
 @dataclass(slots=True)
@@ -44,6 +46,7 @@ class Fate:
     cause: Cause
     size: int  # [byte]
     copy: int = 0  # 0: the packet itself; 1, 2...: an extra copy of it
+    flip: float = 0.0  # corrupted: where in the packet the flipped bit is, [0, 1)
 
 
 @dataclass(slots=True)
@@ -56,7 +59,18 @@ class LinkCounters:
     duplicated: int = 0  # extra copies made
     reordered: int = 0  # came out after a later one
     dropped: int = 0
+    corrupted: int = 0  # packets and copies on their way with a bit flipped
     queued: int = 0  # inside the link now
+
+
+class Gate(Protocol):
+    """A gate before the end of a link: packets pass at certain times, in their order."""
+
+    def opens_ns(self, due_ns: int) -> int:
+        """Return when the head of the queue passes, which is due at ``due_ns``."""
+
+    def passed(self, size: int, now_ns: int) -> None:
+        """Note that a packet of a size [byte] has passed."""
 
 
 DELIVERED = FateKind.DELIVERED  # at hand: a member is looked up in Python
@@ -68,21 +82,34 @@ class InFlight:
     def __init__(self) -> None:
         self.counters = LinkCounters()
         self._in_flight: list[tuple[int, int, Any, Fate]] = []  # heap: due, order, payload, fate
+        self._released: deque[tuple[Any, Fate]] = deque()  # passed the gate, not looked at yet
+        self._gate: Gate | None = None
         self._order = 0
         self._highest_out = 0
 
     @property
     def next_due_ns(self) -> int | None:
         """Time at which the next packet comes out [ns]; None when none is in flight."""
-        return self._in_flight[0][0] if self._in_flight else None
+        if self._released:
+            return self._released[0][1].time_due_ns
+        if not self._in_flight:
+            return None
+        due_ns = self._in_flight[0][0]
+        return due_ns if self._gate is None else self._gate.opens_ns(due_ns)
 
     def arrivals(self, now_ns: int) -> list[tuple[Any, Fate]]:
         """Take out what is due by now, in the order of delivery."""
         out = []
         waiting = self._in_flight
-        while waiting and waiting[0][0] <= now_ns:
-            _, _, payload, fate = heapq.heappop(waiting)
-            out.append((payload, fate))
+        if self._gate is None:
+            while waiting and waiting[0][0] <= now_ns:
+                _, _, payload, fate = heapq.heappop(waiting)
+                out.append((payload, fate))
+        self._release(now_ns)
+        if self._released:
+            out += self._released
+            self._released.clear()
+        for _, fate in out:
             if fate.number >= self._highest_out:
                 self._highest_out = fate.number
             elif fate.kind is DELIVERED:
@@ -90,6 +117,18 @@ class InFlight:
         self.counters.out_count += len(out)
         self.counters.queued = len(waiting)
         return out
+
+    def _release(self, now_ns: int) -> None:
+        """Let through the gate, if there is one, what passes by now."""
+        gate, waiting = self._gate, self._in_flight
+        while gate is not None and waiting:
+            open_ns = gate.opens_ns(waiting[0][0])
+            if open_ns > now_ns:
+                return
+            _, _, payload, fate = heapq.heappop(waiting)
+            fate.time_due_ns = open_ns
+            gate.passed(fate.size, open_ns)
+            self._released.append((payload, fate))
 
     def _enter(self, payload: Any, fate: Fate, due_ns: int) -> None:
         """Send a packet or copy on its way; what is due at one time comes out as it went in."""

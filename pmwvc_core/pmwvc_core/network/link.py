@@ -7,7 +7,6 @@ Payloads are never looked into. Time is an argument; all times are integer nanos
 clock.
 """
 
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -17,6 +16,9 @@ from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, Uniform, active, check
 from pmwvc_core.network.effects.contained import EffectFaults, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
+from pmwvc_core.network.netem_mode import NetemMode
+from pmwvc_core.network.streams import Stream
+from pmwvc_core.network.timeline import Timeline, timeline_of
 from pmwvc_core.params import LinkParams
 from pmwvc_core.plugins import refused
 
@@ -40,16 +42,26 @@ class Link(InFlight):
         The settings.
     seed
         Of the random numbers; see :func:`stream_of`.
+    direction
+        0: from user to server, 1: back; for networks by name on a timeline.
     """
 
-    def __init__(self, params: LinkParams, *, seed: int | Sequence[int]) -> None:
+    def __init__(
+        self,
+        params: LinkParams,
+        *,
+        seed: int | Sequence[int],
+        direction: int = 0,
+    ) -> None:
         super().__init__()
         self._seed = (seed,) if isinstance(seed, int) else tuple(seed)
+        self._direction = direction
         self._rng = np.random.default_rng(seed)
         self._luck: list[float] = []  # the four numbers of the newest packet
         self.faults = EffectFaults()  # of plug-ins
         self._made: dict[str, Effect] = {}  # by name: each keeps its memory when switched off
         self._begin_ns: int | None = None
+        self._netem = NetemMode(Stream(self._seed, "netem"))
         self.configure(params)
 
     def configure(self, params: LinkParams) -> None:
@@ -61,6 +73,16 @@ class Link(InFlight):
             If they cannot be used, as a delay trace whose file cannot be read; the settings stay.
         """
         check(params)
+        timeline: Timeline | None = timeline_of(params.schedule) if params.schedule else None
+        steps = []
+        if timeline is not None:
+            steps = [entry.applied(params, self._direction) for entry in timeline.entries]
+        self.params = params
+        self._timeline, self._steps, self._step = timeline, steps, 0
+        self._take(steps[0] if steps else params)
+
+    def _take(self, params: LinkParams) -> None:
+        """Have the effects work by these settings from now on."""
         effects = {}
         for record in active(params):
             if record.name not in self._made:
@@ -74,9 +96,13 @@ class Link(InFlight):
                 if name in EFFECTS.library:
                     raise
                 self.faults.note(name, error)
-        self.params = params
+        self.netem = self._netem if params.mode == "netem" else None
+        self._netem.configure(params)
+        self._gate = self._netem.gate
         self._loses = self._hooks(effects, "loses")
         self._copies = self._hooks(effects, "copies")
+        self._corrupts = self._hooks(effects, "corrupts")
+        self._at_once = self._hooks(effects, "at_once")
         self._departs = self._hooks(effects, "departs_ns")
         self._delays = self._hooks(effects, "delay_s")
         self._arrives = self._hooks(effects, "arrives_ns")
@@ -97,18 +123,16 @@ class Link(InFlight):
 
     def _uniform(self, record: LinkEffect) -> Uniform:
         """Return the random numbers of an effect."""
-        key, slot = (*self._seed, zlib.crc32(record.name.encode())), record.slot
-
-        def own(fate: Fate, index: int = 0) -> float:
-            stream = np.random.default_rng((*key, fate.number, fate.copy))
-            return float(stream.random(index + 1)[index])
+        stream, slot = Stream(self._seed, record.name), record.slot
 
         def shared(fate: Fate, index: int = 0) -> float:
             if slot is None or index or fate.copy > 1:
-                return own(fate, index)
+                return stream.each(fate, index)
             return self._luck[slot + fate.copy]
 
-        return own if slot is None else shared
+        if slot is not None:
+            return shared
+        return stream if record.name in EFFECTS.library else stream.each
 
     def send(self, payload: Any, now_ns: int, *, size_bytes: int = 140) -> list[Fate]:
         """Put a packet in; return its fate, and one for every extra copy."""
@@ -116,22 +140,48 @@ class Link(InFlight):
             self._begin_ns = now_ns
             for effect in self._made.values():
                 effect.begin_ns = now_ns
+        if self._timeline is not None:
+            self._follow(self._timeline, now_ns - self._begin_ns)
         number = self.counters.in_count = self.counters.in_count + 1
         self._luck = self._rng.random(4).tolist()
         fate = Fate(number, now_ns, 0, FateKind.DELIVERED, Cause.NONE, size_bytes)
-        for loses in self._loses:
-            if loses(fate):
-                self.counters.lost += 1
-                fate.kind, fate.cause = FateKind.LOST, Cause.LOSS
-                return [fate]
+        if self.netem is not None:
+            return self._queued(self.netem, payload, fate)
+        causes = [cause for loses in self._loses if (cause := loses(fate))]
+        if causes:
+            return [self._lost(fate, causes[0])]
         fates = [self._travel(payload, fate)]
         for copies in self._copies:
             for _ in range(copies(fate)):
-                self.counters.duplicated += 1
-                kind, cause = FateKind.DUPLICATE, Cause.DUPLICATION
-                copy = Fate(number, now_ns, 0, kind, cause, size_bytes, len(fates))
-                fates.append(self._travel(payload, copy))
+                fates.append(self._travel(payload, self._copy(fate, len(fates))))
         return fates
+
+    def _follow(self, timeline: Timeline, elapsed_ns: int) -> None:
+        """Take the settings of the timeline's entry that holds now."""
+        step, _ = timeline.at(elapsed_ns)
+        if step != self._step:
+            self._step = step
+            self._take(self._steps[step])
+
+    def _lost(self, fate: Fate, cause: Cause | bool) -> Fate:
+        self.counters.lost += 1
+        fate.kind = FateKind.LOST
+        fate.cause = cause if isinstance(cause, Cause) else Cause.LOSS
+        return fate
+
+    def _copy(self, fate: Fate, place: int) -> Fate:
+        self.counters.duplicated += 1
+        kind, cause = FateKind.DUPLICATE, Cause.DUPLICATION
+        return Fate(fate.number, fate.time_in_ns, 0, kind, cause, fate.size, place)
+
+    def _dropped(self, fate: Fate) -> Fate:
+        self.counters.dropped += 1
+        fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
+        return fate
+
+    def _flip(self, fate: Fate, place: float) -> None:
+        self.counters.corrupted += 1
+        fate.cause, fate.flip = Cause.CORRUPTION, place
 
     def _travel(self, payload: Any, fate: Fate) -> Fate:
         """Send a packet or copy on its way, or drop it."""
@@ -139,15 +189,46 @@ class Link(InFlight):
         for departs_ns in self._departs:
             left_ns = departs_ns(fate, ready_ns)
             if left_ns is None:
-                self.counters.dropped += 1
-                fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
-                return fate
+                return self._dropped(fate)
             ready_ns = left_ns
+        for corrupts in self._corrupts:
+            if (place := corrupts(fate)) is not None:
+                self._flip(fate, place)
+        at_once = any([hook(fate) for hook in self._at_once])
         total_s = 0.0
         for delay_s in self._delays:
             total_s += delay_s(fate)
-        due_ns = ready_ns + max(0, round(total_s * 1e9))
+        due_ns = ready_ns + (0 if at_once else max(0, round(total_s * 1e9)))
         for arrives_ns in self._arrives:
             due_ns = arrives_ns(fate, due_ns)
         self._enter(payload, fate, due_ns)
         return fate
+
+    def _queued(self, netem: NetemMode, payload: Any, fate: Fate) -> list[Fate]:
+        """Do as tc-netem: judge a packet, enqueue its copy before it, then itself."""
+        self._release(fate.time_in_ns)
+        lost, copied = netem.judge(fate, may_copy=True)
+        if lost:
+            return [self._lost(fate, Cause.LOSS)]
+        fates = [fate]
+        place = netem.corrupts(fate)
+        if netem.full(fate.time_in_ns):
+            return [self._dropped(fate)]
+        if copied:
+            copy = self._copy(fate, 1)
+            fates.append(copy)
+            copy_lost, _ = netem.judge(copy, may_copy=False)
+            copy_place = netem.corrupts(copy) if not copy_lost else None
+            if copy_lost:
+                self._lost(copy, Cause.LOSS)
+            elif netem.full(fate.time_in_ns):
+                self._dropped(copy)
+            else:
+                self._put(netem, payload, copy, copy_place)
+        self._put(netem, payload, fate, place)
+        return fates
+
+    def _put(self, netem: NetemMode, payload: Any, fate: Fate, place: float | None) -> None:
+        if place is not None:
+            self._flip(fate, place)
+        self._enter(payload, fate, netem.send_ns(fate))

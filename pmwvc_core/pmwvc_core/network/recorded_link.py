@@ -67,6 +67,8 @@ class RecordedLink(InFlight):
         fate = Fate(number, now_ns, 0, kind, cause, size)
         if kind is not DELIVERED:
             self._count(kind)
+        if cause is Cause.CORRUPTION:
+            self.counters.corrupted += 1
         if delay_ns is not None and kind in TRAVELLING:
             self._enter(payload, fate, now_ns + max(delay_ns, 0))
         return fate

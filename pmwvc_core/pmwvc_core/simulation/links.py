@@ -12,13 +12,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmwvc_core.network.in_flight import Fate
+from pmwvc_core.network.in_flight import Cause, Fate
 from pmwvc_core.network.link import Link
 from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import LinkParams
-from pmwvc_core.transport.packet import WavePacket, size_bytes
+from pmwvc_core.transport.packet import WavePacket, refused, size_bytes
 from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.verdict import Verdict
 
 
 class SimulatedLink:
@@ -32,6 +33,8 @@ class SimulatedLink:
         The receiver at its end.
     dof
         Values per packet.
+    direction
+        0: from user to server, 1: back.
     """
 
     def __init__(
@@ -41,8 +44,11 @@ class SimulatedLink:
         seed: Sequence[int],
         inbox: Receiver,
         dof: int,
+        direction: int = 0,
     ) -> None:
-        self.link = link if isinstance(link, RecordedLink) else Link(link, seed=seed)
+        self.link = (
+            link if isinstance(link, RecordedLink) else Link(link, seed=seed, direction=direction)
+        )
         self.receiver = inbox
         self.sent: list[WavePacket] = []
         self.arrived: list[tuple[WavePacket, int]] = []  # packet, time [ns]
@@ -58,7 +64,10 @@ class SimulatedLink:
     def collect(self, now_ns: int) -> list[WavePacket]:
         """Return what has arrived by now, in the order of arrival."""
         packets = []
-        for packet, _ in self.link.arrivals(now_ns):
+        for packet, fate in self.link.arrivals(now_ns):
+            if fate.cause is Cause.CORRUPTION:
+                packets.append(refused(Verdict.CORRUPTED))
+                continue
             packets.append(packet)
             self.arrived.append((packet, now_ns))
         return packets
@@ -66,7 +75,8 @@ class SimulatedLink:
     def drain(self, end_ns: int) -> None:
         """Note what came out before the end of the session but was not looked at any more."""
         for packet, fate in self.link.arrivals(end_ns - 1):
-            self.arrived.append((packet, fate.time_due_ns))
+            if fate.cause is not Cause.CORRUPTION:
+                self.arrived.append((packet, fate.time_due_ns))
 
 
 def _each_for_itself(packet: WavePacket, longest: float) -> WavePacket:

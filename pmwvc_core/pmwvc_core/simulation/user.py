@@ -63,6 +63,7 @@ class SimulatedUser:
                 seed=stream_of(scenario.seed, index, way),
                 inbox=inbox,
                 dof=dof,
+                direction=way,
             )
             for way, (params, inbox, recorded) in enumerate(
                 (

@@ -90,5 +90,11 @@ class Admission:
         return left >= 1.0
 
 
+def intact(data: bytes) -> bool:
+    """Tell whether the checksum of a serialized packet fits its bytes, or it has none."""
+    body, check, end = data[: _CHECK.start], data[_CHECK], data[_CHECK.stop :]
+    return check == bytes(4) or check == _crc(body, end)
+
+
 def _crc(body: bytes, end: bytes) -> bytes:
     return zlib.crc32(end, zlib.crc32(body)).to_bytes(4, "little")

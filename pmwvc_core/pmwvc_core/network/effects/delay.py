@@ -18,6 +18,7 @@ RECORD = LinkEffect(
     name="delay",
     words="Every packet takes the same time.",
     linear="delay",
+    linux=True,
     make=Delay,
     parameters=("delay_s",),
     active=lambda params: True,

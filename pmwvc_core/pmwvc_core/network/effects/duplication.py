@@ -2,24 +2,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """The duplication of packets."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
+from pmwvc_core.network.correlation import Correlated
+from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, no_time
 from pmwvc_core.network.in_flight import Fate
+from pmwvc_core.params import LinkParams
 
 
 class Duplication(Effect):
-    """Copy packets independently of one another."""
+    """Copy packets with one probability."""
+
+    def __init__(self, params: LinkParams, uniform: Uniform) -> None:
+        self._chain = Correlated()
+        super().__init__(params, uniform)
 
     def copies(self, fate: Fate) -> int:
         """Return 1 where a packet is copied, else 0."""
-        return int(self.uniform(fate) < self.params.duplicate)
+        rho = self.params.duplicate_correlation
+        return int(self._chain.draw(self.uniform(fate), rho) < self.params.duplicate)
 
 
 RECORD = LinkEffect(
     name="duplication",
     words="Packets arrive twice, each with the same probability.",
     linear="delay",
+    linux=True,
     make=Duplication,
-    parameters=("duplicate",),
+    parameters=("duplicate", "duplicate_correlation"),
     active=lambda params: params.duplicate > 0.0,
     slot=1,
     amount=lambda params: f"duplication of {params.duplicate:.3g} of the packets",

@@ -2,64 +2,101 @@
 # SPDX-License-Identifier: Apache-2.0
 """Jitter: a delay that differs from packet to packet, drawn or recorded."""
 
-from statistics import NormalDist
 from typing import Any
 
-from pmwvc_core.errors import RecordingError
+from pmwvc_core.errors import ParameterError, RecordingError
+from pmwvc_core.network.correlation import Correlated
 from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
-from pmwvc_core.network.effects.record import Effect, EffectMaker, LinkEffect
+from pmwvc_core.network.distributions import (
+    DISTRIBUTIONS,
+    Distribution,
+    drawn,
+    file_conflict,
+)
+from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform
 from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams
 
-STANDARD_NORMAL = NormalDist()
 SLOT = 2  # among the numbers that every packet draws
 
 
-class UniformJitter(Effect):
-    """Add delay_s +- jitter_s, evenly spread."""
+class DrawnJitter(Effect):
+    """Add a quantile of the distribution that ``jitter`` names."""
+
+    def __init__(self, params: LinkParams, uniform: Uniform) -> None:
+        self._chain = Correlated()
+        super().__init__(params, uniform)
+
+    def configure(self, params: LinkParams) -> None:
+        """Take the quantile function of the distribution."""
+        super().configure(params)
+        self._rho = params.jitter_correlation
+        self._quantile = DISTRIBUTIONS[params.jitter].quantile(params)
 
     def delay_s(self, fate: Fate) -> float:
-        """Return a number from -jitter_s to jitter_s [s]."""
-        return float(self.params.jitter_s * (2.0 * self.uniform(fate) - 1.0))
-
-
-class NormalJitter(Effect):
-    """Add a normal distribution of standard deviation jitter_s."""
-
-    def delay_s(self, fate: Fate) -> float:
-        """Return a normally distributed number [s]."""
-        return float(
-            self.params.jitter_s * STANDARD_NORMAL.inv_cdf(max(self.uniform(fate), 1e-17))
-        )
+        """Return the quantile of the packet's random number [s]."""
+        u = self._chain.draw(self.uniform(fate), self._rho, goes_on=not fate.copy)
+        return float(self._quantile(u))
 
 
 class RecordedJitter(Effect):
-    """Add the delays of a recording, by the time since the first packet."""
+    """Do as a recording, by the time since the first packet: lose packets, delay the others."""
 
     def configure(self, params: LinkParams) -> None:
         """Read the recording."""
         super().configure(params)
-        self._trace = load_delay_trace(params.trace_file, params.trace_scale)
+        self._trace = _read(params)
+
+    def loses(self, fate: Fate) -> bool:
+        """Tell whether what was sent then was lost."""
+        return self._trace.lost(fate.time_in_ns - self.begin_ns)
 
     def arrives_ns(self, fate: Fate, due_ns: int) -> int:
         """Return the time later by the recorded delay."""
         return due_ns + self._trace.at(fate.time_in_ns - self.begin_ns)
 
 
+def _read(params: LinkParams) -> DelayTrace:
+    return load_delay_trace(params.trace_file, params.trace_scale, params.trace_column)
+
+
+def _moments(params: LinkParams) -> tuple[float, float] | None:
+    """Return mean and deviation of the jitter [s]; None where a file or text cannot be read."""
+    try:
+        return DISTRIBUTIONS[params.jitter].moments(params)
+    except (RecordingError, ParameterError):
+        return None
+
+
 def _amount(params: LinkParams) -> str:
-    if params.jitter_s <= 0.0:
-        return ""
-    return f"jitter ({params.jitter}, {params.jitter_s * 1e3:g} ms)"
+    if DISTRIBUTIONS[params.jitter].sized:
+        rho = params.jitter_correlation
+        related = f", correlation {rho:g}" if rho else ""
+        return f"jitter ({params.jitter}, {params.jitter_s * 1e3:g} ms{related})"
+    moments = _moments(params)
+    if moments is None:
+        return f"jitter ({params.jitter})"
+    mean_ms, deviation_ms = (1e3 * each for each in moments)
+    return f"jitter ({params.jitter}: mean {mean_ms:.3g} ms, deviation {deviation_ms:.3g} ms)"
 
 
-def _spread_s(params: LinkParams) -> float:
-    return float(params.jitter_s)
+def _spread_s(params: LinkParams) -> float | None:
+    """Return by how much the delay is usually longer: half-width or mean and deviation [s]."""
+    if DISTRIBUTIONS[params.jitter].half_width:
+        return float(params.jitter_s)
+    moments = _moments(params)
+    return sum(moments) if moments else None
+
+
+def _mean_s(params: LinkParams) -> float:
+    moments = _moments(params)
+    return moments[0] if moments else 0.0
 
 
 def _recorded(params: LinkParams) -> DelayTrace | None:
     """Return the recording; None where the file cannot be read."""
     try:
-        return load_delay_trace(params.trace_file, params.trace_scale)
+        return _read(params)
     except RecordingError:
         return None
 
@@ -69,7 +106,7 @@ def _longest_s(params: LinkParams) -> float | None:
     return trace.longest_s if trace else None
 
 
-def _mean_s(params: LinkParams) -> float:
+def _recorded_mean_s(params: LinkParams) -> float:
     trace = _recorded(params)
     return trace.mean_s if trace else 0.0
 
@@ -79,7 +116,8 @@ def _recorded_amount(params: LinkParams) -> str:
     if trace is None:
         return text
     mean_ms, longest_ms = 1e3 * trace.mean_s, 1e3 * trace.longest_s
-    return f"{text}, {mean_ms:.3g} ms on the mean and {longest_ms:.3g} at most"
+    lost = f", {trace.lost_ratio:.3g} of the packets lost" if trace.lost_ratio else ""
+    return f"{text}, {mean_ms:.3g} ms on the mean and {longest_ms:.3g} at most{lost}"
 
 
 def _label(params: LinkParams) -> str:
@@ -87,21 +125,23 @@ def _label(params: LinkParams) -> str:
 
 
 def _conflict(params: LinkParams) -> str:
-    return "" if params.trace_file else "trace_file is missing: jitter = trace needs a file"
+    return DISTRIBUTIONS[params.jitter].conflict(params)
 
 
 def _check(params: LinkParams) -> None:
-    load_delay_trace(params.trace_file, params.trace_scale)
+    DISTRIBUTIONS[params.jitter].check(params)
 
 
-def _record(name: str, words: str, make: EffectMaker, **own: Any) -> LinkEffect:
+def _follows(params: LinkParams) -> None:
+    _read(params)
+
+
+def _record(name: str, words: str, **own: Any) -> LinkEffect:
     """Return the record of one value of ``jitter``."""
     return LinkEffect(
         name=name,
         words=words,
         linear="delay",
-        make=make,
-        active=lambda params: params.jitter == name,
         spreads=True,
         label=_label,
         off="none",
@@ -109,22 +149,34 @@ def _record(name: str, words: str, make: EffectMaker, **own: Any) -> LinkEffect:
     )
 
 
-def _drawn(name: str, words: str, make: EffectMaker) -> LinkEffect:
-    own = {"parameters": ("jitter", "jitter_s"), "slot": SLOT}
-    return _record(name, words, make, spread_s=_spread_s, amount=_amount, **own)
+def _drawn(name: str, distribution: Distribution) -> LinkEffect:
+    return _record(
+        name,
+        f"The delay is {distribution.words}.",
+        make=DrawnJitter,
+        parameters=("jitter", "jitter_s", "jitter_shape", "jitter_correlation"),
+        active=lambda params: params.jitter == name and drawn(params) is not None,
+        slot=SLOT,
+        linux=True,
+        spread_s=_spread_s,
+        mean_s=_mean_s,
+        amount=_amount,
+        conflict=_conflict,
+        check=_check,
+    )
 
 
-UNIFORM = _drawn("uniform", "The delay is evenly spread.", UniformJitter)
-NORMAL = _drawn("normal", "The delay is normally distributed.", NormalJitter)
+DRAWN = tuple(_drawn(name, distribution) for name, distribution in DISTRIBUTIONS.items())
 TRACE = _record(
     "trace",
     "The delay follows a recording.",
-    RecordedJitter,
-    parameters=("jitter", "trace_file", "trace_scale"),
+    make=RecordedJitter,
+    parameters=("jitter", "trace_file", "trace_scale", "trace_column"),
+    active=lambda params: params.jitter == "trace",
     random=False,
     spread_s=_longest_s,
-    mean_s=_mean_s,
+    mean_s=_recorded_mean_s,
     amount=_recorded_amount,
-    conflict=_conflict,
-    check=_check,
+    conflict=file_conflict,
+    check=_follows,
 )

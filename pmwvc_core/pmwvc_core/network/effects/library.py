@@ -8,11 +8,26 @@ Parameters of their own switch the effects of the library on. Those of other pac
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import lru_cache
 
-from pmwvc_core.errors import ParameterError
-from pmwvc_core.network.effects import delay, duplication, jitter, loss, order, rate_limit
+from pmwvc_core.errors import ParameterError, PmwvcError
+from pmwvc_core.network.effects import (
+    corruption,
+    delay,
+    duplication,
+    handover,
+    jitter,
+    loss,
+    order,
+    rate_limit,
+    reordering,
+    scheduled,
+    slots,
+)
+from pmwvc_core.network.effects.netem_limits import netem_conflict
 from pmwvc_core.network.effects.record import LinkEffect
+from pmwvc_core.network.timeline import timeline_of
 from pmwvc_core.params import LinkParams
 from pmwvc_core.plugins import Records
 
@@ -20,12 +35,18 @@ EFFECTS: Records[LinkEffect] = Records(
     LinkEffect,
     (
         loss.RECORD,
+        loss.GILBERT,
+        loss.MARKOV,
+        handover.RECORD,
         duplication.RECORD,
+        corruption.RECORD,
+        reordering.RECORD,
         rate_limit.RECORD,
         delay.RECORD,
-        jitter.UNIFORM,
-        jitter.NORMAL,
+        scheduled.RECORD,
+        *jitter.DRAWN,
         jitter.TRACE,
+        slots.RECORD,
         order.RECORD,
     ),
     group="pmwvc.link_effects",
@@ -135,6 +156,10 @@ def conflicts(params: LinkParams) -> Iterator[str]:
         yield str(error)
         return
     yield from filter(None, (record.conflict(params) for record in records))
+    if text := netem_conflict(params, active(params)):
+        yield text
+    if text := _step_problem(params):
+        yield text
 
 
 def check(params: LinkParams) -> None:
@@ -147,3 +172,31 @@ def check(params: LinkParams) -> None:
     """
     for record in active(params):
         record.check(params)
+        if text := record.conflict(params):
+            raise ParameterError(text)
+    if text := netem_conflict(params, active(params)):
+        raise ParameterError(text)
+    if text := _step_problem(params):
+        raise ParameterError(text)
+
+
+def _step_problem(params: LinkParams) -> str:
+    """Return what is wrong with an entry of the timeline; empty where nothing is."""
+    for where, step in _steps(params):
+        try:
+            check(step)
+        except PmwvcError as error:
+            return f"{where}: {error}"
+    return ""
+
+
+def _steps(params: LinkParams) -> Iterator[tuple[str, LinkParams]]:
+    """Yield the settings of every entry of the timeline, without the timeline, for each way."""
+    try:
+        entries = timeline_of(params.schedule).entries if params.schedule else ()
+    except ParameterError:
+        return  # said of the timeline itself
+    for entry in entries:
+        for direction in (0, 1):
+            step = replace(entry.applied(params, direction), schedule="")
+            yield f"schedule: entry at {entry.start_s:g} s", step

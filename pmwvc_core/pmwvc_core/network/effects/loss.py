@@ -1,29 +1,140 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The loss of single packets."""
+"""The loss of packets: of each by itself, by two states (Gilbert-Elliott), or by four."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
+from typing import Any
+
+from pmwvc_core.network.correlation import Correlated
+from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, no_time
 from pmwvc_core.network.in_flight import Fate
+from pmwvc_core.params import LinkParams
+
+RECEIVED, WITHIN_BURST, IN_BURST, ISOLATED = 1, 2, 3, 4  # states; lost in the last two
 
 
 class Loss(Effect):
-    """Lose packets independently of one another."""
+    """Lose packets with one probability."""
+
+    def __init__(self, params: LinkParams, uniform: Uniform) -> None:
+        self._chain = Correlated()
+        super().__init__(params, uniform)
 
     def loses(self, fate: Fate) -> bool:
         """Tell whether a packet is lost."""
-        return self.uniform(fate) < self.params.loss
+        rho = self.params.loss_correlation
+        return self._chain.draw(self.uniform(fate), rho) < self.params.loss
 
 
-RECORD = LinkEffect(
-    name="loss",
-    words="Packets are lost, each with the same probability.",
-    linear="delay",
-    make=Loss,
-    parameters=("loss",),
+class GilbertElliott(Effect):
+    """Lose packets with one probability in the good state and with another in the bad one.
+
+    The state changes after the packet; the link begins in the good one.
+    """
+
+    bad = False
+
+    def loses(self, fate: Fate) -> bool:
+        """Tell whether a packet is lost."""
+        p = self.params
+        lost = self.uniform(fate, 1) < (p.ge_bad if self.bad else p.ge_good)
+        if self.uniform(fate) < (p.ge_r if self.bad else p.ge_p):
+            self.bad = not self.bad
+        return lost
+
+
+class FourStates(Effect):
+    """Lose packets in two of four states: in bursts, within which some arrive, and singly."""
+
+    state = RECEIVED
+
+    def loses(self, fate: Fate) -> bool:
+        """Tell whether a packet is lost: one that meets state 3 or 4."""
+        p, u = self.params, self.uniform(fate)
+        if self.state == RECEIVED:
+            if u < p.markov_p14:
+                self.state = ISOLATED
+            elif u < p.markov_p14 + p.markov_p13:
+                self.state = IN_BURST
+        elif self.state == WITHIN_BURST:
+            self.state = IN_BURST if u < p.markov_p23 else WITHIN_BURST
+        elif self.state == IN_BURST:
+            if u < p.markov_p32:
+                self.state = WITHIN_BURST
+            elif u < p.markov_p32 + p.markov_p31:
+                self.state = RECEIVED
+        else:
+            self.state = RECEIVED
+        return self.state in (IN_BURST, ISOLATED)
+
+
+def gilbert_loss(params: LinkParams) -> float:
+    """Return the mean loss of the Gilbert-Elliott model."""
+    p, r = params.ge_p, params.ge_r
+    total = p + r
+    return (params.ge_good * r + params.ge_bad * p) / total if total else params.ge_good
+
+
+def markov_loss(params: LinkParams) -> float:
+    """Return the mean loss of the four-state model, from the stationary probabilities."""
+    p13, p31, p32 = params.markov_p13, params.markov_p31, params.markov_p32
+    p23, p14 = params.markov_p23, params.markov_p14
+    if p13 and not p31:
+        return p23 / (p23 + p32) if p23 + p32 else 1.0  # a burst never ends
+    in_burst = p13 / p31 if p13 else 0.0  # all relative to the state received
+    if in_burst and p32 and not p23:
+        return 0.0  # a burst ends in state 2 for good
+    within = in_burst * p32 / p23 if p32 else 0.0
+    return (in_burst + p14) / (1.0 + in_burst + within + p14)
+
+
+def _markov_conflict(params: LinkParams) -> str:
+    for first, second in (("markov_p13", "markov_p14"), ("markov_p31", "markov_p32")):
+        total = getattr(params, first) + getattr(params, second)
+        if total > 1.0 + 1e-12:
+            return f"{first} + {second} = {total:g}: must be 0..1"
+    return ""
+
+
+def _record(name: str, words: str, make: Any, *parameters: str, **own: Any) -> LinkEffect:
+    return LinkEffect(
+        name=name,
+        words=words,
+        linear="delay",
+        linux=True,
+        make=make,
+        parameters=parameters,
+        spread_s=no_time,
+        off=0.0,
+        **own,
+    )
+
+
+RECORD = _record(
+    "loss",
+    "Packets are lost, each with the same probability.",
+    Loss,
+    *("loss", "loss_correlation"),
     active=lambda params: params.loss > 0.0,
     slot=0,
     amount=lambda params: f"loss of {params.loss:.3g} of the packets",
     label=lambda params: f"loss {float(params.loss * 100.0):.4g} %",
-    spread_s=no_time,
-    off=0.0,
+)
+GILBERT = _record(
+    "gilbert_elliott",
+    "Packets are lost in bursts, by two states.",
+    GilbertElliott,
+    *("ge_p", "ge_r", "ge_bad", "ge_good"),
+    active=lambda params: params.ge_p > 0.0 or params.ge_good > 0.0,
+    amount=lambda params: f"loss of {gilbert_loss(params):.3g} of the packets, in bursts",
+    label=lambda params: f"bursts of loss {gilbert_loss(params) * 100.0:.4g} %",
+)
+MARKOV = _record(
+    "four_states",
+    "Packets are lost in bursts and singly, by four states.",
+    FourStates,
+    *("markov_p13", "markov_p14", "markov_p31", "markov_p32", "markov_p23"),
+    active=lambda params: params.markov_p13 > 0.0 or params.markov_p14 > 0.0,
+    amount=lambda params: f"loss of {markov_loss(params):.3g} of the packets, by four states",
+    label=lambda params: f"loss {markov_loss(params) * 100.0:.4g} % (four states)",
+    conflict=_markov_conflict,
 )

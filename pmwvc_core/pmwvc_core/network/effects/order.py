@@ -24,6 +24,7 @@ RECORD = LinkEffect(
     name="order",
     words="A later packet waits for an earlier one.",
     linear="order",
+    linux=True,
     make=Order,
     parameters=("keep_order",),
     active=lambda params: True,

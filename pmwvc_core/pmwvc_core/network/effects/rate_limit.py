@@ -9,24 +9,39 @@ from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams
 
 
+def line_bytes(size: int, params: LinkParams) -> int:
+    """Return what a packet of a size takes on the line, headers and whole cells [byte]."""
+    size += params.rate_overhead_bytes
+    if params.rate_cell_bytes:
+        cells = -(-size // params.rate_cell_bytes)
+        size = cells * (params.rate_cell_bytes + params.rate_cell_overhead_bytes)
+    return size
+
+
 class SerialLine(Effect):
     """Send one packet after the other, 8 size/rate each; drop those that find the queue full."""
 
     def __init__(self, params: LinkParams, uniform: Uniform) -> None:
         super().__init__(params, uniform)
         self._free_ns = 0
-        self._starts_ns: deque[int] = deque()  # when each waiting packet gets the line
+        self._waiting: deque[tuple[int, int]] = deque()  # when it gets the line, bytes
+        self._bytes = 0  # of those that wait
 
     def departs_ns(self, fate: Fate, ready_ns: int) -> int | None:
-        """Return when the last bit is on its way; None where too many packets wait already."""
-        starts = self._starts_ns
-        while starts and starts[0] <= ready_ns:
-            starts.popleft()
-        if len(starts) >= self.params.queue_packets:
-            return None
+        """Return when the last bit is on its way; None where too much waits already."""
+        params, waiting = self.params, self._waiting
+        while waiting and waiting[0][0] <= ready_ns:
+            self._bytes -= waiting.popleft()[1]
+        size = line_bytes(fate.size, params)
         start_ns = max(ready_ns, self._free_ns)
-        starts.append(start_ns)
-        self._free_ns = start_ns + round(8e9 * fate.size / self.params.rate_limit_bps)
+        waits = start_ns > ready_ns
+        if len(waiting) >= params.queue_packets:
+            return None
+        if waits and params.queue_bytes and self._bytes + size > params.queue_bytes:
+            return None
+        waiting.append((start_ns, size))
+        self._bytes += size
+        self._free_ns = start_ns + round(8e9 * size / params.rate_limit_bps)
         return self._free_ns
 
 
@@ -34,7 +49,15 @@ RECORD = LinkEffect(
     name="rate_limit",
     words="Packets wait for a line of limited rate.",
     make=SerialLine,
-    parameters=("rate_limit_bps", "queue_packets"),
+    linux=True,
+    parameters=(
+        "rate_limit_bps",
+        "rate_overhead_bytes",
+        "rate_cell_bytes",
+        "rate_cell_overhead_bytes",
+        "queue_packets",
+        "queue_bytes",
+    ),
     active=lambda params: params.rate_limit_bps > 0.0,
     random=False,
     amount=lambda params: f"rate limit of {params.rate_limit_bps:g} bit/s",

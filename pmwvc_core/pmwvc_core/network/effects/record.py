@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from pmwvc_core.network.in_flight import Fate
+from pmwvc_core.network.in_flight import Cause, Fate
 from pmwvc_core.params import LinkParams, Spec
 from pmwvc_core.plugins import Record
 
@@ -45,13 +45,21 @@ class Effect:
         """Change the settings from now on; what an effect remembers of packets stays."""
         self.params = params
 
-    def loses(self, fate: Fate) -> bool:
-        """Tell whether a packet is lost on entry."""
+    def loses(self, fate: Fate) -> Cause | bool:
+        """Tell whether a packet is lost on entry; a cause where it is not chance."""
         return False
 
     def copies(self, fate: Fate) -> int:
         """Return how many extra copies of a packet travel."""
         return 0
+
+    def corrupts(self, fate: Fate) -> float | None:
+        """Return where a packet or copy is corrupted, in [0, 1); None: nowhere."""
+        return None
+
+    def at_once(self, fate: Fate) -> bool:
+        """Tell whether a packet or copy goes without delay."""
+        return False
 
     def departs_ns(self, fate: Fate, ready_ns: int) -> int | None:
         """Return when a packet or copy that is ready leaves; None: it is dropped."""
@@ -114,6 +122,8 @@ class LinkEffect(Record):
         None: a random stream of its own.
     random
         Whether the seed decides what it does.
+    linux
+        Whether tc-netem has it.
     spreads
         Whether the delay differs from packet to packet.
     spread_s
@@ -136,6 +146,7 @@ class LinkEffect(Record):
     numbers: Mapping[str, Spec] = field(default_factory=dict)
     slot: int | None = None
     random: bool = True
+    linux: bool = False
     spreads: bool = False
     spread_s: Callable[[LinkParams], float | None] = unknown_time
     mean_s: Callable[[LinkParams], float] = no_time

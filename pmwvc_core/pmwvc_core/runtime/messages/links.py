@@ -26,7 +26,7 @@ def link_state(
     Parameters
     ----------
     counts
-        ``in_count, out_count, lost, duplicated, reordered, queued, dropped``.
+        ``in_count, out_count, lost, duplicated, reordered, corrupted, queued, dropped``.
     delays
         ``delay_mean, delay_min, delay_max, delay_error_max`` since the last message [s].
     """

@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``pmwvc links``: the links of a scenario or the networks by name, with the command of Linux."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from pmwvc_bringup.command import Command, Result, argument
+from pmwvc_bringup.options import SCENARIO, USERS, json_document, out, scenario_of, settings
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.network.effects import amounts, check, mean_s
+from pmwvc_core.network.tc import not_in_tc, table_name, table_text, tc_line
+from pmwvc_core.params import LinkParams
+
+EXAMPLES = """\
+examples:
+  pmwvc links carry_16ms --set link.preset=wifi_bad
+  pmwvc links carry_16ms --set link.preset=geo --device eth0 --out /tmp/tables
+  pmwvc links carry_16ms --set user2.link.up.loss=0.1 --json
+
+For each link: what it does, and the command of Linux that comes nearest (tc-netem, as root, on the
+interface that sends), with what that leaves out. Some distributions need a table of ours: --out
+writes them; copy them to /usr/lib/tc.
+
+Keys of --json: links, each with name, mean_delay_s, does, tc, not_in_tc, table.
+"""
+
+
+def run(arguments: argparse.Namespace) -> Result:
+    """Print the links of every user."""
+    scenario = scenario_of(arguments)
+    found, tables = [], {}
+    for user in scenario.users:
+        for way, params in (("up", user.link_up), ("down", user.link_down)):
+            check(params)
+            found.append(_entry(f"{user.name}/{way}", params, arguments.device))
+            if name := table_name(params):
+                tables[name] = table_text(params)
+    for link in found:
+        print(f"{link['name']}: {', '.join(link['does'])}")
+        print(f"  {link['tc']}")
+        for text in link["not_in_tc"]:
+            print(f"  not there: {text}")
+    if arguments.out:
+        _write(Path(arguments.out), tables)
+    return Result(document={"links": found})
+
+
+def _entry(name: str, params: LinkParams, device: str) -> dict[str, Any]:
+    delay = f"{1e3 * mean_s(params):.4g} ms on the mean"
+    return {
+        "name": name,
+        "mean_delay_s": mean_s(params),
+        "does": [delay, *amounts(params).values()],
+        "tc": tc_line(params, device=device),
+        "not_in_tc": not_in_tc(params),
+        "table": table_name(params),
+    }
+
+
+def _write(folder: Path, tables: dict[str, str]) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in tables.items():
+            (folder / f"{name}.dist").write_text(text, "ascii")
+    except OSError as error:
+        raise PmwvcError(f"cannot write into {folder}: {error.strerror}") from error
+    print(f"written: {folder} ({', '.join(f'{name}.dist' for name in tables) or 'none needed'})")
+
+
+COMMAND = Command(
+    name="links",
+    help="show the links of a scenario, and the command of Linux for each",
+    examples=EXAMPLES,
+    arguments=(
+        SCENARIO,
+        USERS,
+        settings(),
+        argument("--device", default="DEV", metavar="DEV", help="network interface to name"),
+        out("folder for tables of distributions"),
+        json_document(),
+    ),
+    run=run,
+)

@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The reordering of packets: some are sent at once and overtake those that wait."""
+
+from pmwvc_core.network.correlation import Correlated
+from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, no_time
+from pmwvc_core.network.in_flight import Fate
+from pmwvc_core.params import LinkParams
+
+
+class Reordering(Effect):
+    """Send at once, with one probability, one packet after every ``reorder_gap - 1`` others."""
+
+    def __init__(self, params: LinkParams, uniform: Uniform) -> None:
+        self._chain = Correlated()
+        self._since = 0  # packets since the last one sent at once
+        super().__init__(params, uniform)
+
+    def at_once(self, fate: Fate) -> bool:
+        """Tell whether a packet or copy goes without delay."""
+        rho = self.params.reorder_correlation
+        u = self._chain.draw(self.uniform(fate), rho, goes_on=not fate.copy)
+        if self._since < self.params.reorder_gap - 1 or u >= self.params.reorder:
+            self._since += 1
+            return False
+        self._since = 0
+        return True
+
+
+def _conflict(params: LinkParams) -> str:
+    if params.keep_order:
+        return f"reorder = {params.reorder:g}: nothing is reordered unless keep_order is false"
+    return ""
+
+
+RECORD = LinkEffect(
+    name="reordering",
+    words="Some packets are sent at once and overtake others.",
+    linear="delay",
+    linux=True,
+    make=Reordering,
+    parameters=("reorder", "reorder_gap", "reorder_correlation"),
+    active=lambda params: params.reorder > 0.0,
+    spreads=True,
+    amount=lambda params: f"reordering of {params.reorder:.3g} of the packets",
+    label=lambda params: f"reorder {float(params.reorder * 100.0):.4g} %",
+    spread_s=no_time,
+    off=0.0,
+    conflict=_conflict,
+)

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Slots: packets come out only at certain instants, several at once, as on a shared radio channel.
+
+The instants are a renewal process of the link, whatever the packets do: its intervals are evenly
+spread from ``slot_min_s`` to ``slot_max_s``. A packet comes out at the first instant at which it
+is due and there is room in the slot.
+"""
+
+import bisect
+
+from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform
+from pmwvc_core.network.in_flight import Cause, Fate, FateKind
+from pmwvc_core.params import LinkParams
+
+LEAST_NS = 1000  # between two instants
+KEPT_NS = 200_000_000_000  # how long an instant is remembered; longer than any delay
+
+
+class Slots(Effect):
+    """Let packets out at the instants of the slots."""
+
+    def __init__(self, params: LinkParams, uniform: Uniform) -> None:
+        super().__init__(params, uniform)
+        self._number = 0  # of slots so far
+        self._ends_ns: list[int] = []
+        self._held: dict[int, list[int]] = {}  # packets and bytes by instant
+
+    def arrives_ns(self, fate: Fate, due_ns: int) -> int:
+        """Return the first instant with room, at ``due_ns`` or later."""
+        self._reach(due_ns)
+        place = bisect.bisect_left(self._ends_ns, due_ns)
+        params = self.params
+        while True:
+            if place == len(self._ends_ns):
+                self._reach(self._ends_ns[-1] + 1)
+            instant_ns = self._ends_ns[place]
+            held = self._held.setdefault(instant_ns, [0, 0])
+            fits = not params.slot_packets or held[0] < params.slot_packets
+            if fits and params.slot_bytes and held[0]:
+                fits = held[1] + fate.size <= params.slot_bytes
+            if fits:
+                held[0] += 1
+                held[1] += fate.size
+                return instant_ns
+            place += 1
+
+    def _reach(self, time_ns: int) -> None:
+        """Draw instants until one is at this time or later; forget those long past."""
+        ends = self._ends_ns
+        last_ns = ends[-1] if ends else self.begin_ns
+        low_s, high_s = self.params.slot_min_s, self.params.slot_max_s
+        while not ends or last_ns < time_ns:
+            self._number += 1
+            each = Fate(self._number, 0, 0, FateKind.DELIVERED, Cause.NONE, 0)
+            step_s = low_s + (high_s - low_s) * self.uniform(each)
+            last_ns += max(round(step_s * 1e9), LEAST_NS)
+            ends.append(last_ns)
+        if ends[0] < time_ns - KEPT_NS:
+            old = bisect.bisect_left(ends, time_ns - KEPT_NS // 2)
+            for instant_ns in ends[:old]:
+                self._held.pop(instant_ns, None)
+            del ends[:old]
+
+
+def mean_wait_s(params: LinkParams) -> float:
+    """Return the mean time to the next instant from any time [s]: E[L^2] / (2 E[L])."""
+    low, high = params.slot_min_s, params.slot_max_s
+    return (low * low + low * high + high * high) / (3.0 * (low + high))
+
+
+def _conflict(params: LinkParams) -> str:
+    if params.slot_min_s > params.slot_max_s:
+        return f"slot_min_s = {params.slot_min_s:g}: must be 0..slot_max_s = {params.slot_max_s:g}"
+    return ""
+
+
+RECORD = LinkEffect(
+    name="slots",
+    words="Packets come out only in slots, several at once.",
+    linear="delay",
+    linux=True,
+    make=Slots,
+    parameters=("slot_max_s", "slot_min_s", "slot_packets", "slot_bytes"),
+    active=lambda params: params.slot_max_s > 0.0,
+    spreads=True,
+    spread_s=lambda params: float(params.slot_max_s),
+    mean_s=mean_wait_s,
+    amount=lambda params: (
+        f"slots {params.slot_min_s * 1e3:g} to {params.slot_max_s * 1e3:g} ms apart"
+    ),
+    label=lambda params: f"slots to {float(params.slot_max_s * 1e3):.4g} ms",
+    off=0.0,
+    conflict=_conflict,
+)

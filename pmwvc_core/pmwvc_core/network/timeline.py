@@ -1,0 +1,159 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The timeline of a link: settings that change at given times from the first packet.
+
+``5 outage; 5.5 lte; 20 delay_s=0.02..0.2 loss=0.1; 30 base; 40 repeat``: each entry holds until
+the next one. It names what differs from the settings of the link: a network by name, single
+settings, a ramp of the delay; ``base``: nothing differs; ``outage``: every packet is lost;
+``repeat``, the last entry: the timeline begins anew.
+"""
+
+import bisect
+import dataclasses
+import functools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.network.presets import PRESETS
+from pmwvc_core.params import LinkParams, specs
+from pmwvc_core.params.names import hint
+
+DIRECTIONS = ("up", "down")
+OWN_WORDS = ("base", "outage", "repeat")
+NOT_HERE = ("schedule", "mode", "effects")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One entry of a timeline."""
+
+    start_s: float
+    outage: bool = False
+    preset: str = ""
+    settings: tuple[tuple[str, Any], ...] = ()
+    ramp_s: tuple[float, float] | None = None  # of the delay, until the next entry
+
+    def applied(self, base: LinkParams, direction: int) -> LinkParams:
+        """Return the settings of a link during this entry; direction 0 is up."""
+        values = {name: getattr(base, name) for name in NOT_HERE}
+        if self.preset:
+            base = getattr(PRESETS[self.preset], DIRECTIONS[direction == 1])
+        return dataclasses.replace(base, **values | dict(self.settings))
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """The entries in their order; the first begins at 0."""
+
+    entries: tuple[Entry, ...]
+    length_s: float = math.inf  # after which it begins anew
+
+    @functools.cached_property
+    def _starts(self) -> list[float]:
+        return [entry.start_s for entry in self.entries]
+
+    def at(self, elapsed_ns: int) -> tuple[int, float]:
+        """Return which entry holds, and which part of its time has passed (0 without an end)."""
+        time_s = elapsed_ns * 1e-9
+        if self.length_s < math.inf:
+            time_s %= self.length_s
+        number = bisect.bisect_right(self._starts, time_s) - 1
+        start_s, end_s = (*self._starts, self.length_s)[number : number + 2]
+        part = (time_s - start_s) / (end_s - start_s) if end_s < math.inf else 0.0
+        return number, part
+
+
+@functools.lru_cache(maxsize=64)
+def timeline_of(text: str) -> Timeline:
+    """Read the timeline of ``link.schedule``.
+
+    Raises
+    ------
+    ParameterError
+        With the entry, its value and what it must be.
+    """
+    entries = [Entry(0.0)]
+    length_s = math.inf
+    for number, part in enumerate(filter(str.strip, text.split(";")), start=1):
+        where = f"schedule: entry {number} {part.strip()!r}"
+        if length_s < math.inf:
+            raise ParameterError(f"{where}: nothing may come after repeat")
+        head, *words = part.split()
+        start_s = _number(where, "time", head)
+        before_s = entries[-1].start_s
+        if not words:
+            raise ParameterError(f"{where}: must be TIME SETTINGS")
+        if not 0.0 <= start_s <= 1e6 or (number > 1 and start_s <= before_s):
+            least = f"> {before_s:g}" if number > 1 else ">= 0"
+            raise ParameterError(
+                f"{where}: time = {start_s:g}: must be {least} and <= 1e+06 s; entries come in "
+                "the order of their times"
+            )
+        if words == ["repeat"]:
+            length_s = start_s
+            if length_s <= 0.0:
+                raise ParameterError(f"{where}: time = {start_s:g}: must be > 0 s for repeat")
+            continue
+        entry = _entry(where, start_s, words)
+        entries = [entry] if start_s == 0.0 else [*entries, entry]
+    if entries[-1].ramp_s and length_s == math.inf:
+        raise ParameterError(f"schedule: {text!r}: a ramp needs a later entry, at which it ends")
+    return Timeline(tuple(entries), length_s)
+
+
+def _entry(where: str, start_s: float, words: list[str]) -> Entry:
+    preset, settings, ramp_s = "", {}, None
+    if words == ["outage"]:
+        return Entry(start_s, outage=True)
+    if words == ["base"]:
+        return Entry(start_s)
+    for word in words:
+        name, equals, value = word.partition("=")
+        if not equals:
+            if name not in PRESETS or preset:
+                near = hint(name, [*PRESETS, *OWN_WORDS])
+                raise ParameterError(
+                    f"{where}: {name!r}: must be one network by name, name=value, or only one of "
+                    f"{', '.join(OWN_WORDS)}{near}"
+                )
+            if any(getattr(PRESETS[name], each).schedule for each in DIRECTIONS):
+                raise ParameterError(f"{where}: {name!r} has a timeline itself: must be another")
+            preset = name
+        elif name == "delay_s" and ".." in value:
+            first, last = (_delay(where, each) for each in value.split("..", 1))
+            ramp_s, settings["delay_s"] = (first, last), first
+        else:
+            settings[name] = _setting(where, name, value)
+    return Entry(start_s, preset=preset, settings=tuple(settings.items()), ramp_s=ramp_s)
+
+
+def _delay(where: str, text: str) -> float:
+    return float(_setting(where, "delay_s", text))
+
+
+def _setting(where: str, name: str, text: str) -> Any:
+    known = specs(LinkParams)
+    if name not in known or name in NOT_HERE:
+        raise ParameterError(f"{where}: {name!r}: there is no such setting{hint(name, known)}")
+    spec = known[name]
+    value: Any = text
+    if spec.kind is bool and text in ("true", "false"):
+        value = text == "true"
+    elif spec.kind in (int, float):
+        value = _number(where, name, text)
+        value = int(value) if spec.kind is int and value.is_integer() else value
+    if problem := spec.problem(value):
+        raise ParameterError(f"{where}: {name} = {problem}")
+    return value
+
+
+def _number(where: str, name: str, text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise ParameterError(f"{where}: {name} = {text.strip()!r}: must be a number")
+    return number

@@ -1,0 +1,246 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The fates of packets: of every preset as its distributions say, and as an independent oracle
+computes them from the same random numbers.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from oracle import link_oracle
+from scipy import stats
+
+from pmwvc_core.network import Cause, FateKind, Link
+from pmwvc_core.network.distributions import drawn
+from pmwvc_core.network.effects import mean_s
+from pmwvc_core.network.effects.loss import gilbert_loss, markov_loss
+from pmwvc_core.network.presets import PRESETS
+from pmwvc_core.params import LinkParams
+
+PACKETS, PERIOD_NS, START_NS = 10_000, 8_000_000, 5_000_000_000
+SEED, OTHER_SEED = (11, 0, 0), (12, 0, 0)
+ERRORS = 3.0  # standard errors
+WAYS = [
+    (name, way)
+    for name, preset in PRESETS.items()
+    for way in (("up", "down") if preset.up != preset.down else ("up",))
+]
+
+
+def params_of(name, way):
+    return getattr(PRESETS[name], way)
+
+
+def times_ns(count=PACKETS):
+    return START_NS + PERIOD_NS * np.arange(count, dtype=np.int64)
+
+
+def driven(params, seed, time_ns):
+    """Return the fates of the packets, and those of their copies by packet."""
+    link = Link(params, seed=seed)
+    sent = [link.send(None, int(now_ns)) for now_ns in time_ns]
+    return [each[0] for each in sent], {n: each[1] for n, each in enumerate(sent) if each[1:]}
+
+
+@cache
+def train(name, way):
+    return driven(params_of(name, way), SEED, times_ns())
+
+
+@cache
+def computed(name, way, seed):
+    return link_oracle.fates(params_of(name, way), seed, times_ns(), ramps(name, times_ns()))
+
+
+def ramps(name, time_ns):
+    """Return the constant delay of each packet of the preset whose delay rises and falls."""
+    if name != "torture":
+        return None
+    phase = ((time_ns - time_ns[0]) * 1e-9) % 0.8
+    return np.interp(phase, [0.0, 0.4, 0.8], [0.02, 0.38, 0.02])
+
+
+def arrays(fates):
+    lost = np.array([fate.kind is FateKind.LOST for fate in fates])
+    due_ns = np.array([fate.time_due_ns for fate in fates])
+    return lost, due_ns, due_ns - np.array([fate.time_in_ns for fate in fates])
+
+
+def assert_as_computed(fates, copies, wanted):
+    lost, due_ns, _ = arrays(fates)
+    assert (lost == wanted.lost).all()
+    assert np.abs(due_ns - wanted.due_ns).max() <= 2  # rounding of the quantiles to ns
+    causes = np.array([int(fate.cause) for fate in fates])
+    assert ((causes == Cause.OUTAGE) == wanted.outage).all()
+    assert ((causes == Cause.CORRUPTION) == wanted.corrupted).all()
+    assert sorted(copies) == np.flatnonzero(wanted.copied).tolist()
+    for packet, copy in copies.items():
+        assert abs(copy.time_due_ns - wanted.copy_due_ns[packet]) <= 2
+
+
+@pytest.mark.parametrize("name, way", WAYS)
+def test_fates_of_a_preset_are_those_of_the_oracle(name, way):
+    assert_as_computed(*train(name, way), computed(name, way, SEED))
+
+
+def test_another_seed_has_other_fates():
+    with pytest.raises(AssertionError):
+        assert_as_computed(*train("torture", "up"), computed("torture", "up", OTHER_SEED))
+
+
+@pytest.mark.parametrize("name, way", WAYS)
+def test_loss_of_a_preset_has_its_rate_and_its_bursts(name, way):
+    params = params_of(name, way)
+    lost, _, _ = arrays(train(name, way)[0])
+    if params.handover_s:  # outside hand-overs, whose packets are lost besides
+        time_s = (times_ns() - START_NS) * 1e-9
+        phase = time_s % params.handover_s
+        away = (phase > 1.0) & (phase < params.handover_s - 1.0)
+        assert computed(name, way, SEED).outage.any()
+        lost = lost[away]
+    mean, (p, r) = gilbert_loss(params) + params.loss, (params.ge_p, params.ge_r)
+    memory = 1.0 - p - r if p else 0.0
+    error = np.sqrt(mean * (1.0 - mean) * (1.0 + memory) / (1.0 - memory) / len(lost))
+    assert abs(lost.mean() - mean) <= ERRORS * error
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], lost.astype(int), [0]))))
+    lengths = edges[1::2] - edges[::2]
+    if p and len(lengths):
+        error = np.sqrt((1.0 - r) / r**2 / len(lengths))
+        assert abs(lengths.mean() - 1.0 / r) <= ERRORS * error
+    if p and len(lengths) > 100:  # geometric: their distribution, too
+        kinds = np.arange(1, 12)
+        chance = r * (1.0 - r) ** (kinds - 1)
+        chance[-1] = (1.0 - r) ** (kinds[-1] - 1)
+        seen = np.bincount(np.minimum(lengths, kinds[-1]), minlength=12)[1:]
+        assert stats.chisquare(seen, chance * len(lengths)).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("name, way", [each for each in WAYS if drawn(params_of(*each))])
+def test_delay_of_a_preset_has_its_distribution(name, way):
+    params = params_of(name, way)
+    ramp_s = 0.0 if name != "torture" else ramps(name, times_ns())
+    base_s = ramp_s + computed(name, way, SEED).moved_s
+    lost, _, delay_ns = arrays(train(name, way)[0])
+    delays = (delay_ns * 1e-9 - base_s)[~lost]
+    law = link_oracle.jitter_s(params, (np.arange(50_000) + 0.5) / 50_000)
+    if not params.slot_max_s:
+        wanted = mean_s(params) if name != "torture" else 0.0
+        spread = law.std()
+        assert abs(delays.mean() - wanted) <= ERRORS * spread / np.sqrt(len(delays)) + 1e-9
+        fourth = ((law - law.mean()) ** 4).mean()
+        error = np.sqrt(max(fourth - spread**4, 0.0) / len(delays)) / (2.0 * spread or 1.0)
+        assert abs(delays.std() - spread) <= ERRORS * error + 1e-9
+    other = computed(name, way, OTHER_SEED)
+    theirs = (other.due_ns - times_ns()) * 1e-9 - other.moved_s - ramp_s
+    assert stats.ks_2samp(delays, theirs[~other.lost]).pvalue > 1e-3
+    if params.slot_max_s:
+        error = np.hypot(delays.std(), theirs.std()) / np.sqrt(len(delays))
+        assert abs(delays.mean() - theirs[~other.lost].mean()) <= ERRORS * error
+        assert abs(delays.mean() - mean_s(params)) <= ERRORS * error
+        return
+    steps = delays - delays.mean()
+    for lag in range(1, 6):
+        product = (steps[lag:] * steps[:-lag]).mean() / steps.var()
+        assert abs(product) <= 4.0 / np.sqrt(len(steps))
+
+
+probabilities = st.sampled_from([0.0, 0.02, 0.3])
+correlations = st.sampled_from([0.0, 0.25, 0.9])
+gaps_ns = st.lists(st.integers(0, 20_000_000), min_size=30, max_size=60)
+any_settings = st.builds(
+    LinkParams,
+    delay_s=st.floats(0.0, 0.1),
+    jitter=st.sampled_from(["uniform", "normal", "pareto", "paretonormal", "gamma", "lognormal"]),
+    jitter_s=st.sampled_from([0.0, 0.003, 0.02]),
+    jitter_shape=st.sampled_from([0.0, 2.5, 4.0]),
+    jitter_correlation=correlations,
+    loss=probabilities,
+    loss_correlation=correlations,
+    ge_p=probabilities,
+    ge_r=st.floats(0.05, 1.0),
+    ge_bad=st.floats(0.0, 1.0),
+    ge_good=probabilities,
+    markov_p13=probabilities,
+    markov_p31=st.floats(0.1, 0.5),
+    markov_p32=st.floats(0.0, 0.5),
+    markov_p23=st.floats(0.1, 1.0),
+    markov_p14=probabilities,
+    duplicate=probabilities,
+    duplicate_correlation=correlations,
+    corrupt=probabilities,
+    corrupt_correlation=correlations,
+    slot_min_s=st.just(0.001),
+    slot_max_s=st.sampled_from([0.0, 0.01]),
+    keep_order=st.just(False),
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(params=any_settings, seed=st.integers(0, 2**31), gaps=gaps_ns)
+def test_fates_under_any_settings_are_those_of_the_oracle(params, seed, gaps):
+    time_ns = START_NS + np.cumsum(np.array([0, *gaps], dtype=np.int64))
+    fates, copies = driven(params, (seed, 1, 1), time_ns)
+    assert_as_computed(fates, copies, link_oracle.fates(params, (seed, 1, 1), time_ns))
+
+
+def lag_one(values):
+    steps = np.asarray(values, dtype=float) - np.mean(values)
+    return (steps[1:] * steps[:-1]).mean() / steps.var()
+
+
+@pytest.mark.parametrize("rho", [0.25, 0.75])
+def test_correlated_jitter_keeps_its_distribution_and_has_its_correlation(rho):
+    settings = {"delay_s": 0.05, "jitter_s": 0.01, "jitter_correlation": rho, "keep_order": False}
+    longer = np.sqrt((1.0 + rho) / (1.0 - rho))  # of standard errors, by the chain
+    for jitter, related in (
+        ("normal", rho),
+        ("uniform", 6.0 / np.pi * np.arcsin(rho / 2.0)),
+    ):
+        fates, _ = driven(LinkParams(jitter=jitter, **settings), SEED, times_ns())
+        delays = arrays(fates)[2] * 1e-9
+        law = stats.norm(0.05, 0.01) if jitter == "normal" else stats.uniform(0.04, 0.02)
+        assert stats.kstest(delays, law.cdf).statistic < 1.95 * longer / np.sqrt(PACKETS)
+        assert abs(lag_one(delays) - related) < 4.0 / np.sqrt(PACKETS)
+        assert abs(delays.std() - law.std()) < ERRORS * longer * law.std() / np.sqrt(PACKETS)
+
+
+@pytest.mark.parametrize("loss, rho", [(0.01, 0.25), (0.05, 0.25), (0.1, 0.5)])
+def test_correlated_loss_keeps_its_rate_and_in_netem_mode_loses_it(loss, rho):
+    found = {}
+    for mode in ("exact", "netem"):
+        params = LinkParams(loss=loss, loss_correlation=rho, mode=mode)
+        lost, _, _ = arrays(driven(params, SEED, times_ns(30_000))[0])
+        found[mode] = lost.mean()
+        if mode == "exact":  # losses of neighbours go together, by the bivariate normal
+            edge = stats.norm.ppf(loss)
+            both = stats.multivariate_normal(cov=[[1.0, rho], [rho, 1.0]]).cdf([edge, edge])
+            related = (both - loss**2) / (loss * (1.0 - loss))
+            assert abs(lag_one(lost) - related) < 6.0 / np.sqrt(30_000)
+    error = np.sqrt(loss * (1.0 - loss) / 30_000 * (1.0 + rho) / (1.0 - rho))
+    assert abs(found["exact"] - loss) <= ERRORS * error
+    # (1 - rho) U + rho last: near 0 only where two numbers in a row are
+    assert found["netem"] < 0.1 * loss
+
+
+def test_a_link_of_four_states_has_the_stationary_loss_of_its_chain():
+    p13, p31, p32, p23, p14 = 0.02, 0.3, 0.4, 0.5, 0.01
+    chain = np.array(
+        [
+            [1.0 - p13 - p14, 0.0, p13, p14],
+            [0.0, 1.0 - p23, p23, 0.0],
+            [p31, p32, 1.0 - p31 - p32, 0.0],
+            [1.0, 0.0, 0.0, 0.0],
+        ]
+    )
+    values, vectors = np.linalg.eig(chain.T)
+    share = np.real(vectors[:, np.argmax(np.real(values))])
+    share = share / share.sum()
+    names = ("markov_p13", "markov_p31", "markov_p32", "markov_p23", "markov_p14")
+    params = LinkParams(**dict(zip(names, (p13, p31, p32, p23, p14), strict=True)))
+    assert markov_loss(params) == pytest.approx(share[2] + share[3])
+    lost, _, _ = arrays(driven(params, SEED, times_ns())[0])
+    blocks = lost.reshape(100, -1).mean(axis=1)  # means of batches: losses come in bursts
+    assert abs(lost.mean() - share[2] - share[3]) <= ERRORS * blocks.std() / 10.0
