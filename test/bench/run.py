@@ -34,6 +34,7 @@ from pmwvc_core.runtime.pacing import Pacer, request_real_time
 from pmwvc_core.simulation.session import simulate
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from relay import bench_relay
 from support.map_points import point
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -159,6 +160,17 @@ def bench_replay(rows, numbers):
     numbers["replay"] = {"times_real_time": 10 / seconds}
 
 
+def bench_load(duration_s, rows, numbers):
+    """The emulator under load: packets that it lost, and the delay that it added."""
+    found = numbers["relay_load"] = bench_relay(duration_s)
+    sent, out = found["sent"], found["given_out"]
+    rows += [
+        ratio("relay, 4 links of 1 kHz and 200 bytes, packets out against sent", out, sent, ""),
+        ratio("relay, same, late p50", found["error_p50_ms"], 0.2, "ms"),
+        ratio("relay, same, late p99", found["error_p99_ms"], 1.0, "ms"),
+    ]
+
+
 def bench_report(duration_s, rows, numbers):
     """Report time against session length."""
     with tempfile.TemporaryDirectory() as place:
@@ -181,6 +193,7 @@ def main():
     bench_simulation(rows, numbers, options.runs)
     bench_replay(rows, numbers)
     bench_loops(options.duration, rows, numbers)
+    bench_load(options.duration, rows, numbers)
     bench_report(options.duration, rows, numbers)
     table = Table("what", "measured", "reference in this run", "ratio")
     for row in rows:

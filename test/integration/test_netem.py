@@ -8,18 +8,18 @@ import time
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.serialization import serialize_message
+from oracle import link_oracle
 from std_msgs.msg import String
 from support.processes import NodeProcess, ros
 
-from pmwvc_core.network import FateKind, Link, stream_of
+from pmwvc_core.network import Cause, FateKind, Link, stream_of
 from pmwvc_core.params import LinkParams
-from pmwvc_core.runtime import messages
+from pmwvc_core.runtime.messages.wire import wave_bytes
+from pmwvc_core.transport.admission import Admission, intact
 from pmwvc_core.transport.packet import WavePacket, size_bytes
 from pmwvc_msgs.msg import LinkState, PacketFate, Wave
 
 pytestmark = pytest.mark.integration
-LIVE = messages.live_types()
 NETEM = "pmwvc_netem.node"
 UP = ("/user1/wave_up", "/server/user1/wave_up")
 DOWN = ("/server/user1/wave_down", "/user1/wave_down")
@@ -31,6 +31,7 @@ class Line:
     def __init__(self, peer, link="user1/up", topics=UP, epoch=11):
         self.peer, self.link, self.epoch = peer, link, epoch
         self.publisher = peer.publisher(Wave, topics[0])
+        self.seal = Admission(None, out="up", into="down")
         self.sent = []  # (time before publishing [ns], bytes), by number - 1
         self.received = []  # (time of arrival [ns], bytes)
         self.blocks = peer.collect(PacketFate, "/netem/fates", reliable=True)
@@ -52,7 +53,7 @@ class Line:
     def send(self, count=1):
         for _ in range(count):
             packet = WavePacket(self.epoch, len(self.sent) + 1, 5, 0.008, 0.5, 0.1, 0.2, 0.3)
-            message = serialize_message(messages.wave(LIVE, packet, time.time_ns()))
+            message = self.seal.sealed(wave_bytes(packet, time.time_ns()))
             self.sent.append((time.monotonic_ns(), message))
             self.publisher.publish(message)
         return count
@@ -70,7 +71,16 @@ class Line:
 
     def records(self):
         """Return the record as a list of dictionaries, in the order of ``first``."""
-        names = ("epoch", "seq", "bytes", "time_in_ns", "time_due_ns", "time_out_ns", "fate")
+        names = (
+            "epoch",
+            "seq",
+            "bytes",
+            "time_in_ns",
+            "time_due_ns",
+            "time_out_ns",
+            "fate",
+            "cause",
+        )
         blocks = sorted((b for b in self.blocks if b.link == self.link), key=lambda b: b.first)
         rows = []
         for block in blocks:
@@ -147,6 +157,47 @@ def test_live_fates_are_those_of_the_core_for_the_same_seed():
     assert len(set(series)) == 4
 
 
+def test_live_fates_are_those_of_an_independent_oracle_and_are_counted_at_the_receiver():
+    params = LinkParams(
+        delay_s=0.01,
+        jitter="gamma",
+        jitter_s=0.004,
+        jitter_correlation=0.5,
+        ge_p=0.05,
+        ge_r=0.4,
+        duplicate=0.1,
+        corrupt=0.1,
+        corrupt_correlation=0.3,
+        handover_s=0.05,
+        handover_step_s=0.003,
+        handover_outage=0.3,
+        handover_outage_max_s=0.02,
+        slot_max_s=0.004,
+        keep_order=False,
+    )
+    with ros() as peer, NodeProcess(NETEM, {"seed": 5, "link.up": params}):
+        line = Line(peer)
+        line.meet()
+        line.send_in_bursts(10)
+        rows = sorted(line.originals(), key=lambda row: row["seq"])
+        copies = {row["seq"]: row for row in line.records() if row["fate"] == FateKind.DUPLICATE}
+        state = line.state_after(len(rows))
+        peer.until(lambda: len(line.received) == state.out_count)
+    time_ns = np.array([row["time_in_ns"] for row in rows])
+    wanted = link_oracle.fates(params, stream_of(5, 0, 0), time_ns)
+    lost = np.array([row["fate"] == FateKind.LOST for row in rows])
+    assert (lost == wanted.lost).all() and lost.any()
+    due_ns = np.array([row["time_due_ns"] for row in rows])
+    assert np.abs(due_ns - wanted.due_ns).max() <= 2
+    flips = np.array([row["cause"] == Cause.CORRUPTION for row in rows])
+    assert (flips == wanted.corrupted).all() and flips.any()
+    assert [row["seq"] in copies for row in rows] == wanted.copied.tolist()
+    broken = sum(not intact(message) for _, message in line.received)
+    flipped = flips.sum() + sum(row["cause"] == Cause.CORRUPTION for row in copies.values())
+    assert broken == flipped == state.corrupted
+    assert {len(message) for _, message in line.received} == {size_bytes(1)}
+
+
 def test_settings_change_while_running_and_wrong_ones_are_refused():
     with ros() as peer, NodeProcess(NETEM, {"users": ["user1", "user2"]}):
         line = Line(peer)
@@ -164,7 +215,8 @@ def test_settings_change_while_running_and_wrong_ones_are_refused():
             },
         ) == [
             "Parameter user1.link.up.loss out of range Min: 0.0, Max: 1.0, value: 1.5",
-            "user1.link.up.jitter = 'sometimes': must be one of none, uniform, normal, trace",
+            "user1.link.up.jitter = 'sometimes': must be one of none, uniform, normal, pareto, "
+            "paretonormal, gamma, lognormal, quantiles, table, trace",
             "Trying to set a read-only parameter: seed.",
             "Parameter user1.link.up.jitter_s out of range Min: 0.0, Max: 10.0, value: -1.0",
         ]

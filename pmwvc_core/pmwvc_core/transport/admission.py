@@ -19,6 +19,7 @@ believes whoever knows the epoch. Equations of the keys: :mod:`.token`.
 import zlib
 from hashlib import blake2b
 
+from pmwvc_core.transport.packet import size_bytes
 from pmwvc_core.transport.token import Token
 from pmwvc_core.transport.verdict import Verdict
 
@@ -91,7 +92,12 @@ class Admission:
 
 
 def intact(data: bytes) -> bool:
-    """Tell whether the checksum of a serialized packet fits its bytes, or it has none."""
+    """Tell whether the checksum of a serialized packet fits its bytes, or it has none.
+
+    A message of another length is none of ours, or of a time before checksums.
+    """
+    if (len(data) - size_bytes(0)) % (size_bytes(1) - size_bytes(0)):
+        return True
     body, check, end = data[: _CHECK.start], data[_CHECK], data[_CHECK.stop :]
     return check == bytes(4) or check == _crc(body, end)
 
