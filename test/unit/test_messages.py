@@ -100,7 +100,7 @@ def server(types):
 
 def link(types):
     counts = {"in_count": 9, "out_count": 8, "lost": 1, "duplicated": 2}
-    counts |= {"reordered": 3, "queued": 4, "dropped": 5}
+    counts |= {"reordered": 3, "corrupted": 6, "queued": 4, "dropped": 5}
     delays = {"delay_mean": 0.1, "delay_min": 0.05, "delay_max": 0.2, "delay_error_max": 0.001}
     return messages.link_state(
         types,

@@ -21,7 +21,9 @@ USER_KEYS = set(
     "avatar_force_final_n coherency_rms_m drift_m ticks ticks_missing tick_rate_hz lateness_us "
     "compute_us safety_events environment_limited ended".split()
 )
-LINK_KEYS = set("name sent received lost duplicated reordered dropped delay_s rate_hz".split())
+LINK_KEYS = set(
+    "name sent received lost duplicated reordered corrupted dropped delay_s rate_hz".split()
+)
 PREDICTION_KEYS = set(
     "spectral_radius stable k_max any_delay loop_gain aliasing_gain k_felt mass_felt "
     "environment_limited left_out".split()
@@ -107,8 +109,8 @@ def test_packets_are_counted_by_their_fates():
 def test_links_without_fates_are_judged_by_their_own_counts():
     traces = session()
     traces.fates = {}
-    names = "in_count out_count lost duplicated reordered dropped delay_max".split()
-    numbers = (100, 90, 10, 0, 0, 0, 0.02)
+    names = "in_count out_count lost duplicated reordered corrupted dropped delay_max".split()
+    numbers = (100, 90, 10, 0, 0, 0, 0, 0.02)
     states = {n: np.array([v], dtype=float) for n, v in zip(names, numbers, strict=True)}
     traces.link_states = {"user1/up": states}
     (link,) = judged(traces)["links"]
