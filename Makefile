@@ -37,6 +37,9 @@ figures: setup  ## the dissertation's figures and numbers, computed again (minut
 film: setup  ## the animated picture of the README, from a live session
 	@$(PY) tools/film.py
 
+course: setup  ## the course's numbers, pictures and pages, from runs of its sessions
+	@PYTHONPATH=tools $(PY) -m course
+
 docs: setup  ## reference pages from their sources
 	@$(PY) tools/write_reference.py
 
@@ -47,4 +50,4 @@ lock: setup  ## new lock file after editing tools/requirements.in
 clean:  ## remove environment, build and caches (sessions stay)
 	rm -rf .venv .ros .hypothesis .pytest_cache .ruff_cache .mypy_cache
 
-.PHONY: help setup run live test lint bench figures film docs lock clean
+.PHONY: help setup run live test lint bench figures film course docs lock clean

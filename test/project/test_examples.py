@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The examples of the pages run as they stand."""
 
+import json
 import re
 from pathlib import Path
 
@@ -32,3 +33,26 @@ def test_python_page_runs_from_top_to_bottom(folder, capsys):
     made = {str(path.relative_to(folder)) for path in folder.rglob("*.*")}
     assert {"carry.png", "figures/positions.svg", "sessions/mine/session.mat"} <= made
     assert {"sessions/mine/csv/user1.csv", "sessions/mine/session.h5"} <= made
+
+
+@pytest.mark.parametrize("name", ["wave_line", "recorded_session"])
+def test_notebook_runs_from_top_to_bottom(folder, capsys, name):
+    content = json.loads((ROOT / "docs" / "notebooks" / f"{name}.ipynb").read_text("utf-8"))
+    cells = ["".join(cell["source"]) for cell in content["cells"] if cell["cell_type"] == "code"]
+    assert len(cells) > 5
+    names = {}
+    for number, cell in enumerate(cells, start=1):
+        exec(compile(cell, f"{name}.ipynb, code cell {number}", "exec"), names)
+    said = capsys.readouterr().out
+    assert {"wave_line": "largest difference", "recorded_session": "carry_16ms: simulated"}[
+        name
+    ] in said
+    assert len(plt.get_fignums()) == {"wave_line": 1, "recorded_session": 2}[name]
+    assert not any(cell.get("outputs") for cell in content["cells"])  # small, and never stale
+
+
+def test_the_wave_line_of_the_notebook_is_short():
+    content = json.loads((ROOT / "docs" / "notebooks" / "wave_line.ipynb").read_text("utf-8"))
+    (cell,) = [cell for cell in content["cells"] if "def line" in "".join(cell["source"])]
+    function, _, _ = "".join(cell["source"]).partition("\n\n\n")
+    assert len(function.splitlines()) <= 20

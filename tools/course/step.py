@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A step of the course as a record: the sessions it runs, its numbers and its picture."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+import pmwvc
+from pmwvc_analysis.charts.chart import Chart, Line
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.traces import SessionTraces, UserTraces
+
+Numbers = dict[str, float]
+MM, MJ = 1e3, 1e3
+
+
+@dataclass(frozen=True)
+class Run:
+    """A session of a step: a scenario with changes, as on the command line."""
+
+    scenario: str
+    changes: Mapping[str, object] = field(default_factory=dict)
+    duration_s: float = 8.0
+
+    @property
+    def command(self) -> str:
+        """The command line that runs it."""
+        return f"./pmwvc simulate {self.words}"
+
+    @property
+    def words(self) -> str:
+        """Scenario and options."""
+        settings = [f"--set {name}={value}" for name, value in self.changes.items()]
+        return " ".join([self.scenario, f"--duration {self.duration_s:g}", *settings])
+
+    def load(self) -> Scenario:
+        """Return the scenario of the session."""
+        return pmwvc.scenario(self.scenario, self.changes, duration_s=self.duration_s)
+
+
+@dataclass(frozen=True)
+class Session:
+    """A session that was run, and its verdict."""
+
+    scenario: Scenario
+    traces: SessionTraces
+    summary: dict[str, Any]
+
+    @property
+    def user(self) -> UserTraces:
+        """The first user."""
+        return self.traces.users[0]
+
+    def steady(self) -> Numbers:
+        """Return force [N], device and avatar [mm] of the first user at the end."""
+        user, server = self.user, self.traces.server
+        assert server is not None
+        late, late_steps = (t > self.traces.duration_s - 0.5 for t in (user.time_s, server.time_s))
+        return {
+            "force": float(np.mean(user.f_applied[late, 0])),
+            "device": float(np.mean(user.x_m[late, 0])) * MM,
+            "avatar": float(np.mean(server.x_s[0][late_steps, 0])) * MM,
+        }
+
+    def least_balance_mj(self) -> float:
+        """Return the lowest energy balance of any user's port [mJ]."""
+        ports = self.summary["passivity"]["ports"]
+        found = [p["least_balance_j"] for p in ports if p["owner"] != "server"]
+        return float(min(found)) * MJ
+
+    def curve(
+        self,
+        label: str,
+        signal: str,
+        tint: str,
+        *,
+        scale: float = 1.0,
+        user: int = 0,
+        width: float = 1.4,
+    ) -> Line:
+        """Return a signal of a user over time as a curve, every fourth tick."""
+        trace = self.traces.users[user]
+        values = getattr(trace, signal)[::4, 0] * scale
+        return Line(label, trace.time_s[::4], values, tint, width=width)
+
+
+def simulated(run: Run) -> Session:
+    """Run a session and judge it."""
+    scenario = run.load()
+    traces = pmwvc.simulate(scenario)
+    return Session(scenario, traces, pmwvc.verdict(traces, scenario))
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the course: ``runs`` by name, and what is computed of their sessions."""
+
+    name: str
+    title: str
+    runs: Mapping[str, Run]
+    numbers: Callable[[Mapping[str, Session]], Numbers]
+    chart: Callable[[Mapping[str, Session]], Chart]
