@@ -113,13 +113,22 @@ class FateTraces:
 
 
 @dataclass
+class HandTargets:
+    """The targets of a remote hand in the order of arrival; a row of NaN lets go."""
+
+    time_s: Array  # (target,)
+    position: Array  # (target, 3) [m]
+
+
+@dataclass
 class SessionTraces:
     """Everything recorded of one session.
 
     ``source`` is ``live``, ``simulated`` or ``replayed``. ``events`` are findings with a time: a
     node that died, a gap, a file that ends in the middle: ``{"time_s": float | None, "what": str,
     "who": str}``. ``counts`` holds per topic ``{"messages": int, "missing": int}``,
-    and ``not_relayed`` where packets never reached the emulated link.
+    and ``not_relayed`` where packets never reached the emulated link. ``settings`` are parameters
+    that changed in a live session: time [s], and values by their names in a scenario.
     """
 
     source: str
@@ -132,3 +141,5 @@ class SessionTraces:
     counts: dict[str, dict[str, int]] = field(default_factory=dict)
     events: list[dict[str, Any]] = field(default_factory=list)
     metadata: dict[str, Any] = field(default_factory=dict)
+    settings: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
+    targets: dict[str, HandTargets] = field(default_factory=dict)  # by user

@@ -11,11 +11,13 @@ import sys
 import threading
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
 from pmwvc_core.frame.server_step import Presence
+from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plural import count
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.peers import Peers, publishers_of
@@ -47,7 +49,7 @@ class Server:
 
     def __init__(self, node: Node) -> None:
         self.node = node
-        self.settings = settings = declare_settings(node)
+        self.settings = settings = declare_settings(node, self._change, self._change_contact)
         self.names = [user.name for user in settings.users]
         epoch = secrets.randbits(64) or 1
         self.loop = ServerLoop(
@@ -83,6 +85,15 @@ class Server:
     def close(self) -> None:
         """Log what the last step brought."""
         self._log_changes()
+
+    def _change(self, params: ServerParams) -> None:
+        protocol = self.loop.protocol
+        protocol.hand_over(partial(protocol.server.configure, params))
+
+    def _change_contact(self, user: int, params: ContactParams) -> None:
+        impedance = self.settings.users[user].impedance(params)
+        protocol = self.loop.protocol
+        protocol.hand_over(partial(protocol.configure_user, user, params, impedance))
 
     def _show(self) -> None:
         """Publish the scene and log who came and went."""
@@ -134,7 +145,7 @@ class Server:
         steps, text = faults.steps, faults.text
         values |= {"environment: steps contained": steps, "environment: last fault": text}
         new, self._contained = steps - self._contained, steps
-        if not new:
+        if new <= 0:  # a coupling that was set in flight counts anew
             return ""
         warning = f"{count(new, 'step')}: {text}"
         if faults.replaced:

@@ -3,14 +3,19 @@
 """The server node's parameters, and the objects made from them.
 
 What holds for all users stands once (``server.contact_stiffness``, ``master.impedance``); with a
-user's name in front (``user2.server.contact_stiffness``) it holds for that user.
+user's name in front (``user2.server.contact_stiffness``) it holds for that user. Contact, port,
+coupling and object may change while the node runs; the last word counts, and a change for all
+users goes to each of them.
 """
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.assembly import UserAtServer, make_server_step
@@ -25,15 +30,24 @@ from pmwvc_core.params import (
     Validated,
 )
 from pmwvc_core.params.matrix import matrix_conflicts
-from pmwvc_core.runtime.parameters import declare, declare_names, declare_value
+from pmwvc_core.runtime.parameter_values import values_of
+from pmwvc_core.runtime.parameters import (
+    ParameterBinding,
+    declare,
+    declare_names,
+    declare_value,
+)
 from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP
 from pmwvc_core.scenario.server_times import ServerTimes
+from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.couplings.contained import solver_of
 from pmwvc_core.transport.token import Token
-from pmwvc_core.wave.impedance import server_impedance
+from pmwvc_core.wave.impedance import Impedance, server_impedance
 from pmwvc_server.asking import caller
 
 LARGEST = 8
+BLACK_BOX = "a black box and its port are fixed once running"
 
 
 def _same_as(owner: type, name: str) -> Any:
@@ -83,8 +97,12 @@ class UserSettings:
     @property
     def at_server(self) -> UserAtServer:
         """The parameters that its port is made from."""
-        impedance = server_impedance(self.contact, self.port)
+        impedance = self.impedance(self.contact)
         return UserAtServer(self.side, self.contact, self.baseline, impedance, self.port.frame_s)
+
+    def impedance(self, contact: ContactParams) -> Impedance:
+        """Return the impedance of the port with another contact [N s/m]."""
+        return server_impedance(contact, self.port)
 
 
 @dataclass(frozen=True)
@@ -118,21 +136,35 @@ class ServerSettings:
         )
 
 
-def declare_settings(node: Node) -> ServerSettings:
+def declare_settings(
+    node: Node,
+    on_server: Callable[[ServerParams], None],
+    on_contact: Callable[[int, ContactParams], None],
+) -> ServerSettings:
     """Declare all parameters of the node and return their values.
+
+    Parameters
+    ----------
+    node
+        The node to declare them on.
+    on_server, on_contact
+        Get complete new parameters after each accepted change, in the thread that serves
+        parameters; those of a contact with the number of the user, from 0.
 
     Raises
     ------
     ParameterError
         Naming what is wrong.
     """
+    binding = ParameterBinding(node)
     names = declare_names(
         node, "users", ["user1", "user2"], f"names (namespaces) of the users, 1 to {LARGEST}"
     )
     if not 1 <= len(names) <= LARGEST:
         raise ParameterError(f"users = {names}: must be 1 to {LARGEST} names")
     port = declare(node, "master", PortParams)
-    contact = declare(node, "server", ContactParams)
+    for_all = _ForAll(node, names)
+    contact = for_all.contact = binding.declare("server", ContactParams, for_all.pass_on)
     baseline = declare(node, "baseline", BaselineParams)
     settings = ServerSettings(
         controller=declare_value(node, "controller", TOP["controller"], "pmwvc"),
@@ -143,22 +175,65 @@ def declare_settings(node: Node) -> ServerSettings:
                 name=name,
                 side=_side(node, name, -1 if number % 2 == 0 else 1),
                 port=declare(node, f"{name}.master", PortParams, defaults=port),
-                contact=declare(node, f"{name}.server", ContactParams, defaults=contact),
+                contact=binding.declare(
+                    f"{name}.server",
+                    ContactParams,
+                    partial(on_contact, number),
+                    defaults=contact,
+                    check_change=for_all.check_change,
+                ),
                 baseline=declare(node, f"{name}.baseline", BaselineParams, defaults=baseline),
             )
             for number, name in enumerate(names)
         ),
-        server=declare(node, "server", ServerParams),
+        server=binding.declare("server", ServerParams, on_server, check_change=_check_change),
         watchdog=declare(node, "safety", WatchdogParams),
         task=declare(node, "task", TaskParams),
         token=declare_token(node, user=""),
     )
+    for_all.black_box = COUPLINGS.of(settings.server.coupling).black_box
     for user in settings.users:
         for group, given in (("master", user.port), ("server", user.contact)):
             wrong = matrix_conflicts(given.impedance_matrix, settings.dof)
             if wrong:
                 raise ParameterError(f"{user.name}.{group}.{wrong[0]}")
     return settings
+
+
+class _ForAll:
+    """The contact for all users, and what may change of any contact."""
+
+    def __init__(self, node: Node, users: list[str]) -> None:
+        self._node, self._users = node, users
+        self.contact = ContactParams()
+        self.black_box = False
+
+    def pass_on(self, new: ContactParams) -> None:
+        """Hand what changed for all users to each of them."""
+        old, self.contact = values_of("server", self.contact), new
+        changed = {n: v for n, v in values_of("server", new).items() if v != old[n]}
+        wanted = [
+            Parameter(f"{user}.{name}", value=value)
+            for user in self._users
+            for name, value in changed.items()
+        ]
+        result = self._node.set_parameters_atomically(wanted)
+        if not result.successful:
+            self._node.get_logger().warning(result.reason)
+
+    def check_change(self, old: ContactParams, new: ContactParams) -> None:
+        """Refuse what a black box would not notice."""
+        if self.black_box and new != old:
+            raise ParameterError(f"server: {BLACK_BOX}")
+
+
+def _check_change(old: ServerParams, new: ServerParams) -> None:
+    """Refuse changes around a black box, and a coupling that cannot be made."""
+    couplings = [COUPLINGS.of(params.coupling) for params in (old, new)]
+    if new != old and any(coupling.black_box for coupling in couplings):
+        raise ParameterError(f"server.coupling = {new.coupling!r}: {BLACK_BOX}")
+    if (new.coupling, new.integrator) != (old.coupling, old.integrator):
+        solver_of(couplings[1], new)
 
 
 def _side(node: Node, name: str, default: int) -> int:

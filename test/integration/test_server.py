@@ -178,6 +178,41 @@ def test_a_killed_master_leaves_a_steady_cube_and_comes_back():
         assert len(epochs) == 1
 
 
+def test_contact_object_and_coupling_change_in_flight_without_energy_or_a_jump():
+    with session(**BILATERAL) as run:
+        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
+        run.settled()
+        before = run.steps[-1]
+        stiff = {"server.contact_stiffness": 3000.0, "user2.server.contact_damping": 20}
+        assert run.peer.set_parameters("/server", stiff) == ["", ""]
+        run.steps_more(50)
+        run.settled()
+        after = run.steps[-1]
+        spring = sum(force**2 for force in before.f_s) / (2.0 * 500.0)
+        assert before.potential == pytest.approx(spring, rel=0.05)
+        assert after.potential == pytest.approx(spring / 6.0, rel=0.05)
+        taken = [s for s in run.steps if before.step <= s.step <= after.step]
+        stored = np.array([s.potential + s.kinetic for s in taken])
+        came = np.array([sum(s.energy_u_s) - sum(s.energy_v_s) for s in taken])
+        lost = np.array([s.dissipated for s in taken])
+        np.testing.assert_allclose(np.diff(stored + lost), np.diff(came), atol=1e-12)
+        assert np.abs(np.diff([s.x_s for s in taken], axis=0)).max() < 1e-3
+        assert no_step_of_force(run, "user1") and no_step_of_force(run, "user2")
+        assert run.peer.set_parameters("/server", {"server.coupling": "unwrapped"}) == [""]
+        run.steps_more(50)
+        run.settled()
+        refused = {
+            "server.coupling": "unknown",
+            "server.contact_stiffness": 1e9,
+            "server.object_size_m": 0.1,
+            "server.object_mass": 0.0,
+        }
+        reasons = run.peer.set_parameters("/server", refused)
+        words = ["fixed once running", "out of range", "read-only", "> 0 kg"]
+        for reason, text in zip(reasons, words, strict=True):
+            assert text in reason
+
+
 def test_packets_of_a_rogue_publisher_are_counted_and_harmless():
     with session(**BILATERAL) as run:
         run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)

@@ -75,6 +75,21 @@ def test_a_change_is_recorded_with_time_node_old_and_new_value(recorded, tmp_pat
     assert event["what"] == "safety.max_force set to 4 N (was 8 N)"
 
 
+def test_changes_have_the_names_of_a_scenario(recorded, tmp_path):
+    events_of(
+        recorded,
+        tmp_path,
+        change(0.2, "/lab/user1/master", safety__max_force=4.0),
+        change(0.3, "/server", user1__server__contact_stiffness=900.0, server__impedance=0.0),
+        change(0.4, "/server", qos=3),
+        change(0.5, "/user1/other", safety__max_force=2.0),
+    )
+    found = read_session(tmp_path).settings
+    assert [round(time_s, 6) for time_s, _ in found] == [0.2, 0.3]
+    assert found[0][1] == {"user1.safety.max_force": 4.0}
+    assert found[1][1] == {"user1.server.contact_stiffness": 900.0, "server.impedance": None}
+
+
 def test_the_value_before_is_that_of_the_last_change(recorded, tmp_path):
     found = events_of(
         recorded,

@@ -17,11 +17,15 @@ object                  ``server.cube.object_account``
 Equations: docs/theory.md 13.5 and 14.3.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.hand_work import hand_work
 from pmwvc_analysis.budget.result import AtFrames, Sums, sum_of
 from pmwvc_analysis.budget.words import accounted
+from pmwvc_analysis.traces.stages import Stage, rows_of
 from pmwvc_analysis.traces.sums import UserSums, running, up_to
 from pmwvc_analysis.traces.true_motion import TrueMotion, complete, measured, true_motion
 from pmwvc_core.account import Account, wave_energy
@@ -30,7 +34,7 @@ from pmwvc_core.master.velocity_filter import force_filter_kept
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.devices import device_account
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import User
 from pmwvc_core.server.cube import object_account
 from pmwvc_core.traces import ServerTraces, UserTraces
 from pmwvc_core.wave.ledger import port_account
@@ -226,18 +230,19 @@ def into(server: ServerTraces, names: list[str]) -> Array:
     return sum_of([np.zeros(len(server.time_s)), *flows])
 
 
-def server_parts(server: ServerTraces, scenario: Scenario, into: Array) -> tuple[Sums, Array]:
+def server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> tuple[Sums, Array]:
     """Return the parts of the server at all its steps, and what they do not explain.
 
     ``integration`` is what the steps of a sampled coupling leave over. The implicit coupling
-    leaves nothing over; there it belongs to the residual. A black box has parts of its own.
+    leaves nothing over; there it belongs to the residual. A black box has parts of its own. Each
+    step counts with the parameters of its stage.
     """
     power = [
         np.nan_to_num(np.sum(f * xd, axis=-1))
         for f, xd in zip(server.f_s, server.xd_s, strict=True)
     ]
-    work, coupling = np.cumsum(sum(power)) * server.period_s, scenario.coupling
-    if coupling.black_box:
+    work = np.cumsum(sum(power)) * server.period_s
+    if found[0].scenario.coupling.black_box:
         own = server.accounts
         port = Account(into, work, dissipated=own["late_decoding"] + own["withheld"])
         box = Account(work, own["contained"], stored=server.potential)
@@ -246,38 +251,54 @@ def server_parts(server: ServerTraces, scenario: Scenario, into: Array) -> tuple
             "environment_stored": server.potential,
             "environment_heat": np.asarray(box.residual),
         }, np.asarray(port.residual)
-    port, body = Account(into, work if coupling.late else into), _object(server, scenario)
+    late, exact = np.zeros(len(into), dtype=bool), np.zeros(len(into), dtype=bool)
+    for stage, rows in zip(found, rows_of(found, server.time_s), strict=True):
+        late |= rows & stage.scenario.coupling.late
+        exact |= rows & stage.scenario.coupling.exact
+    port, body = Account(into, _chosen(late, work, into)), _object(server, found)
     heat = server.dissipated - body.dissipated - body.residual
     contacts = Account(port.given, body.taken, server.potential, heat)
-    none = np.zeros(len(into))
+    none, residual = np.zeros(len(into)), np.asarray(contacts.residual)
     return {
         "late_decoding": np.asarray(port.kept),
-        "integration": none if coupling.exact else np.asarray(contacts.residual),
+        "integration": _chosen(exact, none, residual),
         "contact_damping": np.asarray(heat),
         "contact_stored": server.potential,
         "object_kinetic": server.kinetic,
         "object_damping": np.asarray(body.dissipated),
-    }, np.asarray(body.residual + (contacts.residual if coupling.exact else none))
+    }, np.asarray(body.residual + _chosen(exact, residual, none))
 
 
-def _object(server: ServerTraces, scenario: Scenario) -> Account:
+def _chosen(rows: NDArray[np.bool_], there: Array, elsewhere: Array) -> Array:
+    """Return a running sum that grows as one of two: ``there`` in some rows, else the other."""
+    grows = [np.diff(sums, prepend=0.0) for sums in (there, elsewhere)]
+    return np.cumsum(np.where(rows, *grows))
+
+
+def _object(server: ServerTraces, found: Sequence[Stage]) -> Account:
     """Return the account of the object since the start."""
-    params, none = scenario.server, np.zeros(len(server.time_s))
-    if not scenario.environment.movable:
+    none = np.zeros(len(server.time_s))
+    if not found[0].scenario.environment.movable:
         return Account(server.kinetic, none, server.kinetic, none)
     force = sum((np.nan_to_num(f) for f in server.f_s), start=np.zeros_like(server.x_o))
-    motion = scenario.coupling.object_motion
-    if motion == "held_before":
-        force = np.concatenate([0.0 * force[:1], force[:-1]])
-    each = object_account(
-        params.object_mass,
-        params.object_damping,
-        server.period_s,
-        np.diff(server.x_o, axis=0, prepend=server.x_o[:1]),
-        np.concatenate([0.0 * server.xd_o[:1], server.xd_o[:-1]]),
-        force,
-        np.diff(server.kinetic, prepend=0.0)[:, np.newaxis],
-        midpoint=motion == "midpoint",
-    )
-    work, heat = np.cumsum(each.taken), np.cumsum(each.dissipated)
-    return Account(work, none, server.kinetic, heat)
+    before = np.concatenate([0.0 * force[:1], force[:-1]])
+    velocity = np.concatenate([0.0 * server.xd_o[:1], server.xd_o[:-1]])
+    taken, heat = none.copy(), none.copy()
+    mass = found[0].scenario.server.object_mass
+    for stage, rows in zip(found, rows_of(found, server.time_s), strict=True):
+        params, motion = stage.scenario.server, stage.scenario.coupling.object_motion
+        if params.object_mass != mass and rows.any():  # it goes on with the energy that it had
+            velocity[np.argmax(rows)] *= np.sqrt(mass / params.object_mass)
+        mass = params.object_mass
+        each = object_account(
+            params.object_mass,
+            params.object_damping,
+            server.period_s,
+            np.diff(server.x_o, axis=0, prepend=server.x_o[:1])[rows],
+            velocity[rows],
+            (before if motion == "held_before" else force)[rows],
+            np.diff(server.kinetic, prepend=0.0)[rows, np.newaxis],
+            midpoint=motion == "midpoint",
+        )
+        taken[rows], heat[rows] = np.ravel(each.taken), np.ravel(each.dissipated)
+    return Account(np.cumsum(taken), none, server.kinetic, np.cumsum(heat))

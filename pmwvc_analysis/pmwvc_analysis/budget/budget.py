@@ -27,6 +27,7 @@ from pmwvc_analysis.budget.remainders import Remainder, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, sum_of
 from pmwvc_analysis.budget.words import accounted
 from pmwvc_analysis.traces import holes
+from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.stretches import stretches
 from pmwvc_analysis.traces.sums import UserSums
 from pmwvc_core.account import Account
@@ -54,7 +55,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     waves, live = has_waves(scenario.controller), traces.source == "live"
     time_s, rows = _instants(traces, users)
     into = blocks.into(server, server.users)
-    inside, unexplained = blocks.server_parts(server, scenario, into)
+    inside, unexplained = blocks.server_parts(server, stages(traces, scenario), into)
     recorded = blocks.into(server, [user.name for user in users])  # the others sent no trace
     hands, parts, frames = {}, {}, {}
     residuals = {SERVER: (unexplained - (into - recorded))[rows]}

@@ -6,20 +6,27 @@ At a port with impedance b, F = sqrt(b/2) (u - v) and xd = (u + v)/sqrt(2b) hold
 so does F xd = (|u|^2 - |v|^2)/2. The running sums that master and server keep have to be the sums
 of what they recorded, positions have to follow velocities, and what was sent has to be in the
 packets. Of master and server: :mod:`.master`, :mod:`.server`; packets are compared here, where
-every one of a sender's life is on record. Together with the energy budget they find every trace
-that was falsified but those in :func:`..budget.remainders.unchecked`.
+every one of a sender's life is on record. Where parameters changed in flight, a server is looked
+at stage by stage, a master up to its first change. Together with the energy budget they find every
+trace that was falsified but those in :func:`..budget.remainders.unchecked`.
 """
+
+import itertools
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from pmwvc_analysis.consistency.master import master
 from pmwvc_analysis.consistency.numbers import missing_from, not_finite
 from pmwvc_analysis.consistency.server import server
+from pmwvc_analysis.traces import cut
+from pmwvc_analysis.traces.stages import Stage, stages
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import PacketTraces, SessionTraces
+from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces, UserTraces
 
 MASTER_SIGNALS = ("x_m", "xd_m", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
+NEAR_PERIODS = 2.5  # of the server: the step that takes a change over is known to one or two
 
 
 def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[str]:
@@ -29,13 +36,44 @@ def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[st
     waves = scenario is None or has_waves(scenario.controller)
     strict = scenario is not None and scenario.strict
     simulated = traces.source == "simulated"
+    steady = stages(traces, scenario) if scenario else []
     for user in traces.users:
         found += not_finite(user.name, {n: getattr(user, n) for n in MASTER_SIGNALS})
         known = users.get(user.name)
-        found += master(user, known, waves=waves, strict=strict, simulated=simulated)
-    if traces.server is not None:
+        for same in _before_change(user, traces, steady):
+            found += master(same, known, waves=waves, strict=strict, simulated=simulated)
+    if traces.server is not None and len(steady) > 1:
+        for stage, part in _parts(traces.server, steady):
+            found += server(part, stage.scenario, waves=waves)
+    elif traces.server is not None:
         found += server(traces.server, scenario, waves=waves)
-    return found + _packets(traces, scenario, waves=waves)
+    return list(dict.fromkeys(found)) + _packets(traces, scenario, waves=waves)
+
+
+def _before_change(
+    user: UserTraces, traces: SessionTraces, found: Sequence[Stage]
+) -> Iterator[UserTraces]:
+    """Yield the trace of a master up to the first change of its parameters."""
+    first_s = np.inf
+    for before, after in itertools.pairwise(found):
+        pairs = zip(before.scenario.users, after.scenario.users, strict=True)
+        own = [(one, two) for one, two in pairs if one.name == user.name]
+        if any(one.master is not two.master or one.safety is not two.safety for one, two in own):
+            first_s = min(first_s, after.start_s - 2.0 * own[0][0].master.frame_s)
+    if not np.isfinite(first_s):
+        yield user
+    elif first_s > user.block_time_s[0]:
+        yield cut.user_until(user, first_s)
+
+
+def _parts(server: ServerTraces, found: Sequence[Stage]) -> Iterator[tuple[Stage, ServerTraces]]:
+    """Yield the steps of each stage, without those next to a change."""
+    ends = [stage.start_s for stage in found[1:]] + [np.inf]
+    near_s = NEAR_PERIODS * server.period_s
+    for stage, end_s in zip(found, ends, strict=True):
+        rows = (server.time_s > stage.start_s + near_s) & (server.time_s < end_s - near_s)
+        if rows.any():
+            yield stage, cut.server_rows(server, rows)
 
 
 def _packets(traces: SessionTraces, scenario: Scenario | None, *, waves: bool) -> list[str]:

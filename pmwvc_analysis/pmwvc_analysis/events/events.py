@@ -29,6 +29,7 @@ from pmwvc_analysis.events import environment, links, membership, safety
 from pmwvc_analysis.events.event import Event, event
 from pmwvc_analysis.events.faults import faults
 from pmwvc_analysis.traces import holes
+from pmwvc_analysis.traces.stages import changes_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
@@ -67,6 +68,10 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
     yield from links.silences(traces)
     yield from faults(traces)
     yield from environment.events(traces, scenario)
+    if scenario is not None and traces.source != "live":
+        for change in changes_of(traces, scenario):
+            if change.time_s < traces.duration_s:
+                yield event(change.time_s, "scenario", "parameter", f"set {change.words()}")
     for hole in holes.holes(traces):
         unit = "steps" if hole.owner == holes.SERVER else "blocks"
         what = (

@@ -172,6 +172,8 @@ def notes_of(scenario: Scenario) -> list[str]:
         found.append("One-sided local models are modelled as always in contact.")
     if any(user.operator.kind in ("hand", "remote", "playback_motion") for user in users):
         found.append("Hands are modelled as applied forces, without stiffness and mass.")
+    if scenario.changes:
+        found.append("Changes of parameters are not modelled: those at the start hold.")
     effects = left_out(scenario)
     if effects:
         found.append(f"Left out, as every packet takes delay_s: {'; '.join(effects)}.")

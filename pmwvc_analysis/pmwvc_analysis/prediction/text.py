@@ -41,6 +41,8 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     known = answer(scenario, live=live)
     found = _stability_lines(scenario, known)
     found += [f"Not modelled: {effect}." for effect in left_out(scenario)]
+    if scenario.changes:
+        found.append(f"For the parameters at the start; later changes: {scenario.changes}.")
     if not proofs_hold(scenario.controller):
         return [*found, record_of(scenario.controller).words, *_rule_lines(scenario)]
     if scenario.coupling.linear != scenario.coupling.name:  # its lag is not known

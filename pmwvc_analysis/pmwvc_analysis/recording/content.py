@@ -16,6 +16,7 @@ from typing import Any
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording.hand_targets import is_of_hand
 from pmwvc_analysis.recording.mcap.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.own import Series, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
@@ -36,6 +37,7 @@ class Content:
     counter: GapCounter = field(default_factory=GapCounter)
     events: list[dict[str, Any]] = field(default_factory=list)
     parameters: list[ParameterChange] = field(default_factory=list)  # of any node
+    hands: list[RawMessage] = field(default_factory=list)  # targets, and whether they count
     undecoded: Counter[tuple[str, str]] = field(default_factory=Counter)  # (topic, reason)
 
     def of_type(self, type_name: str) -> Topics:
@@ -165,6 +167,8 @@ def _take(content: Content, raw: RawMessage, decode: Decode) -> None:
         content.counter.add(raw.topic, None)
         if raw.type_name == schemas.PARAMETER_EVENT and (change := parameter_change(raw.data)):
             content.parameters.append(change)
+        if is_of_hand(raw):
+            content.hands.append(raw)
         return
     content.counter.topic(raw.topic)
     if raw.type_name == schemas.WAVE and not intact(raw.data):

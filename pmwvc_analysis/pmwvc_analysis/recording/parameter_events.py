@@ -18,19 +18,15 @@ from typing import Any
 
 import yaml
 
-from pmwvc_core.params import LinkParams, MasterParams, SafetyParams
-from pmwvc_core.params.names import flat_mapping, leaves
+from pmwvc_core.errors import ScenarioError
+from pmwvc_core.params.names import flat_mapping
 from pmwvc_core.runtime.messages import NS_PER_S
+from pmwvc_core.scenario.names import shared_specs, spec_of, split_user, user_specs
 
 _LONGEST = 100_000  # parameters or elements; a message of a session has no more
 KINDS = ("master", "server", "netem", "recorder")
 MOST_EVENTS = 100
 MOST_NAMES = 4  # in one event
-_UNITS = {
-    name: spec.unit
-    for prefix, kind in (("master", MasterParams), ("safety", SafetyParams), ("link", LinkParams))
-    for name, spec in leaves(prefix, kind).items()
-}
 
 
 @dataclass(frozen=True)
@@ -101,8 +97,9 @@ def parameter_change(data: bytes) -> ParameterChange | None:
 
 def parameter_changes(
     changes: Sequence[ParameterChange], folder: Path, zero_ns: int
-) -> list[dict[str, Any]]:
-    """Return what changed, in the order of time.
+) -> tuple[list[dict[str, Any]], list[tuple[float, dict[str, Any]]]]:
+    """Return what changed, in the order of time: as events, and as time [s] and values by their
+    names in a scenario.
 
     Parameters
     ----------
@@ -115,6 +112,7 @@ def parameter_changes(
     """
     known: dict[tuple[str, str], Any] = {}
     found: list[dict[str, Any]] = []
+    settings: list[tuple[float, dict[str, Any]]] = []
     count = 0
     for node in {change.node for change in changes}:
         known |= {(node, name): value for name, value in _at_start(folder, node)}
@@ -122,19 +120,34 @@ def parameter_changes(
         node = change.node
         if node.rpartition("/")[2] not in KINDS:
             continue
-        texts = []
+        texts: list[str] = []
+        set_to: dict[str, Any] = {}
         for name, value in change.values.items():
             before = known.get((node, name))
             known[node, name] = value
             if value != before and (before is not None or change.at_ns >= zero_ns):
                 texts.append(_text(name, before, value))
+                set_to |= _in_scenario(node, name, value)
+        if set_to:
+            settings.append(((change.at_ns - zero_ns) * 1e-9, set_to))
         count += bool(texts)
         if texts and count <= MOST_EVENTS:
             found.append(_event(change.at_ns, node, texts))
     if count > MOST_EVENTS:
         what = f"{count - MOST_EVENTS} more changes of parameters"
         found.append({"time_s": None, "who": "session", "kind": "parameter", "what": what})
-    return found
+    return found, settings
+
+
+def _in_scenario(node: str, name: str, value: Any) -> dict[str, Any]:
+    """Return a node's setting by its name in a scenario; nothing where it has none there."""
+    *above, kind = node.strip("/").split("/")
+    path = f"{above[-1]}.{name}" if kind == "master" and above else name
+    try:
+        spec = spec_of(path)
+    except ScenarioError:
+        return {}
+    return {path: None if spec.optional and value == 0 else value}
 
 
 def _event(at_ns: int, node: str, texts: Sequence[str]) -> dict[str, Any]:
@@ -145,9 +158,12 @@ def _event(at_ns: int, node: str, texts: Sequence[str]) -> dict[str, Any]:
 
 
 def _text(name: str, before: Any, value: Any) -> str:
-    words = name.split(".")
-    unit = _UNITS.get(name) or _UNITS.get(f"link.{words[-1]}" if "link" in words else "", "")
-    unit = f" {unit}" if unit and unit != "-" else ""
+    path = split_user(name)[1]
+    words = path.split(".")
+    if path.startswith("links."):  # of a link that is no user's
+        path = f"link.up.{words[-1]}"
+    spec = shared_specs().get(path) or user_specs().get(path)
+    unit = f" {spec.unit}" if spec and spec.unit != "-" else ""
     return f"{name} set to {_plain(value)}{unit}" + (
         f" (was {_plain(before)}{unit})" if before is not None else ""
     )

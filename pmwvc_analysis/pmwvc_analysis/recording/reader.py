@@ -19,6 +19,7 @@ from pmwvc_analysis.recording.clocks.time_lines import time_lines
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import source_of
+from pmwvc_analysis.recording.hand_targets import hand_targets
 from pmwvc_analysis.recording.losses import not_relayed, topic_counts
 from pmwvc_analysis.recording.parameter_events import parameter_changes
 from pmwvc_core.errors import RecordingError
@@ -93,7 +94,10 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
         },
     )
     traces.counts = topic_counts(content.counter, traces.fates, traces.packets)
-    traces.events = _events(folder, content, zero_ns) + _start_losses(traces)
+    changed, settings = parameter_changes(content.parameters, folder, zero_ns)
+    traces.settings = settings
+    traces.targets = dict(hand_targets(content.hands, zero_ns))
+    traces.events = _events(folder, content, changed, zero_ns) + _start_losses(traces)
     return traces
 
 
@@ -150,9 +154,11 @@ def _duration(
     return max(ends, default=(max(logs) - min(logs)) * 1e-9)
 
 
-def _events(folder: Path, content: Content, zero_ns: int) -> list[dict[str, Any]]:
+def _events(
+    folder: Path, content: Content, changed: list[dict[str, Any]], zero_ns: int
+) -> list[dict[str, Any]]:
     """Return the findings of reading and the notes of the runner (``events.json``)."""
-    found = content.events + parameter_changes(content.parameters, folder, zero_ns)
+    found = content.events + changed
     if (mended := content.metadata.get("recovered")) is not None:
         what = f"mended from {mended.get('from')}: {mended.get('cut')}"
         found.append({"time_s": None, "who": "recorder", "kind": "recording", "what": what})

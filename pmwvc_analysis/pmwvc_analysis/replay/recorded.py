@@ -8,9 +8,13 @@ what a change of parameters means. ``force``: the recorded force, tick for tick.
 same push would have done, but a force alone holds nothing in place: where the replayed device is
 not where the recorded one was, nothing brings it back, and the two drift apart. So the operator is
 the default where the session had one (a simulated device); of a real device with a force sensor
-only the force is known.
+only the force is known. A remote hand is an operator whose targets are the recorded ones.
+
+**Parameters.** What changed in flight changes again at its time, but for what was set for the
+replay. When it was taken over is known to a step of the server or a frame.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
@@ -19,10 +23,14 @@ import numpy as np
 
 from pmwvc_analysis.replay.arrivals import sent_and_used, tick_numbers
 from pmwvc_analysis.replay.network import links
+from pmwvc_analysis.replay.targets import is_remote, remote_hand
+from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
 from pmwvc_core.numeric import Array
 from pmwvc_core.plant.on_record import ForceOnRecord
+from pmwvc_core.plant.operators import Operator
+from pmwvc_core.scenario.changes import Change, changes_text
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.event_schedule import Integers, LoopTimes, Steps
@@ -88,7 +96,21 @@ def prescription(
         user.name: hand or _usual_hand(user, trace)
         for user, trace in zip(replayed.users, users, strict=True)
     }
-    forces = {
+    replayed, changed = _with_changes(traces, recorded, replayed)
+    notes += changed
+    makers: dict[str, Callable[[], Operator]] = {
+        user.name: partial(
+            remote_hand,
+            user,
+            traces,
+            loops[user.name],
+            tick_s=tick_s,
+            dof=recorded.dof,
+        )
+        for user in replayed.users
+        if hands[user.name] == "operator" and is_remote(user) and traces.source != "simulated"
+    }
+    makers |= {
         user.name: partial(
             ForceOnRecord,
             _force(user, index[user.name], ticks),
@@ -104,10 +126,28 @@ def prescription(
         ran_ns={name: loop.ran_ns for name, loop in loops.items() if loop.ran_ns is not None},
         steps=_steps(traces, recorded, replayed, ticks),
         links=networks,
-        hands=forces,
+        hands=makers,
     )
     notes += _what_is_not_as_recorded(traces, users)
     return Prescription(replace(replayed, duration_s=ticks * tick_s), conditions, hands, notes)
+
+
+def _with_changes(
+    traces: SessionTraces, recorded: Scenario, replayed: Scenario
+) -> tuple[Scenario, list[str]]:
+    """Return the scenario with the changes of a live session, and what is to be said of them."""
+    found = [stage.change for stage in stages(traces, recorded) if stage.change is not None]
+    if traces.source != "live" or not found:
+        return replayed, []
+    before, after = recorded.flat(), replayed.flat()
+    fixed = {name for name, value in after.items() if before.get(name) != value}
+    kept = [
+        Change(change.time_s, values)
+        for change in found
+        if (values := {n: v for n, v in change.values.items() if n not in fixed})
+    ]
+    text = changes_text(kept)
+    return replace(replayed, changes=text), [f"parameters change as recorded: {text}"]
 
 
 def _matching_users(

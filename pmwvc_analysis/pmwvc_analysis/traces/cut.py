@@ -33,11 +33,11 @@ def until(traces: SessionTraces, end_s: float) -> SessionTraces:
         kept = server.time_s < end_s
         if late is not None and len(late) == len(kept):
             metadata["server_lateness_s"] = late[kept]
-        server = _server(server, kept) if kept.any() else None
+        server = server_rows(server, kept) if kept.any() else None
     return replace(
         traces,
         duration_s=end_s,
-        users=[_user(user, end_s) for user in traces.users if user.block_time_s[0] <= end_s],
+        users=[user_until(user, end_s) for user in traces.users if user.block_time_s[0] <= end_s],
         server=server,
         packets={topic: _packets(each, end_s) for topic, each in traces.packets.items()},
         fates={
@@ -48,7 +48,7 @@ def until(traces: SessionTraces, end_s: float) -> SessionTraces:
     )
 
 
-def _user(user: UserTraces, end_s: float) -> UserTraces:
+def user_until(user: UserTraces, end_s: float) -> UserTraces:
     """Return the ticks of the whole blocks that ended by then."""
     blocks = user.block_time_s <= end_s + 1e-9
     last_s = float(user.block_time_s[blocks][-1])
@@ -66,7 +66,8 @@ def _user(user: UserTraces, end_s: float) -> UserTraces:
     return replace(user, **changed)
 
 
-def _server(server: ServerTraces, kept: NDArray[np.bool_]) -> ServerTraces:
+def server_rows(server: ServerTraces, kept: NDArray[np.bool_]) -> ServerTraces:
+    """Return some of the server's steps."""
     changed: dict[str, Any] = {}
     for each in fields(server):
         values = getattr(server, each.name)

@@ -7,8 +7,8 @@ purpose (for a target that rests, below half a hertz; while they close, below 6 
 duration of the closing in s), and what an environment of the library is driven with. A hand that
 moves in steps, an object let go or contact made for the first time give short bursts of fast
 motion; a median over quarter-second windows passes over them. Motion is judged from the middle of
-the session, or from the last time that contact was made or lost if that is later; less than a
-second after it, it is unknown whether the vibration decays.
+the session, or from the last time that contact was made or lost or a parameter changed if that is
+later; less than a second after it, it is unknown whether the vibration decays.
 
 Packets and server steps make images of purposeful motion: of motion at f sampled at f_s and held,
 one at f_s - f with f/(f_s - f) of its size. That much beyond the band is no oscillation of the
@@ -28,6 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.events.safety import COUPLED
+from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import OperatorParams, ServerParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -201,6 +202,8 @@ def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
     server = traces.server
     band, images = _bands(traces, scenario)
     since_s = _disturbed_s(traces)
+    if scenario is not None:
+        since_s = max(since_s, stages(traces, scenario)[-1].start_s)
     known = {user.name: user for user in scenario.users} if scenario else {}
     found = [
         Motion(

@@ -3,10 +3,12 @@
 """Predictions beside what was measured: each a hit or a miss, with numbers and tolerance."""
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.prediction.environment import late_steps_s
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
+from pmwvc_analysis.traces.stages import Stage, text_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import first_axis
 
@@ -28,9 +30,26 @@ class Outcome(NamedTuple):
     unit: str = ""
 
 
-def outcomes(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
-    """Return what became of every prediction of a summary."""
-    found = [_stability(summary)]
+def outcomes(
+    scenario: Scenario, summary: dict[str, Any], steady: Sequence[Stage] = ()
+) -> list[Outcome]:
+    """Return what became of every prediction of a summary.
+
+    Where parameters changed in flight (``steady`` has several stages), the prediction is that of
+    the parameters at the start and remains open; offsets are predicted from those at the end,
+    where no impedance, link or coupling changed.
+    """
+    if len(steady) > 1:
+        text = (
+            f"Parameters changed ({text_of(steady)}): the prediction is that of the parameters at "
+            "the start, and open."
+        )
+        found = [Outcome("stability", None, text)]
+        if not _same_lag(steady):
+            return found
+        scenario = steady[-1].scenario
+    else:
+        found = [_stability(summary)]
     if summary["prediction"]["mass_felt"] is None:
         return found
     live = summary["source"] == "live"
@@ -58,6 +77,22 @@ def outcomes(scenario: Scenario, summary: dict[str, Any]) -> list[Outcome]:
         else:
             found.append(_offset(user.name, per_lag * lag, drift))
     return found
+
+
+def _same_lag(steady: Sequence[Stage]) -> bool:
+    """Tell whether impedances, links and coupling are those of the start in all stages."""
+    first = steady[0].scenario.server
+    servers = [stage.scenario.server for stage in steady]
+    if any((s.coupling, s.integrator) != (first.coupling, first.integrator) for s in servers):
+        return False
+    return all(
+        one.master is two.master
+        and one.link_up is two.link_up
+        and one.link_down is two.link_down
+        and one.server_impedance == two.server_impedance
+        for stage in steady[1:]
+        for one, two in zip(steady[0].scenario.users, stage.scenario.users, strict=True)
+    )
 
 
 def _stability(summary: dict[str, Any]) -> Outcome:

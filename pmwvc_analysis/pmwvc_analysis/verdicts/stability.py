@@ -20,7 +20,8 @@ In this order:
     motion faster than anybody's on purpose, the environment's own included, that does not die out:
     in most of the last two thirds of the judged span its RMS velocity is beyond 1 mm/s and beyond
     the sampling images of the purposeful motion, and it does not halve from the first third to the
-    last. Where contact was made or lost less than a second before the end, that is not judged.
+    last. Where contact was made or lost or a parameter changed less than a second before the end,
+    that is not judged.
 
 What is on purpose, and how the rest is measured: oscillation.py.
 """
@@ -31,6 +32,7 @@ import numpy as np
 
 from pmwvc_analysis.events import environment
 from pmwvc_analysis.events.safety import COUPLED, FAULT
+from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts.oscillation import motions, strength
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.plural import count
@@ -90,8 +92,9 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
             continue
         if not found.settled:
             why = (
-                f"contact was made or lost {traces.duration_s - motion.since_s:.2f} s before the "
-                f"end; {motion.name} still moved with {found.late_m_s * 1e3:.1f} mm/s"
+                "contact was made or lost or a parameter changed "
+                f"{traces.duration_s - motion.since_s:.2f} s before the end; {motion.name} still "
+                f"moved with {found.late_m_s * 1e3:.1f} mm/s"
             )
             return Verdict(None, why, strongest, judged=False)
         why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
@@ -107,17 +110,21 @@ def _beyond(traces: SessionTraces, scenario: Scenario | None) -> str:
     """Return whose waves are longer than any that a receiver takes, in words; else empty."""
     if scenario is None or not has_waves(scenario.controller):
         return ""
-    known = {user.name: user for user in scenario.users}
+    known = [
+        {user.name: user for user in stage.scenario.users} for stage in stages(traces, scenario)
+    ]
     sent = [(user.name, f"{user.name}'s master", user.u_m, user.time_s) for user in traces.users]
     server = traces.server
     if server is not None:
         rows = zip(server.users, server.v_s, strict=True)
         sent += [(name, f"{name}'s server port", v, server.time_s) for name, v in rows]
     for name, end, wave, time_s in sent:
-        if name not in known:
+        if name not in known[0]:
             continue
-        both = known[name].impedance, known[name].server_impedance
-        longest = max(largest_wave(b, waves=True) for b in both)
+        each = [
+            b for users in known for b in (users[name].impedance, users[name].server_impedance)
+        ]
+        longest = max(largest_wave(b, waves=True) for b in each)
         far = np.flatnonzero(np.linalg.norm(np.nan_to_num(wave), axis=-1) > longest)
         if len(far):
             return (

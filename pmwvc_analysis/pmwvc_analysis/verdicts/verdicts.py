@@ -43,6 +43,7 @@ from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import environment, events
 from pmwvc_analysis.traces import cut, holes, reductions
 from pmwvc_analysis.traces.reductions import final, number, position_error, rms
+from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.stretches import first_packets
 from pmwvc_analysis.verdicts import check, endings, passivity_words, stability
 from pmwvc_analysis.verdicts.links import link_summaries
@@ -130,7 +131,9 @@ def summary(
         own = [ending for ending in ended if ending.user == user["name"]]
         user["ended"] = own[0].text if own else None
     result["outcomes"] = (
-        [each._asdict() for each in outcomes(scenario, result)] if scenario else []
+        [each._asdict() for each in outcomes(scenario, result, stages(traces, scenario))]
+        if scenario
+        else []
     )
     result["verdict"] = check.verdict_lines(result)
     reasons = check.reasons(result)

@@ -239,11 +239,10 @@ def _inbox(
 
     ``step_s``: time for which the strict channel's receiver gives out a wave; None: a plain one.
     """
-    waves = has_waves(controller)
-    runs = np.ravel(impedance) if isinstance(impedance, np.ndarray) else [impedance]
-    longest = max(largest_wave(run, waves=waves) for run in runs)
+    longest = largest_wave(impedance, waves=has_waves(controller))
     if step_s is None:
         return Receiver(dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
+    runs = np.ravel(impedance) if isinstance(impedance, np.ndarray) else [impedance]
     return StrictReceiver(
         dof,
         step_s=step_s,

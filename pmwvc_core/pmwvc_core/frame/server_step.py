@@ -9,16 +9,20 @@ Time is an argument: integer nanoseconds of any monotonic clock.
 """
 
 import enum
-from collections.abc import Iterable, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pmwvc_core.numeric import Flag, Value
+from pmwvc_core.params import ContactParams
 from pmwvc_core.plant.task import ShownTarget
 from pmwvc_core.server.user_ports import ServerController
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_DIRECT, FLAG_LEAVING, Packer, WavePacket
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.wave.impedance import Impedance
+from pmwvc_core.wave.limits import largest_wave
 
 
 class Presence(enum.IntEnum):
@@ -111,6 +115,17 @@ class ServerStep(Stateful):
         self.other_controller = 0
         self._idle = idle_until_joined
         self._anew = [0 for _ in self.inboxes]  # FLAG_ANEW of each user's packets
+        self._changes: deque[Callable[[], None]] = deque()
+
+    def hand_over(self, change: Callable[[], None]) -> None:
+        """Have a change made before the next step; from any thread."""
+        self._changes.append(change)
+
+    def configure_user(self, user: int, contact: ContactParams, impedance: Impedance) -> None:
+        """Take other parameters of a user's contact and port over."""
+        self.server.configure_user(user, contact, impedance)
+        waves = not self.server.flags & FLAG_DIRECT
+        self.inboxes[user].max_wave = largest_wave(impedance, waves=waves)
 
     def tick(
         self, now_ns: int, packets: Sequence[Iterable[WavePacket]]
@@ -130,6 +145,8 @@ class ServerStep(Stateful):
             Each user's answer (None for an absent one), and the server after the step (None while
             it waits for the first user).
         """
+        while self._changes:
+            self._changes.popleft()()
         for user, arrived in enumerate(packets):
             for packet in arrived:
                 self.deliver(user, packet, now_ns)

@@ -48,7 +48,9 @@ class ServerParams(Validated):
     )
     object_mass: float = parameter(2.0, "kg", "mass of the shared object", above=0.0)
     object_damping: float = parameter(0.0, "N s/m", "damping of the object to ground", low=0.0)
-    object_size_m: float = parameter(0.06, "m", "edge length of the cube", above=0.0)
+    object_size_m: float = parameter(
+        0.06, "m", "edge length of the cube", above=0.0, read_only=True
+    )
     decoding: str = parameter(
         "secant",
         "-",
@@ -66,18 +68,28 @@ class ServerParams(Validated):
         "than was received",
         choices=COMPENSATIONS,
         group="pmwvc.compensations",
+        read_only=True,
     )
     allowance_w: float = parameter(
-        0.0, "W", "ledger: largest power that an active environment may deliver", low=0.0
+        0.0,
+        "W",
+        "ledger: largest power that an active environment may deliver",
+        low=0.0,
+        read_only=True,
     )
     allowance_j: float = parameter(
-        0.0, "J", "ledger: largest energy that an active environment may deliver in total", low=0.0
+        0.0,
+        "J",
+        "ledger: largest energy that an active environment may deliver in total",
+        low=0.0,
+        read_only=True,
     )
     tank_cap_j: float = parameter(
         0.25,
         "J",
         "ledger: energy kept for an environment that does not report how much it stores",
         low=0.0,
+        read_only=True,
     )
     hunt_crossley: HuntCrossleyParams = group(HuntCrossleyParams)
     active_wall: ActiveWallParams = group(ActiveWallParams)
@@ -115,11 +127,16 @@ class ContactParams(Validated):
         "bilateral: spring and damper that pull and push; "
         "grip: from the user's own side, only pushing",
         choices=("bilateral", "grip"),
+        read_only=True,
     )
-    contact_stiffness: float = parameter(500.0, "N/m", "contact stiffness K", low=0.0)
-    contact_damping: float = parameter(10.0, "N s/m", "contact damping B", low=0.0)
+    contact_stiffness: float = parameter(500.0, "N/m", "contact stiffness K", low=0.0, high=1e6)
+    contact_damping: float = parameter(10.0, "N s/m", "contact damping B", low=0.0, high=1e5)
     gap_m: float = parameter(
-        0.0, "m", "distance of the avatar from the object at the start (grip and wall)", low=0.0
+        0.0,
+        "m",
+        "distance of the avatar from the object at the start (grip and wall)",
+        low=0.0,
+        read_only=True,
     )
 
     @property

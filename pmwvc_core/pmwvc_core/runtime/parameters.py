@@ -107,10 +107,11 @@ def refuse_undeclared(node: Node) -> None:
         raise ParameterError("; ".join(texts))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Group:
     """A dataclass whose values may change, and the checks of a change."""
 
+    prefix: str
     kind: type
     listener: Callable[[Any], None]
     check: Callable[[Any], None]
@@ -130,9 +131,8 @@ class ParameterBinding:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._groups: dict[str, _Group] = {}
         self._specs: dict[str, Spec] = {}
-        self._owner: dict[str, str] = {}
+        self._owner: dict[str, _Group] = {}
         node.add_pre_set_parameters_callback(self._convert)
         node.add_on_set_parameters_callback(self._validate)
         node.add_post_set_parameters_callback(self._hand_over)
@@ -173,10 +173,10 @@ class ParameterBinding:
         """
         value = _declared(self._node, prefix, kind, defaults, fixed=False)
         check(value)
-        self._groups[prefix] = _Group(kind, listener, check, check_change)
+        group = _Group(prefix, kind, listener, check, check_change)
         for name, spec in leaves(prefix, kind).items():
             self._specs[name] = spec
-            self._owner[name] = prefix
+            self._owner[name] = group
         return value
 
     def _convert(self, parameters: list[Parameter]) -> list[Parameter]:
@@ -192,26 +192,26 @@ class ParameterBinding:
 
     def _validate(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
-            for prefix, present, value in self._rebuilt(parameters):
-                self._groups[prefix].check(value)
-                self._groups[prefix].check_change(present, value)
+            for group, present, value in self._rebuilt(parameters):
+                group.check(value)
+                group.check_change(present, value)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _hand_over(self, parameters: list[Parameter]) -> None:
-        for prefix, _, value in self._rebuilt(parameters):
-            self._groups[prefix].listener(value)
+        for group, _, value in self._rebuilt(parameters):
+            group.listener(value)
 
-    def _rebuilt(self, parameters: list[Parameter]) -> Iterator[tuple[str, Any, Any]]:
+    def _rebuilt(self, parameters: list[Parameter]) -> Iterator[tuple[_Group, Any, Any]]:
         """Yield every group a change touches: as it is, and with the new values."""
         new = {p.name: p.value for p in parameters if p.name in self._owner}
-        for prefix in dict.fromkeys(self._owner[name] for name in new):
-            kind = self._groups[prefix].kind
+        for group in dict.fromkeys(self._owner[name] for name in new):
+            prefix, kind = group.prefix, group.kind
             names = leaves(prefix, kind)
             present = {name: self._node.get_parameter(name).value for name in names}
             changed = {n: new[n] for n in names if n in new}
-            yield prefix, built(prefix, kind, present), built(prefix, kind, present | changed)
+            yield group, built(prefix, kind, present), built(prefix, kind, present | changed)
 
 
 def _declared(node: Node, prefix: str, kind: type[P], defaults: P | None, *, fixed: bool) -> P:

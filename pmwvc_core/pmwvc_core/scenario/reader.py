@@ -16,6 +16,7 @@ from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.presets import PRESETS, link_settings
 from pmwvc_core.params import Spec, specs
 from pmwvc_core.params.names import assembled, flat_mapping, hint
+from pmwvc_core.scenario import changes
 from pmwvc_core.scenario.names import complete, shared_specs, split_user, unknown, user_specs
 from pmwvc_core.scenario.scenario import (
     DEFAULTS,
@@ -188,10 +189,12 @@ class _Reader:
             return None
         top.pop("users")
         try:
-            return Scenario(users=tuple(users), **shared, **top)
+            scenario = Scenario(users=tuple(users), **shared, **top)
         except ScenarioError as error:
             self.problems += error.problems
             return None
+        self.problems += changes.problems(scenario)
+        return scenario
 
     def _user(self, number: int) -> User:
         name = f"user{number}"

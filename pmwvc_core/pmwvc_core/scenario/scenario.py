@@ -52,9 +52,20 @@ TOP: Mapping[str, Spec] = {
     ),
     "dof": Spec(int, "-", low=1, high=6, description="axes of motion"),
     "users": Spec(int, "-", low=1, high=8, description="number of users"),
+    "changes": Spec(
+        str,
+        description="parameters that change during a session in virtual time, times in s: "
+        "'TIME NAME=VALUE ...; TIME NAME=VALUE ...'",
+    ),
 }
 REQUIRED = ("name", "duration_s", "controller", "users")
-DEFAULTS: Mapping[str, Any] = {"description": "", "seed": 1, "channel": PLAIN, "dof": 1}
+DEFAULTS: Mapping[str, Any] = {
+    "description": "",
+    "seed": 1,
+    "channel": PLAIN,
+    "dof": 1,
+    "changes": "",
+}
 
 # Dotted prefix -> (attribute, dataclass): what each user has for itself, and what all share.
 USER_GROUPS: Mapping[str, tuple[str, type]] = {
@@ -122,6 +133,7 @@ class Scenario:
     server: ServerParams
     task: TaskParams
     channel: str = PLAIN
+    changes: str = ""
 
     def __post_init__(self) -> None:
         """Check what holds between groups."""
@@ -169,6 +181,7 @@ class Scenario:
             "channel": self.channel,
             "dof": self.dof,
             "users": len(self.users),
+            "changes": self.changes,
         }
         for prefix, (attribute, _) in SHARED_GROUPS.items():
             values |= flattened(prefix, getattr(self, attribute))

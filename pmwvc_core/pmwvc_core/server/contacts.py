@@ -7,15 +7,20 @@ is at rest, so the avatar stands at ``x_s = x_o + rest + deflection``. The defle
 (never the difference of two positions, which would lose digits far from the origin). Forces act
 from the avatar on the object.
 
+Stiffness and damping may change while the contact is made: the deflection then becomes
+sqrt(K_old/K_new) times what it was, so that the spring stores what it stored; the avatar stays
+where it is, and its spring is at rest elsewhere (a stiffness that rises as it is adds energy, a
+position that jumps is felt).
+
 Not here: waves, the object, and how force and motion are solved for (``couplings``).
 
-Equations: docs/theory.md 4.1.
+Equations: docs/theory.md 4.1, 4.10.
 """
 
 from dataclasses import dataclass
 from typing import Protocol
 
-from pmwvc_core.numeric import Flag, Value, squared
+from pmwvc_core.numeric import Flag, Value, root, squared, where
 from pmwvc_core.state import Stateful
 
 
@@ -68,6 +73,12 @@ class Contact(Protocol):
         """End the contact; return the energy of the spring, which is dropped [J]."""
         ...
 
+    def configure(self, stiffness: Value, damping: Value) -> Value:
+        """Take other parameters over; return the energy that the spring loses [J]: none, but
+        where there is no spring any more.
+        """
+        ...
+
     def force(self, rate: Value) -> Value:
         """Return the force [N] at the present deflection and a relative velocity [m/s]."""
         ...
@@ -95,6 +106,13 @@ class Contact(Protocol):
     def advance(self, answer: Answer, period: Value) -> Value:
         """Move by an answer; return the energy turned into heat [J]."""
         ...
+
+
+def kept(deflection: Value, old: Value, new: Value) -> Value:
+    """Return the deflection [m] at which a spring of stiffness ``new`` stores what one of ``old``
+    [N/m] does; unchanged where it can store nothing.
+    """
+    return deflection * root(where(new > 0.0, old, 1.0) / where(new > 0.0, new, 1.0))
 
 
 class Bilateral(Stateful):
@@ -130,6 +148,14 @@ class Bilateral(Stateful):
         self.rest = self.rest + self.deflection
         self.deflection = 0.0 * self.deflection
         return dropped
+
+    def configure(self, stiffness: Value, damping: Value) -> Value:
+        """Keep energy and position; return what is lost."""
+        before, stood = self.energy, self.rest + self.deflection
+        self.deflection = kept(self.deflection, self.stiffness, stiffness)
+        self.rest = stood - self.deflection
+        self.stiffness, self.damping = stiffness, damping
+        return before * where(stiffness > 0.0, 0.0, 1.0)
 
     def force(self, rate: Value) -> Value:
         """Return K e + B e'."""

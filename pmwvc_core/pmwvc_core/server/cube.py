@@ -15,9 +15,11 @@ Equations: docs/theory.md 4.2.
 
 from typing import Protocol
 
+import numpy as np
+
 from pmwvc_core.account import Account
 from pmwvc_core.motion import damper_heat, motion
-from pmwvc_core.numeric import Value, dot, squared
+from pmwvc_core.numeric import Value, dot, root, squared
 from pmwvc_core.state import Stateful
 
 
@@ -30,6 +32,10 @@ class Body(Protocol):
     @property
     def kinetic(self) -> Value:
         """Kinetic energy [J]."""
+        ...
+
+    def configure(self, mass: Value, damping: Value) -> None:
+        """Take other parameters over; the energy of motion stays."""
         ...
 
     def push(self, force: Value) -> tuple[Value, Value]:
@@ -63,13 +69,21 @@ class Cube(Stateful):
     SIGNALS = "x xd"
 
     def __init__(self, mass: Value, damping: Value, *, period: float) -> None:
-        self.mass = mass
-        self.damping = damping
         self.x: Value = 0.0
         self.xd: Value = 0.0
         self._period = period
-        self._inertance = 2.0 * mass / period  # [N s/m]
-        self._motion = motion(mass, damping, period)
+        self._take(mass, damping)
+
+    def _take(self, mass: Value, damping: Value) -> None:
+        self.mass, self.damping = mass, damping
+        self._inertance = 2.0 * mass / self._period  # [N s/m]
+        self._motion = motion(mass, damping, self._period)
+
+    def configure(self, mass: Value, damping: Value) -> None:
+        """Go on with the velocity at which another mass has the same energy."""
+        if np.any(mass != self.mass):
+            self.xd = self.xd * root(self.mass / mass)
+        self._take(mass, damping)
 
     @property
     def kinetic(self) -> Value:

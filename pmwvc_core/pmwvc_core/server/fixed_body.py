@@ -23,6 +23,9 @@ class FixedBody(Stateful):
         """Zero."""
         return 0.0
 
+    def configure(self, mass: Value, damping: Value) -> None:
+        """Stay."""
+
     def push(self, force: Value) -> tuple[Value, Value]:
         """Stay."""
         return 0.0 * force, 0.0

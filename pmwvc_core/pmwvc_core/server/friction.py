@@ -78,6 +78,12 @@ class AnchoredGrip(Stateful):
         """Let go; return the energy dropped."""
         return self.grip.detach() + self.anchor.detach()
 
+    def configure(self, stiffness: Value, damping: Value) -> Value:
+        """Keep energies and position; return what is lost."""
+        self.stiffness, self.damping = stiffness, damping
+        lost = self.grip.configure(stiffness, damping)
+        return lost + self.anchor.configure(stiffness, damping)
+
     def force(self, rate: Value) -> Value:
         """Return normal and holding force."""
         held = where(self.touching, self.anchor.force(_across(rate)), 0.0)

@@ -16,13 +16,16 @@ part of the way inside::
 N never falls with w, so together with w = free - N/b it has exactly one solution, piece by piece a
 quadratic. Where N is held at zero the spring only relaxes: its energy is lost, none is made.
 
+Where stiffness changes in contact, the face counts as shifted (see ``contacts``). Outside the
+contact it goes back, never past the avatar, so without force and energy.
+
 Not here: the tangential directions (``friction``).
 
 Equations: docs/theory.md 4.3.
 """
 
 from pmwvc_core.numeric import Flag, Value, anywhere, maximum, minimum, root, where
-from pmwvc_core.server.contacts import Answer
+from pmwvc_core.server.contacts import Answer, kept
 from pmwvc_core.state import Stateful
 
 
@@ -38,6 +41,7 @@ class Grip(Stateful):
     """One-sided spring and damper at the face ``side`` * ``size``/2 from the object's centre."""
 
     SIGNALS = "deflection"
+    MEMORY = "rest _shifted"
 
     def __init__(
         self, stiffness: Value, damping: Value, *, side: int, size: Value, gap: Value = 0.0
@@ -46,7 +50,9 @@ class Grip(Stateful):
         self.damping = damping  # [N s/m]
         self.inward = -float(side)
         self.gap = gap  # [m] least distance from the face at the start
-        self.rest: Value = 0.5 * side * size  # [m] the face, from the centre
+        self._face: Value = 0.5 * side * size  # [m] from the centre
+        self.rest = self._face  # [m] where it counts as being
+        self._shifted = False
         self.deflection: Value = self.inward * 0.0  # [m], from the face
 
     @property
@@ -70,6 +76,7 @@ class Grip(Stateful):
 
     def attach(self, offset: Value) -> None:
         """Begin at ``offset``, but at least the gap outside the face."""
+        self.rest, self._shifted = self._face, False
         wanted = self.inward * (offset - self.rest)
         self.deflection = self.inward * minimum(wanted, -self.gap)
 
@@ -78,6 +85,27 @@ class Grip(Stateful):
         dropped = self.energy
         self.deflection = self.inward * minimum(self.depth, 0.0)
         return dropped
+
+    def configure(self, stiffness: Value, damping: Value) -> Value:
+        """Keep energy and position; return what is lost."""
+        before, depth = self.energy, self.depth
+        stood = self.rest + self.deflection
+        inside = kept(depth, self.stiffness, stiffness)
+        self.deflection = self.inward * where(depth > 0.0, inside, depth)
+        self.rest, self._shifted = stood - self.deflection, True
+        self.stiffness, self.damping = stiffness, damping
+        self._return()
+        return before * where(stiffness > 0.0, 0.0, 1.0)
+
+    def _return(self) -> None:
+        """Shift the face back where it is not touched, at most to the avatar."""
+        inward, outside = self.inward, maximum(-self.depth, 0.0)
+        shift = inward * (self.rest - self._face)
+        back = where(self.depth > 0.0, 0.0, minimum(shift, outside))
+        self.deflection = self.deflection + inward * back
+        left = where(back == shift, 0.0, shift - back)
+        self.rest = self._face + inward * left
+        self._shifted = anywhere(left != 0.0)
 
     def force(self, rate: Value) -> Value:
         """Return n max(0, K p + B p') inside the face, else 0."""
@@ -105,6 +133,8 @@ class Grip(Stateful):
     def slide(self, displacement: Value) -> Value:
         """Move relative to the face; nothing is dropped, the spring follows the avatar out."""
         self.deflection = self.deflection + displacement
+        if self._shifted:
+            self._return()
         return 0.0
 
     def answer(self, free: Value, impedance: Value, period: Value) -> Answer:
@@ -185,6 +215,8 @@ class Grip(Stateful):
         before = inward * self.deflection
         self.deflection = deflection = self.deflection + period * rate
         after = inward * deflection
+        if self._shifted:
+            self._return()
         pushes = inward * answer.force > 0.0
         way_inside = maximum(after, 0.0) - maximum(before, 0.0)
         heat = self.damping * way_inside * (inward * rate)

@@ -24,10 +24,21 @@ class WaveServer(ServerController):
 
     def __init__(self, params: ServerParams, ports: Sequence[UserPort]) -> None:
         super().__init__(make_body(params), ports)
-        self._solver = solver_of(COUPLINGS.of(params.coupling), params)
-        if isinstance(self._solver, Faulting):
-            self.faults = self._solver.faults
         self._half_period = 0.5 * params.period_s
+        self._couple(params)
+
+    def _couple(self, params: ServerParams) -> None:
+        self._coupling = params.coupling, params.integrator
+        self._solver = solver_of(COUPLINGS.of(params.coupling), params)
+        self.faults = self._solver.faults if isinstance(self._solver, Faulting) else None
+
+    def configure(self, params: ServerParams) -> None:
+        """Take other parameters over; another coupling goes on from forces and velocities as they
+        are.
+        """
+        super().configure(params)
+        if (params.coupling, params.integrator) != self._coupling:
+            self._couple(params)
 
     def step(self, received: Sequence[Value]) -> list[Value]:
         """Go one step on with a wave ``(..., dof)`` [sqrt(W)] per user; return waves to send."""

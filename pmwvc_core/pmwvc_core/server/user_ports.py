@@ -17,7 +17,7 @@ from types import MappingProxyType
 from typing import Any
 
 from pmwvc_core.numeric import Flag, Value
-from pmwvc_core.params import BaselineParams
+from pmwvc_core.params import BaselineParams, ContactParams, ServerParams
 from pmwvc_core.server.black_box.faults import Faults
 from pmwvc_core.server.contacts import Contact
 from pmwvc_core.server.cube import Body
@@ -60,11 +60,10 @@ class UserPort(Stateful):
     def __init__(
         self, impedance: Impedance, contact: Contact, baseline: BaselineParams = DEFAULT_BASELINE
     ) -> None:
-        self.b: Any = impedance  # acts like a number, also where it is a matrix
         self.baseline = baseline
         self.account: Value | None = None
         self.packet: WavePacket | None = None
-        self.wave = WavePort(impedance)
+        self.match(impedance)
         self.contact = contact
         self.present = False
         self.offset: Value = 0.0  # [m] avatar minus device
@@ -75,6 +74,11 @@ class UserPort(Stateful):
         self.v_s: Value = 0.0  # [sqrt(W)]
         self.energy_u_s: Value = 0.0  # [J] since the start
         self.energy_v_s: Value = 0.0  # [J]
+
+    def match(self, impedance: Impedance) -> None:
+        """Take an impedance over; waves carry the same power with any."""
+        self.b: Any = impedance  # acts like a number, also where it is a matrix
+        self.wave = WavePort(impedance)
 
     def silence(self, zero: Value) -> None:
         """Forget the signals of the last step; the energies stay."""
@@ -115,6 +119,17 @@ class ServerController(Stateful, ABC):
             Per user what goes back: a wave [sqrt(W)] or a force [N]; 0.0 for users who are not
             present.
         """
+
+    def configure(self, params: ServerParams) -> None:
+        """Take other parameters of object and coupling over; no energy comes or goes."""
+        self.body.configure(params.object_mass, params.object_damping)
+
+    def configure_user(self, i: int, contact: ContactParams, impedance: Impedance) -> None:
+        """Take other parameters of user ``i`` over; the spring stores what it stored."""
+        port = self.ports[i]
+        lost = port.contact.configure(contact.contact_stiffness, contact.contact_damping)
+        self.dissipated = self.dissipated + lost
+        port.match(impedance)
 
     def on_packet(self, i: int, packet: WavePacket) -> None:
         """Note the newest packet of user ``i`` before a step, for what is beside its wave."""

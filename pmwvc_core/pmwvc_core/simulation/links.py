@@ -55,6 +55,11 @@ class SimulatedLink:
         self.fates: list[Fate] = []
         self._size_bytes = size_bytes(dof)
 
+    def configure(self, params: LinkParams) -> None:
+        """Take other settings over; a link as recorded stays as it is."""
+        if isinstance(self.link, Link):
+            self.link.configure(params)
+
     def send(self, packet: WavePacket, now_ns: int) -> None:
         """Give a packet to the link."""
         packet = _each_for_itself(packet, self.receiver.max_wave)

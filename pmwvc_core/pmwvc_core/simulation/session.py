@@ -11,13 +11,15 @@ stepped together on arrays ``(runs, dof)``; a single run with one axis is steppe
 live loop is.
 """
 
+from collections import deque
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, TypeVar
 
 import numpy as np
 
 from pmwvc_core.frame.assembly import server_step_of
+from pmwvc_core.scenario.changes import over_time
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.buffers import ServerBuffer, UserBuffer
 from pmwvc_core.simulation.conditions import Conditions
@@ -105,6 +107,8 @@ class SessionBatch:
             runs=runs,
             dof=dof,
         )
+        self._changes = deque(over_time(scenario))
+        self._present = scenario
         self.user_buffers = [
             UserBuffer(user.settings.name, user.times, ticks=self.ticks, runs=runs, dof=dof)
             for user in self.users
@@ -123,6 +127,8 @@ class SessionBatch:
         table = events(loops, self.steps, ticks=self.ticks, tick_ns=self.tick_ns)
         with no_garbage():
             for kind, who, time_ns, tick in groups(table):
+                while self._changes and self._changes[0][0].time_s * 1e9 <= time_ns[0]:
+                    self._change(self._changes.popleft()[1])
                 handlers[kind](who, time_ns, tick)
                 if time_ns[0] >= next_ns:
                     next_ns += PROGRESS_NS
@@ -131,6 +137,20 @@ class SessionBatch:
             user.up.drain(end_ns)
             user.down.drain(end_ns)
         progress(1.0)
+
+    def _change(self, new: Scenario) -> None:
+        """Hand over what another scenario has; groups without a change are the same objects."""
+        old, self._present = self._present, new
+        server = self.server
+        if new.server is not old.server:
+            server.hand_over(partial(server.server.configure, new.server))
+        for index, (user, one, other) in enumerate(
+            zip(self.users, old.users, new.users, strict=True)
+        ):
+            user.change(one, other)
+            if other.contact is not one.contact:
+                port = index, other.contact, other.server_impedance
+                server.hand_over(partial(server.configure_user, *port))
 
     def _send(self, who: int, time_ns: list[int], tick: list[int]) -> None:
         self.users[who].send(tick[0], time_ns[0])

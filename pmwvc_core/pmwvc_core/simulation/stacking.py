@@ -58,6 +58,7 @@ def structure_of(scenario: Scenario) -> Hashable:
         scenario.controller,
         scenario.channel,
         scenario.dof,
+        scenario.changes,
         _structure(scenario.server),
         scenario.task,
         users,

@@ -3,6 +3,7 @@
 """One user in virtual time: device, hand, force loop, and the links both ways."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.plant.operators import Operator, make_operator
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.event_schedule import LoopTimes
 from pmwvc_core.simulation.links import SimulatedLink
@@ -93,6 +94,18 @@ class SimulatedUser:
         )
         self.f_applied: Value = 0.0
         self._sample = DeviceSample(*self.device.read())
+
+    def change(self, old: User, new: User) -> None:
+        """Take over what is another object than before; a recorded link stays as recorded."""
+        loop = self.loop
+        if new.master is not old.master:
+            loop.hand_over(partial(loop.controller.configure, new.master))
+        if new.safety is not old.safety:
+            loop.hand_over(partial(loop.safety.configure, new.safety))
+        if new.link_up is not old.link_up:
+            self.up.configure(new.link_up)
+        if new.link_down is not old.link_down:
+            self.down.configure(new.link_down)
 
     def send(self, tick: int, now_ns: int) -> None:
         """Send the packet of a frame start."""

@@ -9,6 +9,9 @@ emits, and a passive server returns no more.
 
 import math
 
+import numpy as np
+
+from pmwvc_core.numeric import Array
 from pmwvc_core.params import SafetyParams, specs
 from pmwvc_core.wave.impedance import Impedance, longest_wave, smallest
 
@@ -17,8 +20,8 @@ VELOCITY_M_S = float(specs(SafetyParams)["fault_velocity"].high or math.inf)
 DIRECT = 1000.0  # [m/s] up or [N] down: beyond any device, where there are no waves
 
 
-def largest_wave(impedance: Impedance, *, waves: bool) -> float:
-    """Return the longest wave that can be meant [sqrt(W)].
+def largest_wave(impedance: Impedance | Array, *, waves: bool) -> float:
+    """Return the longest wave that can be meant [sqrt(W)]; in a batch by any run.
 
     Parameters
     ----------
@@ -29,7 +32,8 @@ def largest_wave(impedance: Impedance, *, waves: bool) -> float:
     """
     if not waves:
         return DIRECT
-    return longest_wave(impedance, FORCE_N, VELOCITY_M_S)
+    runs = np.ravel(impedance) if isinstance(impedance, np.ndarray) else [impedance]
+    return max(longest_wave(run, FORCE_N, VELOCITY_M_S) for run in runs)
 
 
 def wave_of_speed(impedance: Impedance, velocity: float) -> float:

@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The targets of remote hands from the recorded topics ``hand/target`` and ``hand/held``, as the
+master took them: ``held: false`` lets go, and until ``held: true`` targets do not count.
+
+A message's time is that of its reception by the recorder, some tenths of a millisecond from that
+by the master.
+"""
+
+import struct
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording.mcap.salvage import RawMessage
+from pmwvc_core.traces import HandTargets
+
+_HEADS = {0: struct.Struct(">iII"), 1: struct.Struct("<iII")}  # stamp, length of frame_id
+_POINTS = {0: struct.Struct(">3d"), 1: struct.Struct("<3d")}
+NOWHERE: tuple[float, ...] = (np.nan, np.nan, np.nan)
+
+
+def is_of_hand(message: RawMessage) -> bool:
+    """Tell whether a message is on one of the topics of a hand."""
+    ends = {schemas.POINT: "/hand/target", schemas.FLAG: "/hand/held"}
+    return message.topic.endswith(ends.get(message.type_name, "\0"))
+
+
+def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, HandTargets]:
+    """Return the targets of every user that has any, by name."""
+    found: dict[str, list[tuple[float, tuple[float, ...]]]] = {}
+    counts: dict[str, bool] = {}
+    for message in sorted(messages, key=lambda each: each.log_ns):
+        user = message.topic.strip("/").split("/")[-3]
+        time_s = (message.log_ns - zero_ns) * 1e-9
+        if message.type_name == schemas.FLAG:
+            counts[user] = len(message.data) > 4 and bool(message.data[4])
+            point: tuple[float, ...] | None = None if counts[user] else NOWHERE
+        else:
+            point = _point(message.data) if counts.get(user, True) else None
+        if point is not None:
+            found.setdefault(user, []).append((time_s, point))
+    return {
+        user: HandTargets(
+            np.array([time_s for time_s, _ in rows]), np.array([point for _, point in rows])
+        )
+        for user, rows in found.items()
+    }
+
+
+def _point(data: bytes) -> tuple[float, ...] | None:
+    """Return the point of a serialized PointStamped; None if it is none."""
+    if len(data) < 16 or data[1] not in _HEADS:
+        return None
+    begin = 4 + (12 + _HEADS[data[1]].unpack_from(data, 4)[2] + 7) // 8 * 8
+    return _POINTS[data[1]].unpack_from(data, begin) if len(data) >= begin + 24 else None

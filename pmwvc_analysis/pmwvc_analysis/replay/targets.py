@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The remote hand of a recorded session: the same hand with the targets that it got, each at the
+first tick that ran after its arrival.
+"""
+
+import numpy as np
+
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.numeric import signal
+from pmwvc_core.plant.operators import Operator
+from pmwvc_core.plant.remote_hand import RemoteHand, Target
+from pmwvc_core.plant.targets import GivenTargets
+from pmwvc_core.scenario.scenario import User
+from pmwvc_core.simulation.event_schedule import LoopTimes
+from pmwvc_core.traces import SessionTraces
+
+
+def is_remote(user: User) -> bool:
+    """Tell whether a user's hand got its targets from outside."""
+    return user.operator.kind == "remote" and not user.operator.file
+
+
+def remote_hand(
+    user: User, traces: SessionTraces, loop: LoopTimes, *, tick_s: float, dof: int
+) -> Operator:
+    """Return the remote hand of a user with its recorded targets.
+
+    Raises
+    ------
+    RecordingError
+        If the session is a replay itself: it has no targets.
+    """
+    if traces.source != "live":
+        raise RecordingError(
+            f"{user.name}: a {traces.source} session holds no targets of a remote hand; replay "
+            "the recording that it was made from"
+        )
+    hand = RemoteHand(user.operator, start=0.0, tick_s=tick_s, dof=dof)
+    found = traces.targets.get(user.name)
+    if found is None:
+        hand.source = GivenTargets([], early=True)
+        return hand
+    assert loop.ran_ns is not None
+    ran = np.flatnonzero(loop.ran_ns >= 0)
+    rows = np.searchsorted(loop.ran_ns[ran], np.rint(found.time_s * 1e9))
+    taken = rows < len(ran)
+    ticks = (ran[rows[taken]] - ran[0]).tolist()
+    places: list[Target] = [
+        signal(point[:dof].tolist(), dof) if np.isfinite(point[:dof]).all() else None
+        for point in found.position[taken]
+    ]
+    hand.source = GivenTargets(zip(ticks, places, strict=True), early=True)
+    return hand

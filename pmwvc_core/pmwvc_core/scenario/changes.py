@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Changes of parameters during a session: ``changes`` of a scenario, read and applied.
+
+::
+
+    changes: "2.0 server.contact_stiffness=3000; 4.0 user1.master.impedance=40 link.delay_s=0.02"
+
+A time [s] from the start of the session, then what is set together. A server takes a change over
+with its next step, a master with its next frame, a link with its next packet. What may change is
+what may change in a running node (a safety limit may be widened, too: nobody is on the device).
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from pmwvc_core.errors import ScenarioError
+from pmwvc_core.scenario.names import resolved, spec_of, varied
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.wave.impedance import MatrixImpedance
+
+CHANGEABLE = ("server", "master", "safety", "link")  # groups
+FIXED = "a black box and its port are fixed once running"
+_FORM = "must be 'TIME NAME=VALUE ...; TIME NAME=VALUE ...', such as '2.5 server.object_mass=1'"
+_SETTING = re.compile(r"([A-Za-z0-9_.*]+)=(\S+)")
+
+
+@dataclass(frozen=True)
+class Change:
+    """Parameters set together: when [s], and values by dotted name."""
+
+    time_s: float
+    values: Mapping[str, Any]
+
+    def words(self) -> str:
+        """Return what is set, as a scenario has it."""
+        return " ".join(f"{name}={value}" for name, value in self.values.items())
+
+
+def read_changes(text: str) -> list[Change]:
+    """Return the changes that a text names, in the order of time.
+
+    Raises
+    ------
+    ScenarioError
+        Naming what is wrong.
+    """
+    found = []
+    for each in filter(str.strip, text.split(";")):
+        words = each.split()
+        settings = [_SETTING.fullmatch(word) for word in words[1:]]
+        try:
+            time_s = float(words[0])
+        except ValueError:
+            time_s = -1.0
+        if not settings or None in settings or not 0.0 <= time_s < float("inf"):
+            raise ScenarioError("changes", [f"{each.strip()!r}: {_FORM}"])
+        values = {match[1]: _value(match[1], match[2]) for match in settings if match}
+        found.append(Change(time_s, values))
+    return sorted(found, key=lambda change: change.time_s)
+
+
+def changes_text(changes: list[Change]) -> str:
+    """Return changes as ``changes`` of a scenario has them."""
+    return "; ".join(f"{change.time_s:.6f} {change.words()}" for change in changes)
+
+
+def over_time(scenario: Scenario) -> list[tuple[Change, Scenario]]:
+    """Return the changes of a scenario, each with the scenario that holds from then on.
+
+    Raises
+    ------
+    ScenarioError
+        If a parameter may not change, or not to that value.
+    """
+    found, present = [], replace(scenario, changes="")
+    for change in read_changes(scenario.changes):
+        present = changed(present, change)
+        found.append((change, present))
+    return found
+
+
+def changed(scenario: Scenario, change: Change) -> Scenario:
+    """Return a scenario with what a change sets; what it does not set is the same object.
+
+    Raises
+    ------
+    ScenarioError
+        If a parameter may not change, or not to that value.
+    """
+    result = scenario
+    for name, value in change.values.items():
+        _require_changeable(name, scenario)
+        result = varied(result, name, value)
+    if "server.coupling" in change.values and result.coupling.black_box:
+        raise ScenarioError("changes", [f"server.coupling = {result.server.coupling}: {FIXED}"])
+    users = [_pinned(*pair) for pair in zip(scenario.users, result.users, strict=True)]
+    return replace(result, users=tuple(users))
+
+
+def _pinned(old: User, new: User) -> User:
+    """Return a user whose port at the server keeps its impedance when only the master's changes:
+    the server learns of it once, at the start.
+    """
+    own = new.contact
+    if new.master is old.master or own.impedance is not None or own.impedance_matrix.strip():
+        return new
+    if own is not old.contact or isinstance(old.server_impedance, MatrixImpedance):
+        return new
+    return replace(new, contact=replace(own, impedance=old.server_impedance))  # type: ignore[arg-type]
+
+
+def _require_changeable(name: str, scenario: Scenario) -> None:
+    leaf = resolved(name)[1][0]
+    if leaf.split(".")[0] not in CHANGEABLE or spec_of(name).read_only:
+        raise ScenarioError("changes", [f"{name}: is fixed once a session runs"])
+    if leaf.startswith("server.") and scenario.coupling.black_box:
+        raise ScenarioError("changes", [f"{name}: {FIXED}"])
+
+
+def _value(name: str, text: str) -> Any:
+    """Return the value of a setting in the type of its parameter; its range is checked later."""
+    kind = spec_of(name).kind
+    if text == "null":
+        return None
+    if kind is bool and text in ("true", "false"):
+        return text == "true"
+    try:
+        return text if kind is str else kind(text)
+    except ValueError:
+        return text  # refused with its text
+
+
+def problems(scenario: Scenario) -> list[str]:
+    """Return what is wrong with the changes of a scenario, in words."""
+    try:
+        over_time(scenario)
+    except ScenarioError as error:
+        return [f"changes: {problem}" for problem in error.problems]
+    return []

@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of a running server change without energy, without a jump of any avatar."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pmwvc_core.controllers import make_server
+from pmwvc_core.params import ContactParams, ServerParams
+
+PERIOD_S = 0.008
+stiffnesses = st.one_of(st.just(0.0), st.floats(1e-2, 1e5))
+contacts = st.builds(
+    ContactParams,
+    impedance=st.floats(1.0, 300.0),
+    contact_stiffness=stiffnesses,
+    contact_damping=st.floats(0.0, 200.0),
+)
+servers = st.builds(
+    ServerParams,
+    environment=st.sampled_from(["cube", "cube", "wall"]),
+    object_mass=st.floats(0.05, 50.0),
+    object_damping=st.floats(0.0, 50.0),
+)
+COUPLINGS = ["implicit", "one_step_delay", "one_frame_late", "unwrapped"]
+contents = st.sampled_from(["bilateral", "grip"])
+
+
+def made(contact, *, server=None, dof=1, kind="grip", users=2):
+    params = replace(contact, contact=kind)
+    sides = [-1, 1][:users]
+    server = server or ServerParams()
+    return make_server("pmwvc", server, [params] * users, [25.0] * users, dof=dof, sides=sides)
+
+
+def joined(server, dof):
+    """All users at their faces."""
+    for i, port in enumerate(server.ports):
+        start = np.zeros(dof)
+        start[0] = 0.03 * (-1 if i == 0 else 1)
+        server.join(i, start if dof > 1 else float(start[0]))
+        assert port.present
+    return server
+
+
+def energy(server):
+    return float(np.ravel(server.kinetic + server.potential + server.dissipated)[0])
+
+
+def state(server):
+    """What a person would see: places of avatars and object."""
+    places = [server._place(port) for port in server.ports]
+    return np.concatenate([np.ravel(each) for each in [*places, server.body.x]])
+
+
+def waves(rng, dof, size):
+    """Waves that press users together, with noise."""
+    push = np.array([1.0, *[0.0] * (dof - 1)])
+    noise = rng.normal(0.0, 0.5, (2, dof))
+    found = [size * (push + noise[0]), size * (-push + noise[1])]
+    return [each if dof > 1 else float(each[0]) for each in found]
+
+
+@settings(max_examples=60)
+@given(
+    first=servers,
+    coupling=st.sampled_from(COUPLINGS),
+    contact=contacts,
+    kind=contents,
+    dof=st.sampled_from([1, 3]),
+    changes=st.lists(st.tuples(st.integers(0, 1), contacts, servers), min_size=1, max_size=8),
+    size=st.sampled_from([0.01, 0.5, 2.0]),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_a_change_keeps_the_energy_and_the_places(
+    first, coupling, contact, kind, dof, changes, size, seed
+):
+    rng = np.random.default_rng(seed)
+    first = replace(first, coupling=coupling)
+    server = joined(made(contact, server=first, dof=dof, kind=kind), dof)
+    for user, other, params in changes:
+        for _ in range(6):
+            server.step(waves(rng, dof, size))
+        before, seen = energy(server), state(server)
+        server.configure_user(user, replace(other, contact=kind), other.impedance)
+        params = replace(params, environment=first.environment)
+        server.configure(replace(params, coupling=COUPLINGS[int(rng.integers(4))]))
+        assert energy(server) == pytest.approx(before, rel=1e-9, abs=1e-15)
+        np.testing.assert_allclose(state(server), seen, rtol=1e-12, atol=1e-15)
+
+
+@settings(max_examples=60)
+@given(
+    params=servers,
+    contact=contacts,
+    kind=contents,
+    dof=st.sampled_from([1, 3]),
+    changes=st.lists(st.tuples(st.integers(0, 1), contacts), min_size=1, max_size=8),
+    size=st.sampled_from([0.01, 0.5, 2.0]),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_every_joule_is_accounted_for_through_changes(
+    params, contact, kind, dof, changes, size, seed
+):
+    """Implicit coupling: what came in as waves is stored or heat, changes included."""
+    rng = np.random.default_rng(seed)
+    server = joined(made(contact, server=params, dof=dof, kind=kind), dof)
+    came = moved = 0.0
+    for user, other in changes:
+        for _ in range(6):
+            sent = waves(rng, dof, size)
+            returned = server.step(sent)
+            into = [np.sum(np.square(wave)) for wave in sent]
+            back = [np.sum(np.square(wave)) for wave in returned]
+            came += 0.5 * PERIOD_S * (sum(into) - sum(back))
+            moved += 0.5 * PERIOD_S * (sum(into) + sum(back))
+            assert energy(server) == pytest.approx(came, abs=1e-10 * moved)
+        server.configure_user(user, replace(other, contact=kind), other.impedance)
+    assert came >= -1e-10 * moved
+
+
+def pressed(kind="grip"):
+    """A server whose users press on a wall, one from each side."""
+    wall = ServerParams(environment="wall")
+    contact = ContactParams(contact_stiffness=500.0, contact_damping=10.0, impedance=25.0)
+    server = joined(made(contact, server=wall, kind=kind), 1)
+    for _ in range(40):
+        server.step([0.2, -0.2])
+    assert server.potential > 1e-3
+    return server, replace(contact, contact_stiffness=3000.0)
+
+
+@pytest.mark.parametrize("kind", ["bilateral", "grip"])
+def test_stiffness_raised_as_it_is_adds_energy_and_raised_properly_none(kind):
+    """The control: the naive change multiplies the energy of the spring."""
+    server, stiff = pressed(kind)
+    naive, _ = pressed(kind)
+    before = server.potential
+    for i, port in enumerate(server.ports):
+        server.configure_user(i, stiff, 25.0)
+        port = naive.ports[i]
+        port.contact.stiffness = stiff.contact_stiffness
+    assert server.potential == pytest.approx(before, rel=1e-12)
+    assert naive.potential == pytest.approx(6.0 * before, rel=1e-12)
+
+
+def test_force_grows_with_the_root_of_the_stiffness():
+    """Twice the force, at the worst, for four times the stiffness: 0.5 K p^2 = F^2/(2K) stays."""
+    server, stiff = pressed()
+    before = server.ports[0].contact.force(0.0)
+    server.configure_user(0, replace(stiff, contact_stiffness=2000.0), 25.0)
+    assert server.ports[0].contact.force(0.0) == pytest.approx(2.0 * before, rel=1e-12)
+
+
+@pytest.mark.parametrize("stiffness", [50.0, 3000.0])
+def test_the_face_goes_back_once_the_avatar_has_left(stiffness):
+    server, stiff = pressed()
+    contact = server.ports[0].contact
+    face = contact.rest
+    server.configure_user(0, replace(stiff, contact_stiffness=stiffness), 25.0)
+    assert contact.rest != face
+    for _ in range(400):
+        before = energy(server)
+        place = server._place(server.ports[0])
+        received = [-0.2, -0.2]
+        returned = server.step(received)
+        into = 0.5 * PERIOD_S * (0.08 - sum(v * v for v in returned))
+        assert energy(server) - before == pytest.approx(into, abs=1e-12)
+        assert server._place(server.ports[0]) < place  # no step backwards
+        if not contact._shifted:
+            break
+    assert contact.rest == face
+
+
+def test_a_spring_that_is_taken_away_loses_its_energy_as_heat():
+    server, stiff = pressed()
+    before, total = server.dissipated, energy(server)
+    server.configure_user(0, replace(stiff, contact_stiffness=0.0), 25.0)
+    assert server.dissipated > before
+    assert energy(server) == pytest.approx(total, rel=1e-12)
+    server.configure_user(0, stiff, 25.0)  # and comes back without any
+    assert energy(server) == pytest.approx(total, rel=1e-12)
+
+
+def test_a_wall_has_no_energy_of_motion_to_change():
+    server, _ = pressed()
+    server.configure(ServerParams(environment="wall", object_mass=9.0))
+    assert server.kinetic == 0.0

@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters that change during a session in virtual time, and what is judged of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.handmade import oscillating
+
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.events import events
+from pmwvc_analysis.verdicts.verdicts import summary
+from pmwvc_bringup import scenarios
+from pmwvc_core.errors import ScenarioError
+from pmwvc_core.scenario.changes import Change, changes_text, over_time, read_changes
+from pmwvc_core.simulation.session import simulate, simulate_one
+
+CHANGES = (
+    "2.5 server.coupling=one_step_delay; 2.9 server.coupling=implicit; "
+    "3.0 server.contact_stiffness=3000; 3.4 server.object_mass=0.8 server.object_damping=4"
+)
+
+
+def carrying(changes, **settings):
+    texts = [f"changes={changes}", "task.move_s=2.2", "task.move_rise_s=1.5"]
+    texts += [f"{name.replace('__', '.')}={value}" for name, value in settings.items()]
+    return scenarios.load("carry_16ms", settings_texts=texts, duration_s=4.5)
+
+
+@pytest.fixture(scope="module")
+def changed():
+    scenario = carrying(CHANGES)
+    return simulate_one(scenario), scenario
+
+
+def worst(found):
+    return max(float(np.abs(sums).max()) for sums in found.residuals.values())
+
+
+def test_the_budget_closes_to_rounding_through_every_change(changed):
+    traces, scenario = changed
+    assert worst(budget(traces, scenario)) < 1e-12
+    assert inconsistencies(traces, scenario) == []
+
+
+def test_without_the_changes_neither_budget_nor_record_would_fit(changed):
+    """The control: the parameters at the start for the whole session."""
+    traces, scenario = changed
+    constant = replace(scenario, changes="")
+    assert worst(budget(traces, constant)) > 1e-5
+    assert any("energy of motion" in text for text in inconsistencies(traces, constant))
+
+
+def test_nothing_is_predicted_falsely_and_changes_are_events(changed):
+    traces, scenario = changed
+    found = summary(traces, scenario, budget(traces, scenario))
+    assert found["passivity"]["passive"] is True
+    assert [each["hit"] for each in found["outcomes"]] == [None]
+    text = found["outcomes"][0]["text"]
+    assert text.startswith("Parameters changed (server.coupling=one_step_delay at 2.50 s, ")
+    assert "and 2 more changes" in text
+    noted = [e for e in events.complete(traces, scenario) if e["kind"] == "parameter"]
+    assert [event["time_s"] for event in noted] == [2.5, 2.9, 3.0, 3.4]
+    assert noted[2]["what"] == "set server.contact_stiffness=3000.0"
+
+
+def test_an_offset_is_judged_with_the_parameters_at_the_end_or_not_at_all():
+    stiff = carrying("2.5 server.contact_stiffness=3000", task__kind="hold")
+    found = summary(simulate_one(stiff), stiff)["outcomes"]
+    assert [each["hit"] for each in found] == [None, True, True]
+    other = carrying("2.5 server.impedance=60", task__kind="hold")
+    traces = simulate_one(other)
+    assert [each["hit"] for each in summary(traces, other)["outcomes"]] == [None]
+    constant = replace(other, changes="")
+    control = summary(traces, constant)["outcomes"]
+    assert False in [each["hit"] for each in control]
+
+
+@pytest.mark.parametrize(("at_s", "stable"), [(0.5, False), (4.1, None)])
+def test_a_vibration_is_judged_from_the_last_change_on(at_s, stable):
+    """Shortly before the end it is not known whether it decays."""
+    scenario = carrying(f"{at_s} server.contact_damping=11", task__kind="hold")
+    traces = oscillating(simulate_one(scenario), rms_m_s=20e-3, hertz=30.0)
+    found = summary(traces, scenario)
+    assert found["stable"] is stable
+    assert ("a parameter changed 0.40 s before" in found["stability"]["text"]) is (stable is None)
+
+
+def test_a_change_takes_effect_with_the_next_step_and_not_before():
+    plain, changing = carrying(""), carrying("2.5 server.contact_damping=60")
+    one, two = simulate_one(plain), simulate_one(changing)
+    differ = np.flatnonzero(one.server.f_s[0][:, 0] != two.server.f_s[0][:, 0])
+    assert one.server.time_s[differ[0]] == pytest.approx(2.504)  # the first step after it
+
+
+@pytest.mark.parametrize(
+    "setting", ["master.impedance=40", "link.delay_s=0.03", "safety.max_force=1"]
+)
+def test_masters_links_and_limits_change_as_well(setting):
+    plain, changing = simulate([carrying(""), carrying(f"2.5 {setting}")])
+    forces = [traces.users[0].f_applied[:, 0] for traces in (plain, changing)]
+    differ = np.flatnonzero(forces[0] != forces[1])
+    assert 2.5 <= plain.users[0].time_s[differ[0]] < 2.6
+
+
+def test_changes_hold_for_every_run_of_a_batch():
+    scenarios_ = [carrying(CHANGES, device__mass=mass) for mass in (0.2, 0.3)]
+    together = simulate(scenarios_)
+    alone = simulate_one(scenarios_[1])
+    np.testing.assert_allclose(together[1].server.x_o, alone.server.x_o, atol=1e-12)
+
+
+def test_a_text_is_read_and_written_again():
+    found = read_changes(" 4 server.object_mass=1 ; 2.5 server.impedance=null link.delay_s=2e-2")
+    assert found == [
+        Change(2.5, {"server.impedance": None, "link.delay_s": 0.02}),
+        Change(4.0, {"server.object_mass": 1.0}),
+    ]
+    again = read_changes(changes_text([Change(1.0, {"server.coupling": "implicit"})]))
+    assert again == [Change(1.0, {"server.coupling": "implicit"})]
+
+
+def test_a_port_at_the_server_keeps_its_impedance_when_the_masters_changes():
+    ((_, later),) = over_time(carrying("1 user1.master.impedance=40"))
+    assert [user.impedance for user in later.users] == [40.0, 25.0]
+    assert [user.server_impedance for user in later.users] == [25.0, 25.0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ("2.5 x", "must be 'TIME NAME=VALUE"),
+        ("soon server.object_mass=1", "must be 'TIME NAME=VALUE"),
+        ("-1 server.object_mass=1", "must be 'TIME NAME=VALUE"),
+        ("1 server.object_mas=1", "did you mean server.object_mass"),
+        ("1 server.object_mass=0", "object_mass = 0.0: must be > 0 kg"),
+        ("1 server.contact_stiffness=1e9", "0..1e\\+06 N/m"),
+        ("1 server.period_s=0.01", "server.period_s: is fixed once a session runs"),
+        ("1 device.mass=1", "device.mass: is fixed once a session runs"),
+        ("1 server.coupling=unknown", "a black box and its port are fixed once running"),
+        ("1 user5.server.impedance=3", "there is no user5"),
+    ],
+)
+def test_what_cannot_change_is_refused_with_the_reason(changes, words):
+    with pytest.raises(ScenarioError, match=words):
+        carrying(changes)
