@@ -21,7 +21,8 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
-QUIET = {"/parameter_events"}  # topics that carry nothing where nothing was changed
+# Topics that carry nothing where nothing was changed, and no hand is remote.
+QUIET = ("/parameter_events", "/hand/target", "/hand/held")
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ def _losses(content: Content, traces: SessionTraces) -> list[Finding]:
     found += [
         Finding("missing", WARNING, f"{topic}: nothing recorded")
         for topic, count in traces.counts.items()
-        if not count["messages"] and topic not in QUIET
+        if not count["messages"] and not topic.endswith(QUIET)
     ]
     found += [
         Finding("missing", WARNING, f"{event['who']}: {event['what']}")

@@ -10,6 +10,7 @@ import yaml
 from pmwvc_analysis.recording.format.topics import session_topics
 from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import plan
+from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import ContactParams, LinkParams, MasterParams
 from pmwvc_core.runtime.parameter_values import built
 
@@ -83,3 +84,9 @@ def test_start_does_not_wait_for_a_recorder_that_is_not_planned(scenario):
     assert set(ends) == set(plan.topic_ends(scenario))
     assert {counts for topic, counts in ends.items() if "wave" in topic} == {(1, 1)}
     assert {counts for topic, counts in ends.items() if "wave" not in topic} == {(1, 0)}
+
+
+def test_a_live_session_refuses_changes_at_given_times(tmp_path):
+    scenario = scenarios.load("wall", settings_texts=["changes=1 server.contact_stiffness=9"])
+    with pytest.raises(ScenarioError, match="must be empty in a live session"):
+        plan.nodes(scenario, folder=tmp_path, paused=False)

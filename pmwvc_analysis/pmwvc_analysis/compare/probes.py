@@ -140,7 +140,7 @@ def pressed_stiffness(scenario: Scenario) -> float | None:
 
 
 def _roomy(scenario: Scenario) -> Scenario:
-    """Return the scenario with devices that no stop holds."""
+    """Return the scenario with devices that no stop holds, and parameters that stay."""
 
     def roomy(user: User) -> User:
         return dataclasses.replace(
@@ -149,7 +149,7 @@ def _roomy(scenario: Scenario) -> Scenario:
 
     users = tuple(roomy(user) for user in scenario.users)
     task = dataclasses.replace(scenario.task, kind="free")
-    return dataclasses.replace(scenario, users=users, task=task)
+    return dataclasses.replace(scenario, users=users, task=task, changes="")
 
 
 def _responses(

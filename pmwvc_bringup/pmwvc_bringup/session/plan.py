@@ -12,6 +12,7 @@ from pathlib import Path
 
 import yaml
 
+from pmwvc_core.errors import ScenarioError
 from pmwvc_core.runtime.parameter_values import to_ros_yaml
 from pmwvc_core.runtime.token_files import SERVER, TOKEN_FILE
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -90,7 +91,20 @@ def nodes(
         The folder of the session's tokens; None for an open session.
     page
         Where the view serves the session's page; None: no view.
+
+    Raises
+    ------
+    ScenarioError
+        If parameters of the scenario change at given times: no node does that by itself.
     """
+    if scenario.changes:
+        raise ScenarioError(
+            scenario.name,
+            [
+                f"changes = {scenario.changes!r}: must be empty in a live session; set parameters "
+                "of the running nodes ('ros2 param set'), or use pmwvc simulate"
+            ],
+        )
     gate = {"start.paused": paused}
     return [
         NodePlan("recorder", parameters=_recorder(scenario, folder)),

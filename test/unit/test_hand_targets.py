@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The targets of remote hands are read from a recording and drive its replay."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PointStamped
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Bool
+
+from pmwvc_analysis.recording.format import schemas
+from pmwvc_analysis.recording.hand_targets import hand_targets, is_of_hand
+from pmwvc_analysis.recording.mcap.salvage import RawMessage
+from pmwvc_analysis.replay.differences import reproduced
+from pmwvc_analysis.replay.run import replay
+from pmwvc_bringup import scenarios
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.plant.remote_hand import RemoteHand
+from pmwvc_core.plant.targets import GivenTargets
+from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.session import simulate_one
+from pmwvc_core.traces import HandTargets
+
+
+def message(at_s, topic, kind, content):
+    at_ns = round(at_s * 1e9)
+    return RawMessage(topic, kind, at_ns, at_ns, serialize_message(content))
+
+
+def target(at_s, x, *, user="user1", frame="world"):
+    point = PointStamped()
+    point.header.frame_id = frame
+    point.point.x, point.point.y, point.point.z = x, 2.0 * x, 3.0 * x
+    return message(at_s, f"/lab/{user}/hand/target", schemas.POINT, point)
+
+
+def held(at_s, value):
+    return message(at_s, "/lab/user1/hand/held", schemas.FLAG, Bool(data=value))
+
+
+def test_targets_are_read_as_the_master_took_them():
+    messages = [
+        target(1.0, 0.01, frame=""),
+        target(1.2, math.nan),
+        target(1.1, 0.02, frame="handle of the first user"),
+        held(1.3, False),
+        target(1.4, 0.03),  # does not count
+        held(1.5, True),
+        target(1.6, 0.04),
+        target(1.6, 0.5, user="user2"),
+        replace(target(1.7, 0.6), data=b"\0\1\0\0"),
+    ]
+    found = hand_targets(messages, zero_ns=10**9)
+    assert sorted(found) == ["user1", "user2"]
+    np.testing.assert_allclose(found["user1"].time_s, [0.0, 0.1, 0.2, 0.3, 0.6])
+    expected = [[0.01, 0.02, 0.03], [0.02, 0.04, 0.06], [math.nan] * 3, [math.nan] * 3]
+    np.testing.assert_allclose(found["user1"].position, [*expected, [0.04, 0.08, 0.12]])
+
+
+def test_only_the_topics_of_a_hand_are_taken():
+    assert is_of_hand(target(0.0, 0.0))
+    assert is_of_hand(held(0.0, True))
+    assert not is_of_hand(message(0.0, "/lab/goal", schemas.POINT, PointStamped()))
+    assert not is_of_hand(message(0.0, "/hand/target", schemas.FLAG, Bool()))
+
+
+def remote_scenario():
+    texts = ["user1.operator.kind=remote", "task.kind=hold"]
+    return scenarios.load("carry_16ms", settings_texts=texts, duration_s=3.0)
+
+
+def pulled(scenario):
+    """A session as if recorded live: its hand gets targets from outside, with a gap."""
+    ticks = [tick for tick in range(700, 2900, 14) if not 2000 < tick < 2300]
+    places = [-0.03 + 0.01 * (tick > 1000) for tick in ticks]
+
+    def hand():
+        made = RemoteHand(scenario.users[0].operator, start=-0.03, tick_s=0.001, dof=1)
+        made.source = GivenTargets(zip(ticks, places, strict=True), early=True)
+        return made
+
+    traces = simulate_one(scenario, Conditions(hands={"user1": hand}))
+    position = np.zeros((len(ticks), 3))
+    position[:, 0] = places
+    # received within the tick before, as a node receives them
+    traces.targets["user1"] = HandTargets(np.array(ticks) * 0.001 - 0.0004, position)
+    return traces
+
+
+def test_a_replay_follows_the_recorded_targets():
+    scenario = remote_scenario()
+    recorded = pulled(scenario)
+    recorded.source, recorded.metadata["replay"] = "live", {"answer_ticks": "0"}
+    again = replay(recorded, scenario, scenario)
+    assert reproduced(again.differences)
+    recorded.targets.clear()  # the control
+    assert not reproduced(replay(recorded, scenario, scenario).differences)
+
+
+def test_a_live_sessions_changes_of_parameters_are_replayed_but_for_what_is_set():
+    constant = scenarios.load("carry_16ms", duration_s=3.5)
+    changing = replace(constant, changes="2.4 server.contact_stiffness=2000 server.object_mass=1")
+    recorded = simulate_one(changing)
+    recorded.source, recorded.metadata["replay"] = "live", {"answer_ticks": "0"}
+    recorded.settings = [(2.4, {"server.contact_stiffness": 2000.0, "server.object_mass": 1.0})]
+    again = replay(recorded, constant, constant)
+    assert reproduced(again.differences)
+    assert any("parameters change as recorded" in note for note in again.prescribed.notes)
+    server = replace(constant.server, object_mass=3.0)
+    other = replay(recorded, constant, replace(constant, server=server))
+    assert "object_mass" not in other.scenario.changes
+    recorded.settings = []  # the control
+    assert not reproduced(replay(recorded, constant, constant).differences)
+
+
+def test_a_replay_of_a_replay_has_no_targets_and_says_so():
+    scenario = remote_scenario()
+    recorded = pulled(scenario)
+    recorded.source = "replayed"
+    with pytest.raises(RecordingError, match="holds no targets of a remote hand"):
+        replay(recorded, scenario, scenario)
