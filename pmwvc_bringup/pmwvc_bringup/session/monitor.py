@@ -94,9 +94,11 @@ class Monitor:
                 found[topic] = f"{len(names)} publishers on {topic}: {', '.join(names)}"
         return found
 
-    def unmatched(self, nodes: Sequence[str], ends: Mapping[str, tuple[int, int]]) -> list[str]:
-        """Return the ends that the nodes themselves have not matched yet, as texts."""
-        return [
+    def unconnected(self, nodes: Sequence[str], ends: Mapping[str, tuple[int, int]]) -> list[str]:
+        """Return what is missing until nothing that is sent gets lost, as texts: ends that are not
+        in the graph yet, then those that the nodes themselves have not matched yet.
+        """
+        return self.missing(ends) or [
             f"{name}: {text}"
             for name, answer in self._call(nodes, "matched").items()
             for text in unmatched(json.loads(answer), ends)

@@ -6,7 +6,7 @@ Session runner and launch file start the nodes listed here. Works without ROS.
 """
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -124,6 +124,14 @@ def nodes(
 
 def _token(tokens: Path | None, owner: str) -> dict[str, object]:
     return {TOKEN_FILE: str(tokens / owner)} if tokens else {}
+
+
+def start_order(planned: Sequence[NodePlan]) -> list[list[str]]:
+    """Return the ROS names of the nodes to be started, group after group: no node sends before its
+    receivers run.
+    """
+    kinds = ("netem", "server", "master")
+    return [[node.ros_name for node in planned if node.kind == kind] for kind in kinds]
 
 
 def _common(scenario: Scenario) -> dict[str, object]:

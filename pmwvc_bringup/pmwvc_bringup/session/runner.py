@@ -170,23 +170,17 @@ class LiveSession:
                 return False
             if ended := self.children.endings():
                 raise StartError(f"{ended[0]} before the session began\n{self._log_end(ended[0])}")
-            missing = monitor.missing(ends)
-            if not missing and not recorder.has_logged(READY):
-                missing = ["recorder: not ready"]
-            if not missing and not (missing := monitor.unmatched(names, ends)):
+            missing = monitor.unconnected(names, ends)
+            if not missing and recorder.has_logged(READY):
                 break
+            missing = missing or ["recorder: not ready"]
             if time.monotonic() > until:
                 raise StartError(
                     f"{not_connected(missing)}\n"
                     f"logs: {self.folder / 'nodes'}; 'pmwvc doctor' examines the machine"
                 )
             time.sleep(0.02)
-        monitor.start(  # no node sends before its receivers run
-            *(
-                [node.ros_name for node in self.nodes if node.kind == kind]
-                for kind in ("netem", "server", "master")
-            )
-        )
+        monitor.start(*plan.start_order(self.nodes))
         return True
 
     def _log_end(self, ending: Ending) -> str:

@@ -6,9 +6,10 @@
 
     python -m pmwvc_bringup.session.starter FOLDER/scenario.yaml --duration 20 --namespace /lab
 
-For the launch file: its nodes wait for their ``start`` service. When all of them are connected,
-the emulator, the server and then the masters are started; the time counts from the first ticks of
-all masters. Exit code 0: the time is over; 2: the nodes were not connected in time.
+For the launch file: its nodes wait for their ``start`` service. When the graph shows both ends of
+every topic and each node says that it has matched the others, the emulator, the server and then
+the masters are started; the time counts from the first ticks of all masters.
+Exit code 0: the time is over; 2: the nodes were not connected in time.
 """
 
 import argparse
@@ -16,6 +17,7 @@ import signal
 import sys
 import time
 from collections.abc import Sequence
+from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
@@ -41,16 +43,22 @@ def main(args: Sequence[str] | None = None) -> int:
     prefix = namespace.rstrip("/")
     ends = plan.topic_ends(scenario, recorded=not given.unrecorded)
     ends = {f"{prefix}{topic}": counts for topic, counts in ends.items()}
-    masters = [f"{prefix}/{user.name}/master" for user in scenario.users]
+    nodes = plan.nodes(scenario, folder=Path(given.scenario).parent, paused=True)
+    names = [
+        f"{prefix}{node.ros_name}"
+        for node in nodes
+        if not (given.unrecorded and node.kind == "recorder")
+    ]
+    groups = [[f"{prefix}{name}" for name in group] for group in plan.start_order(nodes)]
     with watching([user.name for user in scenario.users], namespace=namespace) as monitor:
         until = time.monotonic() + CONNECTION_TIMEOUT_S
-        while missing := monitor.missing(ends):
-            if time.monotonic() > until:
-                print(f"starter: {not_connected(missing)}", flush=True)
-                return 2
-            time.sleep(0.02)
         try:
-            monitor.start([f"{prefix}/netem"], [f"{prefix}/server"], masters)
+            while missing := monitor.unconnected(names, ends):
+                if time.monotonic() > until:
+                    print(f"starter: {not_connected(missing)}", flush=True)
+                    return 2
+                time.sleep(0.02)
+            monitor.start(*groups)
         except PmwvcError as error:
             print(f"starter: {error}", flush=True)
             return 2
