@@ -23,7 +23,7 @@ import numpy as np
 
 from pmwvc_analysis.recording.format.size import live_bytes_per_minute
 from pmwvc_bringup import scenarios
-from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, request_real_time
+from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, hold_memory, request_real_time
 
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
 MIB = 2**20
@@ -139,7 +139,7 @@ def _clock() -> Outcome:
 
 def _real_time() -> Outcome:
     reports: list[RealTimeReport] = []
-    _in_thread(lambda: reports.append(request_real_time(20)))
+    _in_thread(lambda: reports.append(hold_memory() + request_real_time(20)))
     report = reports[0]
     text = str(report).removeprefix("real time: ")
     if report.refused:

@@ -57,6 +57,7 @@ class MasterLoop:
         self.health = Health()
         self.missed = 0
         self.samples = 0  # of the device, that were new
+        self.memory = RealTimeReport()  # granted before the start
         self.report: RealTimeReport | None = None
         self._trace_tick, self._motion_tick = (min(k, protocol.rate_drop - 1) for k in (1, 2))
         self._clock = clock
@@ -67,7 +68,7 @@ class MasterLoop:
     def run(self, stop: threading.Event) -> None:
         """Tick in this thread until ``stop`` is set; leave in order whatever happens."""
         try:
-            self.report = request_real_time(PRIORITY)
+            self.report = self.memory + request_real_time(PRIORITY)
             for tick in Pacer(round(self.tick_s * 1e9)).ticks(stop):
                 self.tick(tick)
         finally:

@@ -21,6 +21,7 @@ from std_srvs.srv import Trigger
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.health import Health
+from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.transport.verdict import Verdict
@@ -87,6 +88,7 @@ class Master:
         )
         node.create_service(Trigger, "~/rearm", self._rearm)
         publish_health(node, self._health)
+        self.loop.memory = hold_memory()
 
     def _use_profile(self) -> None:
         """Show the force limit that holds; warn of parameters that do not fit the device."""

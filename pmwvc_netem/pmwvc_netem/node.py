@@ -16,6 +16,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
+from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.peers import PATIENCE_S, nothing_on, publishers_of
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
@@ -54,6 +55,7 @@ class Netem:
         self._faults: dict[str, int] = {}  # of plug-ins, told already
         self._running_s: float | None = None  # since when
         publish_health(node, self._health)
+        self._relay.memory = hold_memory()
 
     def run(self, stop: threading.Event) -> None:
         """Relay."""

@@ -48,6 +48,7 @@ class Relay:
         report: Callable[[int], int],
     ) -> None:
         self.links = {relayed.name: relayed for relayed in links}
+        self.memory = RealTimeReport()  # granted before the start
         self.real_time: RealTimeReport | None = None
         self._handles = [inlet.subscription.handle for inlet in inlets]
         self._report = report
@@ -64,7 +65,7 @@ class Relay:
 
     def run(self, stop: threading.Event) -> None:
         """Relay until ``stop`` is set."""
-        self.real_time = request_real_time(PRIORITY)
+        self.real_time = self.memory + request_real_time(PRIORITY)
         with ExitStack() as held:
             for handle in (*self._handles, self._guard.handle):
                 held.enter_context(handle)  # not destroyed while in use

@@ -69,6 +69,7 @@ class ServerLoop:
         self.period_s = period_s
         self.missed = 0
         self.health = Health()
+        self.memory = RealTimeReport()  # granted before the start
         self.report: RealTimeReport | None = None
         self.changes: deque[tuple[int, Presence]] = deque(maxlen=1000)
         self._clock = clock
@@ -77,7 +78,7 @@ class ServerLoop:
 
     def run(self, stop: threading.Event) -> None:
         """Step in this thread until ``stop`` is set."""
-        self.report = request_real_time(PRIORITY)
+        self.report = self.memory + request_real_time(PRIORITY)
         phase_ns = round(LIVE.server_s * 1e9)
         for tick in Pacer(round(self.period_s * 1e9), phase_ns=phase_ns).ticks(stop):
             self.tick(tick)

@@ -20,6 +20,7 @@ from pmwvc_core.frame.server_step import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plural import count
 from pmwvc_core.runtime.health import Health
+from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.transport.receiver import Receiver
@@ -77,6 +78,7 @@ class Server:
         self._contained = 0
         node.create_timer(1.0 / MARKER_HZ, self._show)
         publish_health(node, self._health)
+        self.loop.memory = hold_memory()
 
     def run(self, stop: threading.Event) -> None:
         """Run the loop."""

@@ -28,7 +28,7 @@ from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import session_topics
 from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.sequence import GapCounter, peek
-from pmwvc_core.runtime.pacing import Pacer, request_real_time
+from pmwvc_core.runtime.pacing import Pacer, hold_memory, request_real_time
 from pmwvc_msgs.msg import LinkState, MasterTrace, PacketFate, ServerTrace, Wave
 
 FRAME_NS = 8_000_000
@@ -86,6 +86,7 @@ def main() -> int:
             peer.until(lambda: all(end.get_subscription_count() for end, _ in ends))
             pid = recorder.process.pid
             before = resident_mib(pid)
+            hold_memory()
             request_real_time(20)
             pacer = Pacer(FRAME_NS)
             frames = round(options.seconds * 1e9) // FRAME_NS

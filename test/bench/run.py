@@ -30,7 +30,7 @@ from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.replay.run import replay
 from pmwvc_analysis.session_files import finish
 from pmwvc_bringup.scenarios import load
-from pmwvc_core.runtime.pacing import Pacer, request_real_time
+from pmwvc_core.runtime.pacing import Pacer, hold_memory, request_real_time
 from pmwvc_core.simulation.session import simulate
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -42,6 +42,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def bare_loop(duration_s, queue):
     """Run a loop that only keeps deadlines; report how late it woke [us]."""
+    hold_memory()
     request_real_time(20)
     pacer = Pacer(1_000_000)
     late = [pacer.wait().lateness_ns * 1e-3 for _ in range(int(duration_s * 1000))]

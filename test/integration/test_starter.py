@@ -16,9 +16,11 @@ from visualization_msgs.msg import MarkerArray
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import plan
+from pmwvc_core.frame.server_step import Presence
 
 pytestmark = pytest.mark.integration
 NAMESPACE, LENGTH_S = "/lab", 3.0
+LINKS = ("user1/up", "user1/down", "user2/up", "user2/down")
 
 
 def test_launched_nodes_begin_together_in_any_namespace_and_run_for_their_time(tmp_path):
@@ -62,11 +64,15 @@ def test_launched_nodes_begin_together_in_any_namespace_and_run_for_their_time(t
     for user in traces.users:
         ran_s = int(user.tick[-1]) * user.tick_s  # ticks count from the master's first
         assert ran_s >= LENGTH_S - 0.1
-        assert np.abs(user.f_applied).max() < 2.0  # nobody was pushed against alone
+    # Nobody was pushed against alone: both were there before anyone touched the cube.
+    together = np.all(np.equal(traces.server.state, Presence.COUPLED), axis=0)
+    touched = np.any(traces.server.contact, axis=0)
+    assert np.flatnonzero(together)[0] < np.flatnonzero(touched)[0]
+    # Every node was there when the first one sent.
+    assert {link: fates.seq[0] for link, fates in traces.fates.items()} == dict.fromkeys(LINKS, 1)
     (change,) = [event for event in traces.events if event.get("kind") == "parameter"]
     assert (change["who"], change["what"]) == ("user1 master", "safety.max_force set to 2.5 N")
     assert change["time_s"] >= LENGTH_S - 0.1
-    assert set(traces.fates) == {"user1/up", "user1/down", "user2/up", "user2/down"}
 
 
 def test_a_starter_that_waits_ends_quietly_when_interrupted(tmp_path):

@@ -13,7 +13,7 @@ from pmwvc_core.frame.assembly import make_force_loop
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.params import BaselineParams, MasterParams, SafetyParams
-from pmwvc_core.runtime.pacing import Tick
+from pmwvc_core.runtime.pacing import RealTimeReport, Tick
 from pmwvc_core.transport.packet import FLAG_LEAVING, Packer
 from pmwvc_master import loop as loop_module
 from pmwvc_master.devices import DeviceInfo, DeviceSample
@@ -268,7 +268,7 @@ def test_leaving_sets_the_device_to_zero_and_sends_a_last_packet_with_the_last_t
 def test_a_failing_device_is_set_to_zero_and_the_server_gets_a_last_packet(monkeypatch):
     rig = Rig()
     rig.device.error = DeviceError("unplugged")
-    monkeypatch.setattr(loop_module, "request_real_time", lambda _: None)
+    monkeypatch.setattr(loop_module, "request_real_time", lambda _: RealTimeReport())
     with pytest.raises(DeviceError, match="unplugged"):
         rig.loop.run(threading.Event())
     assert rig.device.stops == 1

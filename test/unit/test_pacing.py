@@ -17,7 +17,14 @@ from hypothesis import strategies as st
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.runtime import pacing
-from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time, sleep_until
+from pmwvc_core.runtime.pacing import (
+    Pacer,
+    RealTimeReport,
+    Tick,
+    hold_memory,
+    request_real_time,
+    sleep_until,
+)
 
 MS = 1_000_000
 
@@ -252,7 +259,7 @@ def test_refusals_are_reported_with_reason_and_way_out(monkeypatch: pytest.Monke
     monkeypatch.setattr(os, "sched_setscheduler", forbid)
     monkeypatch.setattr(os, "listdir", lambda _: ["1"])  # one thread that is not Python's
     monkeypatch.setattr("gc.freeze", lambda: None)
-    assert str(request_real_time(20)) == (
+    assert str(hold_memory() + request_real_time(20)) == (
         "real time: frozen garbage collector granted; timer slack 1 ns granted; "
         "memory lock refused (Cannot allocate memory; raise the user's memlock limit); "
         "SCHED_FIFO 20 refused (Operation not permitted; raise the user's rtprio limit); "
@@ -276,15 +283,15 @@ def test_memory_to_come_is_locked_only_where_no_limit_can_make_it_fail(
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
     for limit in (64 * 2**20, pacing.resource.RLIM_INFINITY):
         monkeypatch.setattr(pacing.resource, "getrlimit", lambda _, limit=limit: (limit, limit))
-        assert request_real_time(20).refused == {}
+        assert hold_memory().refused == {}
     assert asked == [1, 1 | 2]
 
 
 def test_real_system_grants_or_refuses_each_request_and_raises_nothing() -> None:
     code = (
-        "from pmwvc_core.runtime.pacing import request_real_time as ask\n"
+        "from pmwvc_core.runtime.pacing import hold_memory, request_real_time as ask\n"
         "for priority in (20, 1000):\n"
-        "    report = ask(priority)\n"
+        "    report = hold_memory() + ask(priority)\n"
         "    print(*sorted([*report.granted, *report.refused]), sep=', ')\n"
         "print(report.refused['SCHED_FIFO 1000'])\n"
     )

@@ -96,11 +96,14 @@ class Monitor:
 
     def unconnected(self, nodes: Sequence[str], ends: Mapping[str, tuple[int, int]]) -> list[str]:
         """Return what is missing until nothing that is sent gets lost, as texts: ends that are not
-        in the graph yet, then those that the nodes themselves have not matched yet.
+        in the graph yet, then nodes that do not answer yet, then ends that these have not matched.
         """
-        return self.missing(ends) or [
+        if missing := self.missing(ends):
+            return missing
+        answers = self._call(nodes, "matched")
+        return [f"{name}: no answer yet" for name in nodes if name not in answers] or [
             f"{name}: {text}"
-            for name, answer in self._call(nodes, "matched").items()
+            for name, answer in answers.items()
             for text in unmatched(json.loads(answer), ends)
         ]
 
@@ -114,13 +117,15 @@ class Monitor:
             Naming the nodes that did not answer.
         """
         for nodes in groups:
-            self._call(nodes, "start")
+            answers = self._call(nodes, "start")
+            if late := [name for name in nodes if name not in answers]:
+                raise PmwvcError(f"{', '.join(late)}: no answer to a call of start")
         until = time.monotonic() + FIRST_TICKS_TIMEOUT_S
         while not self._all_ticking() and time.monotonic() < until:
             time.sleep(0.01)
 
     def _call(self, nodes: Sequence[str], service: str) -> dict[str, str]:
-        """Call a service of several nodes at once; return their messages."""
+        """Call a service of several nodes at once; return the messages of those that answered."""
         clients = {name: self._node.create_client(Trigger, f"{name}/{service}") for name in nodes}
         until = time.monotonic() + SERVICE_TIMEOUT_S
         calls = {}
@@ -129,12 +134,9 @@ class Monitor:
                 calls[name] = client.call_async(Trigger.Request())
         while not all(call.done() for call in calls.values()) and time.monotonic() < until:
             rclpy.spin_once(self._node, timeout_sec=0.05)
-        late = [name for name in nodes if name not in calls or not calls[name].done()]
         for client in clients.values():
             self._node.destroy_client(client)
-        if late:
-            raise PmwvcError(f"{', '.join(late)}: no answer to a call of {service}")
-        return {name: str(call.result().message) for name, call in calls.items()}
+        return {name: str(call.result().message) for name, call in calls.items() if call.done()}
 
     def restart(self) -> dict[str, Any] | None:
         """Return the settings with which a page wants the session to begin again, or None."""

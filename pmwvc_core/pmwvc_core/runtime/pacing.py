@@ -145,8 +145,12 @@ class Pacer:
 class RealTimeReport:
     """The real-time requests that the system granted, and the reason of each refusal."""
 
-    granted: tuple[str, ...]
+    granted: tuple[str, ...] = ()
     refused: dict[str, str] = field(default_factory=dict)
+
+    def __add__(self, other: "RealTimeReport") -> "RealTimeReport":
+        """Return a report of the requests of both."""
+        return RealTimeReport(self.granted + other.granted, self.refused | other.refused)
 
     def __str__(self) -> str:
         """Return one line for a log."""
@@ -154,23 +158,32 @@ class RealTimeReport:
         return "real time: " + "; ".join([*(f"{name} granted" for name in self.granted), *refused])
 
 
+def hold_memory() -> RealTimeReport:
+    """Ask for memory that stays where it is: locked, the garbage collector's survivors frozen.
+
+    Both hold for the whole process, so call this after set-up. It takes up to seconds on a busy
+    machine, so call it before a node can be started: nodes that are started together then begin
+    together.
+    """
+    return _asked(
+        ("memory lock", _lock_memory),
+        ("frozen garbage collector", _freeze_garbage),
+    )
+
+
 def request_real_time(priority: int) -> RealTimeReport:
     """Ask for what makes the calling thread wake in time; a refusal is reported, never raised.
 
     Timer slack and scheduling class belong to the calling thread, so call this from the loop's own
     thread; threads and processes it starts later do not inherit the class. The threads of the
-    middleware, without which no packet comes in, go one step below. Memory is locked and the
-    garbage collector's survivors are frozen for the whole process, so call it after set-up.
+    middleware, without which no packet comes in, go one step below.
 
     Parameters
     ----------
     priority
         Priority asked for under SCHED_FIFO, 1 to 99.
     """
-    # What takes long comes before the priority: it would hold up every other loop of the machine.
     return _asked(
-        ("memory lock", _lock_memory),
-        ("frozen garbage collector", _freeze_garbage),
         ("timer slack 1 ns", _set_timer_slack),
         (f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)),
         ("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(max(priority - 1, 1))),
