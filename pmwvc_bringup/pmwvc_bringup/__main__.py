@@ -3,9 +3,10 @@
 """The command line as a program: an interrupt at any instant ends it with one line and code 130.
 
 The launcher starts Python with SIGINT blocked, so that an interrupt during Python's own start
-waits for the handler here. While modules are loading nothing is there to clean up; afterwards an
-interrupt is a ``KeyboardInterrupt``, and one that reaches the top or gets lost in a destructor
-ends the program too.
+waits for the handler here. While the modules of the commands are loading nothing is there to clean
+up; afterwards an interrupt is a ``KeyboardInterrupt``, and one that reaches the top or gets lost in
+a destructor ends the program too. A compiled module that is interrupted while a command loads it
+raises an ``ImportError`` in its place.
 """
 
 import os
@@ -16,6 +17,7 @@ from typing import NoReturn
 
 INTERRUPTED = 130
 LINE = b"pmwvc: interrupted\n"
+_interrupts: list[int] = []
 
 
 def _end() -> NoReturn:
@@ -27,10 +29,15 @@ def _while_loading(_: int, __: FrameType | None) -> None:
     _end()
 
 
+def _while_running(number: int, _: FrameType | None) -> None:
+    _interrupts.append(number)
+    raise KeyboardInterrupt
+
+
 def _uncaught(
     kind: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
-    if issubclass(kind, KeyboardInterrupt):
+    if issubclass(kind, KeyboardInterrupt) or (_interrupts and issubclass(kind, ImportError)):
         _end()
     sys.__excepthook__(kind, error, trace)
 
@@ -50,10 +57,11 @@ def main() -> int:
         signal.signal(signal.SIGINT, _while_loading)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     sys.excepthook, sys.unraisablehook = _uncaught, _unraisable
-    from pmwvc_bringup import cli
+    from pmwvc_bringup import cli, parser
 
+    parser.library()
     if not ignored:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGINT, _while_running)
     code = cli.main()
     if code == INTERRUPTED:  # Python ends by the signal itself where exec() was interrupted
         sys.stdout.flush()

@@ -40,9 +40,9 @@ def test_the_stiffness_table_behind_fig_2_of_app_b():
 
 
 def test_the_regions_of_fig_2_end_at_the_largest_stiffness():
-    result = FIGURES["B2"].compute({**FIGURES["B2"].parameters, "points": 31})
+    result = FIGURES["B2"].compute({**FIGURES["B2"].parameters, "points": 16})
     panel = result["data"]["50/2"]
-    stable = [bool(panel["radius"][i, i] <= 1.0 + 1e-9) for i in range(31)]
+    stable = [bool(panel["radius"][i, i] <= 1.0 + 1e-9) for i in range(16)]
     inside = [k <= panel["k_max"] for k in panel["k_n_per_m"]]
     assert stable[1:] == inside[1:]
     assert any(stable[1:]) and not all(stable)
@@ -133,7 +133,7 @@ def test_compensation_raises_the_stiffness_by_half_and_more(damping, factor):
 
 
 def test_the_contact_of_app_c_under_every_compensation():
-    found = numbers("C5")
+    found = numbers("C5", stiffness={**FIGURES["C5"].parameters["stiffness"], "damping": []})
     assert found["made_by_delay_none_mj"] < -0.1
     assert found["lowest_after_printed_mj"] < -0.5  # the control: as printed it makes energy
     for kind in ("corrected", "ledger"):
@@ -177,7 +177,7 @@ def test_the_contact_of_app_a_fig_7_is_not_bounded_by_the_safety_limits():
 
 def test_the_largest_stiffness_of_app_a_fig_5_is_searched_between_the_points_of_the_grid():
     curves = {name: FIGURES["A5"].parameters["curves"][name] for name in ("waves_b_80", "direct")}
-    coarse, fine = (numbers("A5", damping=[0.0, 40.0, n], curves=curves) for n in (21, 41))
+    coarse, fine = (numbers("A5", damping=[0.0, 40.0, n], curves=curves) for n in (11, 21))
     ratios = [each["largest_waves_b_80"] / each["largest_direct"] for each in (coarse, fine)]
     assert ratios[0] == pytest.approx(ratios[1], rel=2e-3)
     assert 2.8 < ratios[1] < 2.87

@@ -90,32 +90,47 @@ def test_a_folder_without_a_recording_is_refused(pmwvc, tmp_path):
         assert folder in refused(pmwvc(command, folder))
 
 
-def test_a_printed_scenario_can_be_simulated(pmwvc, tmp_path):
+def test_a_printed_scenario_can_be_simulated_and_is_given_in_words(pmwvc, tmp_path):
     (tmp_path / "mine.yaml").write_text(pmwvc("scenarios", "carry_16ms").stdout)
-    result = pmwvc("simulate", "mine.yaml", "--duration", "0.5", "--out", "short")
+    result = pmwvc("simulate", "mine.yaml", "--duration", "0.5")
     assert result.returncode == 0, result.stderr
-    assert (tmp_path / "short" / "report.html").is_file()
+    assert "carry_16ms: stable" in result.stdout
+    assert "report: sessions/" in result.stdout
+    (report,) = tmp_path.glob("sessions/*/report.html")
+    assert str(report.relative_to(tmp_path)) in result.stdout
 
 
-def test_json_is_the_summary_and_nothing_else(pmwvc, tmp_path):
-    result = pmwvc("simulate", "carry_16ms", "--duration", "0.5", "--out", "short", "--json")
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory):
+    """One simulated session for a program: where it was called, and what was printed."""
+    folder = tmp_path_factory.mktemp("simulated")
+    result = call(
+        "simulate", "carry_16ms", "--duration", "0.5", "--users", "3", "--out", "short", "--json",
+        "--set", "link.delay_s=0.04", "--set", "user2.operator.squeeze=5", cwd=folder,
+    )  # fmt: skip
     assert result.returncode == 0, result.stderr
-    assert result.stdout == (tmp_path / "short" / "summary.json").read_text("utf-8")
+    return folder, result
+
+
+def test_json_is_the_summary_and_nothing_else(simulated):
+    folder, result = simulated
+    assert result.stdout == (folder / "short" / "summary.json").read_text("utf-8")
     assert json.loads(result.stdout)["scenario"] == "carry_16ms"
     assert "session folder" in result.stderr
 
 
-def test_a_report_written_anew_is_the_same(pmwvc):
-    first = pmwvc("simulate", "wall", "--duration", "0.5", "--out", "short", "--json")
-    again = pmwvc("report", "short", "--json")
+def test_a_report_written_anew_is_the_same(simulated):
+    folder, first = simulated
+    again = call("report", "short", "--json", cwd=folder)
     assert again.returncode == 0, again.stderr
     assert again.stdout == first.stdout
 
 
-def test_a_simulation_is_given_in_words(pmwvc):
-    result = pmwvc("simulate", "carry_16ms", "--duration", "0.5")
-    assert "carry_16ms: stable" in result.stdout
-    assert "report: sessions/" in result.stdout
+def test_options_reach_the_session(simulated):
+    folder, _ = simulated
+    kept = yaml.safe_load((folder / "short" / "scenario.yaml").read_text("utf-8"))
+    assert (kept["users"], kept["duration_s"], kept["link"]["up"]["delay_s"]) == (3, 0.5, 0.04)
+    assert kept["user2"]["operator"]["squeeze"] == 5.0
 
 
 @pytest.mark.parametrize(
@@ -132,18 +147,8 @@ def test_the_check_makes_the_verdict_the_exit_code(pmwvc, settings, code, words)
     assert first.returncode == again.returncode == code, first.stdout
     assert words in first.stdout
     assert words in again.stdout
-    assert pmwvc("report", "short").returncode == 0  # without the option a verdict is no failure
-
-
-def test_options_reach_the_session(pmwvc, tmp_path):
-    result = pmwvc(
-        "simulate", "carry_16ms", "--duration", "0.5", "--users", "3", "--out", "short",
-        "--set", "link.delay_s=0.04", "--set", "user2.operator.squeeze=5",
-    )  # fmt: skip
-    assert result.returncode == 0, result.stderr
-    kept = yaml.safe_load((tmp_path / "short" / "scenario.yaml").read_text("utf-8"))
-    assert (kept["users"], kept["duration_s"], kept["link"]["up"]["delay_s"]) == (3, 0.5, 0.04)
-    assert kept["user2"]["operator"]["squeeze"] == 5.0
+    if code:  # without the option a verdict is no failure
+        assert pmwvc("report", "short").returncode == 0
 
 
 def test_the_doctor_looks_at_everything_and_states_how_it_is(pmwvc):
@@ -204,6 +209,6 @@ def test_a_proposal_is_written_as_a_scenario_that_runs(pmwvc, tmp_path):
     best = json.loads(result.stdout)["best"]["settings"]
     written = yaml.safe_load((tmp_path / "tuned.yaml").read_text("utf-8"))
     assert written["master"]["impedance"] == pytest.approx(best["master.impedance"], abs=0.01)
-    assert pmwvc("simulate", "tuned.yaml", "--duration", "2", "--out", "it").returncode == 0
+    assert pmwvc("simulate", "tuned.yaml", "--duration", "0.5", "--out", "it").returncode == 0
     assert "is there already" in refused(pmwvc("tune", "wall", "--out", "tuned.yaml"))
     assert "must end in .yaml" in refused(pmwvc("tune", "wall", "--out", "tuned.txt"))
