@@ -10,8 +10,12 @@ import pytest
 from hypothesis import settings
 
 RECORDED_DATA = Path(__file__).parent / "data"
-# Quick ones first. Live sessions last and on one worker: nothing else of ours runs beside them.
+# Quick ones first. On several workers those with live nodes come first, all on one worker: they
+# wait more than they compute, and last they would keep the other workers waiting.
 ORDER = ("project", "unit", "property", "oracle", "browser", "integration")
+LIVE = ("browser", "integration")
+if "PYTEST_XDIST_WORKER" in os.environ:
+    ORDER = (*LIVE, *(folder for folder in ORDER if folder not in LIVE))
 
 # Several hundred processes start: each module is compiled once, whatever the machine prefers.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -24,12 +28,12 @@ settings.load_profile("ci" if os.environ.get("CI") else "local")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put quick tests first, and those with live nodes or a browser on one worker: two 1 kHz
+    """Put the tests in order, and those with live nodes or a browser on one worker: two 1 kHz
     sessions at once are not two users.
     """
     items.sort(key=lambda item: ORDER.index(_folder(item)))
     for item in items:
-        if _folder(item) in ("browser", "integration"):
+        if _folder(item) in LIVE:
             item.add_marker(pytest.mark.xdist_group("live"))
 
 

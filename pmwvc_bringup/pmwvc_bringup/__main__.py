@@ -3,9 +3,9 @@
 """The command line as a program: an interrupt at any instant ends it with one line and code 130.
 
 The launcher starts Python with SIGINT blocked, so that an interrupt during Python's own start
-waits for the handler here. While the modules of the commands are loading nothing is there to clean
-up; afterwards an interrupt is a ``KeyboardInterrupt``, and one that reaches the top or gets lost in
-a destructor ends the program too. A compiled module that is interrupted while a command loads it
+waits for the handler here. While the modules of the commands load, nothing is there to clean up;
+afterwards an interrupt is a ``KeyboardInterrupt``, and one that reaches the top or gets lost in a
+destructor ends the program too. A compiled module that is interrupted while a command loads it
 raises an ``ImportError`` in its place.
 """
 

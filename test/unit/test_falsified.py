@@ -53,6 +53,17 @@ def places(traces):
     return found | {f"server.accounts.{n}": (server.accounts, n) for n in server.accounts}
 
 
+@pytest.mark.parametrize(
+    ("value", "words"), [(np.nan, "that are not finite"), (1e200, "beyond 1e+100")]
+)
+@pytest.mark.filterwarnings("error")
+def test_a_value_that_no_device_has_is_named_and_warns_of_nothing(value, words):
+    scenario = files.load("carry_16ms", duration_s=0.2)
+    traces = simulate_one(scenario)
+    traces.users[0].xd_m[50:53] = value
+    assert f"user1: xd_m has 3 values {words}" in inconsistencies(traces, scenario)
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_a_falsified_trace_is_noticed_or_listed(case):
     name, *settings = CASES[case]

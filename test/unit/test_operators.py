@@ -197,6 +197,17 @@ def test_a_hand_closes_the_gap_it_starts_with():
     assert moving.x == pytest.approx(-HALF, abs=1e-4)
 
 
+def test_a_hand_takes_hold_of_a_handle_that_was_moved_before_without_a_jerk():
+    hand = operator("hand", task="hold", start=-HALF - 0.02)
+    moved = device(0.25, x=-HALF - 0.01)  # 10 mm from its start, by a contact with no hand on it
+    felt = []
+    for _ in range(2000):
+        felt.append(hand.step(moved.x, moved.xd))
+        moved.step(felt[-1], 20.0 * moved.xd)
+    assert felt[0] == 0.0
+    assert np.abs(np.diff(felt)).max() < 0.1  # grip_stiffness times 10 mm are newtons
+
+
 def test_two_hands_carry_the_target_each_on_its_side():
     hands = [operator("hand", task="carry", side=side, squeeze=0.0) for side in (-1, 1)]
     moving = [device(0.25, x=side * HALF) for side in (-1, 1)]

@@ -39,6 +39,7 @@ from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number
 def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
     """Return the budget of a session; None without scenario, server or the master's own sums, and
     where motion is not finite.

@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from pmwvc_analysis.consistency.master import master
-from pmwvc_analysis.consistency.numbers import missing_from, not_finite
+from pmwvc_analysis.consistency.numbers import missing_from, no_numbers
 from pmwvc_analysis.consistency.server import server
 from pmwvc_analysis.traces import cut
 from pmwvc_analysis.traces.stages import Stage, stages
@@ -29,6 +29,7 @@ MASTER_SIGNALS = ("x_m", "xd_m", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 NEAR_PERIODS = 2.5  # of the server: the step that takes a change over is known to one or two
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number: those are named
 def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[str]:
     """Return every contradiction in words."""
     found = []
@@ -38,7 +39,7 @@ def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[st
     simulated = traces.source == "simulated"
     steady = stages(traces, scenario) if scenario else []
     for user in traces.users:
-        found += not_finite(user.name, {n: getattr(user, n) for n in MASTER_SIGNALS})
+        found += no_numbers(user.name, {n: getattr(user, n) for n in MASTER_SIGNALS})
         known = users.get(user.name)
         for same in _before_change(user, traces, steady):
             found += master(same, known, waves=waves, strict=strict, simulated=simulated)

@@ -4,6 +4,7 @@
 
 import numpy as np
 
+from pmwvc_core.master.safety import LARGEST
 from pmwvc_core.numeric import Array
 
 RELATIVE = 1e-6
@@ -34,10 +35,16 @@ def missing_from(values: Array, known: Array) -> float | None:
     return float(gap[worst]) if gap[worst] > 1e-12 + RELATIVE * abs(values[worst]) else None
 
 
-def not_finite(owner: str, signals: dict[str, Array]) -> list[str]:
-    """Return in words which signals are not finite."""
-    return [
-        f"{owner}: {name} has {int((~np.isfinite(values)).sum())} values that are not finite"
-        for name, values in signals.items()
-        if not np.isfinite(values).all()
-    ]
+def no_numbers(owner: str, signals: dict[str, Array]) -> list[str]:
+    """Return in words which signals have values that are not finite, or that no device and no
+    controller has: sums of their squares would be infinite.
+    """
+    found = []
+    for name, values in signals.items():
+        finite = np.isfinite(values)
+        for what, count in (
+            ("that are not finite", (~finite).sum()),
+            (f"beyond {LARGEST:g}", (finite & (np.abs(values) > LARGEST)).sum()),
+        ):
+            found += [f"{owner}: {name} has {count} values {what}"] if count else []
+    return found

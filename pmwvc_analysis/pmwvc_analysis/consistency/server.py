@@ -5,7 +5,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.consistency.numbers import differs, not_finite
+from pmwvc_analysis.consistency.numbers import differs, no_numbers
 from pmwvc_analysis.traces.reductions import COUPLED
 from pmwvc_analysis.traces.sums import running
 from pmwvc_core.numeric import root
@@ -16,7 +16,7 @@ from pmwvc_core.wave.transform import WavePort
 
 def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> list[str]:
     """Return every contradiction in words."""
-    found = not_finite("server", {"x_o": traces.x_o, "xd_o": traces.xd_o})
+    found = no_numbers("server", {"x_o": traces.x_o, "xd_o": traces.xd_o})
     users = {user.name: user for user in scenario.users} if scenario else {}
     exact = scenario is not None and scenario.coupling.balanced
     for index, name in enumerate(traces.users):

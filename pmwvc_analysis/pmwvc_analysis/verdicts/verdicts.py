@@ -66,6 +66,7 @@ PREDICTION_KEYS = (
 )
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number
 def summary(
     traces: SessionTraces, scenario: Scenario | None, energies: Budget | None = None
 ) -> dict[str, Any]:

@@ -139,6 +139,8 @@ class Hand(Operator):
         return self._facing + self._task.place(time_s, dof=self._dof)
 
     def _force(self, x: Value, xd: Value) -> Value:
+        if not self._ticks:
+            self.y = x  # it takes hold of the handle where that is
         # The grip force is held while the arm goes on by the implicit midpoint rule.
         tick_s, y, yd = self.tick_s, self.y, self.yd
         f_h = self._grip.force(y - x, yd - xd)
