@@ -76,8 +76,9 @@ class Access:
 
     def __init__(self, host: str, token: str) -> None:
         self._token = token
-        self._host = host
         self._loopback = is_loopback(host)
+        own = socket.gethostname().lower()
+        self._names = {"localhost", own, f"{own}.local", host.lower()}
 
     def host_refused(self, hosts: Sequence[str], port: int) -> str | None:
         """Return why a request with these `Host` headers is refused, or None."""
@@ -118,8 +119,7 @@ class Access:
         """
         if self._loopback:
             return is_loopback(name)
-        own = socket.gethostname().lower()
-        return name in {"localhost", own, f"{own}.local", self._host.lower()} or _is_number(name)
+        return name in self._names or _is_number(name)
 
 
 def is_loopback(host: str) -> bool:

@@ -3,6 +3,7 @@
 """One page at its socket: its messages read within bounds, snapshots sent by credit."""
 
 import asyncio
+import contextlib
 import json
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -18,6 +19,7 @@ from pmwvc_view.protocol.requests import ProtocolError, Request, read
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.snapshots import Outgoing, Snapshot
 
+LONGEST_REASON = 100  # bytes; a close frame holds 123
 MOST_WAITING = 64  # messages beside snapshots; a page that takes no more is closed
 
 
@@ -37,7 +39,7 @@ class Client:
         self._messages: deque[str] = deque()
         self._outgoing = Outgoing(layout)
         self._work = asyncio.Event()
-        self._closing = False
+        self._full = False
 
     def begin(self, layout: Layout) -> None:
         """Begin with another layout: the session was begun again."""
@@ -48,7 +50,7 @@ class Client:
         if len(self._messages) < MOST_WAITING:
             self._messages.append(json.dumps(message, allow_nan=False))
         else:
-            self._closing = True
+            self._full = True
         self._work.set()
 
     def show(self, snapshot: Snapshot) -> None:
@@ -61,9 +63,24 @@ class Client:
         self._outgoing.seen(seq)
         self._work.set()
 
-    async def write(self) -> None:
+    async def run(self, handle: Callable[[Request], None]) -> str:
+        """Read and write until the page is gone; return what rule it broke, or ""."""
+        tasks = [asyncio.create_task(self._read(handle)), asyncio.create_task(self._write())]
+        try:
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+        found = ""
+        for task in done:
+            with contextlib.suppress(ConnectionClosed):
+                found = found or task.result()
+        return found
+
+    async def _write(self) -> str:
         """Send what waits until the page is gone, or takes nothing any more."""
-        while not self._closing:
+        while not self._full:
             await self._work.wait()
             self._work.clear()
             while self._messages:
@@ -71,47 +88,32 @@ class Client:
             snapshot = self._outgoing.take()
             if snapshot is not None:
                 await self._socket.send(snapshot)
-        await self._socket.close(CloseCode.POLICY_VIOLATION, "the page takes no messages")
+        return "the page takes no messages"
 
-    async def read(self, handle: Callable[[Request], None]) -> None:
-        """Handle the page's requests until it is gone; close one that breaks the rules."""
+    async def _read(self, handle: Callable[[Request], None]) -> str:
+        """Handle the page's requests until it is gone or breaks a rule."""
         clock = asyncio.get_running_loop().time
         allowance = Allowance(MESSAGES_HZ, clock())
-        why = ""
         async for message in self._socket:
             if not allowance.spend(clock()):
-                why = f"more than {MESSAGES_HZ:g} messages a second"
-                break
+                return f"more than {MESSAGES_HZ:g} messages a second"
             try:
                 if isinstance(message, bytes):
                     raise ProtocolError("a message must be a text")
                 request = read(message)
             except ProtocolError as error:
-                why = str(error)
-                break
+                return str(error)
             handle(request)
-        if why:
-            await self._socket.close(CloseCode.POLICY_VIOLATION, why[:120])
+        return ""
 
-    async def run(self, handle: Callable[[Request], None]) -> None:
-        """Read and write until either ends."""
-        tasks = {asyncio.create_task(self.read(handle)), asyncio.create_task(self.write())}
-        try:
-            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
-        for task in done:
-            if not task.cancelled() and task.exception() is not None:
-                if not isinstance(task.exception(), ConnectionClosed):
-                    raise task.exception()  # type: ignore[misc]
+    async def refuse(self, why: str) -> None:
+        """Close the socket of a page that broke a rule."""
+        reason = why.encode("ascii", "replace")[:LONGEST_REASON].decode("ascii")
+        await self._socket.close(CloseCode.POLICY_VIOLATION, reason)
 
     async def close(self) -> None:
         """Send what waits, then close: the session is over."""
-        try:
+        with contextlib.suppress(ConnectionClosed):
             while self._messages:
                 await self._socket.send(self._messages.popleft())
             await self._socket.close(CloseCode.GOING_AWAY)
-        except ConnectionClosed:
-            pass

@@ -72,7 +72,7 @@ class _User:
     def __init__(self) -> None:
         self.blocks: deque[Block] = deque()
         self.accounts = Accounts()
-        self.end_ns = 0  # of the newest block
+        self.end_ns = -1  # of the newest block
         self.values: dict[str, Any] = {}  # of the newest tick
         self.waves = False
         self.reason = ""
@@ -125,7 +125,7 @@ class Feed:
         self._period_ns = period_ns
         self._steps: deque[Step] = deque()
         self._step: Step | None = None
-        self._step_end_ns = 0
+        self._step_end_ns = -1
         self._due_ns: int | None = None
         self._seq = 0
         self._packets: list[Array] = []

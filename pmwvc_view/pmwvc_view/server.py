@@ -7,19 +7,17 @@ they come. A page can do what a hand can do; whatever it sends is checked and co
 """
 
 import asyncio
-import http
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
-from urllib.parse import urlsplit
 
 from websockets.asyncio.server import Server, ServerConnection, serve
-from websockets.datastructures import Headers
 from websockets.http11 import Request as HttpRequest
 from websockets.http11 import Response
 
 from pmwvc_view import access, protocol
 from pmwvc_view.client import Client
 from pmwvc_view.handles import Handles
+from pmwvc_view.opening import answered
 from pmwvc_view.protocol import requests
 from pmwvc_view.session import Answer, Session
 from pmwvc_view.snapshots import Snapshot
@@ -33,7 +31,7 @@ class Stop(Protocol):
         ...
 
 
-MOST_PAGES = 32
+CLOSE_S = 1.0  # for a page to answer that its socket is closed
 STARTED_LATE_S = 0.25  # a poll later than this does not catch up
 
 
@@ -110,6 +108,7 @@ class PageServer:
             compression=None,
             max_size=protocol.MESSAGE_BYTES,
             server_header=None,
+            close_timeout=CLOSE_S,
         )
         try:
             self.port = _port(server)
@@ -200,22 +199,7 @@ class PageServer:
 
     def _request(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
         """Answer a request for a file; let a socket through that may connect."""
-        hosts = request.headers.get_all("Host")
-        if why := self._access.host_refused(hosts, self.port):
-            return _answer(http.HTTPStatus.FORBIDDEN, why)
-        path = urlsplit(request.path).path
-        if path != access.SOCKET:
-            file = access.page_file(path)
-            if file is None:
-                return _answer(http.HTTPStatus.NOT_FOUND, "there is no such file")
-            return _answer(http.HTTPStatus.OK, file.content, file.kind)
-        origins = request.headers.get_all("Origin")
-        if why := self._access.socket_refused(request.path, origins, hosts[0]):
-            return _answer(http.HTTPStatus.FORBIDDEN, why)
-        if len(self._clients) >= MOST_PAGES:
-            text = f"{MOST_PAGES} pages are connected already"
-            return _answer(http.HTTPStatus.SERVICE_UNAVAILABLE, text)
-        return None
+        return answered(request, self._access, port=self.port, pages=self.pages)
 
     async def _serve_page(self, socket: ServerConnection) -> None:
         """Serve one page until it is gone; then its handles are free."""
@@ -226,14 +210,17 @@ class PageServer:
         if self._newest is not None:
             client.show(self._newest)
         self._clients[socket] = client
+        why = ""
         try:
-            await client.run(lambda request: self._handle(client, request))
+            why = await client.run(lambda request: self._handle(client, request))
         finally:
             del self._clients[socket]
             for user in self._handles.owned(client):
                 self._open(user)
                 self._handles.free(user)
                 self._tell_users()
+        if why:
+            await client.refuse(why)
 
     def _open(self, user: str) -> None:
         self._handles.opened(user)
@@ -306,13 +293,3 @@ def _remote(session: Session) -> list[str]:
 
 def _port(server: Server) -> int:
     return int(next(iter(server.sockets)).getsockname()[1])
-
-
-def _answer(
-    status: http.HTTPStatus, content: bytes | str, kind: str = "text/plain; charset=utf-8"
-) -> Response:
-    body = content if isinstance(content, bytes) else f"{content}\n".encode()
-    headers = Headers({**access.HEADERS, "Content-Type": kind})
-    headers["Content-Length"] = str(len(body))
-    headers["Connection"] = "close"
-    return Response(status.value, status.phrase, headers, body)

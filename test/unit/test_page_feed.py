@@ -1,0 +1,224 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The feed of a page: traces of several nodes on one grid, and the energy accounts of them."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.simulated import simulated
+
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_bringup.scenarios import load
+from pmwvc_view.accounts import Accounts, MasterSums, ServerSums
+from pmwvc_view.feed import PATIENCE_NS, Block, Feed, Step
+from pmwvc_view.protocol.snapshot import Layout
+from pmwvc_view.recorded import packets_of, rows_of
+from pmwvc_view.simulated import Simulation
+from pmwvc_view.verdict import verdict
+
+USERS = ("user1", "user2")
+MS = 1_000_000
+PERIOD_S = 0.016
+
+
+def block(start_ms, forces, **changes):
+    """Return a block of a master whose position is its time."""
+    count = len(forces)
+    times = (start_ms + np.arange(float(count))).reshape(-1, 1)
+    zero = np.zeros((count, 1))
+    made = Block(
+        start_ns=start_ms * MS,
+        period_ns=MS,
+        x=times,
+        xd=zero,
+        f_h=zero,
+        f_applied=np.asarray(forces, dtype=float).reshape(-1, 1),
+        u_m=zero,
+        v_m=zero,
+        lateness_s=np.full(count, 1e-5),
+        state=1,
+        reason="",
+        missed=0,
+        sums=None,
+        waves=True,
+    )
+    return made._replace(**changes)
+
+
+def step(at_ms, users=2):
+    each = np.full((users, 1), float(at_ms))
+    place = np.array([float(at_ms)])
+    return Step(
+        at_ms * MS, place, place, place, each, each, each, [2] * users, [True] * users, 0.0, {}
+    )
+
+
+def feed_of(users=USERS):
+    layout = Layout(users, 1)
+    return layout, Feed(layout, users, period_ns=16 * MS)
+
+
+def values(layout, snapshots, name):
+    return [float(row[layout.slices[name]][0]) for row, _ in snapshots]
+
+
+def test_row_holds_the_newest_tick_and_step_at_its_time_and_the_extremes_since_the_last():
+    layout, feed = feed_of(("user1",))
+    forces = np.sin(np.arange(48.0))
+    for start in range(0, 48, 8):
+        feed.on_master("user1", block(start, forces[start : start + 8]))
+        feed.on_server(step(start + 2, users=1))
+    rows = feed.rows(48 * MS)
+    assert values(layout, rows, "seq") == [1.0, 2.0]
+    assert values(layout, rows, "time_s") == [0.016, 0.032]
+    assert values(layout, rows, "user1.x_m") == [16.0, 32.0]
+    assert values(layout, rows, "user1.x_s") == [10.0, 26.0]
+    assert values(layout, rows, "user1.f_applied") == [forces[16], forces[32]]
+    assert values(layout, rows, "user1.f_max") == [forces[:17].max(), forces[17:33].max()]
+    assert values(layout, rows, "user1.f_min") == [forces[:17].min(), forces[17:33].min()]
+
+
+@settings(max_examples=30)
+@given(st.permutations(range(3)), st.integers(1, 5))
+def test_rows_do_not_depend_on_whose_trace_comes_first(order, together):
+    def run(turns):
+        _, feed = feed_of()
+        queues = [
+            [
+                lambda s=s, u=u: feed.on_master(u, block(s, np.arange(s, s + 8.0)))
+                for s in range(0, 96, 8)
+            ]
+            for u in USERS
+        ] + [[lambda s=s: feed.on_server(step(s)) for s in range(0, 96, 8)]]
+        for first in range(0, 12, together):
+            for who in turns:
+                for act in queues[who][first : first + together]:
+                    act()
+        return np.array([row for row, _ in feed.rows(96 * MS)])
+
+    np.testing.assert_array_equal(run(order), run((0, 1, 2)))
+
+
+def test_silent_node_holds_rows_up_for_a_moment_only():
+    layout, feed = feed_of()
+    for start in range(0, 200, 8):
+        feed.on_master("user1", block(start, np.ones(8)))
+        feed.on_server(step(start))
+    assert feed.rows(100 * MS)[:1] != [] and len(feed.rows(100 * MS)) == 0
+    late = feed.rows(48 * MS + PATIENCE_NS + 60 * MS)
+    assert late and np.isnan(values(layout, late, "user2.x_m")).all()
+    assert values(layout, late, "user1.x_m")[-1] > 0.0
+
+
+def run_live(scenario, ticks, period_ns=16 * MS):
+    """Return feed and rows of a scenario that is simulated as for a page."""
+    names = [user.name for user in scenario.users]
+    layout = Layout(names, scenario.dof)
+    feed = Feed(layout, names, period_ns=period_ns)
+    simulation = Simulation(scenario, feed, epoch=1)
+    simulation.run(ticks)
+    return layout, feed, feed.rows(ticks * MS)
+
+
+@pytest.fixture(scope="module")
+def carried():
+    """A simulated session three ways: traces, and as a page sees it live and recorded."""
+    scenario = replace(load("carry_16ms"), duration_s=6.0)
+    return scenario, simulated(scenario), run_live(scenario, 6000)
+
+
+def test_page_shows_the_session_that_the_simulator_gives(carried):
+    _, traces, (layout, _, rows) = carried
+    user, server = traces.users[0], traces.server
+    for row, _ in rows:
+        tick = round(float(row[1]) * 1e3)
+        assert row[layout.slices["user1.x_m"]] == user.x_m[tick]
+        assert row[layout.slices["object.x_o"]] == server.x_o[tick // 8]
+        assert row[layout.slices["user1.f_applied"]] == user.f_applied[tick]
+
+
+def test_recorded_rows_are_those_of_the_live_page(carried):
+    scenario, traces, (layout, _, rows) = carried
+    again = rows_of(traces, scenario, layout, period_s=PERIOD_S)
+    for name in ("user1.x_m", "user2.f_applied", "user1.f_max", "user2.x_s", "object.x_o"):
+        at = layout.slices[name]
+        for row, _ in rows[1:]:
+            index = round(float(row[1]) / PERIOD_S)
+            assert again[index, at] == pytest.approx(row[at], abs=1e-12), (name, row[1])
+    live = np.concatenate([packets for _, packets in rows])
+    recorded = packets_of(traces, scenario)
+    both = {tuple(each) for each in np.round(live, 6)} & {tuple(e) for e in np.round(recorded, 6)}
+    assert len(both) > 0.98 * len(recorded)
+
+
+def test_account_of_a_page_is_that_of_the_report(carried):
+    scenario, traces, (_, feed, _) = carried
+    for energy in user_energies(traces, scenario):
+        accounts = feed.accounts(energy.name)
+        up, down, hand = accounts.up, accounts.down, accounts.hand
+        # The last block that is known ended before the last step; the report is at that step.
+        assert up.in_j == pytest.approx(energy.up.energy_in_j[-1], rel=1e-9)
+        assert up.out_j == pytest.approx(energy.up.energy_out_j[-2], rel=1e-9)
+        assert down.in_j == pytest.approx(energy.down.energy_in_j[-2], rel=1e-9)
+        assert down.out_j == pytest.approx(energy.down.energy_out_j[-1], rel=1e-9)
+        assert hand.in_j == pytest.approx(energy.joint.energy_in_j[-1], rel=1e-6)
+        assert all(part.least_j >= -part.tolerance_j for part in (up, down, hand))
+
+
+def test_balance_of_counters_read_at_two_instants_would_be_below_zero(carried):
+    _, traces, _ = carried
+    user, server = traces.users[0], traces.server
+    naive = user.energy["u_m"][:-8] - server.energy_u_s[0][8 : len(user.energy["u_m"])]
+    assert naive.min() < -1e-4
+
+
+def test_channel_without_waves_that_shakes_is_not_passive_and_said_to_be():
+    scenario = load("direct_16ms")
+    names = [user.name for user in scenario.users]
+    _, feed, _ = run_live(scenario, 8000)
+    found = verdict(feed, names, storage_j={}, exact_hands=names, notices=[])
+    assert found["level"] == "bad" and found["verdict"].startswith("Not passive: user1, hand to")
+    assert feed.accounts("user1").hand.least_j < -1e-3
+
+
+def test_verdict_is_good_only_with_every_user_coupled_and_judged(carried):
+    _, _, (_, feed, _) = carried
+    options = {"storage_j": {}, "exact_hands": USERS, "notices": []}
+    assert verdict(feed, USERS, **options)["level"] == "good"
+    _, empty = feed_of()
+    assert verdict(empty, USERS, **options)["level"] == "caution"
+
+
+sums = st.lists(st.floats(0.0, 1.0), min_size=4, max_size=40).map(
+    lambda parts: list(itertools.accumulate(parts))
+)
+
+
+@given(sums, st.integers(0, 3), st.booleans())
+def test_passive_channel_is_never_below_zero_however_late_steps_are(sent, late, master_first):
+    """What arrives at a step was sent ``late`` blocks before; traces come in either order."""
+    accounts = Accounts()
+    for number, energy in enumerate(sent):
+        arrived = sent[number - 1 - late] if number > late else 0.0
+        calls = [
+            lambda n=number, e=energy: accounts.block(MasterSums(8 * n + 7, 1, e, 0.0, e)),
+            lambda n=number, a=arrived: accounts.step(ServerSums(8 * n + 2, 1, a, 0.0)),
+        ]
+        for call in calls if master_first else reversed(calls):
+            call()
+    assert accounts.up.least_j == accounts.hand.least_j == 0.0
+
+
+def test_counter_that_begins_anew_is_counted_on_and_not_judged():
+    accounts = Accounts()
+    for number in range(20):
+        epoch = 1 if number < 10 else 2
+        since = number if epoch == 1 else number - 10
+        accounts.step(ServerSums(8 * number + 2, 1, 1e-3 * number, 0.0))
+        accounts.block(MasterSums(8 * number + 7, epoch, 1e-3 * since, 0.0, 0.0))
+    assert not accounts.judged
+    assert accounts.up.least_j == 0.0

@@ -1,0 +1,217 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The server of the page: who may connect, what a page may send, and what it is sent."""
+
+import http.client
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.page_sockets import PATIENCE_S, TOKEN, HandmadeSession, served
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from pmwvc_view.access import Access
+from pmwvc_view.allowance import Allowance
+from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ
+from pmwvc_view.protocol.requests import ProtocolError, Request, Target, read
+
+
+@pytest.fixture
+def server():
+    with served(HandmadeSession()) as running:
+        yield running
+
+
+def get(server, path, **headers):
+    connection = http.client.HTTPConnection(server.host, timeout=PATIENCE_S)
+    connection.request("GET", path, headers=headers)
+    answer = connection.getresponse()
+    content = answer.read()
+    connection.close()
+    return answer, content
+
+
+def upgrade(server, path, **headers):
+    wanted = {
+        "Upgrade": "websocket",
+        "Connection": "Upgrade",
+        "Sec-WebSocket-Version": "13",
+        "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+        "Origin": f"http://{server.host}",
+    }
+    return get(server, path, **(wanted | headers))[0].status
+
+
+def closed_with(page):
+    """Read on until the socket is closed; return the code."""
+    with pytest.raises(ConnectionClosed) as caught:
+        while True:
+            page.receive()
+    return caught.value.rcvd.code
+
+
+def test_page_and_its_files_are_served_under_a_policy_that_loads_nothing_from_elsewhere(server):
+    for path, kind in (("/", "text/html"), ("/page.css", "text/css")):
+        answer, content = get(server, path)
+        assert answer.status == 200 and content
+        assert answer.headers["Content-Type"].startswith(kind)
+        policy = answer.headers["Content-Security-Policy"]
+        assert "default-src 'none'" in policy and "script-src 'self'" in policy
+        assert "unsafe" not in policy
+        assert answer.headers["Referrer-Policy"] == "no-referrer"
+    assert "http" not in policy
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["/../server.py", "/%2e%2e/server.py", "/page/../../node.py", "/etc/passwd", "//", "/."],
+)
+def test_nothing_outside_the_page_is_served(server, path):
+    assert get(server, path)[0].status == 404
+
+
+def test_right_token_host_and_origin_connect(server):
+    assert upgrade(server, f"/socket?token={TOKEN}") == 101
+    localhost = f"localhost:{server.port}"
+    given = {"Host": localhost, "Origin": f"http://{localhost}"}
+    assert upgrade(server, f"/socket?token={TOKEN}", **given) == 101
+
+
+@pytest.mark.parametrize(
+    ("path", "headers"),
+    [
+        ("/socket", {}),
+        ("/socket?token=", {}),
+        ("/socket?token=other", {}),
+        (f"/socket?token={TOKEN}&token={TOKEN}", {}),
+        (f"/socket?token={TOKEN}", {"Origin": "http://evil.example"}),
+        (f"/socket?token={TOKEN}", {"Origin": "null"}),
+        (f"/socket?token={TOKEN}", {"Host": "evil.example"}),
+        (f"/socket?token={TOKEN}", {"Host": "127.0.0.1:1"}),
+        ("/", {"Host": "evil.example"}),
+    ],
+)
+def test_wrong_token_host_or_origin_is_refused(server, path, headers):
+    assert upgrade(server, path, **headers) == 403
+
+
+def test_socket_of_a_program_without_an_origin_is_refused(server):
+    with pytest.raises(InvalidStatus) as caught, server.page(origin="http://127.0.0.1:1"):
+        pass
+    assert caught.value.response.status_code == 403
+
+
+@given(name=st.from_regex(r"[a-z][a-z0-9-]{0,20}(\.[a-z]{2,5}){1,2}", fullmatch=True))
+def test_no_name_of_others_leads_to_an_opened_server(name):
+    opened = Access("0.0.0.0", TOKEN)
+    assert opened.host_refused(["192.168.1.20:80"], 80) is None
+    assert opened.host_refused([f"{name}:80"], 80) is not None
+
+
+def test_handle_has_one_owner_and_is_free_again_once_that_page_is_gone(server):
+    targets = server.session.targets
+    with server.page() as second:
+        with server.page() as first:
+            assert first.ask("take", user="user1")["done"]
+            refused = second.ask("take", user="user1")
+            assert not refused["done"] and "somebody else" in refused["text"]
+            second.send("target", user="user1", position=[0.5])
+            first.send("target", user="user1", position=[0.1])
+            assert targets.get(timeout=PATIENCE_S) == ("user1", (0.1,))
+            assert second.ask("take", user="user2")["done"]
+        assert targets.get(timeout=PATIENCE_S) == ("user1", None)
+        while second.await_kind("users")["users"][0]["holder"] is not None:
+            pass
+        assert second.ask("take", user="user1")["done"]
+
+
+def test_page_that_sends_no_targets_any_more_lets_go_and_takes_hold_again(server):
+    targets = server.session.targets
+    with server.page() as page:
+        page.ask("take", user="user1")
+        page.send("target", user="user1", position=[0.1])
+        assert targets.get(timeout=PATIENCE_S) == ("user1", (0.1,))
+        assert targets.get(timeout=PATIENCE_S) == ("user1", None)  # nothing was sent: too old
+        page.send("target", user="user1", position=[0.2])
+        assert targets.get(timeout=PATIENCE_S) == ("user1", (0.2,))
+
+
+@pytest.mark.parametrize(
+    ("message", "code"),
+    [
+        ("hello", 1008),
+        ('{"kind": "nothing"}', 1008),
+        ('{"kind": "target", "user": "user1", "position": [1e999]}', 1008),
+        ('{"kind": "take", "user": "user1", "force": 8}', 1008),
+        (b"\0" * 8, 1008),
+        ("x" * (MESSAGE_BYTES + 1), 1009),
+    ],
+)
+def test_page_that_breaks_the_rules_is_closed_and_its_hand_opened(server, message, code):
+    with server.page() as page:
+        page.ask("take", user="user1")
+        page.socket.send(message)
+        assert closed_with(page) == code
+    assert server.session.targets.get(timeout=PATIENCE_S) == ("user1", None)
+
+
+def test_page_that_floods_is_closed(server):
+    message = json.dumps({"kind": "target", "user": "user1", "position": [0.1]})
+    with server.page() as page, pytest.raises(ConnectionClosed) as caught:
+        while True:
+            page.socket.send(message)
+    assert caught.value.rcvd is None or caught.value.rcvd.code == 1008
+
+
+@given(gaps=st.lists(st.floats(0.0, 0.5), max_size=2000))
+def test_no_more_messages_are_allowed_than_the_rate_and_one_burst(gaps):
+    allowance, now_s, passed = Allowance(MESSAGES_HZ, 0.0), 0.0, 0
+    for gap_s in gaps:
+        now_s += gap_s / 100.0
+        passed += allowance.spend(now_s)
+    assert passed <= MESSAGES_HZ * (1.0 + now_s) + 1.0
+
+
+@given(st.text() | st.recursive(st.none() | st.floats() | st.text(), st.lists).map(json.dumps))
+def test_any_text_is_a_request_or_refused_with_a_reason(text):
+    try:
+        assert isinstance(read(text), Request)
+    except ProtocolError as error:
+        assert str(error)
+
+
+@given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=6))
+def test_target_arrives_as_it_was_sent(position):
+    text = json.dumps({"kind": "target", "user": "user1", "position": position})
+    assert read(text) == Target("user1", tuple(position))
+
+
+def test_page_that_does_not_look_is_sent_no_more_than_its_credit_then_the_present(server):
+    session = server.session
+    with server.page() as page:
+        sent = [page.receive() for _ in range(CREDITS)]
+        assert all(isinstance(each, np.ndarray) for each in sent)
+        session.peaks[session.polls + 20] = 3.0
+        session.await_polls(60)
+        page.send("pause", paused=True, id=1)
+        assert page.receive() == {"kind": "answer", "id": 1, "done": True, "text": "paused"}
+        page.send("seen", seq=int(sent[-1][0]))
+        newest = page.receive()
+    at = session.layout.slices
+    assert newest[0] >= sent[-1][0] + 60
+    assert newest[at["user1.f_max"]] == 3.0 and newest[at["user1.f_min"]] == -3.0
+    packets = newest[session.layout.size :].reshape(-1, 5)
+    numbers = packets[:, 0]
+    assert np.array_equal(numbers, np.arange(sent[-1][0] + 1, newest[0] + 1))
+
+
+def test_session_that_ends_tells_its_pages():
+    session = HandmadeSession()
+    with served(session) as server, server.page() as page:
+        session.back = True
+        session.ended = "over"
+        ended = page.await_kind("ended")
+        assert ended == {"kind": "ended", "text": "over", "back": True}
+        assert closed_with(page) == 1001
