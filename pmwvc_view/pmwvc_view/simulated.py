@@ -157,25 +157,26 @@ class Simulation:
             xd_s=np.array([vector(port.xd_s) for port in row.ports]),
             f_s=np.array([vector(port.f_s) for port in row.ports]),
             state=[int(state) for state in row.state],
-            contact=[bool(port.contact) for port in row.ports],
+            contact=[bool(np.any(port.contact)) for port in row.ports],
             lateness_s=0.0,
             sums={
                 name: ServerSums(
-                    now_ns, self._epoch, float(port.energy_u_s), float(port.energy_v_s)
+                    now_ns, self._epoch, _one(port.energy_u_s), _one(port.energy_v_s)
                 )
                 for name, port in zip(self._names, row.ports, strict=True)
             },
         )
 
     def _block(self, user: SimulatedUser, values: list[Value], times: Sequence[int]) -> Block:
-        signals = np.array(values).reshape(len(times), len(SIGNALS), self._dof)
+        every = values if self._dof == 1 else [self._vector(value) for value in values]
+        signals = np.array(every).reshape(len(times), len(SIGNALS), self._dof)
         report = user.loop.report()
         sums = MasterSums(
             times[-1],
             self._epoch,
-            float(report.u_m),
-            float(report.v_m),
-            float(user.device.work[0]),
+            _one(report.u_m),
+            _one(report.v_m),
+            _one(user.device.work[0]),
         )
         return Block(
             start_ns=times[0],
@@ -195,7 +196,8 @@ class Simulation:
         )
 
     def _vector(self, value: Value) -> Array:
-        return np.reshape(np.asarray(value, dtype=np.float64), self._dof)
+        every = np.reshape(np.asarray(value, dtype=np.float64), -1)  # one number: of all axes
+        return np.broadcast_to(every, self._dof)
 
     def _hand_packets(self, number: int, link: SimulatedLink) -> None:
         """Hand the newest fates over; an arrival may lie ahead. No record of packets is kept."""
@@ -204,3 +206,8 @@ class Simulation:
             rows = [(f.number, f.time_in_ns, f.time_due_ns, int(f.kind)) for f in fates]
             self._feed.on_packets(number, np.array(rows, dtype=np.float64))
         link.fates, link.sent, link.arrived = [], [], []
+
+
+def _one(value: Value) -> float:
+    """Return the number of the only run."""
+    return float(np.ravel(value)[0])

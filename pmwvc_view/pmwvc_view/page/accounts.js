@@ -3,7 +3,7 @@
 // The energy account of every user and direction: a bar to either side of zero. Below zero it is
 // red, hatched, and says so; the lowest value so far stays in words.
 
-import { milli, spaced } from "./words.js";
+import { energy, spaced } from "./words.js";
 
 const WAYS = { up: "up", down: "down", hand: "total" };
 const WRITE_MS = 120;
@@ -51,6 +51,6 @@ export class Accounts {
     level.dataset.sign = below ? "negative" : "";
     const was = least < -ROUNDING_J;
     output.dataset.sign = was ? "negative" : "";
-    output.textContent = Number.isFinite(now) ? `${milli(now)} mJ${was ? `, lowest ${milli(least)}` : ""}` : "not known";
+    output.textContent = Number.isFinite(now) ? `${energy(now)}${was && least < 1.02 * now ? `, lowest ${energy(least)}` : ""}` : "not known";
   }
 }

@@ -21,9 +21,10 @@ export class Scene {
     this.session = session;
     this.camera = new Camera(session.dof);
     this.handles = []; // {user, x, y, scale} as last drawn
-    this.lanes = session.users.map((user, i) => {
+    this.lanes = session.users.map((user) => {
       const side = session.users.filter((each) => each.side === user.side);
-      return session.dof > 1 ? 0 : side.indexOf(session.users[i]) - (side.length - 1) / 2;
+      const apart_px = Math.min(LANE_PX, 105 / side.length);
+      return session.dof > 1 ? 0 : apart_px * (side.indexOf(user) - (side.length - 1) / 2);
     });
   }
 
@@ -97,7 +98,7 @@ export class Scene {
   /** Pixels of a user's handle, avatar and target, and of the handle as seen on the server's side. */
   places(name, index, hand) {
     const { session } = this;
-    const lane = LANE_PX * this.lanes[index];
+    const lane = this.lanes[index];
     const at = (point, place) => {
       const { x, y, scale } = this.camera.project(point);
       return { x: place.x + x, y: place.y + y + lane, scale };
@@ -176,7 +177,11 @@ export class Scene {
     const length = LONGEST_PX * Math.min(1, size / (limit || 8));
     const [x, y] = [place.x + (rim + 2) * dx, place.y + (rim + 2) * dy];
     arrow(context, x, y, length * dx, length * dy, colour);
-    if (amount) label(context, `${size.toFixed(1)} N`, place.x, place.y - rim - 13, { colour: theme.ink, align: "center", weight: 600 });
+    if (!amount) return;
+    const beside = this.lanes.some((lane) => lane !== 0); // above it another handle may stand
+    const at = beside ? [x + (length + 6) * dx, place.y] : [place.x, place.y - rim - 13];
+    const align = beside ? (dx < 0 ? "right" : "left") : "center";
+    label(context, `${size.toFixed(1)} N`, ...at, { colour: theme.ink, align, weight: 600 });
   }
 
   captions(width, height) {

@@ -187,6 +187,7 @@ class Ticks extends Frame {
     super(container, session, signal);
     this.count = document.createElement("span");
     this.legend.append(this.count);
+    this.canvas.style.setProperty("height", `${Math.max(54, 24 * session.users.length)}px`);
     this.written_ms = 0;
   }
 

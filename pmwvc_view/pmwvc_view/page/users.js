@@ -56,7 +56,8 @@ export class Users {
     const { session, hand } = this, card = this.cards[index];
     const { state, reason, note } = stateOf(session, user.name);
     const held = session.held(user.name);
-    const who = HOLDERS[user.holder] ?? (user.remote ? "free" : "simulated hand");
+    const other = session.mode === "recorded" ? "" : user.remote ? "free" : "with a hand of its own";
+    const who = HOLDERS[user.holder] ?? other;
     const rest = document.createElement("span");
     rest.className = "soft";
     rest.textContent = who;

@@ -21,6 +21,9 @@ export function shown(unit, path = "") {
 
 export const milli = (value, decimals = 1) => number(1e3 * value, decimals);
 
+/** An energy [J] with its unit. */
+export const energy = (value) => (Math.abs(value) < 1 ? `${milli(value)} mJ` : `${number(value, 2)} J`);
+
 /** Name of a user as people read it: user1 -> user 1. */
 export const spaced = (name) => name.replace(/(\D)(\d+)$/, "$1 $2");
 
