@@ -160,9 +160,7 @@ class Simulation:
             contact=[bool(np.any(port.contact)) for port in row.ports],
             lateness_s=0.0,
             sums={
-                name: ServerSums(
-                    now_ns, self._epoch, _one(port.energy_u_s), _one(port.energy_v_s)
-                )
+                name: ServerSums(now_ns, self._epoch, _one(port.energy_u_s), _one(port.energy_v_s))
                 for name, port in zip(self._names, row.ports, strict=True)
             },
         )

@@ -3,7 +3,12 @@
 """The page itself: settings, access, what it loads, how it looks and what it reads out."""
 
 import pytest
-from support.page_server import TOKEN, served
+from playwright.sync_api import expect
+from support.page_server import SNAPSHOT_S, TOKEN, served, serving
+from support.simulated import judged, simulated
+
+from pmwvc_bringup.scenarios import load
+from pmwvc_view.recorded_session import RecordedSession
 
 CONNECT = """(address) => new Promise((resolve) => {
   const socket = new WebSocket(address);
@@ -78,3 +83,25 @@ def test_state_is_read_out_and_no_motion_where_none_is_wanted(visit):
         moving = visit(live.address)
         pictures = {moving.evaluate(PICTURE) for _ in range(20)}
         assert len(pictures) > 1  # the control: packets on their way
+
+
+def test_recorded_session_is_played_and_sought(visit):
+    scenario = load("carry_16ms", duration_s=6.0)
+    session = RecordedSession(
+        simulated(scenario), scenario, judged(scenario), snapshot_s=SNAPSHOT_S
+    )
+    with serving(session) as server:
+        page = visit(server.address)
+        time = page.locator("#seek-time")
+        assert time.inner_text() == "0.0 of 6.0 s"
+        page.locator("#seek").fill("4.2")
+        expect(time).to_have_text("4.2 of 6.0 s")
+        force = page.locator("[data-user=user1] .state")
+        expect(force).to_have_text("coupled · 1.54 N")  # as in the report of this session
+        price = page.locator("[data-user=user1] .price")
+        expect(price).to_contain_text("ahead of its avatar")
+        page.locator("#play").click()
+        expect(time).not_to_have_text("4.2 of 6.0 s")
+        page.locator("#setting-controller").select_option("direct")
+        expect(page.locator("#answer")).to_contain_text("not stable")
+        expect(page.locator("#apply")).to_be_hidden()  # what was recorded stays as it was

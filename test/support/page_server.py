@@ -15,6 +15,7 @@ from pmwvc_bringup.scenarios import load
 from pmwvc_core.numeric import Array
 from pmwvc_view.feed import Block, Feed
 from pmwvc_view.server import PageServer
+from pmwvc_view.session import Session
 from pmwvc_view.simulated_session import SimulatedSession
 from pmwvc_view.snapshots import Snapshot
 
@@ -84,10 +85,26 @@ class Served:
 
 
 @contextmanager
-def served(settings: Sequence[str] = (), users: int | None = None) -> Iterator[Served]:
-    """Serve the scenario ``live`` with settings, until the block ends."""
-    session = WatchedSession(load("live", settings_texts=settings, users=users))
+def serving(session: Session) -> Iterator[PageServer]:
+    """Serve a session, until the block ends."""
     server = PageServer(session, host="127.0.0.1", port=0, token=TOKEN, snapshot_s=SNAPSHOT_S)
+    stop, ready = threading.Event(), threading.Event()
+    thread = threading.Thread(target=server.run, args=(stop, ready.set))
+    thread.start()
+    try:
+        assert ready.wait(60.0)
+        yield server
+    finally:
+        stop.set()
+        thread.join()
+
+
+@contextmanager
+def served(
+    settings: Sequence[str] = (), users: int | None = None, name: str = "live"
+) -> Iterator[Served]:
+    """Serve a scenario with settings, until the block ends."""
+    session = WatchedSession(load(name, settings_texts=settings, users=users))
     forces: dict[str, list[Array]] = {}
     on_master = Feed.on_master
 
@@ -96,13 +113,8 @@ def served(settings: Sequence[str] = (), users: int | None = None) -> Iterator[S
         on_master(feed, user, block)
 
     Feed.on_master = kept  # type: ignore[method-assign]
-    stop, ready = threading.Event(), threading.Event()
-    thread = threading.Thread(target=server.run, args=(stop, ready))
-    thread.start()
     try:
-        assert ready.wait(60.0)
-        yield Served(session, server, forces)
+        with serving(session) as server:
+            yield Served(session, server, forces)
     finally:
-        stop.set()
-        thread.join()
         Feed.on_master = on_master  # type: ignore[method-assign]

@@ -10,7 +10,7 @@ HANDLES = "document.getElementById('scene').handles"
 
 
 class Pointer:
-    """A mouse or a finger on a user's handle; distances in metres along the first axis."""
+    """A mouse or a finger on a user's handle; distances in metres in the plane of the screen."""
 
     def __init__(self, page: Page, user: int = 0, *, touch: bool = False) -> None:
         self._page, self._touch = page, touch
@@ -34,10 +34,11 @@ class Pointer:
         self._page.mouse.move(self._x, self._y)
         self._page.mouse.down()
 
-    def move(self, distance_m: float, steps: int = 10) -> None:
-        """Move on, in small steps."""
+    def move(self, distance_m: float, up_m: float = 0.0, steps: int = 10) -> None:
+        """Move on to the right, and up, in small steps."""
         for _ in range(steps):
             self._x += distance_m * self._scale / steps
+            self._y -= up_m * self._scale / steps
             if self._touch:
                 self._send("touchMove", [{"x": self._x, "y": self._y}])
             else:

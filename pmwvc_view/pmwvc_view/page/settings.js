@@ -13,7 +13,7 @@ export class Settings {
   constructor(session, socket, tell) {
     Object.assign(this, { session, socket, tell, proposed: new Map(), fields: new Map(), asked: 0 });
     const at = (id) => document.getElementById(id);
-    Object.assign(this, { form: at("settings-form"), proposal: at("proposal"), answer: at("answer") });
+    Object.assign(this, { form: at("settings-form"), proposal: at("proposal"), answer: at("answer"), button: at("apply") });
     at("settings").hidden = !session.controls.length;
     const [first, more] = [true, false].map((wanted) => session.controls
       .filter(({ path }) => FIRST.test(path) === wanted).map((control) => this.field(control)));
@@ -21,7 +21,7 @@ export class Settings {
     at("more-settings").replaceChildren(...more);
     at("more").hidden = !more.length;
     this.form.onsubmit = (event) => { event.preventDefault(); this.apply(); };
-    at("apply").onclick = () => this.apply();
+    this.button.onclick = () => this.apply();
     at("discard").onclick = () => this.discard();
     this.show();
   }
@@ -90,6 +90,7 @@ export class Settings {
   }
 
   async apply() {
+    if (this.button.hidden) return;
     const values = Object.fromEntries(this.proposed);
     const again = [...this.proposed.keys()].some((path) => this.fields.get(path).control.restart);
     this.discard();
@@ -133,12 +134,17 @@ export class Settings {
         input.setAttribute("aria-valuetext", value.textContent);
       } else input.value = now ?? "";
       root.toggleAttribute("data-changed", this.proposed.has(path));
-      input.disabled = !this.session.can.includes(control.restart ? "restart" : "set");
+      input.disabled = !this.session.can.includes("ask") && !this.applies(control);
     }
     this.proposal.hidden = !this.proposed.size;
-    const again = [...this.proposed.keys()].some((path) => this.fields.get(path).control.restart);
-    document.getElementById("apply").textContent = again ? "Apply and start again" : "Apply";
+    const controls = [...this.proposed.keys()].map((path) => this.fields.get(path).control);
+    const again = controls.some(({ restart }) => restart);
+    this.button.textContent = again ? "Apply and start again" : "Apply";
+    this.button.hidden = !controls.every((control) => this.applies(control));
   }
+
+  /** Whether this session serves a change of a setting: what was recorded stays as it was. */
+  applies(control) { return this.session.can.includes(control.restart ? "restart" : "set"); }
 
   say(tone, text) {
     this.answer.dataset.tone = tone;
