@@ -90,7 +90,7 @@ def scenarios(draw):
         "safety": {"soft_start_s": 0.05, "timeout_s": 0.05},
         "task": {"kind": "carry", "grip_s": 0.05, "move_s": 0.2},
     }
-    if "position" not in master:
+    if master.get("position", {}).get("feedback") != "printed":
         said["channel"] = draw(st.sampled_from(["plain", "strict"]))
     runs = draw(st.sampled_from([1, 2])) if "impedance_matrix" not in master else 1
     return [

@@ -129,7 +129,7 @@ class Budget:
                 moved_j=moved,
                 decides=False,
                 unjudged=unjudged,
-                declared_j=self.declared.get(owner, 0.0) if "position_spent" in part else 0.0,
+                declared_j=self.declared.get(owner, 0.0) if _lends(part) else 0.0,
             )
             found.append(judged)
         return found
@@ -139,3 +139,8 @@ class Budget:
         """Return the active parts, the one that gave out most first."""
         found = [each for each in self.findings if each.passive is False]
         return sorted(found, key=lambda each: -each.given_j)
+
+
+def _lends(part: str) -> bool:
+    """Tell whether a part holds the energy that the controller was lent."""
+    return "position_spent" in part or part == "node"

@@ -37,7 +37,7 @@ from pmwvc_core.transport.strict_receiver import StrictReceiver
 from pmwvc_core.wave.impedance import Impedance, impedance_of
 from pmwvc_core.wave.limits import largest_wave, wave_of_speed
 
-REPAID_M_S = 0.02  # speed at which device and avatar come together after an outage, at most
+REPAID_M_S = 0.015  # speed at which device and avatar come together after an outage, at most
 SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process can start again
 
 

@@ -18,7 +18,6 @@ from collections.abc import Mapping
 
 from pmwvc_core.master.filter_bank import make_bank
 from pmwvc_core.master.port_filters import PortFilter, make_port_filters
-from pmwvc_core.master.position import make_position_feedback
 from pmwvc_core.master.velocity_filter import EquivalentVelocityFilter, make_force_velocity
 from pmwvc_core.numeric import Value, absolute, finite, where
 from pmwvc_core.params import MasterParams
@@ -36,7 +35,7 @@ class DevicePort(Stateful, ABC):
         Impedance, rate drop, and what stands around the port; numbers may be ``(runs, 1)``.
     """
 
-    BLOCKS = "_port_filters _velocity _position"
+    BLOCKS = "_port_filters _velocity"
     MEMORY = "u_m u_m_lp v_m f_m _x _held _gain _packets _before"
     flags = 0
 
@@ -47,7 +46,6 @@ class DevicePort(Stateful, ABC):
         self._velocity: EquivalentVelocityFilter | None = None
         self._bank = make_bank(params, self.position)
         self._begin(params)
-        self._position = make_position_feedback(params)
         self.u_m: Value = 0.0
         self.u_m_lp: Value = 0.0
         self.v_m: Value = 0.0
@@ -79,10 +77,7 @@ class DevicePort(Stateful, ABC):
             self._begin(params)
         if self._bank:
             self._bank.configure(params)
-        if self._position:
-            self._position.configure(params)
-        else:
-            self._position = make_position_feedback(params)
+        self._configure_position(params)
 
     def _begin(self, params: MasterParams) -> None:
         """Start the channel and what is around the port at rest; accounts go on."""
@@ -99,16 +94,19 @@ class DevicePort(Stateful, ABC):
     def _begin_channel(self, params: MasterParams) -> None:
         """Start the channel's own blocks at rest."""
 
+    @abstractmethod
+    def _configure_position(self, params: MasterParams) -> None:
+        """Give position feedback its parameters; make it where there was none."""
+
     def _match(self, params: MasterParams) -> None:
         self._port = WavePort(impedance_of(params))
 
     @property
     def accounts(self) -> Mapping[str, Value]:
-        """Energies of velocity filter, filter bank and position feedback [J]."""
+        """Energies of velocity filter and filter bank [J]."""
         found = self._between()
-        for own in (self._bank, self._position):
-            if own:
-                found |= own.accounts
+        if self._bank:
+            found |= self._bank.accounts
         return found
 
     def _between(self) -> dict[str, Value]:

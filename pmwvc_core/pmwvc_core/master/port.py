@@ -23,7 +23,10 @@ Not here: limits (``safety``), packets, time.
 Equations: docs/theory.md 10.1.
 """
 
+from collections.abc import Mapping
+
 from pmwvc_core.master.device_port import DevicePort
+from pmwvc_core.master.position import make_position_feedback
 from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squared, where
 from pmwvc_core.params import MasterParams
 from pmwvc_core.transport.packet import WavePacket
@@ -41,11 +44,12 @@ class WaveMaster(DevicePort):
         ``(runs, 1)``.
     """
 
-    BLOCKS = "_hold _filter"
+    BLOCKS = "_hold _filter _position"
     MEMORY = "_xd debt_j energy_u_m energy_u_tx energy_v_rx energy_v_m"
 
     def __init__(self, params: MasterParams) -> None:
         super().__init__(params)
+        self._position = make_position_feedback(params)
         self.debt_j: Value = 0.0
         self.energy_u_m: Value = 0.0
         self.energy_u_tx: Value = 0.0
@@ -58,6 +62,17 @@ class WaveMaster(DevicePort):
         self._filter = AntiAliasing(
             params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop
         )
+
+    def _configure_position(self, params: MasterParams) -> None:
+        if self._position:
+            self._position.configure(params)
+        else:
+            self._position = make_position_feedback(params)
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        """Energies of velocity filter, filter bank and position feedback [J]."""
+        return {**super().accounts, **(self._position.accounts if self._position else {})}
 
     def account(self) -> None:
         """Leave the packet's energy to the sum of its waves."""

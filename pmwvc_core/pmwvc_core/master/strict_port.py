@@ -30,6 +30,7 @@ from collections.abc import Mapping
 
 from pmwvc_core.master.counts import BetweenCounts
 from pmwvc_core.master.device_port import DevicePort
+from pmwvc_core.master.strict_position import StrictPosition
 from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, squared, where
 from pmwvc_core.params import MasterParams
 from pmwvc_core.transport.packet import WavePacket
@@ -37,6 +38,7 @@ from pmwvc_core.wave.playout import Playout
 
 KEPT_J = 1e-3  # at the node where a packet does not need it: a tick is paid for when it is over
 LIMIT_J = 2e-3
+SPARED_J = 1e-3  # left to the playout for catching up when the node takes what is free there
 
 
 class StrictMaster(DevicePort):
@@ -56,17 +58,19 @@ class StrictMaster(DevicePort):
         Energy that came in from both sides and is not paid to a packet yet [J].
     """
 
-    BLOCKS = "_place"
-    MEMORY = "node_j energy_u_m energy_u_tx energy_v_m _integral _v _f _xd _settled _begun"
+    BLOCKS = "_place _position"
+    MEMORY = "node_j energy_u_m energy_u_tx energy_v_m _integral _due_j _v _f _xd _settled _begun"
 
     def __init__(self, params: MasterParams, playout: Playout) -> None:
         super().__init__(params)
-        self.node_j: Value = 0.0
+        self._position = StrictPosition(params, playout) if params.position.is_on else None
+        self.node_j: Value = self._position.stored_j if self._position else 0.0
         self.energy_u_m: Value = 0.0
         self.energy_u_tx: Value = 0.0
         self.energy_v_m: Value = 0.0
         self._playout = playout
         self._integral: Value = 0.0  # of u since the last packet
+        self._due_j: Value = 0.0  # what the next packet needs at most
         self._v: Value = 0.0  # of the playout
         self._f: Value = 0.0
         self._place = BetweenCounts(params.tick_s)
@@ -76,6 +80,12 @@ class StrictMaster(DevicePort):
 
     def _begin_channel(self, params: MasterParams) -> None:
         self._rate = 1.0 / params.tick_s
+
+    def _configure_position(self, params: MasterParams) -> None:
+        if self._position:
+            self._position.configure(params)
+        elif params.position.is_on:  # what is lent it has from the start of the session or never
+            self._position = StrictPosition(params, self._playout)
 
     @property
     def energy_v_rx(self) -> Value:
@@ -92,6 +102,7 @@ class StrictMaster(DevicePort):
             "playout_free": playout.free_j,
             "playout_discarded": playout.discarded_j,
             **super().accounts,
+            **(self._position.accounts if self._position else {}),
         }
 
     def account(self) -> Value:
@@ -99,13 +110,19 @@ class StrictMaster(DevicePort):
         return self.energy_u_tx
 
     def on_packet(self, packet: WavePacket) -> None:
-        """Leave the packet to the playout."""
+        """Note the avatar's position; the wave is the playout's."""
+        if self._position:
+            self._position.on_packet(packet)
 
     def receive(self, wave: Value) -> None:
         """Leave the wave to the playout."""
+        if self._position:
+            self._position.receive()
 
     def silence(self) -> None:
         """Leave the silence to the playout, which has nothing more to give out."""
+        if self._position:
+            self._position.silence()
 
     def measure(self, x: Value, xd: Value) -> None:
         """Account for the tick that ends at this position."""
@@ -125,7 +142,10 @@ class StrictMaster(DevicePort):
             unused = where(short, v, 0.0)
             self._playout.take_back(unused, self._tick_s)
             v = v - unused
-        self._v = self._held = v
+        self._v = v
+        if self._position:
+            v = self._position.down(v, x, self.node_j - self._due_j)
+        self._held = v
         if self._port_filters:
             v = self._answered(v, xd)
         self.v_m = v
@@ -155,6 +175,9 @@ class StrictMaster(DevicePort):
         u = self._port.u(self._place.dx * self._rate, self.v_m)
         for each in self._port_filters:
             u = each.step(u)
+        if self._position:
+            self._position.take(u)
+            self._due_j = self._due_j + squared(u) * self._half_s
         self.u_m_lp = u
         self._integral = self._integral + u * h
         self.node_j = self.node_j + squared(self._v) * self._half_s + dot(self._f, dx)
@@ -164,8 +187,14 @@ class StrictMaster(DevicePort):
         wave = self._integral * (1.0 / self._frame_s)
         self._integral = 0.0 * self._integral
         self._packets += 1
-        needed = squared(wave) * (0.5 * self._frame_s)
-        paid = maximum(minimum(self.node_j, needed), self.node_j - KEPT_J)
+        needed, kept = squared(wave) * (0.5 * self._frame_s), KEPT_J
+        if self._position:
+            self._position.send(wave, self._packets)
+            self._due_j = 0.0 * self._due_j
+            kept = kept + self._position.stored_j
+            short = maximum(kept - self.node_j, 0.0)
+            self.node_j = self.node_j + self._playout.release(short, beyond=SPARED_J)
+        paid = maximum(minimum(self.node_j, needed), self.node_j - kept)
         paid = maximum(paid, 0.0)
         self.energy_u_tx = self.energy_u_tx + paid
         self.node_j = self.node_j - paid

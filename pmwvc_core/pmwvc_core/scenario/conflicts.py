@@ -43,10 +43,10 @@ def conflicts(scenario: "Scenario") -> list[str]:
         )
     for user in scenario.users:
         position = user.master.position
-        if scenario.strict and position.is_on:
+        if scenario.strict and position.is_on and position.feedback == "printed":
             found.append(
-                f"{user.name}.master.position.gain = {position.gain}: channel = strict has no "
-                "position feedback; must be 0, or channel = plain"
+                f"{user.name}.master.position.feedback = printed: pays for nothing; must be "
+                "budgeted or integral with channel = strict"
             )
         for group, port in (("master", user.master), ("server", user.contact)):
             wrong = matrix_conflicts(port.impedance_matrix, scenario.dof)

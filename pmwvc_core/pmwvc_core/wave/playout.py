@@ -17,11 +17,13 @@ The reserve of a segment is |dU|^2/(2 dt), what its smoothest wave takes. So ``g
 at every step, and U(p) = integral given out + owed: displacement may be late, it is never lost.
 
 ``rate`` is 1. Where nothing is at hand p waits: the wave is zero, and whatever comes later is
-played later. Two such waits make a margin of the shorter one; while less than the margin is at
-hand the wave is stretched, which costs nothing. The margin fades over ``FADE_S``. Where for
-``WINDOW_S`` more was at hand than the margin, the wave is played at ``CATCH_UP``, which costs
-energy and is done out of free energy only. What is at hand beyond ``LONGEST_S`` (after an outage)
-is not played any more: it is owed, and what it brought is free to repay it.
+played later; it comes back at the rate ``SLOWEST``, which rises to 1 in the time of the wait. Two
+such waits make a margin of the shorter one; while less than the margin is at hand the wave is
+stretched, which costs nothing. The margin fades over ``FADE_S``. Where for ``WINDOW_S`` more was
+at hand than the margin, the wave is played at ``CATCH_UP``, which costs energy and is done out of
+free energy only. A wait longer than ``LONGEST_WAIT_S`` is an outage: what comes of it is not
+played, or everything after it would be late by as much. It is owed, and what it brought is free to
+repay it; so is what is at hand beyond ``LONGEST_S``.
 
 Equations: docs/theory.md 17.1, 17.2, 17.3.
 """
@@ -34,6 +36,7 @@ import numpy as np
 
 from pmwvc_core.numeric import (
     Array,
+    Flag,
     Value,
     absolute,
     anywhere,
@@ -50,9 +53,10 @@ from pmwvc_core.state import Stateful
 SLOWEST = 0.5  # rate while next to nothing is at hand
 CATCH_UP = 1.05  # rate while more is at hand than needed
 WINDOW_S = 3.0  # the least at hand in one or two of these decides whether to catch up
-KEPT = 0.74  # of the margin after a window: FADE_S of 10 s
+FADE_S = 10.0
+KEPT = math.exp(-WINDOW_S / FADE_S)  # of the margin after a window
 SLACK_S = 1.5e-3  # at hand beyond the margin: no reason to catch up
-LONGEST_WAIT_S = 0.1  # what a wait counts for at most: longer ones are outages, no jitter
+LONGEST_WAIT_S = 0.04  # what a wait counts for at most: longer ones are outages, no jitter
 LONGEST_S = 0.3
 REPAID_S = 0.3  # time constant of repaying what is owed
 SPARED_J = 1e-4  # free energy below which nothing is caught up
@@ -82,7 +86,7 @@ class Playout(Stateful):
     SIGNALS = "_integrals _integral owed"
     MEMORY = (
         "received_j given_j released_j discarded_j margin_s _ends_s _reserves _played_s _reserve "
-        "_owes _wait_s _waited_s _least_s _least_before_s _window_s"
+        "_owes _ramp_s _back_s _wait_s _waited_s _least_s _least_before_s _window_s"
     )
 
     def __init__(self, *, most_repaid: Value) -> None:
@@ -105,6 +109,8 @@ class Playout(Stateful):
         self._owes = False
         self._wait_s: Value = 0.0  # of the wait under way
         self._waited_s: Value = 0.0  # longest wait of late
+        self._ramp_s: Value = 0.0  # in which the wave comes back after a wait
+        self._back_s: Value = 0.0  # for which it has been back
         self._least_s: Value = math.inf  # at hand, in this window and in the last one
         self._least_before_s: Value = math.inf
         self._window_s = 0.0
@@ -169,9 +175,9 @@ class Playout(Stateful):
             self.discarded_j = self.discarded_j + maximum(more, 0.0)
         return wave
 
-    def release(self, most: Value) -> Value:
-        """Return free energy, at most so much, which the wave can do without [J]."""
-        released = maximum(minimum(self.free_j, most), 0.0)
+    def release(self, most: Value, *, beyond: float = 0.0) -> Value:
+        """Return free energy beyond a level, at most so much: the wave can do without it [J]."""
+        released = maximum(minimum(self.free_j - beyond, most), 0.0)
         self.released_j = self.released_j + released
         return released
 
@@ -183,14 +189,13 @@ class Playout(Stateful):
 
     def _advance(self, h: float) -> Value:
         """Play on; return the integral that is due."""
-        newest_s = self._ends_s[-1]
-        spare_s = self.at_hand_s - h
-        self._watch(spare_s, h)
-        played_s = minimum(self._played_s + self._rate(spare_s) * h, newest_s)
-        late = played_s < newest_s - LONGEST_S
-        if anywhere(late):
-            self._skip(maximum(self._played_s, newest_s - LONGEST_S))
-            played_s = maximum(played_s, newest_s - LONGEST_S)
+        newest_s, spare_s = self._ends_s[-1], self.at_hand_s - h
+        outage = self._watch(spare_s, h)
+        most_s = where(outage, self.margin_s + h, LONGEST_S)
+        if anywhere(spare_s > most_s):
+            self._skip(maximum(self._played_s, newest_s - most_s))
+            spare_s = self.at_hand_s - h
+        played_s = minimum(self._played_s + self._rate(spare_s, h) * h, newest_s)
         integral, reserve = self._at(played_s)
         due = integral - self._integral
         self._played_s, self._integral, self._reserve = played_s, integral, reserve
@@ -203,8 +208,8 @@ class Playout(Stateful):
         self._owes = True
         self._played_s, self._integral, self._reserve = to_s, integral, reserve
 
-    def _watch(self, spare_s: Value, h: float) -> None:
-        """Learn from waits, and from what lies at hand."""
+    def _watch(self, spare_s: Value, h: float) -> Flag:
+        """Learn from waits, and from what lies at hand; tell whether an outage ends here."""
         self._window_s += h
         if self._window_s > WINDOW_S:
             self._window_s = 0.0
@@ -213,27 +218,37 @@ class Playout(Stateful):
         self._least_s = minimum(self._least_s, spare_s)
         dry = spare_s < -ROUNDING_S
         over = (self._wait_s > 0.0) & (dry ^ True)
+        outage: Flag = False
         if anywhere(over):
-            counts = over & (self._wait_s <= LONGEST_WAIT_S)
+            outage = over & (self._wait_s > LONGEST_WAIT_S)
+            counts = over & (outage ^ True)
             again = maximum(self.margin_s, minimum(self._wait_s, self._waited_s))
             self.margin_s = where(counts, again, self.margin_s)
             longest = maximum(self._waited_s, self._wait_s)
             self._waited_s = where(counts, longest, self._waited_s)
+            self._ramp_s = where(over, minimum(self._wait_s, LONGEST_WAIT_S), self._ramp_s)
+            self._back_s = where(over, 0.0, self._back_s)
             self._wait_s = where(over, 0.0, self._wait_s)
         if anywhere(dry):
             self._wait_s = self._wait_s + where(dry, minimum(-spare_s, h), 0.0)
+        return outage
 
-    def _rate(self, spare_s: Value) -> Value:
+    def _rate(self, spare_s: Value, h: float) -> Value:
         """Return how fast the sender's time is played."""
         rate: Value = 1.0
         margin_s = self.margin_s
+        returns = self._back_s < self._ramp_s
+        if anywhere(returns):
+            ratio = self._back_s / where(returns, self._ramp_s, 1.0)
+            rate = where(returns, SLOWEST + (1.0 - SLOWEST) * ratio, 1.0)
+            self._back_s = self._back_s + h
         kept = margin_s > 0.0
         if anywhere(kept):
-            rate = maximum(minimum(spare_s / where(kept, margin_s, 1.0), 1.0), SLOWEST)
-            rate = where(kept, rate, 1.0)
+            slow = maximum(minimum(spare_s / where(kept, margin_s, 1.0), 1.0), SLOWEST)
+            rate = where(kept, minimum(slow, rate), rate)
         ample = minimum(self._least_s, self._least_before_s) > margin_s + SLACK_S
         if anywhere(ample):
-            rate = where(ample & (self.free_j > SPARED_J), CATCH_UP, rate)
+            rate = where(ample & (self.free_j > SPARED_J) & (returns ^ True), CATCH_UP, rate)
         return rate
 
     def _repay(self, wave: Value, power: Value, h: float) -> Value:

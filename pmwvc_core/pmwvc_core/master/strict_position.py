@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Position feedback on the strict channel: v_m - K_p e, paid out of the node.
+
+The node that pays for packets (:mod:`.strict_port`) pays for this as well: what v_m brings less
+energy than the playout gave is missing from it. It begins with the energy declared as lent, E0,
+and is filled up to it again from whatever comes in beyond what packets need, before packets get
+it. A tick takes at most what is free, spread over ``SPREAD_S``: in one tick it would be a
+force step. What the playouts hold and owe is in e, so that after an outage device and avatar come
+together.
+
+Equations: docs/theory.md 17.8.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from pmwvc_core.master.energy_tank import SPREAD_S
+from pmwvc_core.master.position import ADAPTED
+from pmwvc_core.master.position_error import PositionError, PositionResidual
+from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squared, truth, where
+from pmwvc_core.params import FilterParams, MasterParams
+from pmwvc_core.state import Stateful
+from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.wave.impedance import impedance_of
+from pmwvc_core.wave.playout import Playout
+
+
+class _Played(PositionError):
+    """The position error, with the playout in place of filter and hold."""
+
+    def __init__(self, params: MasterParams, playout: Playout) -> None:
+        self._playout = playout
+        super().__init__(params)
+
+    def configure(self, params: MasterParams) -> None:
+        super().configure(dataclasses.replace(params, hold="zoh", filter=FilterParams()))
+
+    def _lag(self, packet: WavePacket, v: Value) -> Value:
+        up = self._since + (self._integral - self._sent[packet.echo_seq])
+        lag: Value = (up - self._playout.waiting) / self._scale
+        return lag
+
+
+class _PlayedResidual(_Played, PositionResidual):
+    """What of it no wave under way or at hand explains."""
+
+
+class StrictPosition(Stateful):
+    """See the module. Order as in :class:`pmwvc_core.master.position.PositionFeedback`.
+
+    Attributes
+    ----------
+    stored_j
+        Energy that the node holds for it [J].
+    spent_j
+        What it has taken so far, less what it brought [J].
+    """
+
+    BLOCKS = "_error"
+    MEMORY = "spent_j _gain _there"
+
+    def __init__(self, params: MasterParams, playout: Playout) -> None:
+        residual = params.position.feedback == "integral"
+        self._error = (_PlayedResidual if residual else _Played)(params, playout)
+        self.spent_j: Value = 0.0
+        self._there = False
+        self.configure(params)
+
+    def configure(self, params: MasterParams) -> None:
+        """Take other parameters over; what is known stays."""
+        self.stored_j = params.position.storage_j
+        self._gain: Value = params.position.gain
+        self._adapts = params.position.adapts
+        self._half_s = 0.5 * params.tick_s
+        self._scale: Any = root(2.0 * impedance_of(params))
+        self._error.configure(params)
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        """Energy spent [J]."""
+        return {"position_spent": self.spent_j}
+
+    def on_packet(self, packet: WavePacket) -> None:
+        """Note the newest packet with the avatar's position."""
+        self._error.on_packet(packet)
+        lag_s = self._error.round_trip_s
+        if self._adapts and truth(lag_s > 0.0):
+            self._gain = (ADAPTED / lag_s) * self._scale
+
+    def receive(self) -> None:
+        """Note that the server is there."""
+        self._there = True
+
+    def silence(self) -> None:
+        """Note that it is silent."""
+        self._there = False
+
+    def down(self, v: Value, x: Value, free_j: Value) -> Value:
+        """Return the wave for the device at ``x`` [m], with as much of the feedback as is free."""
+        error = self._error.step(x, v)
+        if not self._there:
+            return v
+        wanted = -(self._gain * error)
+        along, size = dot(v, wanted), squared(wanted)
+        power = maximum(free_j, 0.0) * (2.0 / SPREAD_S)
+        cost = 2.0 * along + size
+        if anywhere(cost > power):
+            ratio = (root(along * along + size * power) - along) / where(size > 0.0, size, 1.0)
+            ratio = where(cost > power, maximum(minimum(ratio, 1.0), 0.0), 1.0)
+            wanted = ratio * wanted
+            cost = ratio * (2.0 * along + ratio * size)
+        self.spent_j = self.spent_j + cost * self._half_s
+        return v + wanted
+
+    def take(self, u: Value) -> None:
+        """Note the wave of a tick that is over [sqrt(W)]."""
+        self._error.take(u)
+
+    def send(self, wave: Value, seq: int) -> None:
+        """Note the wave of packet number ``seq`` [sqrt(W)]."""
+        self._error.send(wave, wave, seq)

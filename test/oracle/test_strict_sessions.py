@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sessions on the strict channel over bad networks: passive, no drift, force within bounds, and
+outages survived. The plain channel under the same conditions is the control.
+"""
+
+import numpy as np
+import pytest
+from support.simulated import simulated
+
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.master.safety import SafetyState
+from pmwvc_core.simulation.session import SessionBatch
+
+B = 25.0
+LEAST_J = -1e-9
+DISTURBED = {
+    "jitter": ("link.jitter=uniform", "link.jitter_s=0.012"),
+    "loss": ("link.loss=0.1",),
+    "loss and duplicates": ("link.loss=0.2", "link.duplicate=0.1"),
+    "reordering": ("link.jitter=uniform", "link.jitter_s=0.016", "link.keep_order=false"),
+    "loss, short silence": ("link.loss=0.05", "safety.timeout_s=0.03"),
+}
+WILD = (
+    "link.delay_s=0.03",
+    "link.jitter=normal",
+    "link.jitter_s=0.02",
+    "link.loss=0.15",
+    "link.duplicate=0.1",
+    "link.keep_order=false",
+)
+
+
+def ran(channel, *settings, duration_s=12.0, out=()):
+    """Run ``carry_16ms``; ``out``: stretches of time [s] in which no packet passes."""
+    texts = [f"channel={channel}", *settings]
+    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=duration_s)
+    batch = SessionBatch([scenario])
+    for user in batch.users:
+        for link in (user.up, user.down):
+            cut(link, out)
+    batch.run(lambda _: None)
+    return batch, batch.traces(0), scenario
+
+
+def cut(link, out):
+    send = link.send
+
+    def pass_on(packet, now_ns):
+        if not any(start <= now_ns * 1e-9 < end for start, end in out):
+            send(packet, now_ns)
+
+    link.send = pass_on
+
+
+def apart_m(traces, user):
+    """Distance of device and avatar over the ticks."""
+    steps = np.asarray(traces.server.x_s[user])[:, 0]
+    x_m = traces.users[user].x_m[:, 0]
+    return np.abs(x_m - np.repeat(steps, 8)[: len(x_m)])
+
+
+def late_s(batch, user):
+    """Times from port to port of the end of the session, T1 + T2, playouts included."""
+    end_ns = batch.ticks * batch.tick_ns
+    found = 0.004
+    for inbox in (batch.server.inboxes[user], batch.users[user].loop.inbox):
+        found += (end_ns - inbox.newest.sent_ns) * 1e-9 + inbox.playout.at_hand_s
+    return found + 0.004
+
+
+@pytest.mark.parametrize("name", DISTURBED)
+def test_a_disturbed_link_neither_drifts_nor_kicks(name):
+    calm = files.load("carry_16ms", settings_texts=["channel=strict"], duration_s=12.0)
+    most_n = 1.5 * max(np.abs(user.f_applied).max() for user in simulated(calm).users)
+    batch, traces, scenario = ran("strict", *DISTURBED[name])
+    for i, (user, energy) in enumerate(
+        zip(traces.users, user_energies(traces, scenario), strict=True)
+    ):
+        for balance in (energy.up, energy.down, energy.joint):
+            assert balance.minimum_j >= LEAST_J
+        force = np.abs(user.f_applied[-500:]).mean()
+        allowed = force * late_s(batch, i) / (2.0 * B) + 1e-3
+        distance = apart_m(traces, i)
+        assert distance[-500:].mean() <= allowed
+        assert np.abs(user.f_applied).max() <= most_n
+    assert budget(traces, scenario).closes
+    assert inconsistencies(traces, scenario) == []
+
+
+def test_a_wild_link_is_passive_and_the_plain_channel_is_not():
+    least = {}
+    for channel in ("plain", "strict"):
+        _, traces, scenario = ran(channel, *WILD, duration_s=10.0)
+        energies = user_energies(traces, scenario)
+        least[channel] = min(min(e.up.minimum_j, e.down.minimum_j) for e in energies)
+    assert least["strict"] >= LEAST_J
+    assert least["plain"] < 10.0 * LEAST_J
+
+
+def test_an_outage_ends_in_damping_and_comes_back_under_the_slew_limit():
+    _, traces, scenario = ran("strict", duration_s=9.0, out=[(4.0, 4.5)])
+    _, plain, _ = ran("plain", duration_s=9.0, out=[(4.0, 4.5)])
+    slew = scenario.users[0].safety.max_slew * scenario.tick_s
+    for i, (user, energy) in enumerate(
+        zip(traces.users, user_energies(traces, scenario), strict=True)
+    ):
+        assert min(energy.up.minimum_j, energy.down.minimum_j, energy.joint.minimum_j) >= LEAST_J
+        assert np.abs(np.diff(user.f_applied[:, 0])).max() <= slew * (1.0 + 1e-9)
+        out = slice(4100, 4500)  # within 100 ms: nothing but damping
+        assert np.all(user.f_applied[out] * user.xd_m[out] >= -1e-12)
+        assert apart_m(traces, i)[-500:].mean() < 0.5 * apart_m(plain, i)[-500:].mean()
+        assert np.abs(user.f_applied[-1, 0]) > 1.0  # the grip is back; plain has lost it
+    assert max(np.abs(user.f_applied[-1, 0]) for user in plain.users) < 0.5
+
+
+def test_a_single_outage_of_one_way_is_made_up_for():
+    texts = ["channel=strict"]
+    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=10.0)
+    batch = SessionBatch([scenario])
+    cut(batch.users[0].down, [(4.0, 4.6)])
+    batch.run(lambda _: None)
+    traces = batch.traces(0)
+    assert apart_m(traces, 0)[4500] > 10e-3
+    assert apart_m(traces, 0)[-500:].mean() < 4e-3
+
+
+def test_the_force_starts_from_zero_only_behind_a_restart_or_a_release():
+    batch, traces, _ = ran("strict", duration_s=8.0, out=[(4.0, 5.8)])
+    user = traces.users[0]
+    f = np.abs(user.f_applied[:, 0])
+    assert f[3900] > 1.0
+    assert f[5700] < 0.05  # let go after release_s
+    back = f[5800:6000]
+    assert back.max() < 1.0  # and not at once
+    assert batch.users[0].loop.safety.state == SafetyState.COUPLED
+
+
+def test_position_feedback_paid_by_the_node_brings_device_and_avatar_together():
+    lent = ("master.position.gain=20", "master.position.storage_j=0.005")
+    for name in ("loss", "jitter"):
+        _, traces, scenario = ran("strict", *lent, *DISTURBED[name], duration_s=8.0)
+        for i, energy in enumerate(user_energies(traces, scenario)):
+            assert apart_m(traces, i)[-500:].mean() < 0.2e-3
+            assert energy.joint.minimum_j >= -0.005 + LEAST_J
+            assert energy.joint.minimum_j < 0.0  # the loan is used
+    _, none, _ = ran("strict", *DISTURBED["loss"], duration_s=8.0)
+    assert apart_m(none, 0)[-500:].mean() > 1e-3
+
+
+def test_presses_do_not_drain_the_loan():
+    press = [
+        *("link.delay_s=0.016", "server.contact=bilateral", "server.contact_stiffness=500"),
+        *("operator.kind=sinusoid", "operator.frequency_hz=0.4", "operator.force=1.5"),
+        *("device.damping=2", "master.position.adapts=true", "master.position.storage_j=0.005"),
+    ]
+    level = {}
+    for channel, account in (("strict", "node"), ("plain", "position_surplus")):
+        texts = [f"channel={channel}", *press]
+        scenario = files.load("wall", settings_texts=texts, duration_s=40.0)
+        batch = SessionBatch([scenario])
+        batch.run(lambda _: None)
+        values = batch.traces(0).users[0].accounts[account]
+        level[channel] = [part.mean() for part in np.array_split(values, 4)]
+    assert level["strict"][-1] >= 0.0045
+    assert level["strict"][-1] >= level["strict"][1] - 1e-4
+    assert level["plain"][-1] < level["plain"][1] - 5e-4  # the control
