@@ -7,8 +7,10 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
+PATIENCE_MS = 60_000  # a machine that stalls is not judged here
+expect.set_options(timeout=PATIENCE_MS)
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 
@@ -42,8 +44,8 @@ def visit(chromium: Browser) -> Iterator[Callable[..., Page]]:
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.goto(address)
         if shown:
-            page.locator("#connection[data-state=open]").wait_for(timeout=60_000)
-            page.locator("#scene[data-users]").wait_for(timeout=60_000)
+            page.locator("#connection[data-state=open]").wait_for(timeout=PATIENCE_MS)
+            page.locator("#scene[data-users]").wait_for(timeout=PATIENCE_MS)
         return page
 
     yield opened

@@ -109,3 +109,22 @@ def test_page_that_goes_silent_lets_go(visit, how):
             live.until(lambda: _pressed(live), "a hand that takes hold again")
         steps = np.abs(np.diff(live.forces("user1")))
         assert 0.0 < steps.max() <= SLOW_N_PER_TICK * (1.0 + 1e-9)
+
+
+def test_drag_with_three_axes_moves_in_plane_of_screen(visit):
+    free = ["operator.kind=remote", "task.kind=free"]
+    with served(free, users=1, name="cube_3d") as live:
+        page = visit(live.address)
+        axes = [live.session.layout.slices["user1.x_m"].start + axis for axis in range(3)]
+        place = lambda: live.session.shown[-1].row[axes]  # noqa: E731
+        start = place()
+        pointer = Pointer(page)
+        pointer.press()
+        pointer.move(-0.03, up_m=0.03)
+        live.until(lambda: place()[2] > start[2] + 0.01, "a handle higher up")
+        moved = place() - start
+        # Seen from the front right (yaw 0.45 rad) and above (pitch 0.3 rad): right and up.
+        right, up = np.array([0.900, 0.435, 0.0]), np.array([-0.129, 0.266, 0.955])
+        away = np.cross(right, up)
+        assert moved @ right < -0.005 and moved @ up > 0.005
+        assert abs(moved @ away) < 0.1 * np.linalg.norm(moved)
