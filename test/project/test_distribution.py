@@ -12,9 +12,12 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-WHEEL = ("pmwvc_core", "pmwvc_analysis", "pmwvc_bringup")
+WHEEL = ("pmwvc_core", "pmwvc_analysis", "pmwvc_view", "pmwvc_bringup")
 MODULES = {"pyyaml": "yaml"}  # where names differ
-ROS = {"rclpy", "std_msgs", "std_srvs", "rcl_interfaces", "diagnostic_msgs", "builtin_interfaces"}
+ROS = {
+    "rclpy", "std_msgs", "std_srvs", "rcl_interfaces", "diagnostic_msgs", "builtin_interfaces",
+    "geometry_msgs",
+}  # fmt: skip
 
 
 def declared(requirements):

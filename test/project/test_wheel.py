@@ -4,8 +4,10 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 
 import pytest
@@ -88,7 +90,21 @@ def test_the_recording_is_one_that_this_environment_reads_alike(fresh):
         assert hash_of(text, name) == hash_of(schema_text(name), name)
 
 
-@pytest.mark.parametrize("words", [("run", "wall"), ("node", "master", "--help")])
+def test_the_page_of_a_simulated_session_is_served(fresh):
+    words = [fresh / "env/bin/pmwvc", "view", "wall", "--no-browser"]
+    environment = {"PATH": os.defpath, "HOME": os.environ["HOME"], "PYTHONUNBUFFERED": "1"}
+    view = subprocess.Popen(words, cwd=fresh, env=environment, stdout=subprocess.PIPE, text=True)
+    try:
+        address = next(m[0] for line in view.stdout if (m := re.search(r"http://\S+", line)))
+        with urllib.request.urlopen(address) as page:
+            assert b"<canvas" in page.read()
+    finally:
+        view.kill()
+        view.wait()
+        view.stdout.close()
+
+
+@pytest.mark.parametrize("words", [("run", "wall"), ("node", "master", "--help"), ("view",)])
 def test_a_command_that_needs_ros_says_so_in_one_sentence(fresh, words):
     told = run(fresh / "env/bin/pmwvc", *words, cwd=fresh, code=2)
     assert told.count("\n") == 1

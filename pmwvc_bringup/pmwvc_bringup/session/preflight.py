@@ -56,8 +56,8 @@ def require_ros() -> None:
     if importlib.util.find_spec("rclpy") is None:
         raise PmwvcError(
             "ROS 2 is not in this Python environment (no rclpy): run 'make setup' in the source "
-            "tree, or source an installed ROS 2; only 'run' and 'node' need it, 'pmwvc simulate' "
-            "and all other commands do not"
+            "tree, or source an installed ROS 2; only run, node and the view of a running session "
+            "need it, 'pmwvc simulate' and all other commands do not"
         )
 
 
