@@ -9,9 +9,13 @@ from pathlib import Path
 import pytest
 from support.simulated import judged, simulated
 
-from course.step import Session
+from course.first_half import HUM
+from course.page import Watched, watch
+from course.step import PLAIN, Run, Session
+from course.watching import WATCHED
 from course.written import NUMBERS, STEPS, pages, read
 from pmwvc_analysis.prediction import text as prediction_text
+from pmwvc_bringup import scenarios
 from pmwvc_bringup.options import scenario_of
 from pmwvc_bringup.parser import build_parser
 
@@ -40,24 +44,31 @@ def test_a_page_is_what_its_template_and_the_numbers_give(name):
 
 
 @pytest.mark.parametrize("step", STEPS, ids=lambda step: step.name)
-def test_the_numbers_of_a_step_are_those_of_its_sessions(step):
-    found = step.numbers(sessions(step))
+def test_the_numbers_of_a_step_are_those_of_its_sessions_and_of_the_page(step):
+    watched = WATCHED[step.name]
+    shown, levels = watch(watched)
+    assert levels == [watched.before, watched.after][: 1 + bool(watched.settings)]
+    found = step.numbers(sessions(step)) | shown
     assert found == pytest.approx(read(FOLDER)[step.name], rel=2e-2, abs=2e-4), "run make course"
 
 
 def commands():
     for page in sorted(FOLDER.glob("*.md")):
-        yield from re.findall(r"^(?:    )?\./pmwvc (.*)$", page.read_text("utf-8"), re.MULTILINE)
+        text = page.read_text("utf-8")
+        yield from re.findall(r"^(?:    )?\./pmwvc (.*)$", text, re.MULTILINE)
+        yield from re.findall(r"`\./pmwvc (.*?)`", text)
 
 
 def test_every_command_is_one_and_names_a_session_that_loads():
     parser = build_parser()
     words = [shlex.split(command, comments=True) for command in commands()]
-    assert len(words) > 25
+    assert len(words) > 35
     for each in words:
         arguments = parser.parse_args(each)
         if hasattr(arguments, "scenario"):
             scenario_of(arguments)
+        elif arguments.command.name == "view":
+            scenarios.load(arguments.what, settings_texts=arguments.settings)
 
 
 def test_the_commands_of_a_step_are_the_sessions_of_its_numbers():
@@ -65,7 +76,8 @@ def test_the_commands_of_a_step_are_the_sessions_of_its_numbers():
     for step in STEPS:
         page = (FOLDER / f"{step.name}.md").read_text("utf-8")
         for run in step.runs.values():
-            assert run.command in page or (step.name, run.scenario) == ("02_waves", "direct_16ms")
+            shown_before = (step.name, run.scenario) == ("02_waves", "direct_16ms")
+            assert run.command in page or shown_before
             words = shlex.split(run.command.removeprefix("./pmwvc "))
             assert scenario_of(parser.parse_args(words)) == run.load()
 
@@ -85,11 +97,24 @@ def test_what_the_course_concludes_is_what_happened():
     assert by_number["06"]["implicit"].summary["stable"]
     assert not by_number["06"]["one_frame_late"].summary["stable"]
     assert passive("07", "l10") and passive("07", "l40") is False
+    assert passive("07", "strict")
+    ahead = {
+        name: abs(steady["device"] - steady["avatar"])
+        for name, steady in ((name, by_number["07"][name].steady()) for name in ("l40", "strict"))
+    }
+    assert ahead["strict"] < ahead["l40"] / 2.0
     assert passive("10", "far") and passive("10", "coarse") is False
     lines = prediction_text.lines(by_number["10"]["far"].scenario, live=False)
     claim = "Stable at any constant delay, hands off, while all contacts touch"
     assert any(claim in line for line in lines)
     assert claim in (FOLDER / "10_what_remains.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    "run", [Run("wall", HUM), Run("three_users", {**PLAIN, "link.delay_s": 0.1})], ids=str
+)
+def test_what_the_page_is_said_to_show_otherwise_is_green(run):
+    assert watch(Watched(run))[1] == ["good"]
 
 
 def test_a_wrong_number_is_found():

@@ -5,7 +5,9 @@
 import json
 from pathlib import Path
 
+from course.page import watch
 from course.step import Numbers, simulated
+from course.watching import WATCHED
 from course.written import NUMBERS, STEPS, pages
 from pmwvc_analysis.charts.chart_svg import file_svg
 
@@ -20,7 +22,8 @@ def main() -> None:
     for step in STEPS:
         found = {name: simulated(run) for name, run in step.runs.items()}
         numbers[step.name] = {
-            name: float(f"{value:.6g}") for name, value in step.numbers(found).items()
+            name: float(f"{value:.6g}")
+            for name, value in (step.numbers(found) | watch(WATCHED[step.name])[0]).items()
         }
         (images / f"{step.name}.svg").write_text(file_svg(step.chart(found)), "utf-8")
         print(step.name)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from course.step import MJ, MM, Numbers, Run, Session, Step
+from course.step import MJ, MM, PLAIN, Numbers, Run, Session, Step
 from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
@@ -103,7 +103,7 @@ def _waves_chart(found: Sessions) -> Chart:
 WAVES = Step(
     "02_waves",
     "Waves do not shake",
-    {"waves": Run("carry_16ms"), "direct": Run("direct_16ms")},
+    {"waves": Run("carry_16ms", PLAIN), "direct": Run("direct_16ms")},
     _waves,
     _waves_chart,
 )
@@ -153,7 +153,7 @@ def _price_chart(found: Sessions) -> Chart:
 PRICE = Step(
     "03_the_price",
     "The price: a spring and a mass",
-    {f"d{delay}": Run("wall", {"link.delay_s": delay / 1e3}, 6.0) for delay in DELAYS_MS},
+    {f"d{delay}": Run("wall", {**PLAIN, "link.delay_s": delay / 1e3}, 6.0) for delay in DELAYS_MS},
     _price,
     _price_chart,
 )
@@ -162,6 +162,7 @@ PRICE = Step(
 # 4: aliasing
 
 HUM = {
+    **PLAIN,
     "operator.kind": "sinusoid",
     "operator.force": 2.0,
     "operator.frequency_hz": 122,
@@ -256,7 +257,7 @@ def _adding_chart(found: Sessions) -> Chart:
 ADDING = Step(
     "05_passivity_adds_up",
     "Why passivity adds up",
-    {"three": Run("three_users")},
+    {"three": Run("three_users", PLAIN)},
     _adding,
     _adding_chart,
 )

@@ -8,7 +8,7 @@ import numpy as np
 
 import pmwvc
 from course.first_half import BLUE, GREEN, ORANGE, PURPLE
-from course.step import MM, Numbers, Run, Session, Step
+from course.step import MM, PLAIN, Numbers, Run, Session, Step
 from pmwvc_analysis.charts.chart import DASHES, Chart, Dots, Level, Line, Panel
 from pmwvc_analysis.prediction.lag import lag_s, series_stiffness
 from pmwvc_analysis.transparency.transparency import transparency
@@ -57,7 +57,11 @@ LATE = Step(
     "06_late_springs",
     "Late springs give energy",
     {
-        name: Run("wall", {"server.coupling": name, "server.contact_stiffness": STIFF}, 6.0)
+        name: Run(
+            "wall",
+            {**PLAIN, "server.coupling": name, "server.contact_stiffness": STIFF},
+            6.0,
+        )
         for name in COUPLINGS
     },
     _late,
@@ -70,7 +74,9 @@ LATE = Step(
 
 def _loss(found: Sessions) -> Numbers:
     numbers: Numbers = {}
-    for name, session in found.items():
+    numbers["strict_balance_mj"] = found["strict"].least_balance_mj()
+    for name in ("l0", "l10", "l40"):
+        session = found[name]
         steady, links = session.steady(), session.summary["links"]
         numbers |= {
             f"{name}_sent": sum(link["sent"] for link in links),
@@ -84,9 +90,14 @@ def _loss(found: Sessions) -> Numbers:
 
 def _loss_chart(found: Sessions) -> Chart:
     lines = []
-    for (name, session), tint, label in zip(
-        found.items(), (BLUE, GREEN, ORANGE), ("all arrive", "10 % lost", "40 % lost"), strict=True
-    ):
+    shown = (
+        ("l0", BLUE, "all arrive"),
+        ("l10", GREEN, "10 % lost"),
+        ("l40", ORANGE, "40 % lost"),
+        ("strict", PURPLE, "40 % lost, strict"),
+    )
+    for name, tint, label in shown:
+        session = found[name]
         server, user = session.traces.server, session.user
         assert server is not None, name
         joined = server.time_s > 1.0
@@ -101,9 +112,10 @@ LOSS = Step(
     "07_loss",
     "Loss costs position",
     {
-        f"l{percent}": Run("carry_16ms", {"link.loss": percent / 100}, 12.0)
+        f"l{percent}": Run("carry_16ms", {**PLAIN, "link.loss": percent / 100}, 12.0)
         for percent in (0, 10, 40)
-    },
+    }
+    | {"strict": Run("carry_16ms", {"channel": "strict", "link.loss": 0.4}, 12.0)},
     _loss,
     _loss_chart,
 )
@@ -159,7 +171,7 @@ def _felt_chart(found: Sessions) -> Chart:
 FELT = Step(
     "08_felt_stiffness",
     "The stiffness that is felt",
-    {f"k{each}": Run("wall", {"server.contact_stiffness": each}, 6.0) for each in WALLS},
+    {f"k{each}": Run("wall", {**PLAIN, "server.contact_stiffness": each}, 6.0) for each in WALLS},
     _felt,
     _felt_chart,
 )
@@ -212,7 +224,7 @@ def _choice_chart(found: Sessions) -> Chart:
 CHOICE = Step(
     "09_choosing_b",
     "Choosing b",
-    {f"b{each}": Run("wall", {"master.impedance": each}, 6.0) for each in IMPEDANCES},
+    {f"b{each}": Run("wall", {**PLAIN, "master.impedance": each}, 6.0) for each in IMPEDANCES},
     _choice,
     _choice_chart,
 )
@@ -220,7 +232,7 @@ CHOICE = Step(
 
 # 10: what remains
 
-COARSE = {"device.encoder_step_m": 5e-5, "device.velocity": "euler"}
+COARSE = {**PLAIN, "device.encoder_step_m": 5e-5, "device.velocity": "euler"}
 
 
 def _remains(found: Sessions) -> Numbers:
@@ -252,9 +264,9 @@ REMAINS = Step(
     "10_what_remains",
     "What remains",
     {
-        "exact": Run("wall", {}, 4.0),
+        "exact": Run("wall", PLAIN, 4.0),
         "coarse": Run("wall", COARSE, 4.0),
-        "far": Run("wall", {"link.delay_s": 0.1}, 8.0),
+        "far": Run("wall", {**PLAIN, "link.delay_s": 0.1}, 8.0),
     },
     _remains,
     _remains_chart,

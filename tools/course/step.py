@@ -14,6 +14,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 
 Numbers = dict[str, float]
+PLAIN = {"channel": "plain"}  # the channel of the equations; step 7 has the other one
 MM, MJ = 1e3, 1e3
 
 

@@ -14,6 +14,7 @@ import jinja2
 from course.first_half import STEPS as FIRST
 from course.second_half import STEPS as SECOND
 from course.step import Numbers
+from course.watching import WATCHED
 
 STEPS = (*FIRST, *SECOND)
 TEMPLATES = Path(__file__).resolve().parent / "pages"
@@ -34,7 +35,7 @@ def pages(numbers: dict[str, Numbers]) -> dict[str, str]:
     for index, step in enumerate(STEPS):
         values = numbers[step.name]
         body = environment.get_template(f"{step.name}.md").render(
-            runs=step.runs, n=values, **values
+            runs=step.runs, page=WATCHED[step.name], n=values, **values
         )
         after = ["Back to the [overview](README.md)."]
         if index + 1 < len(STEPS):
