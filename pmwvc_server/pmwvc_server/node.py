@@ -27,7 +27,7 @@ from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.verdict import Verdict
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene
-from pmwvc_server.settings import declare_settings
+from pmwvc_server.settings import PauseParams, declare_settings
 from pmwvc_server.wires import RosWires
 
 MARKER_HZ = 30.0
@@ -50,7 +50,9 @@ class Server:
 
     def __init__(self, node: Node) -> None:
         self.node = node
-        self.settings = settings = declare_settings(node, self._change, self._change_contact)
+        self.settings = settings = declare_settings(
+            node, self._change, self._change_contact, self._pause
+        )
         self.names = [user.name for user in settings.users]
         epoch = secrets.randbits(64) or 1
         self.loop = ServerLoop(
@@ -65,6 +67,8 @@ class Server:
             ),
             period_s=settings.server.period_s,
         )
+        if node.get_parameter("paused").value:
+            self._pause(PauseParams(paused=True))
         self._scene = Scene(self.names, size_m=settings.server.object_size_m, dof=settings.dof)
         self._markers = node.create_publisher(MarkerArray, "markers", 1)
         self._looked_s = time.monotonic()
@@ -96,6 +100,10 @@ class Server:
         impedance = self.settings.users[user].impedance(params)
         protocol = self.loop.protocol
         protocol.hand_over(partial(protocol.configure_user, user, params, impedance))
+
+    def _pause(self, params: PauseParams) -> None:
+        protocol = self.loop.protocol
+        protocol.hand_over(partial(protocol.pause, params.paused))
 
     def _show(self) -> None:
         """Publish the scene and log who came and went."""
@@ -130,6 +138,7 @@ class Server:
             values |= _user_values(name, presence, loop.protocol.inboxes[user])
         there = sum(presence is not Presence.ABSENT for presence in loop.protocol.presence)
         text = f"{there} of {len(self.names)} users"
+        text += "; paused" if loop.protocol.paused else ""
         text += f"; {', '.join(silent)} silent" if silent else ""
         text += f"; {missed} deadlines missed" if missed else ""
         contained = self._contain(values)

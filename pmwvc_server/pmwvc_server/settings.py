@@ -29,6 +29,7 @@ from pmwvc_core.params import (
     TaskParams,
     Validated,
 )
+from pmwvc_core.params.fields import parameter
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.runtime.parameters import (
@@ -82,6 +83,15 @@ class WatchdogParams(Validated):
     timeout_s: float = _same_as(SafetyParams, "timeout_s")
     release_s: float = _same_as(SafetyParams, "release_s")
     soft_start_s: float = _same_as(SafetyParams, "soft_start_s")
+
+
+@dataclass(frozen=True)
+class PauseParams(Validated):
+    """A parameter of the node alone, which no scenario has."""
+
+    paused: bool = parameter(
+        False, "-", "the object stands still, users are taken out and join anew afterwards"
+    )
 
 
 @dataclass(frozen=True)
@@ -140,6 +150,7 @@ def declare_settings(
     node: Node,
     on_server: Callable[[ServerParams], None],
     on_contact: Callable[[int, ContactParams], None],
+    on_pause: Callable[[PauseParams], None],
 ) -> ServerSettings:
     """Declare all parameters of the node and return their values.
 
@@ -147,7 +158,7 @@ def declare_settings(
     ----------
     node
         The node to declare them on.
-    on_server, on_contact
+    on_server, on_contact, on_pause
         Get complete new parameters after each accepted change, in the thread that serves
         parameters; those of a contact with the number of the user, from 0.
 
@@ -157,6 +168,7 @@ def declare_settings(
         Naming what is wrong.
     """
     binding = ParameterBinding(node)
+    binding.declare("", PauseParams, on_pause)
     names = declare_names(
         node, "users", ["user1", "user2"], f"names (namespaces) of the users, 1 to {LARGEST}"
     )

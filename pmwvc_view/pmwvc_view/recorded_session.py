@@ -141,7 +141,7 @@ class RecordedSession(Session):
         """Return the scenario that settings are added to."""
         return self._scenario
 
-    def pause(self, paused: bool) -> Answer:
+    async def pause(self, paused: bool) -> Answer:
         """Stop, or play on; from the beginning where the end was reached."""
         if not paused and self._time_s >= self._traces.duration_s:
             self._time_s = 0.0

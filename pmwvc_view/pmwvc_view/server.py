@@ -246,7 +246,7 @@ class PageServer:
                 self._handles.free(request.user)
             self._answer(client, request, Answer(mine, "" if mine else "it is not yours"))
             self._tell_users()
-        elif isinstance(request, requests.Set | requests.Ask):
+        elif isinstance(request, requests.Set | requests.Ask | requests.Pause):
             task = asyncio.create_task(self._later(client, request))
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
@@ -264,8 +264,6 @@ class PageServer:
 
     def _at_once(self, request: requests.Request) -> Answer:
         session = self._session
-        if isinstance(request, requests.Pause):
-            return session.pause(request.paused)
         if isinstance(request, requests.Restart):
             return session.restart(request.values)
         if isinstance(request, requests.Seek):
@@ -274,8 +272,12 @@ class PageServer:
             return session.speed(request.ratio)
         raise TypeError(request.kind)
 
-    async def _later(self, client: Client, request: requests.Set | requests.Ask) -> None:
-        if isinstance(request, requests.Set):
+    async def _later(
+        self, client: Client, request: requests.Set | requests.Ask | requests.Pause
+    ) -> None:
+        if isinstance(request, requests.Pause):
+            self._answer(client, request, await self._session.pause(request.paused))
+        elif isinstance(request, requests.Set):
             self._answer(client, request, await self._session.set(request.path, request.value))
         else:
             found = await self._session.ask(request.values)

@@ -89,7 +89,7 @@ class Session:
         except PmwvcError as error:
             return unknown(str(error))
 
-    def pause(self, paused: bool) -> Answer:
+    async def pause(self, paused: bool) -> Answer:
         """Let time stand still, or go on."""
         return REFUSED
 

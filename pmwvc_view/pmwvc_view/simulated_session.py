@@ -169,7 +169,7 @@ class SimulatedSession(Session):
         """Return the scenario that settings are added to."""
         return self._wanted
 
-    def pause(self, paused: bool) -> Answer:
+    async def pause(self, paused: bool) -> Answer:
         """Let time stand still, or go on."""
         self._paused = paused
         return Answer(True, "paused" if paused else "running")

@@ -211,6 +211,17 @@ def test_contact_object_and_coupling_change_in_flight_without_energy_or_a_jump()
         words = ["fixed once running", "out of range", "read-only", "> 0 kg"]
         for reason, text in zip(reasons, words, strict=True):
             assert text in reason
+        assert run.peer.set_parameters("/server", {"paused": True}) == [""]
+        run.until_states(MasterTrace.DAMPING, MasterTrace.DAMPING)
+        still, count = run.steps[-1], len(run.steps)
+        run.peer.until(lambda: not any(run.blocks["user1"][-1].f_applied))  # let go
+        assert len(run.steps) == count
+        assert run.peer.set_parameters("/server", {"paused": False}) == [""]
+        run.until_states(MasterTrace.COUPLED, MasterTrace.COUPLED)
+        run.settled()
+        again = next(step for step in run.steps if step.step == still.step + 1)
+        assert again.x_o[0] == pytest.approx(still.x_o[0], abs=1e-3)
+        assert no_step_of_force(run, "user1") and no_step_of_force(run, "user2")
 
 
 def test_packets_of_a_rogue_publisher_are_counted_and_harmless():

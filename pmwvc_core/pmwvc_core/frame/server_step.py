@@ -93,7 +93,7 @@ class ServerStep(Stateful):
     """
 
     BLOCKS = "server target inboxes packers"
-    MEMORY = "presence steps other_controller _idle _anew"
+    MEMORY = "presence steps other_controller paused _idle _anew"
 
     def __init__(
         self,
@@ -113,9 +113,19 @@ class ServerStep(Stateful):
         self.presence = [ABSENT for _ in self.inboxes]
         self.steps = 0
         self.other_controller = 0
+        self.paused = False
         self._idle = idle_until_joined
         self._anew = [0 for _ in self.inboxes]  # FLAG_ANEW of each user's packets
         self._changes: deque[Callable[[], None]] = deque()
+
+    def pause(self, paused: bool) -> None:
+        """Stand still, or go on. Users leave, and join anew afterwards: a device that moves on
+        meanwhile is not where its avatar was.
+        """
+        self.paused = paused
+        if paused:
+            for user in range(len(self.presence)):
+                self._leave(user)
 
     def hand_over(self, change: Callable[[], None]) -> None:
         """Have a change made before the next step; from any thread."""
@@ -143,10 +153,15 @@ class ServerStep(Stateful):
         -------
         tuple
             Each user's answer (None for an absent one), and the server after the step (None while
-            it waits for the first user).
+            it waits for the first user, or is paused).
         """
         while self._changes:
             self._changes.popleft()()
+        if self.paused:
+            for inbox, arrived in zip(self.inboxes, packets, strict=True):
+                for packet in arrived:
+                    inbox.push(packet, now_ns)
+            return [None for _ in self.presence], None
         for user, arrived in enumerate(packets):
             for packet in arrived:
                 self.deliver(user, packet, now_ns)

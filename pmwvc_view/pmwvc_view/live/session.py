@@ -34,7 +34,7 @@ RESTART = "view/restart"
 STEP_S = 0.02  # between two steps of a delay on its way
 SILENT_S = 3.0  # without a trace: the session is over
 TEXT_EVERY = 8  # snapshots between two verdicts
-READ_ONLY = ("master.impedance", "controller", "server.object_mass")
+READ_ONLY = ("master.impedance", "controller")
 
 
 class LiveSession(Session):
@@ -54,7 +54,7 @@ class LiveSession(Session):
         Length of the session; None where it goes on until it is ended [s].
     """
 
-    can = frozenset({"take", "let_go", "target", "set", "ask", "restart", "seen"})
+    can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
 
     def __init__(
         self,
@@ -145,7 +145,12 @@ class LiveSession(Session):
                 notices=[] if self._graph.emulated else ["The links are not emulated here."],
             )
         values = controls.values_of(self._scenario, self._preset())
-        return {"text": self._text, "values": {"values": values}}
+        paused = bool(self._graph.values[self._graph.server].get("paused", False))
+        return {
+            "text": self._text,
+            "values": {"values": values},
+            "play": {"paused": paused, "time_s": None, "ratio": 1.0},
+        }
 
     def _preset(self) -> str | None:
         preset = self._graph.values.get(self._graph.netem, {}).get("preset")
@@ -194,6 +199,11 @@ class LiveSession(Session):
         """Change the server; return why not, or ""."""
         changes = _differences(self._scenario, wanted, _server_of)
         return await self._parameters.set(self._graph.server, changes) if changes else ""
+
+    async def pause(self, paused: bool) -> Answer:
+        """Let the server stand still, or go on: its users leave, and join anew afterwards."""
+        why = await self._parameters.set(self._graph.server, {"paused": paused})
+        return Answer(not why, why or ("paused" if paused else "running"))
 
     def restart(self, values: Settings) -> Answer:
         """Ask whoever started the session to begin again with these settings."""
