@@ -53,7 +53,7 @@ class HandmadeSession(Session):
     def target(self, user, position):
         self.targets.put((user, position))
 
-    def pause(self, paused):
+    async def pause(self, paused):
         return Answer(True, "paused")
 
     def close(self):
