@@ -1,21 +1,23 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The setup of all tests: order, hypothesis profiles, recorded data, compiled modules."""
+"""The setup of all tests: order, workers, hypothesis profiles, recorded data, compiled modules."""
 
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
+from xdist.scheduler import LoadScopeScheduling
 
 RECORDED_DATA = Path(__file__).parent / "data"
-# Quick ones first. On several workers those with live nodes come first, all on one worker: they
-# wait more than they compute, and last they would keep the other workers waiting.
-ORDER = ("project", "unit", "property", "oracle", "browser", "integration")
-LIVE = ("browser", "integration")
+ORDER = ("project", "unit", "property", "oracle", "browser", "integration")  # quick ones first
+LIVE = ("browser", "integration")  # with real nodes or a browser
 if "PYTEST_XDIST_WORKER" in os.environ:
-    ORDER = (*LIVE, *(folder for folder in ORDER if folder not in LIVE))
+    # On several workers they come first: they wait more than they compute, and last they would
+    # keep the other workers waiting.
+    ORDER = (*LIVE, "oracle", "property", "unit", "project")
 
 # Several hundred processes start: each module is compiled once, whatever the machine prefers.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -27,14 +29,24 @@ settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True
 settings.load_profile("ci" if os.environ.get("CI") else "local")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the tests in order, and those with live nodes or a browser on one worker: two 1 kHz
-    sessions at once are not two users.
+class ByFile(LoadScopeScheduling):
+    """The tests of a file on one worker, so that what they share is made once; all tests with live
+    nodes on one: two 1 kHz sessions at once are not two users.
     """
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.partition("::")[0]
+        return "live" if Path(file).parts[1] in LIVE else file
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> ByFile:
+    """Return what deals the tests out to several workers."""
+    return ByFile(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the tests in order."""
     items.sort(key=lambda item: ORDER.index(_folder(item)))
-    for item in items:
-        if _folder(item) in LIVE:
-            item.add_marker(pytest.mark.xdist_group("live"))
 
 
 def _folder(item: pytest.Item) -> str:
