@@ -52,6 +52,7 @@ own (`/lab/user1/wave_up`, `/lab/markers`); only `/diagnostics` and `/parameter_
 | `/user1/wave_down` | Wave | netem | master | same |
 | `/user1/trace` | MasterTrace | master | recorder, viewers | reliable, keep last 256 |
 | `/server/trace` | ServerTrace | server | recorder, viewers | same |
+| `/user1/reception`, `/server/reception` | Reception (2 Hz) | master, server | recorder, viewers | same |
 | `/netem/links` | LinkState | netem | recorder, viewers | same |
 | `/netem/fates` | PacketFate | netem | recorder | same |
 | `/user1/measured_cv`, `/user1/measured_cf` | TwistStamped, WrenchStamped | master | viewers | best effort, packet rate |

@@ -87,7 +87,7 @@ def _messages() -> Outcome:
     try:
         messages = importlib.import_module("pmwvc_msgs.msg")
         support = importlib.import_module("rclpy.type_support")
-        names = ("Wave", "MasterTrace", "ServerTrace", "LinkState", "PacketFate")
+        names = ("Wave", "MasterTrace", "ServerTrace", "LinkState", "PacketFate", "Reception")
         for name in names:
             support.check_for_type_support(getattr(messages, name))
     except Exception as error:

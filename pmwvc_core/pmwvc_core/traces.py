@@ -121,6 +121,16 @@ class HandTargets:
 
 
 @dataclass
+class ReceptionTraces:
+    """What the receiver at the end of a link had received by the end, over all its starts."""
+
+    link: str
+    receivers: int  # starts of the receiving node
+    counts: dict[str, int]  # by the names of the Reception message
+    passage: dict[str, float]  # the last that is known, by the same names; NaN: unknown
+
+
+@dataclass
 class SessionTraces:
     """Everything recorded of one session.
 
@@ -137,6 +147,7 @@ class SessionTraces:
     server: ServerTraces | None
     packets: dict[str, PacketTraces] = field(default_factory=dict)
     fates: dict[str, FateTraces] = field(default_factory=dict)
+    receptions: dict[str, ReceptionTraces] = field(default_factory=dict)
     link_states: dict[str, dict[str, Array]] = field(default_factory=dict)
     counts: dict[str, dict[str, int]] = field(default_factory=dict)
     events: list[dict[str, Any]] = field(default_factory=list)

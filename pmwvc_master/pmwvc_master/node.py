@@ -24,6 +24,8 @@ from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
+from pmwvc_core.runtime.receptions import Receptions
+from pmwvc_core.transport.reception import diagnostics
 from pmwvc_core.transport.verdict import Verdict
 from pmwvc_core.wave.design.aliasing import warnings_of
 from pmwvc_master.loop import MasterLoop
@@ -86,6 +88,14 @@ class Master:
             inboxes={node.resolve_topic_name("wave_down"): self.loop.protocol.inbox},
             own=[node.resolve_topic_name("wave_up")],
         )
+        user = node.get_namespace().rpartition("/")[2]
+        self._receptions = Receptions(
+            node,
+            "reception",
+            inboxes={f"{user}/down": self.loop.protocol.inbox},
+            epoch=epoch,
+            other_controller=lambda: self.loop.protocol.other_controller,
+        )
         node.create_service(Trigger, "~/rearm", self._rearm)
         publish_health(node, self._health)
         self.loop.memory = hold_memory()
@@ -115,6 +125,7 @@ class Master:
         """Give the device back; leave the server the time to take the goodbye."""
         self.device.stop()
         self.device.close()
+        self._receptions.end()
         # A reader may forget what it has not yet taken of a writer that is gone.
         time.sleep(FAREWELL_PERIODS * self.settings.period_s)
 
@@ -158,6 +169,7 @@ class Master:
             "round trip [ms]": "unknown" if trip is None else f"{trip * 1e3:.1f}",
             "real time": str(loop.report or "not requested yet"),
         }
+        values |= diagnostics(inbox.path.estimate(), out="up", into="down")
         values |= {f"packets {verdict.value}": inbox.counts[verdict] for verdict in Verdict}
         wrong, peers = self._peers.look()
         values |= peers

@@ -23,7 +23,9 @@ from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
+from pmwvc_core.runtime.receptions import Receptions
 from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.reception import diagnostics
 from pmwvc_core.transport.verdict import Verdict
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene
@@ -79,6 +81,16 @@ class Server:
             inboxes={node.resolve_topic_name(f"~/{n}/wave_up"): box for n, box in inboxes},
             own=[node.resolve_topic_name(f"~/{name}/wave_down") for name in self.names],
         )
+        self._receptions = Receptions(
+            node,
+            "~/reception",
+            inboxes={
+                f"{name}/up": box
+                for name, box in zip(self.names, self.loop.protocol.inboxes, strict=True)
+            },
+            epoch=epoch,
+            other_controller=lambda: self.loop.protocol.other_controller,
+        )
         self._contained = 0
         node.create_timer(1.0 / MARKER_HZ, self._show)
         publish_health(node, self._health)
@@ -89,8 +101,9 @@ class Server:
         self.loop.run(stop)
 
     def close(self) -> None:
-        """Log what the last step brought."""
+        """Log what the last step brought, report what was received."""
         self._log_changes()
+        self._receptions.end()
 
     def _change(self, params: ServerParams) -> None:
         protocol = self.loop.protocol
@@ -170,6 +183,8 @@ def _user_values(name: str, presence: Presence, inbox: Receiver) -> dict[str, ob
     trip = inbox.round_trip_s
     values[f"{name}: packets lost"] = inbox.lost
     values[f"{name}: round trip [ms]"] = "unknown" if trip is None else f"{trip * 1e3:.1f}"
+    path = diagnostics(inbox.path.estimate(), out="down", into="up")
+    values |= {f"{name}: {key}": value for key, value in path.items()}
     for verdict in Verdict:
         values[f"{name}: packets {verdict.value}"] = inbox.counts[verdict]
     return values

@@ -84,6 +84,7 @@ def test_every_message_is_built() -> None:
         "LinkState",
         "MasterTrace",
         "PacketFate",
+        "Reception",
         "ServerTrace",
         "Wave",
     ]

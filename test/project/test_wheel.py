@@ -85,7 +85,7 @@ def test_the_recording_is_one_that_this_environment_reads_alike(fresh):
     with AnyReader([fresh / "short"]) as reader:
         found = {c.msgtype: c.msgdef.data for c in reader.connections if "pmwvc" in c.msgtype}
         assert len(list(reader.messages())) > 100
-    assert len(found) == 5
+    assert len(found) == 6
     for name, text in found.items():
         assert hash_of(text, name) == hash_of(schema_text(name), name)
 

@@ -3,6 +3,7 @@
 """The status text while a session runs."""
 
 import io
+from dataclasses import replace
 
 from rich.console import Console
 
@@ -26,6 +27,11 @@ def test_a_line_tells_all_of_every_user():
         "   2.0 / 10 s | user1 1000 Hz 125/s 16.1 ms -1.50 N +1.2 mJ coupled, contact"
         " | user2 - - - - - no data | netem was ended by SIGKILL"
     )
+
+
+def test_delays_that_the_ends_see_stand_for_both_directions():
+    seen = replace(COUPLED, up_s=0.0172, down_s=0.0168)
+    assert " 17.2/16.8 ms " in Status(2.0, 10.0, [seen]).line()
 
 
 def test_a_table_tells_the_same():

@@ -14,7 +14,7 @@ from pmwvc_analysis.verdicts.verdicts import summary
 KEYS = set(
     "scenario source duration_s controller parameters stable instability active passivity object "
     "users links prediction recording events verdict check outcomes interrupted strangers "
-    "stability judged_until_s alignment".split()
+    "stability judged_until_s alignment receptions".split()
 )
 USER_KEYS = set(
     "name passive energy_up_min_j energy_down_min_j energy_balance_j force_final_n force_peak_n "

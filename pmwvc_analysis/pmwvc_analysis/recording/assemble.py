@@ -6,6 +6,8 @@ A publisher that was started again begins new running sums; they are continued h
 energies are sums over the session. Rows are in the order of time.
 """
 
+import dataclasses
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,15 +15,24 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.clocks import clock
 from pmwvc_core.numeric import Array
+from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.messages.fields import (
     LinkState,
     MasterTrace,
     PacketFate,
+    Reception,
     ServerTrace,
     Trace,
     Wave,
 )
-from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, UserTraces
+from pmwvc_core.traces import (
+    FateTraces,
+    PacketTraces,
+    ReceptionTraces,
+    ServerTraces,
+    UserTraces,
+)
+from pmwvc_core.transport.reception import REFUSED, Passage
 
 Integers = NDArray[np.int64]
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
@@ -214,6 +225,16 @@ def fate_traces(link: str, messages: Sequence[PacketFate]) -> FateTraces:
     )
 
 
+_RECEIVED = (
+    "accepted",
+    "beginnings",
+    "lost",
+    "duplicate",
+    "reordered",
+    *REFUSED,
+    "other_controller",
+)
+_PASSAGE = tuple(each.name for each in dataclasses.fields(Passage))
 _LINK_NUMBERS = (
     "in_count out_count lost duplicated reordered corrupted queued dropped "
     "delay_mean delay_min delay_max delay_error_max rate_hz delay_s jitter_s loss duplicate "
@@ -228,3 +249,24 @@ def link_states(messages: Sequence[LinkState], *, zero_ns: int) -> dict[str, Arr
     names = [name for name in _LINK_NUMBERS if all(hasattr(each, name) for each in messages)]
     columns = {name: _column(messages, name)[order] for name in names}
     return {"time_s": clock.seconds(stamps[order], zero_ns)} | columns
+
+
+def reception_traces(link: str, messages: Sequence[Reception]) -> ReceptionTraces:
+    """Return the last report of each start of a receiver, added up."""
+    last: dict[int, Reception] = {}
+    passage = {name: math.nan for name in _PASSAGE}
+    for message in sorted(messages, key=lambda each: each.seq):
+        last[int(message.epoch)] = message
+    for message in sorted(messages, key=lambda each: nanoseconds(each.stamp)):
+        values = {name: float(getattr(message, name)) for name in _PASSAGE}
+        if math.isfinite(values["round_trip"]):
+            passage = values
+    return ReceptionTraces(
+        link,
+        receivers=len(last),
+        counts={
+            name: sum(int(getattr(message, name)) for message in last.values())
+            for name in _RECEIVED
+        },
+        passage=passage,
+    )

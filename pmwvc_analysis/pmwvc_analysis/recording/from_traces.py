@@ -99,6 +99,21 @@ def _all(
         yield from _server_steps(types, traces.server, late, start)
     for packets in traces.packets.values():
         yield from _packets(types, packets, traces, scenario, start)
+    for link, received in traces.receptions.items():
+        owner, _, way = link.rpartition("/")
+        end_ns = _ns(traces.duration_s)
+        message = build.reception(
+            types,
+            stamp_ns=start + end_ns,
+            epoch=SERVER_EPOCH if way == "up" else _epoch(traces, owner),
+            seq=1 + (list(traces.receptions).index(link) // 2 if way == "up" else 0),
+            link=link,
+            sender=0,
+            counts=received.counts,
+            passage=received.passage,
+        )
+        topic = f"/{'server' if way == 'up' else owner}/reception"
+        yield Outgoing(end_ns, topic, schemas.RECEPTION, message)
     links = {
         f"{user.name}/{way}": getattr(user, f"link_{way}")
         for user in scenario.users

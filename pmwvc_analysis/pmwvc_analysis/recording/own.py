@@ -102,6 +102,10 @@ def _own_epochs(by_topic: Topics, types: Mapping[str, str]) -> dict[str, set[int
         own[topic] = of_sender[node] = _in_turn(_spans(by_topic[topic]), sent)
     for topic, spans in waves.items():
         own[topic] = _in_turn(spans, of_sender.get(_sender(topic), set()))
+    for topic, kind in types.items():
+        if kind == schemas.RECEPTION:
+            known = of_sender.get(_parts(topic)[-2], set())
+            own[topic] = _in_turn(_spans(by_topic[topic]), known)
     return own
 
 

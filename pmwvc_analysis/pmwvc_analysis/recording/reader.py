@@ -81,6 +81,10 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
             for topic, series in waves.items()
         },
         fates=fates,
+        receptions={
+            link: assemble.reception_traces(link, messages)
+            for link, messages in content.of_links(schemas.RECEPTION).items()
+        },
         link_states={
             link: assemble.link_states(messages, zero_ns=zero_ns)
             for link, messages in content.of_links(schemas.LINK_STATE).items()

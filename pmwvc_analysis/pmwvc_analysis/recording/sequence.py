@@ -46,6 +46,9 @@ def peek(type_name: str, data: bytes) -> Numbered | None:
     """
     body = data[_HEADER_BYTES:]
     try:
+        if type_name == schemas.RECEPTION:
+            epoch, number = _EPOCH_NUMBER[schemas.WAVE].unpack_from(body, _STAMP_BYTES)
+            return Numbered(f"{epoch:016x}", number)
         if (layout := _EPOCH_NUMBER.get(type_name)) is not None:
             epoch, number = layout.unpack_from(body, 2 * _STAMP_BYTES)
             return Numbered(f"{epoch:016x}", number)

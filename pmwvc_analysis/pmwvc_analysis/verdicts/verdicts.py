@@ -49,6 +49,7 @@ from pmwvc_analysis.verdicts import check, endings, passivity_words, stability
 from pmwvc_analysis.verdicts.links import link_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_analysis.verdicts.passivity import Passivity, passivity
+from pmwvc_analysis.verdicts.receptions import reception_summaries
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
@@ -111,6 +112,7 @@ def summary(
             for user in traces.users
         ],
         "links": link_summaries(traces),
+        "receptions": reception_summaries(traces),
         "prediction": prediction(scenario, live=traces.source == "live")
         if scenario
         else dict.fromkeys(PREDICTION_KEYS),

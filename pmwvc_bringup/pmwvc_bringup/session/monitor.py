@@ -30,7 +30,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.matched import unmatched
 from pmwvc_core.runtime.messages import misfit, nanoseconds
 from pmwvc_core.runtime.polling import Polled
-from pmwvc_msgs.msg import LinkState, MasterTrace, ServerTrace
+from pmwvc_msgs.msg import LinkState, MasterTrace, Reception, ServerTrace
 
 NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
@@ -60,6 +60,8 @@ class Monitor:
         links = QoSProfile(depth=4 * len(users), reliability=ReliabilityPolicy.BEST_EFFORT)
         self._links = Polled(node, LinkState, "netem/links", links)
         self._restarts = Polled(node, String, "view/restart", RELIABLE)
+        ends = [f"{user}/reception" for user in users] + ["server/reception"]
+        self._receptions = [Polled(node, Reception, end, links) for end in ends]
         self._seen: dict[str, tuple[float, Any]] = {}
         self._epochs: dict[str, int] = {}
         self._rates: dict[str, tuple[int, int, float]] = {}
@@ -161,6 +163,9 @@ class Monitor:
         while (state := self._links.take()) is not None:
             if not misfit("LinkState", state):
                 self._seen[state.link] = (time.monotonic(), state)
+        for polled in self._receptions:
+            while (received := polled.take()) is not None:
+                self._seen[f"at the end of {received.link}"] = (time.monotonic(), received)
         server = self._fresh("server")
         return [self._user(name, server) for name in self._users]
 
@@ -170,6 +175,10 @@ class Monitor:
         if link is not None:
             status.packet_hz = self._packet_rate(link)
             status.delay_s = link.delay_mean if math.isfinite(link.delay_mean) else None
+        ways = [self._fresh(f"at the end of {name}/{way}") for way in ("up", "down")]
+        delays = [way.delay_mean if way else math.nan for way in ways]
+        if all(map(math.isfinite, delays)):
+            status.up_s, status.down_s = delays
         trace = self._fresh(name)
         if trace is not None:
             status.tick_hz = self._tick_rate(name, trace)
@@ -216,7 +225,7 @@ class Monitor:
         return message if time.monotonic() - at_s < STALE_S else None
 
     def _polled(self) -> list[Polled]:
-        return [*self._masters.values(), self._server, self._links]
+        return [*self._masters.values(), self._server, self._links, *self._receptions]
 
 
 def not_connected(missing: Sequence[str]) -> str:

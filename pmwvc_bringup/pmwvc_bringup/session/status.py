@@ -16,7 +16,9 @@ class UserStatus:
     name: str
     tick_hz: float | None = None
     packet_hz: float | None = None
-    delay_s: float | None = None
+    delay_s: float | None = None  # of the emulated link up
+    up_s: float | None = None  # as the server sees it; the division is a bound between two clocks
+    down_s: float | None = None  # as the master sees it
     force_n: float | None = None
     balance_j: float | None = None  # energy kept by the channel; negative: generated
     state: int | None = None
@@ -61,11 +63,18 @@ def _cells(user: UserStatus) -> list[str]:
     return [
         _text(user.tick_hz, "{:.0f} Hz"),
         _text(user.packet_hz, "{:.0f}/s"),
-        _text(user.delay_s, "{:.1f} ms", 1e3),
+        _delay(user),
         _text(user.force_n, "{:+.2f} N"),
         _text(user.balance_j, "{:+.1f} mJ", 1e3),
         state,
     ]
+
+
+def _delay(user: UserStatus) -> str:
+    """Return the delays up and down as the ends see them, else that of the emulated link."""
+    if user.up_s is None or user.down_s is None:
+        return _text(user.delay_s, "{:.1f} ms", 1e3)
+    return f"{user.up_s * 1e3:.1f}/{user.down_s * 1e3:.1f} ms"
 
 
 def _text(value: float | None, form: str, factor: float = 1.0) -> str:

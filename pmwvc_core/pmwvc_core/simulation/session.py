@@ -28,7 +28,8 @@ from pmwvc_core.simulation.garbage import no_garbage
 from pmwvc_core.simulation.network_traces import PacketTable, fate_traces
 from pmwvc_core.simulation.stacking import batches, stack_scenarios
 from pmwvc_core.simulation.user import SimulatedUser
-from pmwvc_core.traces import FateTraces, SessionTraces
+from pmwvc_core.traces import FateTraces, ReceptionTraces, SessionTraces
+from pmwvc_core.transport.reception import Passage, counts, fields
 
 R = TypeVar("R")
 LARGEST_BATCH = 512  # bounds the memory of the traces: 330 MB per user and ten seconds
@@ -208,6 +209,7 @@ class SessionBatch:
             }
         if failed := self._link_faults:
             traces.metadata["links"] = failed
+        traces.receptions = self._receptions
         tables, found = self._network
         traces.fates = dict(found)
         for table in tables:
@@ -215,6 +217,27 @@ class SessionBatch:
             traces.packets[table.topic] = packets
             traces.counts[table.topic] = {"messages": len(packets.seq), "missing": 0}
         return traces
+
+    @property
+    def _receptions(self) -> dict[str, ReceptionTraces]:
+        """What every receiver has received; the runs share one network."""
+        ends = [
+            (f"{user.settings.name}/{way}", link.receiver, refused.other_controller)
+            for user in self.users
+            for way, link, refused in (
+                ("up", user.up, self.server),
+                ("down", user.down, user.loop),
+            )
+        ]
+        return {
+            link: ReceptionTraces(
+                link,
+                receivers=1,
+                counts=counts(inbox, other_controller=others),
+                passage=fields(Passage.of(inbox.path.estimate())),
+            )
+            for link, inbox, others in ends
+        }
 
     @property
     def _link_faults(self) -> dict[str, str]:

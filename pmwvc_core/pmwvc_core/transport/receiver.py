@@ -18,6 +18,7 @@ import numpy as np
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket
+from pmwvc_core.transport.path import Path
 from pmwvc_core.transport.senders import INSIST, Run, Senders
 from pmwvc_core.transport.verdict import Verdict
 
@@ -55,12 +56,15 @@ class Receiver(Stateful):
     ----------
     newest, accepted_ns
         The newest packet accepted, None before the first, and when it was taken.
+    path
+        Delay and jitter of the packets, both ways.
     came_ns
         When the newest packet reached this end, which may be before it was taken.
     """
 
+    BLOCKS = "path"
     MEMORY = (
-        "counts lost held skipped newest round_trip_s accepted_ns came_ns _waiting _seen "
+        "counts lost held skipped newest round_trip_s accepted_ns came_ns _waiting _seen _first "
         "_retired others _own"
     )
 
@@ -79,7 +83,9 @@ class Receiver(Stateful):
         self._silence_ns = round(max(timeout_s, 3.0 * period_s) * 1e9)
         self.accepted_ns = 0
         self.came_ns = 0
+        self.path = Path()
         self._waiting = 0
+        self._first = 0  # number at which this baseline began
         self._seen = 0  # bit i: number newest.seq - i has come
         self._retired: list[int] = []
         self.others = Senders(self._silence_ns)
@@ -211,7 +217,7 @@ class Receiver(Stateful):
             return Verdict.DUPLICATE
         if behind < WINDOW:
             self._seen |= 1 << behind
-            self.lost -= 1
+            self.lost -= packet.seq > self._first  # numbers before the first were never missing
         return Verdict.REORDERED
 
     def _believed(self, packet: WavePacket, verdict: Verdict, now_ns: int) -> bool:
@@ -229,6 +235,7 @@ class Receiver(Stateful):
             if before is not None and before.epoch != packet.epoch:
                 self._retired = [*self._retired[-RETIRED + 1 :], before.epoch]
             self._seen = 1
+            self._first = packet.seq
             self._own = self.others.followed(packet.epoch, packet.seq, now_ns)
         elif before is not None:
             ahead = packet.seq - before.seq
@@ -243,6 +250,9 @@ class Receiver(Stateful):
         self.newest = packet
         self.accepted_ns = now_ns
         self.came_ns = came_ns = packet.came_ns or now_ns
+        if fresh:
+            self.path.restart()
+        self.path.add(packet, came_ns)
         self._waiting += 1
         if packet.echo_seq > 0:
             round_trip_ns = came_ns - packet.echo_sent_ns - packet.echo_hold_ns

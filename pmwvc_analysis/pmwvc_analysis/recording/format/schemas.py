@@ -25,10 +25,11 @@ MASTER_TRACE = "pmwvc_msgs/msg/MasterTrace"
 SERVER_TRACE = "pmwvc_msgs/msg/ServerTrace"
 LINK_STATE = "pmwvc_msgs/msg/LinkState"
 PACKET_FATE = "pmwvc_msgs/msg/PacketFate"
+RECEPTION = "pmwvc_msgs/msg/Reception"
 PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
 POINT = "geometry_msgs/msg/PointStamped"
 FLAG = "std_msgs/msg/Bool"
-OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, LINK_STATE, PACKET_FATE)
+OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, LINK_STATE, PACKET_FATE, RECEPTION)
 
 _PRIMITIVES = frozenset(
     "bool byte char float32 float64 int8 uint8 int16 uint16 int32 uint32 int64 uint64 string "

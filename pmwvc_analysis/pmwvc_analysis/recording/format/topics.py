@@ -44,6 +44,11 @@ def trace(name: str, type_name: str) -> Topic:
     return Topic(name, type_name, reliable=True, depth=256)
 
 
+def reception(node: str) -> Topic:
+    """Return the topic on which a user's master, or the server, reports what it has received."""
+    return Topic(f"/{node}/reception", schemas.RECEPTION, True, 256)
+
+
 def session_topics(
     users: Sequence[str], *, links: Sequence[str], people: bool = False
 ) -> list[Topic]:
@@ -69,7 +74,8 @@ def session_topics(
             if link[0] == user
         ]
         found.append(trace(f"/{user}/trace", schemas.MASTER_TRACE))
-    found.append(trace("/server/trace", schemas.SERVER_TRACE))
+        found.append(reception(user))
+    found += [trace("/server/trace", schemas.SERVER_TRACE), reception("server")]
     if links:
         found.append(trace("/netem/links", schemas.LINK_STATE))
         found.append(trace("/netem/fates", schemas.PACKET_FATE))

@@ -11,6 +11,7 @@ does.
 from pmwvc_core.runtime.messages.health import diagnostic
 from pmwvc_core.runtime.messages.links import link_state, packet_fates
 from pmwvc_core.runtime.messages.misfits import misfit
+from pmwvc_core.runtime.messages.receptions import reception
 from pmwvc_core.runtime.messages.traces import TraceBlock, master_trace, server_trace
 from pmwvc_core.runtime.messages.types import (
     NS_PER_S,
@@ -33,6 +34,7 @@ __all__ = [
     "misfit",
     "nanoseconds",
     "packet_fates",
+    "reception",
     "server_trace",
     "time_message",
     "types_from",

@@ -73,6 +73,15 @@ class LinkState(Protocol):
     link: str
 
 
+class Reception(Protocol):
+    """Counts and delays of a receiver; they are read by name."""
+
+    stamp: Stamp
+    epoch: int
+    seq: int
+    link: str
+
+
 class PacketFate(Protocol):
     """A block of records of a link; its columns are read by name."""
 

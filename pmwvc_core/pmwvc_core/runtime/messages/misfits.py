@@ -14,6 +14,7 @@ from pmwvc_core.runtime.messages.fields import (
     LinkState,
     MasterTrace,
     PacketFate,
+    Reception,
     ServerTrace,
     Trace,
     Wave,
@@ -33,8 +34,8 @@ def misfit(kind: str, message: Any) -> str | None:
     Parameters
     ----------
     kind
-        Name of its type: ``Wave``, ``MasterTrace``, ``ServerTrace``, ``LinkState``, ``PacketFate``
-        (another type always fits).
+        Name of its type: ``Wave``, ``MasterTrace``, ``ServerTrace``, ``LinkState``,
+        ``PacketFate``, ``Reception`` (another type always fits).
     message
         Decoded by rclpy or by rosbags.
     """
@@ -95,7 +96,7 @@ def _wave(message: Wave) -> str | None:
     return _lengths(message, {"integral": axes})
 
 
-def _link_state(message: LinkState) -> str | None:
+def _link(message: LinkState | Reception) -> str | None:
     return None if "/" in message.link else f"link = {message.link!r}"
 
 
@@ -111,6 +112,7 @@ _CHECKS: Mapping[str, Callable[[Any], str | None]] = {
     "MasterTrace": _master_trace,
     "ServerTrace": _server_trace,
     "Wave": _wave,
-    "LinkState": _link_state,
+    "LinkState": _link,
     "PacketFate": _packet_fate,
+    "Reception": _link,
 }

@@ -27,6 +27,7 @@ _NAMES = {
     "ServerTrace": "pmwvc_msgs",
     "LinkState": "pmwvc_msgs",
     "PacketFate": "pmwvc_msgs",
+    "Reception": "pmwvc_msgs",
 }
 
 

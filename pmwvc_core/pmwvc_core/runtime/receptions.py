@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The publisher of what a node's receivers have received, twice a second and once at the end."""
+
+import time
+from collections.abc import Callable, Mapping
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+
+from pmwvc_core.runtime import messages
+from pmwvc_core.runtime.polling import TRACE_QOS
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.reception import Passage, counts, fields
+
+PERIOD_S = 0.5
+
+
+class Receptions:
+    """Publishes on one topic for all links of a node.
+
+    Parameters
+    ----------
+    node, topic
+        The node, and the name of the topic.
+    inboxes
+        Receiver of each link by its name.
+    epoch
+        Of the node.
+    other_controller
+        Returns how many packets of another kind of controller came, over all links.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        topic: str,
+        *,
+        inboxes: Mapping[str, Receiver],
+        epoch: int,
+        other_controller: Callable[[], int],
+    ) -> None:
+        self._types = messages.live_types()
+        self._inboxes = dict(inboxes)
+        self._epoch = epoch
+        self._other_controller = other_controller
+        self._seq = 0
+        self._out = node.create_publisher(self._types.Reception, topic, TRACE_QOS)
+        node.create_timer(PERIOD_S, self.publish)
+
+    def publish(self) -> None:
+        """Publish what there is now."""
+        for link, inbox in self._inboxes.items():
+            self._seq += 1
+            self._out.publish(
+                messages.reception(
+                    self._types,
+                    stamp_ns=time.time_ns(),
+                    epoch=self._epoch,
+                    seq=self._seq,
+                    link=link,
+                    sender=inbox.epoch,
+                    counts=counts(inbox, other_controller=self._other_controller()),
+                    passage=fields(Passage.of(inbox.path.estimate())),
+                )
+            )
+
+    def end(self) -> None:
+        """Publish for the last time, and wait until it has reached whoever listens."""
+        self.publish()
+        self._out.wait_for_all_acked(Duration(seconds=1.0))
