@@ -23,7 +23,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import yaml
 
@@ -64,38 +64,31 @@ def _reserve(first: int) -> tuple[int, socket.socket]:
     raise RuntimeError("all ROS domains of this machine are in use")
 
 
-class NodeProcess:
-    """A node in a process of its own.
+class Program:
+    """A program in a process of its own, which does not outlive the test.
 
     Parameters
     ----------
-    module
-        What ``python -m`` runs.
-    parameters
-        Parameters by dotted name: plain values or parameter dataclasses.
-    arguments
-        Further ROS arguments.
+    command
+        What to run.
+    environment, folder
+        Its environment and working folder; those of this process by default.
     """
 
     def __init__(
         self,
-        module: str,
-        parameters: Mapping[str, Any] | None = None,
+        command: Sequence[Any],
         *,
-        arguments: Sequence[str] = (),
+        environment: Mapping[str, str] | None = None,
+        folder: Path | None = None,
     ) -> None:
-        isolate()
-        command = [sys.executable, "-u", "-m", module, "--ros-args", *arguments]
-        with tempfile.NamedTemporaryFile(
-            "w", dir=os.environ["ROS_LOG_DIR"], suffix=".yaml", delete=False
-        ) as file:
-            yaml.safe_dump(to_ros_yaml(parameters or {}), file)
-        command += ["--params-file", file.name] if parameters else []
         self.lines: list[str] = []
         self._news = threading.Condition()
         parent = os.getpid()
         self.process = subprocess.Popen(
-            command,
+            list(map(str, command)),
+            env=environment,
+            cwd=folder,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -109,7 +102,7 @@ class NodeProcess:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def __enter__(self) -> "NodeProcess":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -137,6 +130,14 @@ class NodeProcess:
                 self._news.wait(min(left_s, 0.1))
         return found[0]
 
+    def until(self, condition: Callable[[], Any], *, within_s: float = PATIENCE_S) -> None:
+        """Wait until a condition holds, while it runs."""
+        end_s = time.monotonic() + within_s
+        while not condition():
+            if self.process.poll() is not None or time.monotonic() > end_s:
+                raise AssertionError(f"nothing came of it:\n{self.output}")
+            time.sleep(0.05)
+
     def stop(self, number: int = signal.SIGINT, *, within_s: float = PATIENCE_S) -> int:
         """Send a signal and return the exit code."""
         self.process.send_signal(number)
@@ -158,6 +159,35 @@ class NodeProcess:
                 with self._news:
                     self.lines.append(line.rstrip())
                     self._news.notify_all()
+
+
+class NodeProcess(Program):
+    """A node in a process of its own.
+
+    Parameters
+    ----------
+    module
+        What ``python -m`` runs.
+    parameters
+        Parameters by dotted name: plain values or parameter dataclasses.
+    arguments
+        Further ROS arguments.
+    """
+
+    def __init__(
+        self,
+        module: str,
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        arguments: Sequence[str] = (),
+    ) -> None:
+        isolate()
+        command = [sys.executable, "-u", "-m", module, "--ros-args", *arguments]
+        with tempfile.NamedTemporaryFile(
+            "w", dir=os.environ["ROS_LOG_DIR"], suffix=".yaml", delete=False
+        ) as file:
+            yaml.safe_dump(to_ros_yaml(parameters or {}), file)
+        super().__init__(command + (["--params-file", file.name] if parameters else []))
 
 
 def _die_with(parent: int) -> None:
