@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from pmwvc_analysis.budget.criterion import TOLERANCE_J, TOLERANCE_RELATIVE
 
-LONGEST = 512  # blocks that wait for a step of the server
+LONGEST = 512  # blocks or steps that wait for the other node
 
 
 class MasterSums(NamedTuple):
@@ -81,24 +81,34 @@ class Accounts:
         self.known_ns: int | None = None
         self.judged = True
         self._waiting: deque[MasterSums] = deque(maxlen=LONGEST)
-        self._step: ServerSums | None = None
+        self._steps: deque[ServerSums] = deque(maxlen=LONGEST)
         self._life: tuple[int, int] | None = None  # epochs of both ends
         self._begin: tuple[MasterSums, ServerSums] | None = None
 
     def block(self, sums: MasterSums) -> None:
         """Take in a block of the master; blocks come in the order of time."""
         self._waiting.append(sums)
+        self._pair()
 
     def step(self, sums: ServerSums) -> None:
-        """Take in a step of the server, and balance all blocks that ended before it."""
-        before = self._step
-        while self._waiting and self._waiting[0].ran_ns < sums.ran_ns:
-            block = self._waiting.popleft()
-            if before is not None:
-                self._balance(block, before)
-        if before is not None and (sums.u_s < before.u_s or sums.v_s < before.v_s):
-            self._life = None  # counts from zero again
-        self._step = sums
+        """Take in a step of the server; steps come in the order of time."""
+        self._steps.append(sums)
+        self._pair()
+
+    def _pair(self) -> None:
+        """Balance each block with the last step that ran before it, once a later step is known.
+
+        Either node's traces may come later than the other's.
+        """
+        steps, waiting = self._steps, self._waiting
+        while waiting and steps and steps[-1].ran_ns > waiting[0].ran_ns:
+            block = waiting.popleft()
+            while len(steps) > 1 and steps[1].ran_ns < block.ran_ns:
+                before = steps.popleft()
+                if steps[0].u_s < before.u_s or steps[0].v_s < before.v_s:
+                    self._life = None  # counts from zero again
+            if steps[0].ran_ns < block.ran_ns:
+                self._balance(block, steps[0])
 
     def _balance(self, block: MasterSums, step: ServerSums) -> None:
         life = (block.epoch, step.epoch)
