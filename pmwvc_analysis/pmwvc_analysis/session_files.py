@@ -73,7 +73,7 @@ def finish(
             write_summary(target, tables.summary(energies), name=BUDGET)
         drawn = charts(traces, scenario)
         write_all(drawn, traces, target / PLOTS)
-        report = render(traces, scenario, result, drawn, energies)
+        report = render(traces, scenario, result, drawn, energies, folder=str(folder))
         (target / REPORT).write_text(report, encoding="utf-8")
     except OSError as error:
         raise RecordingError(

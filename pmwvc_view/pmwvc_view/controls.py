@@ -3,20 +3,23 @@
 """The parameters that a page may change: nothing else of a session can be reached from there."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar
 
 from pmwvc_core.controllers.library import RECORDS, record_of
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.scenario.names import resolved, spec_of, split_user
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.scenario.scenario import TOP, Scenario
+from pmwvc_core.scenario.scenario import TOP, Scenario, User
 
+Owner = TypeVar("Owner", Scenario, User)
 Setting = float | str | bool
 Settings = Mapping[str, Setting]
 PRESET = "link.preset"
 CONTROLLER = "controller"
+IMPEDANCE = "master.impedance"
+AT_RESTART = (CONTROLLER,)  # changes with a new beginning only
 JITTER, JITTER_S, DELAY_S = "link.jitter", "link.jitter_s", "link.delay_s"
 
 
@@ -53,7 +56,7 @@ CONTROLS = (
     Control("server.contact_damping", "contact damping B", "server", (0.0, 50.0)),
     Control("server.object_damping", "damping of the object", "server", (0.0, 50.0)),
     Control("server.object_mass", "mass of the object", "server", (0.2, 5.0)),
-    Control("master.impedance", "wave impedance b", "master", (5.0, 100.0)),
+    Control(IMPEDANCE, "wave impedance b", "master", (5.0, 100.0)),
     Control(CONTROLLER, "controller", "master"),
 )
 _BY_PATH = {control.path: control for control in CONTROLS}
@@ -74,11 +77,6 @@ def control_of(path: str) -> Control:
     return found
 
 
-def is_of_link(path: str) -> bool:
-    """Tell whether a control is a setting of a link."""
-    return control_of(path).path.startswith("link.")
-
-
 def changed(scenario: Scenario, values: Settings) -> Scenario:
     """Return a scenario with settings of a page.
 
@@ -92,13 +90,27 @@ def changed(scenario: Scenario, values: Settings) -> Scenario:
     wanted: dict[str, Any] = dict(values)
     if JITTER_S in wanted and JITTER not in wanted and wanted[JITTER_S]:
         if all(user.link_up.jitter == "none" for user in scenario.users):
-            wanted[JITTER] = "normal"  # a size alone would have no effect
+            wanted[JITTER] = "uniform"  # a size alone would have no effect
+    if IMPEDANCE in wanted:  # of both ends
+        wanted["server.impedance"] = wanted[IMPEDANCE]
     names = [user.name for user in scenario.users]
     numbered = renamed(scenario, [f"user{i}" for i in range(1, len(names) + 1)])
     try:
-        return renamed(parse_scenario(numbered.to_dict(), overrides=wanted), names)
+        found = renamed(parse_scenario(numbered.to_dict(), overrides=wanted), names)
     except ScenarioError as error:
         raise ParameterError("; ".join(error.problems)) from None
+    users = zip(scenario.users, found.users, strict=True)
+    return replace(_kept(scenario, found), users=tuple(_kept(*each) for each in users))
+
+
+def _kept(old: Owner, new: Owner) -> Owner:
+    """Return new parameters in which every group that did not change is the object it was."""
+    same = {
+        each.name: getattr(old, each.name)
+        for each in fields(old)
+        if getattr(old, each.name) == getattr(new, each.name)
+    }
+    return replace(new, **same)
 
 
 def renamed(scenario: Scenario, names: Sequence[str]) -> Scenario:
@@ -121,16 +133,22 @@ def values_of(scenario: Scenario, preset: str | None = None) -> dict[str, Any]:
     return found
 
 
-def to_page(values: Mapping[str, Any], *, at_restart: Sequence[str]) -> list[dict[str, Any]]:
-    """Return the controls as the session message declares them.
+class Values:
+    """The values of all controls; found anew only where the scenario is another object."""
 
-    Parameters
-    ----------
-    values
-        Their values.
-    at_restart
-        Paths of those that change only with a new beginning.
-    """
+    def __init__(self) -> None:
+        self._of: tuple[Scenario | None, str | None] = (None, None)
+        self._values: dict[str, Any] = {}
+
+    def __call__(self, scenario: Scenario, preset: str | None) -> dict[str, Any]:
+        """Return the values; the same object as before where nothing changed."""
+        if self._of[0] is not scenario or self._of[1] != preset:
+            self._of, self._values = (scenario, preset), values_of(scenario, preset)
+        return self._values
+
+
+def to_page(values: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the controls, with these values, as the session message declares them."""
     found = []
     for control in CONTROLS:
         spec = None if control.path == PRESET else _spec(control.path)
@@ -153,7 +171,7 @@ def to_page(values: Mapping[str, Any], *, at_restart: Sequence[str]) -> list[dic
                 "slider": list(control.ends) if control.ends else None,
                 "choices": None if numeric else list(names),
                 "node": control.node,
-                "restart": control.path in at_restart,
+                "restart": control.path in AT_RESTART,
             }
         )
     return found

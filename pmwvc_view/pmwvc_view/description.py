@@ -21,7 +21,6 @@ def describe(
     mode: str,
     duration_s: float | None,
     values: Mapping[str, Any],
-    at_restart: Sequence[str],
     remote: Sequence[str],
 ) -> dict[str, Any]:
     """Return the session message without what the server adds.
@@ -34,8 +33,8 @@ def describe(
         live, simulated or recorded.
     duration_s
         Its length; None where it goes on until it is ended [s].
-    values, at_restart
-        Of the controls; see :func:`.controls.to_page`.
+    values
+        Of the controls.
     remote
         Users whose handle a page can take.
     """
@@ -55,7 +54,7 @@ def describe(
             "mass": server.object_mass,
         },
         "users": [_user(user, scenario, user.name in remote) for user in scenario.users],
-        "controls": controls.to_page(values, at_restart=at_restart),
+        "controls": controls.to_page(values),
         **controls.choices(),
         "states": {
             "master": [state.name.lower() for state in SafetyState],

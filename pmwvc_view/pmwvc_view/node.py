@@ -15,6 +15,7 @@ from rclpy.node import Node
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
+from pmwvc_core.runtime.pacing import request_priority
 from pmwvc_core.runtime.parameters import declare_names, declare_value
 from pmwvc_core.runtime.process import OK, publish_health, run_node
 from pmwvc_view import SNAPSHOT_S
@@ -23,6 +24,7 @@ from pmwvc_view.live.graph import LONGEST_S, find
 from pmwvc_view.live.session import LiveSession
 from pmwvc_view.server import PageServer
 
+PRIORITY = 2  # below loops and recorder: a hand waits for no ordinary program
 SPECS: Mapping[str, tuple[Spec, Any]] = {
     "host": (
         Spec(str, description="address to listen on; beyond loopback others can join"),
@@ -36,6 +38,7 @@ SPECS: Mapping[str, tuple[Spec, Any]] = {
     ),
     "session.name": (Spec(str, description="name of the session"), "session"),
     "session.description": (Spec(str, description="what the session shows"), ""),
+    "session.emulated": (Spec(bool, description="an emulator belongs to the session"), False),
     "session.duration_s": (
         Spec(float, "s", low=0.0, high=LONGEST_S, description="its length, 0: not known"),
         0.0,
@@ -60,8 +63,9 @@ class View:
 
     def run(self, stop: threading.Event) -> None:
         """Find the session, and serve its page."""
+        request_priority(PRIORITY)
         values = self._values
-        graph = find(self._node, self._users, stop)
+        graph = find(self._node, self._users, stop, emulated=values["session.emulated"])
         if graph is None:
             return
         length_s = float(values["session.duration_s"])

@@ -5,6 +5,7 @@ problem must not hold up snapshots, and still less a force loop.
 """
 
 import asyncio
+import contextlib
 import multiprocessing
 import os
 from concurrent.futures import ProcessPoolExecutor
@@ -41,9 +42,7 @@ class Predictor:
             if self._pool is None:
                 # Not forked: the caller may have threads.
                 context = multiprocessing.get_context("spawn")
-                self._pool = ProcessPoolExecutor(
-                    1, mp_context=context, initializer=os.nice, initargs=(NICE,)
-                )
+                self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_stand_back)
             loop = asyncio.get_running_loop()
             try:
                 return await loop.run_in_executor(self._pool, predicted, scenario, self._live)
@@ -58,6 +57,13 @@ class Predictor:
                 process.terminate()
             self._pool.shutdown(wait=False, cancel_futures=True)
             self._pool = None
+
+
+def _stand_back() -> None:
+    """Give way to loops and pages, whatever priority the parent has."""
+    with contextlib.suppress(OSError, AttributeError):  # not on every system
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    os.nice(NICE)
 
 
 def predicted(scenario: Scenario, live: bool) -> dict[str, Any]:

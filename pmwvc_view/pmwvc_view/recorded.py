@@ -50,6 +50,11 @@ def rows_of(
         for name, balance in ways:
             if balance is not None and f"{energy.name}.x_m" in layout.slices:
                 _balance(rows, layout, times, balance, f"{energy.name}.energy_{name}")
+    for name, targets in traces.targets.items():
+        if f"{name}.target" in layout.slices:
+            at = _newest(targets.time_s, times)
+            _put(rows, layout, f"{name}.target", at, targets.position[:, : scenario.dof])
+            _put(rows, layout, f"{name}.held", at, np.isfinite(targets.position[:, 0]))
     _delays(rows, layout, times, traces, scenario)
     return rows
 

@@ -81,7 +81,6 @@ class RecordedSession(Session):
             mode="recorded",
             duration_s=self._traces.duration_s,
             values=controls.values_of(self._scenario),
-            at_restart=[],
             remote=[],
         )
         return {**found, "events": self._summary["events"]}
@@ -103,7 +102,8 @@ class RecordedSession(Session):
         self._seq += 1
         row = self._rows[index].copy()
         row[0] = self._seq
-        since_s, until_s = row[1] - self._period_s, row[1]
+        since_s = self._rows[index - 1, 1] if index else -self._period_s
+        until_s = row[1]
         sent_s = self._packets[:, 2]
         begin, end = np.searchsorted(sent_s, [since_s, until_s], side="right")
         return Snapshot(row, self._packets[begin:end])

@@ -21,6 +21,7 @@ class Answer(NamedTuple):
     text: str = ""
 
 
+BEGIN_ANEW = "changes with a new beginning (restart)"
 REFUSED = Answer(False, "not in this session")
 
 

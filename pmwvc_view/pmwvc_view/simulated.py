@@ -9,6 +9,7 @@ one instant; unlike it this session has no end, and its links change while it ru
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -16,9 +17,7 @@ from pmwvc_core.controllers import has_waves
 from pmwvc_core.frame.assembly import server_step_of
 from pmwvc_core.frame.force_loop import SIGNALS
 from pmwvc_core.frame.server_step import ServerRow
-from pmwvc_core.network import Link
 from pmwvc_core.numeric import Array, Value
-from pmwvc_core.params import LinkParams
 from pmwvc_core.plant.remote_hand import RemoteHand, Target
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Conditions
@@ -90,17 +89,24 @@ class Simulation:
             self._step()
             self.tick += self._chunk
 
-    def configure(self, user: int, way: int, params: LinkParams) -> None:
-        """Change one direction of a user's link (0 up, 1 down).
+    def change(self, old: Scenario, new: Scenario) -> None:
+        """Change parameters of a running session.
 
-        Raises
-        ------
-        PmwvcError
-            If the settings cannot be used.
+        Parameters
+        ----------
+        old, new
+            Scenarios of one structure; what is equal in both stays as it is.
         """
-        link = self._link(user, way).link
-        if isinstance(link, Link) and link.params != params:
-            link.configure(params)
+        server = self._server
+        if new.server != old.server:
+            server.hand_over(partial(server.server.configure, new.server))
+        for index, (user, one, other) in enumerate(
+            zip(self._users, old.users, new.users, strict=True)
+        ):
+            user.change(one, other)
+            if other.contact != one.contact:
+                port = index, other.contact, other.server_impedance
+                server.hand_over(partial(server.configure_user, *port))
 
     def round_trips(self) -> dict[str, float | None]:
         """Return the measured round trip of every user, by column [s]."""

@@ -16,7 +16,7 @@ from pmwvc_view.feed import Feed
 from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.ramp import ramped
-from pmwvc_view.session import Answer, Session
+from pmwvc_view.session import BEGIN_ANEW, Answer, Session
 from pmwvc_view.simulated import Simulation
 from pmwvc_view.snapshots import Snapshot
 from pmwvc_view.verdict import verdict
@@ -51,6 +51,7 @@ class SimulatedSession(Session):
         super().__init__(Predictor(live=False))
         self._paused = False
         self._preset: str | None = None
+        self._values = controls.Values()
         self._begin(scenario)
 
     def _begin(self, scenario: Scenario) -> None:
@@ -78,7 +79,6 @@ class SimulatedSession(Session):
             mode="simulated",
             duration_s=None,
             values=controls.values_of(self._wanted, self._preset),
-            at_restart=[c.path for c in controls.CONTROLS if not c.path.startswith("link.")],
             remote=list(self._simulation.targets),
         )
 
@@ -92,7 +92,7 @@ class SimulatedSession(Session):
             self._lost_s += passed_s - LONGEST_STEP_S
             passed_s = LONGEST_STEP_S
         self._left_s += passed_s
-        self._follow_links()
+        self._follow()
         simulation, tick_s = self._simulation, self._simulation.tick_ns * 1e-9
         before = simulation.tick
         simulation.run(before + int(self._left_s / tick_s))
@@ -112,14 +112,13 @@ class SimulatedSession(Session):
             for column, place in self._simulation.places().items()
         }
 
-    def _follow_links(self) -> None:
-        """Bring the links nearer to what is wanted: a delay never jumps."""
+    def _follow(self) -> None:
+        """Change what is wanted otherwise; a delay never jumps."""
         if self._scenario == self._wanted:
             return
-        self._scenario = ramped(self._scenario, self._wanted, over_s=self._snapshot_s)
-        for index, user in enumerate(self._scenario.users):
-            for way, params in enumerate((user.link_up, user.link_down)):
-                self._simulation.configure(index, way, params)
+        before = self._scenario
+        self._scenario = ramped(before, self._wanted, over_s=self._snapshot_s)
+        self._simulation.change(before, self._scenario)
         if self._scenario == self._wanted:
             self._lags = description.lags(self._scenario, live=False)
 
@@ -134,10 +133,9 @@ class SimulatedSession(Session):
                 exact_hands=self._exact,
                 notices=self._notices(),
             )
-        values = controls.values_of(self._wanted, self._preset)
         return {
             "text": self._text,
-            "values": {"values": values},
+            "values": {"values": self._values(self._wanted, self._preset)},
             "play": {"paused": self._paused, "time_s": None, "ratio": 1.0},
         }
 
@@ -154,15 +152,17 @@ class SimulatedSession(Session):
             source.give(None if place is None else signal(place, self._scenario.dof))
 
     async def set(self, path: str, value: Setting) -> Answer:
-        """Change a link; anything else changes with a new beginning."""
+        """Change a parameter."""
         try:
+            control = controls.control_of(path)
             wanted = controls.changed(self._wanted, {path: value})
         except PmwvcError as error:
             return Answer(False, str(error))
-        if not controls.is_of_link(path):
-            return Answer(False, f"{path}: changes with a new beginning (restart)")
+        if control.path in controls.AT_RESTART:
+            return Answer(False, f"{path}: {BEGIN_ANEW}")
         self._wanted = wanted
-        self._preset = str(value) if path == controls.PRESET else None
+        if control.node == "netem":
+            self._preset = str(value) if control.path == controls.PRESET else None
         return Answer(True, f"{path} = {value}")
 
     def scenario(self) -> Scenario:

@@ -21,7 +21,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from controllers import bench_controllers
 from rich.console import Console
 from rich.table import Table
 
@@ -35,6 +34,10 @@ from pmwvc_core.simulation.session import simulate
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from relay import bench_relay
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from controllers import bench_controllers
+from page import bench_page
 from support.map_points import point
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -196,10 +199,11 @@ def main():
     bench_loops(options.duration, rows, numbers)
     bench_load(options.duration, rows, numbers)
     bench_report(options.duration, rows, numbers)
+    pages, numbers["page"] = bench_page()
     table = Table("what", "measured", "reference in this run", "ratio")
     for row in rows:
         table.add_row(*row)
-    Console().print(controllers, table)
+    Console().print(controllers, table, pages)
     place = Path("sessions")
     place.mkdir(exist_ok=True)
     (place / "bench.json").write_text(json.dumps(numbers, indent=1) + "\n")

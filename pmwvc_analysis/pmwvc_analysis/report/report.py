@@ -37,8 +37,13 @@ def render(
     summary: dict[str, Any],
     charts: Sequence[Chart],
     energies: Budget | None = None,
+    *,
+    folder: str = "",
 ) -> str:
-    """Return the report as HTML; parts that the session does not have are left out."""
+    """Return the report as HTML; parts that the session does not have are left out.
+
+    ``folder`` is the session's, for the command that plays it on the page.
+    """
     found = passivity(cut.until(traces, summary["judged_until_s"]), scenario, energies)
     traces = replace(traces, events=summary["events"])
     events = event_list.numbered(traces)
@@ -47,6 +52,7 @@ def render(
         TEMPLATE,
         title=scenario.name if scenario else "recorded session",
         description=scenario.description if scenario else "",
+        folder=folder,
         summary=summary,
         story=story(traces, scenario, summary, energies),
         loops=_loops(traces, scenario, energies),

@@ -194,6 +194,7 @@ def _view(scenario: Scenario, page: Page) -> dict[str, object]:
         "host": page.host,
         "port": page.port,
         "token": page.token,
+        "session.emulated": True,
         "session.name": scenario.name,
         "session.description": scenario.description,
         "session.duration_s": scenario.duration_s,

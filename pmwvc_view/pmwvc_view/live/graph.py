@@ -4,6 +4,7 @@
 parameters.
 """
 
+import math
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -21,7 +22,7 @@ from pmwvc_view.controls import renamed
 from pmwvc_view.live.parameters import Parameters
 
 LOOK_S = 0.1
-EMULATOR_S = 1.0  # behind all other nodes: until a session counts as one without
+EMULATOR_S = 5.0  # behind all other nodes: until a session counts as one without
 TRACE = "/server/trace"
 LONGEST_S = 86400.0  # a session that is joined goes on until it ends
 
@@ -101,7 +102,9 @@ class Graph:
         return renamed(scenario, self.users)
 
 
-def find(node: Node, users: Sequence[str], stop: threading.Event) -> Graph | None:
+def find(
+    node: Node, users: Sequence[str], stop: threading.Event, *, emulated: bool
+) -> Graph | None:
     """Wait for a session, and return it; None when asked to stop before.
 
     Parameters
@@ -112,6 +115,8 @@ def find(node: Node, users: Sequence[str], stop: threading.Event) -> Graph | Non
         Names of its users; empty: those that its server has.
     stop
         Set when asked to stop.
+    emulated
+        Whether there will be an emulator; otherwise it is looked for only a while.
 
     Raises
     ------
@@ -128,7 +133,7 @@ def find(node: Node, users: Sequence[str], stop: threading.Event) -> Graph | Non
                 "choose one by its namespace (-r __ns:=/NAME)"
             )
         if prefixes:
-            graph = _read(node, parameters, prefixes[0], users, stop)
+            graph = _read(node, parameters, prefixes[0], users, stop, emulated=emulated)
             if graph is not None:
                 return graph
         elif not reported:
@@ -158,6 +163,8 @@ def _read(
     prefix: str,
     users: Sequence[str],
     stop: threading.Event,
+    *,
+    emulated: bool,
 ) -> Graph | None:
     """Return a session whose nodes have all answered; None where one is not there yet."""
     graph = Graph(prefix, [])
@@ -169,7 +176,7 @@ def _read(
         graph.users = names
         for user in names:
             graph.values[graph.master(user)] = parameters.read(graph.master(user), stop)
-        if _is_emulated(node, graph, stop):
+        if _is_emulated(node, graph, stop, expected=emulated):
             graph.values[graph.netem] = parameters.read(graph.netem, stop)
     except ParameterError:
         raise
@@ -178,9 +185,9 @@ def _read(
     return graph
 
 
-def _is_emulated(node: Node, graph: Graph, stop: threading.Event) -> bool:
+def _is_emulated(node: Node, graph: Graph, stop: threading.Event, *, expected: bool) -> bool:
     """Tell whether an emulator publishes the states of the links, as soon as it is found."""
-    until_s = time.monotonic() + EMULATOR_S
+    until_s = time.monotonic() + (math.inf if expected else EMULATOR_S)
     while not node.count_publishers(f"{graph.netem}/links"):
         if stop.is_set() or time.monotonic() > until_s:
             return False

@@ -26,7 +26,7 @@ from pmwvc_view.live.parameters import Parameters
 from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.ramp import ramped
-from pmwvc_view.session import Answer, Session
+from pmwvc_view.session import BEGIN_ANEW, Answer, Session
 from pmwvc_view.snapshots import Snapshot
 from pmwvc_view.verdict import verdict
 
@@ -34,7 +34,6 @@ RESTART = "view/restart"
 STEP_S = 0.02  # between two steps of a delay on its way
 SILENT_S = 3.0  # without a trace: the session is over
 TEXT_EVERY = 8  # snapshots between two verdicts
-READ_ONLY = ("master.impedance", "controller")
 
 
 class LiveSession(Session):
@@ -89,6 +88,7 @@ class LiveSession(Session):
         self._text: dict[str, Any] = {}
         self._polls = 0
         self._changing = asyncio.Lock()
+        self._values = controls.Values()
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
@@ -97,7 +97,6 @@ class LiveSession(Session):
             mode="live",
             duration_s=self._duration_s,
             values=controls.values_of(self._scenario, self._preset()),
-            at_restart=READ_ONLY,
             remote=list(self._hands),
         )
 
@@ -144,11 +143,10 @@ class LiveSession(Session):
                 exact_hands=self._exact,
                 notices=[] if self._graph.emulated else ["The links are not emulated here."],
             )
-        values = controls.values_of(self._scenario, self._preset())
         paused = bool(self._graph.values[self._graph.server].get("paused", False))
         return {
             "text": self._text,
-            "values": {"values": values},
+            "values": {"values": self._values(self._scenario, self._preset())},
             "play": {"paused": paused, "time_s": None, "ratio": 1.0},
         }
 
@@ -166,11 +164,11 @@ class LiveSession(Session):
         """Change a parameter of the nodes; one change at a time."""
         try:
             control = controls.control_of(path)
-            if control.path in READ_ONLY:
-                return Answer(False, f"{path}: changes with a new beginning (restart)")
+            if control.path in controls.AT_RESTART:
+                return Answer(False, f"{path}: {BEGIN_ANEW}")
             async with self._changing:
                 wanted = controls.changed(self._scenario, {path: value})
-                change = self._set_links if controls.is_of_link(path) else self._set_server
+                change = self._set_links if control.node == "netem" else self._set_ends
                 why = await change(wanted)
                 if not why and control.path == controls.PRESET:
                     why = await self._parameters.set(self._graph.netem, {"preset": value})
@@ -195,10 +193,16 @@ class LiveSession(Session):
                 await asyncio.sleep(STEP_S)
         return ""
 
-    async def _set_server(self, wanted: Scenario) -> str:
-        """Change the server; return why not, or ""."""
-        changes = _differences(self._scenario, wanted, _server_of)
-        return await self._parameters.set(self._graph.server, changes) if changes else ""
+    async def _set_ends(self, wanted: Scenario) -> str:
+        """Change the server and the masters; return why not, or ""."""
+        present = self._scenario
+        changes = {self._graph.server: _differences(present, wanted, _server_of)}
+        for old, new in zip(present.users, wanted.users, strict=True):
+            before, after = values_of("master", old.master), values_of("master", new.master)
+            different = {name: value for name, value in after.items() if value != before[name]}
+            changes[self._graph.master(new.name)] = different
+        calls = [self._parameters.set(node, each) for node, each in changes.items() if each]
+        return "; ".join(filter(None, await asyncio.gather(*calls)))
 
     async def pause(self, paused: bool) -> Answer:
         """Let the server stand still, or go on: its users leave, and join anew afterwards."""

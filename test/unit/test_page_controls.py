@@ -1,0 +1,190 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a page may change, how a running simulation takes it, and what is refused."""
+
+import asyncio
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pmwvc_bringup.scenarios import load
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.network.presets import PRESETS
+from pmwvc_core.params import LinkParams
+from pmwvc_core.scenario.names import shared_specs, user_specs
+from pmwvc_view import controls
+from pmwvc_view.ramp import RATE, towards
+from pmwvc_view.simulated_session import SimulatedSession
+
+LIVE = load("live")
+PERIOD_S = 0.016
+
+
+class Clock:
+    """A clock that goes on when it is told to."""
+
+    def __init__(self):
+        self.now_s = 0.0
+
+    def __call__(self):
+        return self.now_s
+
+
+class Running:
+    """A simulated session of a page, polled as its server would."""
+
+    def __init__(self, scenario=LIVE):
+        self.clock = Clock()
+        self.session = SimulatedSession(scenario, snapshot_s=PERIOD_S, clock=self.clock)
+
+    def polls(self, count, targets=()):
+        """Poll so many times, hands held; return the rows."""
+        rows = []
+        for _ in range(count):
+            self.clock.now_s += PERIOD_S
+            for user, place in targets:
+                self.session.target(user, place)
+            rows += [row for row, _ in self.session.poll()]
+        return np.array(rows)
+
+    def value(self, rows, name):
+        return rows[:, self.session.layout.slices[name]][:, 0]
+
+    def ask(self, call):
+        return asyncio.run(call)
+
+
+def test_every_control_is_a_parameter_with_its_range():
+    known = {**shared_specs(), **user_specs()}
+    for each in controls.to_page(controls.values_of(LIVE)):
+        if each["path"] not in (controls.PRESET, controls.CONTROLLER):
+            leaf = each["path"].replace("link.", "link.up.")
+            assert each["unit"] == known[leaf].unit
+        if each["slider"]:
+            low, high = each["slider"]
+            for value in (low, high):
+                controls.changed(
+                    LIVE, {each["path"]: value}
+                )  # a slider never asks for the refused
+
+
+@given(st.sampled_from(sorted({*shared_specs(), *user_specs()})), st.integers(0, 9))
+def test_no_other_parameter_can_be_reached_from_a_page(name, number):
+    path = f"user{number}.{name}" if number else name
+    allowed = {control.path for control in controls.CONTROLS}
+    if name in allowed:
+        return
+    with pytest.raises(ParameterError, match="cannot be changed here"):
+        controls.changed(LIVE, {path: "/etc/passwd"})
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "reason"),
+    [
+        ("link.delay_s", -0.1, "must be 0..60 s"),
+        ("link.loss", 2.0, "must be 0..1"),
+        ("server.contact_stiffness", "stiff", "must be a number"),
+        ("controller", "magic", "must be one of"),
+        ("link.preset", "moon", "must be one of"),
+        ("user9.link.delay_s", 0.1, "user9"),
+    ],
+)
+def test_value_outside_its_range_is_refused_with_the_range(path, value, reason):
+    with pytest.raises(ParameterError, match=reason):
+        controls.changed(LIVE, {path: value})
+
+
+def test_unchanged_groups_of_a_changed_scenario_are_the_same_objects():
+    new = controls.changed(LIVE, {"link.delay_s": 0.03})
+    assert new.users[0].link_up.delay_s == 0.03
+    assert new.server is LIVE.server and new.users[1].master is LIVE.users[1].master
+
+
+@given(st.floats(0.0, 0.3), st.floats(0.0, 0.3), st.floats(0.004, 0.1))
+def test_delay_never_steps_by_more_than_its_rate_and_arrives(begin_s, end_s, over_s):
+    present, wanted = LinkParams(delay_s=begin_s), LinkParams(delay_s=end_s, loss=0.1)
+    for _ in range(int(abs(end_s - begin_s) / (RATE * over_s)) + 2):
+        before, present = present, towards(present, wanted, over_s=over_s)
+        assert abs(present.delay_s - before.delay_s) <= RATE * over_s * (1 + 1e-9)
+    assert present == wanted
+
+
+def test_dragging_the_delay_up_drops_no_hand_and_a_step_would():
+    drag = [("user1", (-0.02,)), ("user2", (0.02,))]
+    running = Running()
+    running.polls(80, drag)
+    assert running.ask(running.session.set("link.delay_s", 0.09)).done
+    rows = running.polls(120, drag)
+    assert set(running.value(rows, "user1.state")) == {1.0}
+    assert running.value(rows, "user1.delay_up")[-1] == pytest.approx(0.09, abs=1e-3)
+    simulation = running.session._simulation
+    far = controls.changed(LIVE, {"link.delay_s": 0.3})
+    simulation.change(running.session.scenario(), far)  # the control: at once
+    rows = running.polls(40, drag)
+    assert 2.0 in set(running.value(rows, "user1.state"))
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    st.sampled_from(["server.contact_stiffness", "server.contact_damping", "master.impedance"]),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0),
+)
+def test_setting_changed_under_load_makes_no_energy_in_the_channel(path, first, second):
+    low, high = controls.control_of(path).ends
+    drag = [("user1", (-0.02,)), ("user2", (0.02,))]
+    running = Running()
+    running.polls(70, drag)
+    for ratio in (first, second):
+        value = max(low, 1.0) + ratio * (high - max(low, 1.0))
+        assert running.ask(running.session.set(path, value)).done
+        rows = running.polls(30, drag)
+    for user, way in itertools.product(("user1", "user2"), ("up", "down")):
+        least = running.value(rows, f"{user}.energy_{way}_min")[-1]
+        moved = running.value(rows, f"{user}.energy_{way}_in")[-1]
+        assert least >= -1e-6 - 1e-6 * moved
+
+
+def test_restart_with_another_controller_begins_anew_with_the_same_hands():
+    running = Running()
+    running.polls(70)
+    before = running.session.generation
+    assert not running.ask(running.session.set("controller", "direct")).done
+    assert running.session.restart({"controller": "direct"}).done
+    assert running.session.generation == before + 1
+    assert running.session.description()["controller"] == "direct"
+    rows = running.polls(70, [("user1", (-0.02,))])
+    assert np.isnan(running.value(rows, "user1.energy_up_min")).all()
+    assert running.value(rows, "user1.held")[-1] == 1.0
+
+
+def test_paused_time_stands_still_and_goes_on_where_it_was():
+    running = Running()
+    running.polls(20)
+    running.ask(running.session.pause(True))
+    assert len(running.polls(50)) == 0
+    running.ask(running.session.pause(False))
+    rows = running.polls(2)
+    assert running.value(rows, "time_s")[0] == pytest.approx(21 * PERIOD_S, abs=1.01 * PERIOD_S)
+
+
+def test_hand_of_a_page_reaches_no_farther_than_its_workspace_and_force():
+    running = Running()
+    running.polls(70)
+    rows = running.polls(150, [("user1", (1e9,)), ("user2", (-1e9,))])
+    reach = LIVE.users[0].device.workspace_m
+    limit = LIVE.users[0].safety.max_force
+    assert np.abs(running.value(rows, "user1.x_m")).max() <= reach
+    for name in ("user1.f_min", "user1.f_max", "user2.f_min", "user2.f_max"):
+        assert np.abs(running.value(rows, name)).max() <= limit
+
+
+def test_links_of_the_page_are_those_of_the_scenario():
+    preset = controls.changed(LIVE, {"link.preset": "lan"}).users[0]
+    assert preset.link_up == PRESETS["lan"].up
+    still = controls.changed(LIVE, {"link.jitter": "none"})
+    jitter = controls.changed(still, {"link.jitter_s": 0.002}).users[0].link_up
+    assert jitter == LinkParams(delay_s=0.016, jitter="uniform", jitter_s=0.002)

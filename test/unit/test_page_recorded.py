@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A recorded session on the page: played, stopped, moved along its time line."""
+
+import asyncio
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.simulated import judged, simulated
+
+from pmwvc_bringup.scenarios import load
+from pmwvc_core.errors import RecordingError
+from pmwvc_core.traces import HandTargets
+from pmwvc_view.recorded_session import RecordedSession
+
+PERIOD_S = 0.016
+SCENARIO = replace(load("carry_16ms"), duration_s=6.0)
+
+
+class Player:
+    """A recorded session under a clock of the test's own."""
+
+    def __init__(self, traces=None, summary=None):
+        self.now_s = 0.0
+        self.session = RecordedSession(
+            traces or simulated(SCENARIO),
+            SCENARIO,
+            summary or judged(SCENARIO),
+            snapshot_s=PERIOD_S,
+            clock=lambda: self.now_s,
+        )
+
+    def after(self, seconds):
+        """Let time pass; return the rows of it."""
+        self.now_s += seconds
+        return np.array([row for row, _ in self.session.poll()])
+
+
+def test_session_waits_at_its_beginning_and_plays_every_row_once():
+    player = Player()
+    assert len(player.after(0.0)) == 1 and len(player.after(5.0)) == 0
+    assert asyncio.run(player.session.pause(False)).done
+    rows = np.concatenate([rows for _ in range(70) if len(rows := player.after(0.1))])
+    np.testing.assert_allclose(rows[:, 1], PERIOD_S * np.arange(1, len(rows) + 1), atol=1e-9)
+    assert rows[-1, 1] == pytest.approx(6.0, abs=PERIOD_S)
+    assert player.session.news()["play"]["paused"]
+
+
+def test_time_line_is_moved_while_playing_and_while_paused():
+    player = Player()
+    player.after(0.0)
+    for seconds, wanted in ((3.0, 3.0), (1.0, 1.0), (99.0, 6.0), (-1.0, 0.0)):
+        assert player.session.seek(seconds).done
+        rows = player.after(0.5)
+        assert len(rows) == 1 and rows[0, 1] == pytest.approx(wanted, abs=PERIOD_S)
+    asyncio.run(player.session.pause(False))
+    player.session.speed(0.1)
+    assert player.after(1.0)[-1, 1] == pytest.approx(0.1, abs=PERIOD_S)
+    assert not player.session.speed(100.0).done
+
+
+def test_packets_are_played_with_the_rows_in_which_they_were_sent():
+    player = Player()
+    asyncio.run(player.session.pause(False))
+    player.now_s = 2.0
+    snapshots = player.session.poll()
+    sent = np.concatenate([packets for _, packets in snapshots])
+    fates = simulated(SCENARIO).fates
+    until_ns = snapshots[-1].row[1] * 1e9 + 1.0
+    assert len(sent) == sum(int((each.time_in_ns <= until_ns).sum()) for each in fates.values())
+    for row, packets in snapshots:
+        assert (packets[:, 2] <= row[1] + 1e-9).all()
+
+
+def test_verdict_is_that_of_the_report():
+    summary = judged(SCENARIO)
+    text = Player(summary=summary).session.news()["text"]
+    assert text["level"] == "good"
+    assert text["verdict"].endswith(summary["verdict"][0]["text"])
+    for ok, level in ((False, "bad"), (None, "unknown")):
+        summary["verdict"][2] |= {"ok": ok, "text": "user2: something"}
+        text = Player(summary=summary).session.news()["text"]
+        assert text["level"] == level and text["verdict"].endswith("user2: something")
+
+
+def test_recorded_targets_are_shown_while_they_held():
+    targets = HandTargets(np.array([1.0, 2.0]), np.array([[0.01, 0, 0], [np.nan] * 3]))
+    player = Player(replace(simulated(SCENARIO), targets={"user1": targets}))
+    at = player.session.layout.slices
+    for seconds, held, place in ((0.5, np.nan, np.nan), (1.5, 1.0, 0.01), (2.5, 0.0, np.nan)):
+        player.session.seek(seconds)
+        row = player.after(0.0)[-1]
+        np.testing.assert_equal(row[at["user1.held"]], [held])
+        np.testing.assert_equal(row[at["user1.target"]], [place])
+
+
+def test_recording_of_other_users_is_refused():
+    with pytest.raises(RecordingError, match="nothing was recorded of the users"):
+        Player(replace(simulated(SCENARIO), users=[]))
