@@ -8,10 +8,16 @@ import re
 import subprocess
 import sys
 import urllib.request
+import zipfile
+from email import message_from_bytes
+from importlib.metadata import requires
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 from rosbags.highlevel import AnyReader
+from setup_ros import locked
 
 from pmwvc_analysis.recording.format.schemas import hash_of, schema_text
 
@@ -41,17 +47,44 @@ def fresh(tmp_path_factory):
     The dependencies have the locked versions, from the cache that the set-up filled.
     """
     folder = tmp_path_factory.mktemp("fresh")
-    caches = {name: os.environ[name] for name in ("UV_CACHE_DIR",) if name in os.environ}
     run(sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder, cwd=ROOT)
     (wheel,) = folder.glob("*.whl")
-    run(BIN / "uv", "venv", "-q", "--python", sys.executable, folder / "env", cwd=folder, **caches)
-    install = [BIN / "uv", "pip", "install", "-q", "--python", folder / "env/bin/python", wheel]
-    install += ["--constraint", ROOT / "tools" / "requirements.txt", "--system-certs"]
+    file = folder / "requirements.txt"
+    file.write_text("".join(locked(name) for name in sorted(required(wheel))), "utf-8")
+    uv, cache = BIN / "uv", cache_of_the_setup()
+    run(uv, "venv", "-q", "--python", sys.executable, folder / "env", cwd=folder, **cache)
+    install = [uv, "pip", "install", "-q", "--python", folder / "env/bin/python", "--no-deps"]
+    packages = [*install, "--require-hashes", "--system-certs", "-r", file]
     try:
-        run(*install, "--offline", cwd=folder, **caches)
-    except AssertionError:  # another cache, such as pip's: the registry, as a user would
-        run(*install, cwd=folder, **caches)
+        run(*packages, "--offline", cwd=folder, **cache)
+    except AssertionError:  # the set-up took another installer: from the registry, as a user would
+        run(*packages, cwd=folder, **cache)
+    run(*install, "--offline", wheel, cwd=folder, **cache)
+    run(uv, "pip", "check", "--python", folder / "env/bin/python", cwd=folder, **cache)
     return folder
+
+
+def required(wheel):
+    """Return the names of all packages that a wheel needs, from its metadata and theirs."""
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = [each for each in archive.namelist() if each.endswith("dist-info/METADATA")]
+        metadata = message_from_bytes(archive.read(name))
+    found, waiting = set(), metadata.get_all("Requires-Dist")
+    while waiting:
+        requirement = Requirement(waiting.pop())
+        name = canonicalize_name(requirement.name)
+        marker = requirement.marker
+        if name not in found and (marker is None or marker.evaluate({"extra": ""})):
+            found.add(name)
+            waiting += requires(name) or []
+    return found
+
+
+def cache_of_the_setup():
+    """Return the cache folder that the set-up gave uv, where that was not its own."""
+    own = ROOT / ".ros" / "uv"
+    folder = str(own) if own.is_dir() else os.environ.get("UV_CACHE_DIR")
+    return {"UV_CACHE_DIR": folder} if folder else {}
 
 
 def test_nothing_of_ros_is_installed(fresh):
