@@ -18,6 +18,13 @@ window.pad = {connected: true, axes: [0, 0, 0, 0], buttons: [{pressed: false}], 
 window.pad.vibrationActuator = {playEffect: (kind, effect) => window.pad.rumbles.push(effect)};
 navigator.getGamepads = () => [window.pad];
 """
+SLOW_ANSWERS = """
+const send = WebSocket.prototype.send;
+WebSocket.prototype.send = function (text) {
+  if (!text.includes('"take"')) send.call(this, text);
+  else setTimeout(() => send.call(this, text), 1500);
+};
+"""
 BUSY = "() => { const until = performance.now() + 1200; while (performance.now() < until); }"
 HIDE = """() => {
   Object.defineProperty(document, "hidden", {get: () => true});
@@ -58,6 +65,16 @@ def test_drag_lifts_force_and_release_lets_go(visit, touch):
         pointer.release()
         live.until(lambda: live.now("user1.held") == 0.0, "an open hand")
         live.until(lambda: abs(live.now("user1.f_applied")) < 0.1, "no force")
+
+
+def test_drag_that_ends_before_the_handle_is_taken_is_followed(visit):
+    with served(WALL, users=1) as live:
+        page = visit(live.address, script=SLOW_ANSWERS)
+        pointer = Pointer(page)
+        pointer.press()
+        pointer.move(0.03)
+        assert live.now("user1.held") == 0.0
+        live.until(lambda: _pressed(live), "a force at the wall")
 
 
 def test_keys_move_held_handle_and_escape_lets_go(visit):

@@ -23,7 +23,8 @@ export class Hand {
   /** Take hold of a handle at the place where it is. */
   async take(index, by) {
     const user = this.session.users[index];
-    if (!user?.remote || (this.held && this.index === index)) return;
+    if (!user?.remote) return;
+    if (this.held && this.index === index) { this.by = by; return; }
     if (this.index !== null && this.index !== index) this.free();
     this.pending = by;
     if (user.holder !== "you") {

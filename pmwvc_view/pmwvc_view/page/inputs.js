@@ -32,19 +32,24 @@ export function pointers(canvas, scene, hand, session, signal) {
     const handle = nearest(scene, session, x, y);
     if (!handle && session.dof < 3) return;
     canvas.setPointerCapture(event.pointerId);
-    drag = { id: event.pointerId, x: event.clientX, y: event.clientY, handle };
-    if (handle) { canvas.dataset.held = ""; hand.take(handle.user, "pointer"); }
+    drag = { id: event.pointerId, x: event.clientX, y: event.clientY, now: event, handle };
+    if (handle) { canvas.dataset.held = ""; hand.take(handle.user, "pointer").then(follow); }
   }, { signal });
   // Raw moves come as they happen, not once a frame; only pages of this machine or https get them.
   const moved = "onpointerrawupdate" in canvas ? "pointerrawupdate" : "pointermove";
   canvas.addEventListener(moved, (event) => {
     if (event.pointerId !== drag?.id) return;
-    const dx = event.clientX - drag.x, dy = event.clientY - drag.y;
-    if (!drag.handle) scene.camera.turn(dx, dy);
-    else if (hand.held) hand.move(scene.camera.inPlane(dx, dy, drag.handle.scale));
-    else return; // the answer to the take is on its way: keep the displacement for later
-    [drag.x, drag.y] = [event.clientX, event.clientY];
+    drag.now = event;
+    follow();
   }, { signal });
+  /** Go where the pointer is; while the handle is being taken its way is kept for later. */
+  function follow() {
+    if (!drag || (drag.handle && hand.by !== "pointer")) return;
+    const dx = drag.now.clientX - drag.x, dy = drag.now.clientY - drag.y;
+    if (drag.handle) hand.move(scene.camera.inPlane(dx, dy, drag.handle.scale));
+    else scene.camera.turn(dx, dy);
+    [drag.x, drag.y] = [drag.now.clientX, drag.now.clientY];
+  }
   const end = (event) => {
     if (event.pointerId !== drag?.id) return;
     drag = null;
