@@ -103,6 +103,17 @@ def test_a_flood_is_refused_and_takes_nothing_from_the_user(others):
         assert refused == pytest.approx(0.9 * 2e9 / step_ns, rel=0.02)
 
 
+def test_a_replay_of_true_packets_takes_nothing_from_the_user():
+    master, server = ends()
+    packets = [master.sealed(message(n + 1)) for n in range(250)]
+    refused = []
+    for n, packet in enumerate(packets):
+        refused.append(server.judge(packet, n * 8_000_000))
+        for _ in range(20):  # 2.5 kHz of copies
+            server.judge(packets[n // 2], n * 8_000_000)
+    assert refused == [None] * len(packets)
+
+
 def test_packets_that_an_outage_held_back_are_no_flood():
     _, server = ends(None)
     assert all(server.judge(message(n + 1), 0) is None for n in range(BURST))

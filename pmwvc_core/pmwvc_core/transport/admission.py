@@ -10,7 +10,8 @@ A serialized packet ends with its checksum, the number of the session and a tag:
 
 The checksum finds every corrupted bit, an accident. The tag finds a packet that was not made with
 the user's token, on purpose. A sender that is faster than any force loop is a flood; each epoch
-has a rate of its own, so that a flood under another one takes nothing from the sender followed.
+has a rate of its own, and packets that come again take nothing from it, so that neither a flood
+under another epoch nor a replay takes anything from the sender followed.
 
 An open session (no token) refuses corrupted packets, packets of other sessions and floods, and
 believes whoever knows the epoch. Equations of the keys: :mod:`.token`.
@@ -25,7 +26,7 @@ from pmwvc_core.transport.verdict import Verdict
 
 LARGEST_RATE_HZ = 2000.0  # of packets: twice a force loop's that sends every tick
 BURST = 256  # packets that may come at once, as after an outage that held them back
-_EPOCH = slice(20, 28)
+_EPOCH, _SEQ = slice(20, 28), slice(28, 32)
 _CHECK, _SESSION, _TAG = slice(-20, -16), slice(-16, -8), slice(-8, None)
 _REMEMBERED = 16  # epochs
 
@@ -46,7 +47,8 @@ class Admission:
         self._session = self.session.to_bytes(8, "little")
         self._out = blake2b(key=token.direction(out), digest_size=8) if token else None
         self._into = blake2b(key=token.direction(into), digest_size=8) if token else None
-        self._rates: dict[bytes, tuple[float, int]] = {}  # epoch -> (packets left, when [ns])
+        # epoch -> (packets left, when [ns], greatest number)
+        self._rates: dict[bytes, tuple[float, int, int]] = {}
 
     def sealed(self, data: bytes) -> bytes:
         """Return a serialized packet with session, tag and checksum."""
@@ -79,13 +81,17 @@ class Admission:
             mac.update(body + session)
             if mac.digest() != tag:
                 return Verdict.FORGED
-        return None if self._in_rate(data[_EPOCH], now_ns) else Verdict.FLOOD
+        number = int.from_bytes(data[_SEQ], "little")
+        return None if self._in_rate(data[_EPOCH], number, now_ns) else Verdict.FLOOD
 
-    def _in_rate(self, epoch: bytes, now_ns: int) -> bool:
-        """Take one packet from what an epoch may send; tell whether there was one left."""
-        left, at_ns = self._rates.pop(epoch, (BURST, now_ns))
+    def _in_rate(self, epoch: bytes, number: int, now_ns: int) -> bool:
+        """Take a new packet from what its epoch may send; tell whether there was one left."""
+        left, at_ns, greatest = self._rates.pop(epoch, (BURST, now_ns, 0))
         left = min(left + (now_ns - at_ns) * 1e-9 * LARGEST_RATE_HZ, BURST)
-        self._rates[epoch] = (left - 1.0 if left >= 1.0 else left, now_ns)
+        if number <= greatest:  # again, or late: for the receiver to judge
+            self._rates[epoch] = left, now_ns, greatest
+            return True
+        self._rates[epoch] = (left - 1.0 if left >= 1.0 else left), now_ns, number
         if len(self._rates) > _REMEMBERED:
             del self._rates[next(iter(self._rates))]
         return left >= 1.0

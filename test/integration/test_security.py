@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Who may speak, with real nodes: forged packets beside a session, and the policy of SROS2 beside
+the topics and services that the nodes really have.
+"""
+
+import contextlib
+from contextlib import ExitStack
+
+import pytest
+from support.processes import NodeProcess, ros
+
+from pmwvc_bringup.session.policy import accesses
+from pmwvc_core.params import OperatorParams
+from pmwvc_core.runtime import messages
+from pmwvc_core.runtime.messages.wire import packet_of, wave_bytes
+from pmwvc_core.runtime.polling import WAVE_QOS
+from pmwvc_core.runtime.token_files import write_session
+from pmwvc_core.transport.admission import Admission
+from pmwvc_core.transport.token import Token
+from pmwvc_msgs.msg import MasterTrace, Reception, Wave
+
+pytestmark = pytest.mark.integration
+NODES = {"server": "/", "netem": "/", "recorder": "/", "master": "/user1"}
+NOT_ALWAYS = {  # of a device that speaks ROS, and of a hand from outside
+    "/user1/device/servo_cf",
+    "/user1/device/measured_cp",
+    "/user1/device/measured_cv",
+    "/user1/hand/target",
+    "/user1/hand/held",
+}
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory):
+    """Four nodes with tokens, and a peer without one."""
+    folder = tmp_path_factory.mktemp("security")
+    write_session(folder / "keys", ["user1"])
+    users = {"users": ["user1"]}
+    with ExitStack() as stack:
+        peer = stack.enter_context(ros())
+        for module, values, arguments in (
+            ("pmwvc_analysis.recorder_node", {**users, "folder": str(folder / "session")}, ()),
+            ("pmwvc_netem.node", users, ()),
+            (
+                "pmwvc_server.node",
+                {**users, "session.token_file": str(folder / "keys" / "server")},
+                (),
+            ),
+            (
+                "pmwvc_master.node",
+                {
+                    "session.token_file": str(folder / "keys" / "user1"),
+                    "operator": OperatorParams(kind="none"),
+                },
+                ("-r", "__ns:=/user1"),
+            ),
+        ):
+            stack.enter_context(NodeProcess(module, values, arguments=arguments))
+        blocks = peer.collect(MasterTrace, "/user1/trace")
+        peer.until(lambda: blocks and blocks[-1].state == MasterTrace.COUPLED)
+        yield peer, blocks
+
+
+def differences(node):
+    """Return what nodes have and the policy lacks, and the other way round, as texts."""
+    policy = {access.node: access for access in accesses(["user1"])}
+    found = []
+    for name, namespace in NODES.items():
+        rights = policy[name]
+        assert rights.namespace == namespace
+        if (name, namespace) not in node.get_node_names_and_namespaces():
+            return [f"{name} is not known yet"]
+        for what, names, allowed in (
+            ("publishes", node.get_publisher_names_and_types_by_node, rights.publishes),
+            ("subscribes", node.get_subscriber_names_and_types_by_node, rights.subscribes),
+            ("replies", node.get_service_names_and_types_by_node, rights.replies),
+            ("requests", node.get_client_names_and_types_by_node, rights.requests),
+        ):
+            has = {topic for topic, _ in names(name, namespace)}
+            found += [f"{name} {what} {topic}: not allowed" for topic in has - set(allowed)]
+            unused = set(allowed) - has - NOT_ALWAYS
+            found += [f"{name} {what} {topic}: it does not" for topic in unused]
+    return found
+
+
+def test_nodes_have_the_topics_and_services_of_the_policy_and_no_others(session):
+    peer, _ = session
+    with contextlib.suppress(AssertionError):  # the difference is more use than a time limit
+        peer.until(lambda: not differences(peer.node))
+    assert differences(peer.node) == []
+
+
+def test_forged_packets_are_refused_counted_and_without_effect(session):
+    """A program in the session that reads every packet, but has no token."""
+    peer, blocks = session
+    received = peer.collect(Reception, "/server/reception", reliable=True)
+    heard = peer.collect(Wave, "/server/user1/wave_up", raw=True)
+    out = peer.node.create_publisher(Wave, "/server/user1/wave_up", WAVE_QOS)
+    peer.until(lambda: out.get_subscription_count() >= 1 and heard and received)
+    true = packet_of(heard[-1])
+    stranger = Admission(Token(true.session, "user1", bytes(32)), out="up", into="down")
+    other = Admission(Token(1, "user1", bytes(32)), out="up", into="down")
+    before = len(blocks)
+    begin = received[-1]
+
+    def counted(name):
+        return getattr(received[-1], name) - getattr(begin, name)
+
+    def attack():
+        true.seq += 1000
+        true.wave = 5.0
+        data = wave_bytes(true, 0)
+        out.publish(stranger.sealed(data))  # knows epoch, session and number
+        out.publish(other.sealed(data))
+        out.publish(bytes(data[:60]))
+        peer.until(lambda: True)
+        return counted("forged") > 5 and counted("other_session") > 5 and counted("malformed") > 5
+
+    peer.until(attack)
+    assert counted("accepted") > 0 and counted("stranger") == 0
+    seen = blocks[before:]
+    assert {block.state for block in seen} == {MasterTrace.COUPLED}
+    assert max(abs(f) for block in seen for f in block.f_applied) < 1e-6  # nobody presses
+    assert messages.nanoseconds(received[-1].stamp) > messages.nanoseconds(begin.stamp)
