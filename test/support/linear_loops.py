@@ -32,6 +32,9 @@ class Wire:
     def step(self, f_asked, x, xd, silence_s, coupled, *_):
         return f_asked
 
+    def expect(self, silence_s):
+        """Take no notice."""
+
 
 def scenario(**overrides):
     """Two users, one cube, waves; ``overrides`` by dotted name with ``__`` for the dots."""
@@ -61,6 +64,8 @@ def simulated(of, forces, *, live=False):
     )
     for user, row in zip(batch.users, forces, strict=True):
         user.loop.safety = Wire()
+        if of.strict:  # positions are no counts, from the first tick on
+            user.loop.controller._place._exact = True
         for link in (user.up, user.down):  # a loop that grows passes every legal wave
             link.receiver.max_wave = math.inf
         force = np.concatenate([np.zeros(SETTLED), row])[:, np.newaxis]

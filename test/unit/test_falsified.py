@@ -35,6 +35,7 @@ CASES = {
     "velocity_filter": ("carry_16ms", "master.velocity_filter.kind=exact"),
     "tdpa": ("carry_16ms", "controller=tdpa"),
     "pspm": ("carry_16ms", "controller=pspm"),
+    "strict": ("carry_16ms", "channel=strict", "link.loss=0.05"),
 }
 MASTER = "x_m xd_m f_h f_m f_applied u_m u_m_lp v_m".split()
 SERVER = "x_o xd_o kinetic potential dissipated".split()

@@ -156,29 +156,30 @@ def strict(
     """Return the account of a port on the strict channel, and of what lies behind it.
 
     The node has what the force applied did on the motion measured, and what the playout gave out;
-    packets are what it paid. Links contain their playout.
+    packets are what it paid. Links contain their playout. Where the wave at the device is another
+    one than the playout's, node and link down are one part.
     """
     user, (u_s, v_s) = sums.user, at_server
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
     work = sums.of_ticks(np.sum(user.f_applied * moved, axis=-1))
-    if port_filters(known):
-        played = sums.between_blocks(user.accounts["playout_given"])
+    sent = sums.of_blocks(user.energy["u_tx"], known.master.frame_s)
+    found = {"link_up": Account(sent, u_s)}
+    if alters_wave(known):
+        found["node_and_link_down"] = Account(work + v_s, sent)
     else:
         played = _kept_sum(sums, "v_m")
-    sent = sums.of_blocks(user.energy["u_tx"], known.master.frame_s)
-    found = {
-        "node": Account(work + played, sent),
-        "link_up": Account(sent, u_s),
-        "link_down": Account(v_s, played),
-    }
+        found |= {"node": Account(work + played, sent), "link_down": Account(v_s, played)}
     kept = {part: np.asarray(account.kept) for part, account in found.items()}
     return Account(work, work, dissipated=0.0 * work), kept
 
 
-def port_filters(known: User) -> bool:
-    """Tell whether the wave at the device is another one than that of the channel."""
+def alters_wave(known: User) -> bool:
+    """Tell whether the wave at the device is another one than that of the channel, on the strict
+    one: port filters and position feedback belong to the node.
+    """
     master = known.master
-    return master.velocity_filter.kind != "none" or master.bank.kind != "none"
+    parts = master.velocity_filter.kind != "none" or master.bank.kind != "none"
+    return parts or master.position.is_on
 
 
 def at_frames(user: UserTraces, known: User) -> AtFrames:

@@ -37,7 +37,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pmwvc_analysis.budget.blocks import port_filters
+from pmwvc_analysis.budget.blocks import alters_wave
 from pmwvc_analysis.budget.criterion import tolerance
 from pmwvc_analysis.budget.hand_work import hand_work
 from pmwvc_analysis.traces.stretches import Stretches, stretches
@@ -173,7 +173,7 @@ def _of_user(
     if scenario is not None and scenario.strict and known is not None:
         sent = UserSums(user, times).of_blocks(user.energy["u_tx"], known.master.frame_s)
         up = balance(sent, u_s)
-        if not port_filters(known):
+        if not alters_wave(known):
             v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
             down = balance(v_s, _at(times, user, v_m))
     elif (user.u_m.any() or user.v_m.any()) and not user.accounts:

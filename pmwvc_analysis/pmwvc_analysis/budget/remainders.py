@@ -86,8 +86,7 @@ def _unchecked(scenario: Scenario) -> Iterator[tuple[str, str]]:
     if scenario.strict:
         yield "u_m_lp", "packets are not its samples"
         yield "energy.v_rx", "packets and playout are compared without it"
-        yield "energy.u_m", "nothing is paid by it"
-        for name in ("node", "playout_free", "playout_discarded"):
+        for name in ("node", "playout_given", "playout_free", "playout_discarded"):
             yield f"accounts.{name}", level
     kinds = {m.filter.kind for m in masters}
     if waves and (any(m.position.is_on for m in masters) or "integrate_and_dump" in kinds):

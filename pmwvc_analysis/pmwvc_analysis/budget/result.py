@@ -143,4 +143,4 @@ class Budget:
 
 def _lends(part: str) -> bool:
     """Tell whether a part holds the energy that the controller was lent."""
-    return "position_spent" in part or part == "node"
+    return "position_spent" in part or part.startswith("node")

@@ -41,7 +41,14 @@ WORDS: Mapping[str, str] = {
 GROUPS: Mapping[str, Iterable[str]] = {
     "devices": ("device_kinetic", "device_damping"),
     "sampling and safety": ("sample_hold", "safety"),
-    "filters and holds": ("filter", "rate_drop", "hold", "filter_and_hold", "node"),
+    "filters and holds": (
+        "filter",
+        "rate_drop",
+        "hold",
+        "filter_and_hold",
+        "node",
+        "node_and_link_down",
+    ),
     "links": ("link_up", "link_down", "link"),
     "server's computation": ("late_decoding", "integration", "withheld", "contained"),
     "contacts": ("contact_damping", "contact_stored", "environment_stored", "environment_heat"),

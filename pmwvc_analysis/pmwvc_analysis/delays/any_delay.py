@@ -195,6 +195,11 @@ def _passive_server(scenario: Scenario) -> bool:
 
 def _outside(scenario: Scenario) -> list[str]:
     """Return what neither rule covers."""
+    if scenario.strict:
+        return [
+            "channel = strict is passive on any network by its account (docs/strict_channel.md); "
+            "what follows for stability beyond the exact model is not computed"
+        ]
     found = [
         f"{element.text} is not linear"
         for element in nonlinear(scenario)

@@ -4,13 +4,15 @@
 
 import dataclasses
 
-from pmwvc_analysis.models.links import Link, Times, answer_phase, delay_ticks
+from pmwvc_analysis.models.links import Link, Packet, Times, answer_phase, delay_ticks
 from pmwvc_core.controllers import has_waves, make_master
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.wave.playout import Playout
 
+AMPLE_J = 1.0  # beside a wave of 2^-40: the account never binds
 NUMBERED = 1 << 24  # of the packet sent at tick 0
 
 
@@ -35,15 +37,23 @@ class Line:
         tick_s, frame = scenario.tick_s, user.master.rate_drop
         self.waves = has_waves(scenario.controller)
         self.user, self.name, self._period_s = user, user.name, scenario.server.period_s
-        self.controller = make_master(scenario.controller, user.master, user.baseline)
+        # On the strict channel: of the wave up at the server, and of the wave down at the device.
+        self.played_up, self.played_down = (
+            Playout(most_repaid=1.0) if scenario.strict else None for _ in range(2)
+        )
+        self.controller = make_master(
+            scenario.controller, user.master, user.baseline, playout=self.played_down
+        )
         self.device = SimulatedDevice(user.device, tick_s=tick_s, dof=dof)
         self.frame, self.serve = Times(frame, 0), serve
         self.answer = Times(frame, answer_phase(user, live=live))
         up, self._delay_down = (
             delay_ticks(link, tick_s=tick_s, live=live) for link in (user.link_up, user.link_down)
         )
-        self.up = Link(self.frame, serve, delay=up, ticks=ticks)
-        self.down = Link(serve, self.answer, delay=self._delay_down, ticks=ticks)
+        every = Times(1, 0)  # a playout takes packets when they arrive
+        read = (every, every) if scenario.strict else (serve, self.answer)
+        self.up = Link(self.frame, read[0], delay=up, ticks=ticks)
+        self.down = Link(serve, read[1], delay=self._delay_down, ticks=ticks)
         self._sent = 0
 
     def send(self, tick: int) -> None:
@@ -52,6 +62,26 @@ class Line:
         controller.measure(*self.device.read())
         self._sent += 1
         self.up.send(tick, (controller.send(), controller.position()))
+
+    @property
+    def playouts(self) -> dict[str, Playout]:
+        """The playouts of the strict channel by their prefix."""
+        ways = (("up", self.played_up), ("down", self.played_down))
+        return {f"{self.name}.{way}.played.": each for way, each in ways if each is not None}
+
+    def play(self, tick: int, *, down: bool) -> None:
+        """Give what arrives to the playout of one way, with energy for whatever it does."""
+        link, played = (self.down, self.played_down) if down else (self.up, self.played_up)
+        period_s = self._period_s if down else self.user.master.frame_s
+        packet = link.arrived(tick)
+        if played is not None and packet is not None:
+            played.add(packet[0] * period_s, AMPLE_J, period_s)
+
+    def received(self, tick: int) -> Packet:
+        """Return the packet that the server uses in its step."""
+        if self.played_up is None:
+            return self.up.take(tick)[1]
+        return self.played_up.step(self._period_s), 0.0
 
     def receive(self, tick: int) -> None:
         """Hand the newest answer to the controller."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.controllers import PLAIN, has_waves, record_of
+from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.effects import active, amounts
 from pmwvc_core.params import specs
@@ -40,7 +40,9 @@ class NonlinearError(PmwvcError):
 def nonlinear(scenario: Scenario) -> list[Element]:
     """Return everything in a scenario that is not linear, or that has no linear model."""
     found = [*_of_controller(scenario)]
-    return found + [element for user in scenario.users for element in _of_user(user)]
+    for user in scenario.users:
+        found += _of_user(user, strict=scenario.strict)
+    return found
 
 
 def require_linear(scenario: Scenario, *, several_axes: bool = False) -> None:
@@ -82,8 +84,8 @@ def relative(scenario: Scenario) -> Relative | None:
         return None
     changed = scenario
     for element in found:
-        if element.name in ("controller", "channel"):
-            changed = dataclasses.replace(changed, **{element.name: element.instead})
+        if element.name == "controller":
+            changed = dataclasses.replace(changed, controller=element.instead)
         else:
             changed = varied(changed, element.name, element.instead)
     return Relative(changed, _settings(found))
@@ -100,8 +102,6 @@ def _settings(found: list[Element]) -> list[str]:
 
 def _of_controller(scenario: Scenario) -> Iterator[Element]:
     server, controller = scenario.server, scenario.controller
-    if scenario.strict:
-        yield Element(f"channel = {scenario.channel}", "channel", PLAIN)
     near = record_of(controller).linear
     if near != controller:
         yield Element(f"controller = {controller}", "controller", near)
@@ -127,7 +127,7 @@ def _of_controller(scenario: Scenario) -> Iterator[Element]:
             yield Element(text, "server.environment", environment.with_slope)
 
 
-def _of_user(user: User) -> Iterator[Element]:
+def _of_user(user: User, *, strict: bool) -> Iterator[Element]:
     device = user.device
     for name, unit in (("friction", "N"), ("encoder_step_m", "m")):
         value = getattr(device, name)
@@ -153,7 +153,8 @@ def _of_user(user: User) -> Iterator[Element]:
         )
     if position.is_on and position.feedback != "printed":
         name = "master.position.feedback"
-        yield Element(f"{user.name}.{name} = {position.feedback}", name, "printed")
+        near = "none" if strict else "printed"
+        yield Element(f"{user.name}.{name} = {position.feedback}", name, near)
     if user.master.bank.kind != "none" and local.kind != "spring_damper":
         name = "master.local_model.kind"
         yield Element(f"{user.name}.{name} = {local.kind}", name, "spring_damper")

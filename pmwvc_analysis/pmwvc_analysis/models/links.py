@@ -100,6 +100,11 @@ class Link:
         """Put a packet in, or what the relay makes of it."""
         self.packets[tick] = packet if self.relay is None else self.relay(packet)
 
+    def arrived(self, tick: int) -> Packet | None:
+        """Return the packet that arrives at a tick, if one does."""
+        at = tick - self._delay
+        return self.packets.get(at, (0.0, 0.0)) if self._sent.due(at) else None
+
     def take(self, tick: int) -> tuple[int, Packet]:
         """Return the newest packet that has arrived, with its number; before the first: zeros."""
         at = self._sent.last(tick - self._delay)

@@ -12,7 +12,7 @@ the same order with the two phases of :data:`pmwvc_core.frame.schedule.LIVE`.
 """
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ import numpy as np
 from pmwvc_analysis.models.line import Line, two_sided
 from pmwvc_analysis.models.linear import NonlinearError, require_linear
 from pmwvc_analysis.models.links import SIGNALS, Link, Times, hyperperiod_ticks, serve_phase
+from pmwvc_analysis.models.variation import lengths
 from pmwvc_core.controllers import make_server
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Value
@@ -71,7 +72,7 @@ class Loop:
         matrices = [*ports, *(user.impedance for user in users)]
         coupled = any(isinstance(b, MatrixImpedance) for b in matrices)
         self.dof = scenario.dof if coupled else 1
-        self.runs = max(_lengths(scenario), default=1)
+        self.runs = max(lengths(scenario), default=1)
         self.serve = Times(scenario.period_ticks, serve_phase(scenario, live=live))
         self.lines = [
             Line(user, scenario, serve=self.serve, dof=self.dof, ticks=self.ticks, live=live)
@@ -93,13 +94,18 @@ class Loop:
         self._join(1)
         # To tick 0 at rest, so long that every user has received an answer to a packet of its own.
         longest = max(self.serve.period, *(line.frame.period for line in self.lines))
-        for tick in range(-3 * longest, 0):
+        first = -3 * longest if not scenario.strict else -4 * self.ticks - 3 * longest
+        for tick in range(first, 0):
             self.advance(tick, [0.0] * len(self.lines))
+            for line in self.lines:
+                for playout in line.playouts.values():
+                    playout.forget_waits()
         ends: dict[str, Any] = {"server.": self.server}
         links: dict[str, Link] = {}
         for line in self.lines:
             name = line.name
             ends |= {f"{name}.device.": line.device, f"{name}.": line.controller}
+            ends |= line.playouts
             links |= {f"{name}.up.": line.up, f"{name}.down.": line.down}
         unsaid = {type(end).__name__ for end in ends.values() if not isinstance(end, Stateful)}
         if unsaid:
@@ -209,16 +215,19 @@ class Loop:
         for line in self.lines:
             if line.frame.due(tick):
                 line.send(tick)
+            line.play(tick, down=False)
         if self.serve.due(tick):
             self._serve(tick)
         for line in self.lines:
+            line.play(tick, down=True)
             if line.answer.due(tick):
                 line.receive(tick)
         return [line.step(force) for line, force in zip(self.lines, forces, strict=True)]
 
     def _serve(self, tick: int) -> None:
         """Take what has arrived, step the environment, answer."""
-        packets = [self.lines[i].up.take(tick)[1] for i in self._line_of]
+        received = [line.received(tick) for line in self.lines]
+        packets = [received[i] for i in self._line_of]
         direct = self.server.flags & FLAG_DIRECT
         answers = self.server.step([packet[::-1] if direct else packet[0] for packet in packets])
         for i, line in enumerate(self.lines):
@@ -306,15 +315,3 @@ class Loop:
         if f"{BOX}at" in state:
             state[f"{BOX}at"] = at
         self.server.restore(state)
-
-
-def _lengths(scenario: Any) -> Iterator[int]:
-    """Yield the lengths of all columns among the parameters."""
-    if isinstance(scenario, np.ndarray) and scenario.ndim == 2:
-        yield len(scenario)
-    elif isinstance(scenario, tuple):
-        for each in scenario:
-            yield from _lengths(each)
-    elif dataclasses.is_dataclass(scenario):
-        for field in dataclasses.fields(scenario):
-            yield from _lengths(getattr(scenario, field.name))

@@ -6,6 +6,8 @@ Whatever decides when things happen (delays, periods, counts, names) is the same
 """
 
 import dataclasses
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -46,3 +48,15 @@ def with_stiffness(scenario: Scenario, stiffness: Value) -> Scenario:
         for user, value in zip(scenario.users, values, strict=True)
     ]
     return dataclasses.replace(scenario, users=tuple(users))
+
+
+def lengths(scenario: Any) -> Iterator[int]:
+    """Yield the lengths of all columns among the parameters."""
+    if isinstance(scenario, np.ndarray) and scenario.ndim == 2:
+        yield len(scenario)
+    elif isinstance(scenario, tuple):
+        for each in scenario:
+            yield from lengths(each)
+    elif dataclasses.is_dataclass(scenario):
+        for field in dataclasses.fields(scenario):
+            yield from lengths(getattr(scenario, field.name))

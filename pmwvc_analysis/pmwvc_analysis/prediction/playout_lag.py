@@ -6,11 +6,12 @@ A playout is as late as the latest packet that it met: up, the greatest age a of
 at a step of the server; down, the longest delay d. The server takes a step's wave as a whole and
 answers with it, so that on average half a step passes at its side each way:
 
-    tau = a + d + T_VE
+    tau = a + d + T_VE + T_c/2
 
-without anti-aliasing filter, rate drop or hold. A packet that is lost makes the next one a frame
-later; of N packets that get lost with the probability p the longest run is log N / log(1/p) on
-average. What comes on top (margins; delays beyond one deviation; bursts) is not counted.
+(half a tick for the force held over it), without anti-aliasing filter, rate drop or hold. A packet
+that is lost makes the next one a frame later; of N packets that get lost with the probability p
+the longest run is log N / log(1/p) on average. What comes on top (margins; delays beyond one
+deviation; bursts) is not counted.
 
 Equations: docs/theory.md 17.7.
 """
@@ -32,7 +33,7 @@ def strict_lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
     up = _oldest_s(user, scenario, live=live) + _lost_s(user.link_up, frame_s, scenario)
     down = _latest_s(user.link_down, tick_s, live=live)
     down += _lost_s(user.link_down, period_s, scenario)
-    return up + down + period_s + filters
+    return up + down + period_s + 0.5 * tick_s + filters
 
 
 def _complementary(user: User) -> bool:

@@ -50,10 +50,16 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
         lines.append(" " * (width + 4) + "  ".join(f"{head:>8}" for head in heads))
     for label, row in rows.items():
         cells = "  ".join(f"{cell:>8}" for cell in _cells(row))
-        word = "" if row.passive else ("  not proved passive" if row.stable else "  NOT stable")
+        passive = row.passive or (row.stable and scenario.strict)  # there by its account
+        word = "" if passive else ("  not proved passive" if row.stable else "  NOT stable")
         if row.simulated not in (None, STABLE):
             word += f"  simulated: {row.simulated}"
         lines.append(f"  {label:{width}}  {cells}{word}")
+    if scenario.strict:
+        lines.append(
+            "  channel = strict has neither anti-aliasing filter nor hold: rows of the same "
+            "impedance are the same"
+        )
     best = found.best
     if best.k_ideal is not None and best.mass_ideal is not None:
         lines.append(

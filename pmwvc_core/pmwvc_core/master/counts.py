@@ -21,6 +21,7 @@ from pmwvc_core.state import Stateful
 ALPHA = 0.3
 BETA = ALPHA * ALPHA / (2.0 - ALPHA)
 LEAST_M = 1e-7
+UNKNOWN_M = 1.0  # a count before any step was seen
 ROUNDING = 1e-6
 
 
@@ -48,7 +49,7 @@ class BetweenCounts(Stateful):
         self._xd: Value = 0.0  # followed
         self._seen: Value = 0.0  # position measured last
         self._still_s: Value = 0.0  # since the last count
-        self._count: Value = 1.0
+        self._count: Value = UNKNOWN_M
         self._exact = False  # on every axis, in every run
 
     def place(self, x: Value) -> None:
@@ -70,8 +71,8 @@ class BetweenCounts(Stateful):
         jump, self._seen = x - self._seen, x
         step = absolute(jump)
         self._count = where((step > 0.0) & (step < self._count), step, self._count)
-        exact = self._count < LEAST_M
-        self._exact = truth(exact)
+        exact = (self._count < LEAST_M) | (self._count >= UNKNOWN_M)
+        self._exact = truth(self._count < LEAST_M)
         h = self._tick_s
         rough: Flag = (absolute(xd * h - jump) <= ROUNDING * step) & (exact ^ True)
         expected = before + where(rough, self._xd, xd) * h

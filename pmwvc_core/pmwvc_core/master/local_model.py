@@ -113,7 +113,8 @@ class LocalPort(Stateful):
     """
 
     BLOCKS = "model"
-    MEMORY = "_f0 _slope _there"
+    SIGNALS = "_f0"
+    MEMORY = "_slope _there"
 
     def __init__(self, params: MasterParams, position: Callable[[], Value]) -> None:
         local, b = params.local_model, impedance_of(params)

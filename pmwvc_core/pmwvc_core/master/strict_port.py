@@ -59,7 +59,8 @@ class StrictMaster(DevicePort):
     """
 
     BLOCKS = "_place _position"
-    MEMORY = "node_j energy_u_m energy_u_tx energy_v_m _integral _due_j _v _f _xd _settled _begun"
+    SIGNALS = "_integral v_m _xd"
+    MEMORY = "node_j energy_u_m energy_u_tx energy_v_m _due_j _v _f _settled _begun"
 
     def __init__(self, params: MasterParams, playout: Playout) -> None:
         super().__init__(params)

@@ -120,6 +120,10 @@ class Playout(Stateful):
         self.discarded_j = self.received_j - self.given_j - self.released_j
         self._clear()
 
+    def forget_waits(self) -> None:
+        """Keep no margin, as if packets had come evenly for long."""
+        self.margin_s = self._waited_s = self._ramp_s = 0.0
+
     @property
     def at_hand_s(self) -> Value:
         """Time that could be played without another segment [s]."""
@@ -280,7 +284,7 @@ class Playout(Stateful):
         """Drop the segments that every run has played; the rest begins at zero."""
         played = self._played_s
         first = float(np.min(played)) if isinstance(played, np.ndarray) else played
-        done = min(bisect_right(self._ends_s, first), len(self._ends_s)) - 1
+        done = bisect_right(self._ends_s, first + ROUNDING_S) - 1
         if done < 1:
             return
         time_s, integral = self._ends_s[done], self._integrals[done]
@@ -288,7 +292,7 @@ class Playout(Stateful):
         self._ends_s = [each - time_s for each in self._ends_s[done:]]
         self._integrals = [each - integral for each in self._integrals[done:]]
         self._reserves = [each - reserve for each in self._reserves[done:]]
-        self._played_s = played - time_s
+        self._played_s = maximum(played - time_s, 0.0)
         self._integral = self._integral - integral
         self._reserve = self._reserve - reserve
 

@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The exact model of the strict channel is the simulator's, where its account does not bind."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from oracle.test_multirate_model import compare
+from support import linear_loops
+
+from pmwvc_analysis.delays import long_delay
+from pmwvc_analysis.models.multirate import build
+from pmwvc_analysis.models.stability import radii
+from pmwvc_analysis.prediction.lag import lag_s
+from pmwvc_analysis.transparency.transparency import transparency
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.wave.playout import Playout
+
+AROUND = (
+    {},
+    {"velocity_filter__kind": "exact", "velocity_filter__cutoff_hz": 20.0},
+    {"velocity_filter__kind": "equivalent", "velocity_filter__cutoff_hz": 90.0},
+    {"bank__kind": "complementary", "bank__split_rad_s": 80.0},
+)
+
+
+@pytest.fixture
+def unbound(monkeypatch):
+    """Give every playout energy for whatever it does, and packets that always come evenly."""
+    monkeypatch.setattr(Playout, "free_j", property(lambda self: 1e9))
+    monkeypatch.setattr("pmwvc_core.wave.playout.MOST_J", 1e12)
+    monkeypatch.setattr(Playout, "_rate", lambda self, spare_s, h: 1.0)
+
+
+@st.composite
+def scenarios(draw):
+    values = {
+        "channel": "strict",
+        "master__rate_drop": draw(st.sampled_from([1, 2, 5, 8])),
+        "server__period_s": draw(st.sampled_from([0.001, 0.002, 0.005, 0.008])),
+        "server__environment": draw(st.sampled_from(["cube", "wall"])),
+        "user1__device__mass": draw(st.floats(0.2, 0.6)),
+        "user2__device__damping": draw(st.floats(0.0, 3.0)),
+        "user1__server__contact_stiffness": draw(st.floats(0.0, 900.0)),
+        "link__up__delay_s": draw(st.sampled_from([0.0, 0.001, 0.0035, 0.016])),
+        "link__down__delay_s": draw(st.sampled_from([0.0, 0.003, 0.008])),
+    }
+    around = draw(st.sampled_from(AROUND))
+    return linear_loops.scenario(**values, **{f"master__{n}": v for n, v in around.items()})
+
+
+@settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(scenario=scenarios())
+def test_model_and_simulator_agree_on_random_parameters(unbound, scenario):
+    assert compare(scenario) < 1e-9
+
+
+def test_the_model_of_the_plain_channel_does_not_agree(unbound):
+    """The control."""
+    scenario = linear_loops.scenario(channel="strict", link__delay_s=0.016)
+    other = build(linear_loops.scenario(channel="plain", link__delay_s=0.016))
+    assert compare(scenario, model=other) > 1e-3
+
+
+def test_a_long_delay_opened_and_closed_gives_the_same_radius(monkeypatch):
+    found = []
+    for most in (400, 1):
+        monkeypatch.setattr(long_delay, "LARGEST_DENSE", most)
+        monkeypatch.setattr(long_delay, "SHORT", 24 if most > 1 else 1)
+        scenario = linear_loops.scenario(
+            channel="strict", link__delay_s=0.1, device__damping=1.0, server__object_damping=1.0
+        )
+        found.append(float(np.ravel(radii(scenario))[0]))
+    assert found[0] == pytest.approx(found[1], rel=1e-6)
+    assert found[0] < 1.0
+
+
+def test_strict_renders_no_softer_than_plain_at_any_constant_delay():
+    for delay_s in (0.0, 0.008, 0.016, 0.06):
+        stiffness = {}
+        for channel in ("plain", "strict"):
+            texts = [f"channel={channel}", f"link.delay_s={delay_s}"]
+            scenario = files.load("carry_16ms", settings_texts=texts)
+            answer = transparency(scenario)
+            stiffness[channel] = answer.rendered.k_felt
+            tau = lag_s(scenario.users[0], scenario, live=False)
+            assert answer.rendered.k_felt == pytest.approx(
+                1.0 / (1.0 / 500.0 + tau / 50.0), rel=1e-3
+            )
+        assert stiffness["strict"] >= stiffness["plain"]
