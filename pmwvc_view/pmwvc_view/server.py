@@ -7,6 +7,7 @@ they come. A page can do what a hand can do; whatever it sends is checked and co
 """
 
 import asyncio
+import socket
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
@@ -72,8 +73,9 @@ class PageServer:
     @property
     def address(self) -> str:
         """Address of the page, with its token."""
-        host = f"[{self._host}]" if ":" in self._host else self._host
-        name = {"0.0.0.0": "127.0.0.1", "[::]": "[::1]"}.get(host, host)
+        anywhere = self._host in ("0.0.0.0", "::")
+        host = socket.gethostname() if anywhere else self._host
+        name = f"[{host}]" if ":" in host else host
         return f"http://{name}:{self.port}/?token={self._token}"
 
     @property

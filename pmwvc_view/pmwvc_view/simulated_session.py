@@ -13,6 +13,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Setting, Settings
 from pmwvc_view.feed import Feed
+from pmwvc_view.notices import Notices
 from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.ramp import ramped
@@ -64,6 +65,7 @@ class SimulatedSession(Session):
         self._at_s = self._clock()
         self._left_s = 0.0  # of real time, not simulated yet
         self._lost_s = 0.0  # never simulated
+        self._notices = Notices()
         self._text: dict[str, Any] = {}
         self._polls = 0
         self._storage_j = {
@@ -104,7 +106,9 @@ class SimulatedSession(Session):
             **simulation.places(),
             **places,
         }
-        return self._feed.rows(simulation.tick * simulation.tick_ns)
+        snapshots = self._feed.rows(simulation.tick * simulation.tick_ns)
+        self._notices.watch(snapshots, self.layout, self._names)
+        return snapshots
 
     def _held(self) -> Mapping[str, Any]:
         return {
@@ -131,7 +135,7 @@ class SimulatedSession(Session):
                 self._names,
                 storage_j=self._storage_j,
                 exact_hands=self._exact,
-                notices=self._notices(),
+                notices=self._lost() + self._notices.texts(),
             )
         return {
             "text": self._text,
@@ -139,7 +143,7 @@ class SimulatedSession(Session):
             "play": {"paused": self._paused, "time_s": None, "ratio": 1.0},
         }
 
-    def _notices(self) -> list[str]:
+    def _lost(self) -> list[str]:
         if self._lost_s < 0.5:
             return []
         return [f"This machine was busy: {self._lost_s:.0f} s of real time were not simulated."]
@@ -160,6 +164,7 @@ class SimulatedSession(Session):
             return Answer(False, str(error))
         if control.path in controls.AT_RESTART:
             return Answer(False, f"{path}: {BEGIN_ANEW}")
+        self._notices.changed(self._wanted, wanted)
         self._wanted = wanted
         if control.node == "netem":
             self._preset = str(value) if control.path == controls.PRESET else None

@@ -32,7 +32,7 @@ def test_launched_nodes_begin_together_in_any_namespace_and_run_for_their_time(t
         peer = running.enter_context(ros())
         scenes = peer.collect(MarkerArray, f"{NAMESPACE}/markers")
         nodes = {}
-        for node in plan.nodes(scenario, folder=tmp_path, paused=True):
+        for node in plan.nodes(scenario, folder=tmp_path, paused=True, page=plan.Page()):
             given = yaml.safe_load(node.parameter_file())["/**"]["ros__parameters"]
             where = f"{NAMESPACE}/{node.namespace}".rstrip("/")
             process = NodeProcess(
@@ -51,11 +51,12 @@ def test_launched_nodes_begin_together_in_any_namespace_and_run_for_their_time(t
         assert (starter.returncode, starter.stderr) == (0, "")
         assert "the session begins" in starter.stdout
         peer.until(lambda: scenes)
+        assert nodes["view"].await_output(r"^page http://127\.0\.0\.1:\d+/\?token=")
         master = f"{NAMESPACE}/user1/master"
         assert peer.set_parameters(master, {"safety.max_force": 2.5}) == [""]
         (refusal,) = peer.set_parameters(master, {"safety.max_force": 3.0})
         assert "can only be lowered while running (now 2.5 N)" in refusal
-        for kind in ("user1 master", "user2 master", "server", "netem", "recorder"):
+        for kind in ("view", "user1 master", "user2 master", "server", "netem", "recorder"):
             code = nodes[kind].stop()
             assert (kind, code) == (kind, 0), nodes[kind].output
             assert "Traceback" not in nodes[kind].output

@@ -120,6 +120,8 @@ def test_dragging_the_delay_up_drops_no_hand_and_a_step_would():
     rows = running.polls(120, drag)
     assert set(running.value(rows, "user1.state")) == {1.0}
     assert running.value(rows, "user1.delay_up")[-1] == pytest.approx(0.09, abs=1e-3)
+    (notice,) = running.session.news()["text"]["notices"]
+    assert "the delay grew, to 90 ms" in notice
     simulation = running.session._simulation
     far = controls.changed(LIVE, {"link.delay_s": 0.3})
     simulation.change(running.session.scenario(), far)  # the control: at once

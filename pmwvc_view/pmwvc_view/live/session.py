@@ -23,6 +23,7 @@ from pmwvc_view.live.graph import Graph
 from pmwvc_view.live.hands import HELD_QOS, PublishedHand
 from pmwvc_view.live.inlets import Inlets
 from pmwvc_view.live.parameters import Parameters
+from pmwvc_view.notices import Notices
 from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.ramp import ramped
@@ -89,6 +90,7 @@ class LiveSession(Session):
         self._polls = 0
         self._changing = asyncio.Lock()
         self._values = controls.Values()
+        self._notices = Notices()
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
@@ -119,7 +121,9 @@ class LiveSession(Session):
         self._feed.others = {**self._lags, **inlets.round_trips, **targets}
         if self._feed.zero_ns is not None and time.monotonic() - inlets.heard_s > SILENT_S:
             self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
-        return self._feed.rows(inlets.now_ns())
+        snapshots = self._feed.rows(inlets.now_ns())
+        self._notices.watch(snapshots, self.layout, self._graph.users)
+        return snapshots
 
     def _follow(self) -> None:
         """Take changed parameters over; what makes no scenario leaves it as it was."""
@@ -141,7 +145,7 @@ class LiveSession(Session):
                     for user in self._scenario.users
                 },
                 exact_hands=self._exact,
-                notices=[] if self._graph.emulated else ["The links are not emulated here."],
+                notices=self._not_emulated() + self._notices.texts(),
             )
         paused = bool(self._graph.values[self._graph.server].get("paused", False))
         return {
@@ -149,6 +153,9 @@ class LiveSession(Session):
             "values": {"values": self._values(self._scenario, self._preset())},
             "play": {"paused": paused, "time_s": None, "ratio": 1.0},
         }
+
+    def _not_emulated(self) -> list[str]:
+        return [] if self._graph.emulated else ["The links are not emulated here."]
 
     def _preset(self) -> str | None:
         preset = self._graph.values.get(self._graph.netem, {}).get("preset")
@@ -168,6 +175,7 @@ class LiveSession(Session):
                 return Answer(False, f"{path}: {BEGIN_ANEW}")
             async with self._changing:
                 wanted = controls.changed(self._scenario, {path: value})
+                self._notices.changed(self._scenario, wanted)
                 change = self._set_links if control.node == "netem" else self._set_ends
                 why = await change(wanted)
                 if not why and control.path == controls.PRESET:
