@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 from support.page_server import served
 from support.pages import Pointer
 
@@ -18,11 +19,11 @@ window.pad = {connected: true, axes: [0, 0, 0, 0], buttons: [{pressed: false}], 
 window.pad.vibrationActuator = {playEffect: (kind, effect) => window.pad.rumbles.push(effect)};
 navigator.getGamepads = () => [window.pad];
 """
-SLOW_ANSWERS = """
+HELD_BACK = """
 const send = WebSocket.prototype.send;
 WebSocket.prototype.send = function (text) {
-  if (!text.includes('"take"')) send.call(this, text);
-  else setTimeout(() => send.call(this, text), 1500);
+  if (text.includes('"take"')) window.goes = () => send.call(this, text);
+  else send.call(this, text);
 };
 """
 BUSY = "() => { const until = performance.now() + 1200; while (performance.now() < until); }"
@@ -61,7 +62,7 @@ def test_drag_lifts_force_and_release_lets_go(visit, touch):
         live.until(lambda: _pressed(live), "a force at the wall")
         live.pass_by(30)
         live.until(lambda: _pressed(live), "a hand that holds on although nothing moves")
-        assert page.locator(".user .state").inner_text().startswith("coupled, held")
+        expect(page.locator(".user .state")).to_contain_text("coupled, held")
         pointer.release()
         live.until(lambda: live.now("user1.held") == 0.0, "an open hand")
         live.until(lambda: abs(live.now("user1.f_applied")) < 0.1, "no force")
@@ -69,11 +70,13 @@ def test_drag_lifts_force_and_release_lets_go(visit, touch):
 
 def test_drag_that_ends_before_the_handle_is_taken_is_followed(visit):
     with served(WALL, users=1) as live:
-        page = visit(live.address, script=SLOW_ANSWERS)
+        page = visit(live.address, script=HELD_BACK)
         pointer = Pointer(page)
         pointer.press()
         pointer.move(0.03)
+        live.until(lambda: page.evaluate("Boolean(window.goes)"), "a take that is held back")
         assert live.now("user1.held") == 0.0
+        page.evaluate("goes()")
         live.until(lambda: _pressed(live), "a force at the wall")
 
 

@@ -32,7 +32,7 @@ def test_proposed_setting_is_predicted_then_applied(visit):
 
         page.locator("#setting-controller").select_option("direct")
         live.until(lambda: "The exact model: not stable" in answer.inner_text(), "a warning")
-        assert page.locator("#apply").inner_text() == "Apply and start again"
+        expect(page.locator("#apply")).to_have_text("Apply and start again")
         generation = live.session.generation
         page.locator("#apply").click()
         live.until(lambda: live.session.generation > generation, "a new beginning")
@@ -93,7 +93,7 @@ def test_recorded_session_is_played_and_sought(visit):
     with serving(session) as server:
         page = visit(server.address)
         time = page.locator("#seek-time")
-        assert time.inner_text() == "0.0 of 6.0 s"
+        expect(time).to_have_text("0.0 of 6.0 s")
         page.locator("#seek").fill("4.2")
         expect(time).to_have_text("4.2 of 6.0 s")
         force = page.locator("[data-user=user1] .state")

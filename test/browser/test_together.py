@@ -3,6 +3,7 @@
 """Two people in two browsers: they carry the cube, and one of them goes away."""
 
 import numpy as np
+from playwright.sync_api import expect
 from support.page_server import served
 from support.pages import Pointer
 
@@ -27,11 +28,11 @@ def test_two_browsers_carry_cube_and_one_that_closes_lets_go_gently(visit):
         assert np.mean(live.series("user2.contact", since)) > 0.5  # not pushed by one alone
 
         other = pages[0].locator("[data-user=user2] .name")
-        live.until(lambda: "another browser" in other.inner_text(), "who holds the other")
-        assert not pages[0].locator("[data-user=user2] button").is_visible()
+        expect(other).to_contain_text("another browser")
+        expect(pages[0].locator("[data-user=user2] button")).to_be_hidden()
         pages[1].context.close()
         live.until(lambda: live.now("user2.held") == 0.0, "an open hand")
-        live.until(lambda: "free" in other.inner_text(), "a handle that others may take")
+        expect(other).to_contain_text("free")
         live.until(lambda: abs(live.now("user2.f_applied")) < 0.1, "no force")
         for user in ("user1", "user2"):
             steps = np.abs(np.diff(live.forces(user)))
