@@ -10,7 +10,7 @@ import secrets
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from rclpy.node import Node
@@ -29,7 +29,7 @@ from pmwvc_core.transport.reception import diagnostics
 from pmwvc_core.transport.verdict import Verdict
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene
-from pmwvc_server.settings import PauseParams, declare_settings
+from pmwvc_server.settings import PauseParams, declare_changed, declare_settings
 from pmwvc_server.wires import RosWires
 
 MARKER_HZ = 30.0
@@ -52,8 +52,9 @@ class Server:
 
     def __init__(self, node: Node) -> None:
         self.node = node
+        self._pending: list[Callable[[], None]] = []
         self.settings = settings = declare_settings(
-            node, self._change, self._change_contact, self._pause
+            node, self._change, self._change_contact, self._pause, self._settle
         )
         self.names = [user.name for user in settings.users]
         epoch = secrets.randbits(64) or 1
@@ -71,6 +72,8 @@ class Server:
         )
         if node.get_parameter("paused").value:
             self._pause(PauseParams(paused=True))
+            self._settle()
+        self._changed = declare_changed(node)
         self._scene = Scene(self.names, size_m=settings.server.object_size_m, dof=settings.dof)
         self._markers = node.create_publisher(MarkerArray, "markers", 1)
         self._looked_s = time.monotonic()
@@ -106,21 +109,33 @@ class Server:
         self._receptions.end()
 
     def _change(self, params: ServerParams) -> None:
-        protocol = self.loop.protocol
-        protocol.hand_over(partial(protocol.server.configure, params))
+        self._pending.append(partial(self.loop.protocol.server.configure, params))
 
     def _change_contact(self, user: int, params: ContactParams) -> None:
         impedance = self.settings.users[user].impedance(params)
-        protocol = self.loop.protocol
-        protocol.hand_over(partial(protocol.configure_user, user, params, impedance))
+        change = partial(self.loop.protocol.configure_user, user, params, impedance)
+        self._pending.append(change)
 
     def _pause(self, params: PauseParams) -> None:
-        protocol = self.loop.protocol
-        protocol.hand_over(partial(protocol.pause, params.paused))
+        self._pending.append(partial(self.loop.protocol.pause, params.paused))
+
+    def _settle(self) -> None:
+        """Hand over what was set together: one step takes it over."""
+        changes, self._pending = self._pending, []
+
+        def together() -> None:
+            for change in changes:
+                change()
+
+        if changes:
+            self.loop.protocol.hand_over(together)
 
     def _show(self) -> None:
         """Publish the scene and log who came and went."""
         self._log_changes()
+        changed = self.loop.protocol.changed
+        while changed:
+            self._changed(changed.popleft())
         if self._markers.get_subscription_count():
             stamp = self.node.get_clock().now().to_msg()
             self._markers.publish(self._scene.markers(self.loop, stamp))

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -31,6 +32,7 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.params.fields import parameter
 from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.runtime.parameter_names import CHANGED_AT_STEP
 from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.runtime.parameters import (
     ParameterBinding,
@@ -151,6 +153,7 @@ def declare_settings(
     on_server: Callable[[ServerParams], None],
     on_contact: Callable[[int, ContactParams], None],
     on_pause: Callable[[PauseParams], None],
+    settled: Callable[[], None],
 ) -> ServerSettings:
     """Declare all parameters of the node and return their values.
 
@@ -161,13 +164,15 @@ def declare_settings(
     on_server, on_contact, on_pause
         Get complete new parameters after each accepted change, in the thread that serves
         parameters; those of a contact with the number of the user, from 0.
+    settled
+        Called behind them, once for what was set together.
 
     Raises
     ------
     ParameterError
         Naming what is wrong.
     """
-    binding = ParameterBinding(node)
+    binding = ParameterBinding(node, settled=settled)
     binding.declare("", PauseParams, on_pause)
     names = declare_names(
         node, "users", ["user1", "user2"], f"names (namespaces) of the users, 1 to {LARGEST}"
@@ -246,6 +251,20 @@ def _check_change(old: ServerParams, new: ServerParams) -> None:
         raise ParameterError(f"server.coupling = {new.coupling!r}: {BLACK_BOX}")
     if (new.coupling, new.integrator) != (old.coupling, old.integrator):
         solver_of(couplings[1], new)
+
+
+def declare_changed(node: Node) -> Callable[[int], None]:
+    """Declare the parameter that shows which step took the last change over; return what sets it.
+
+    A recording of the parameter events then has the step, which their times leave open.
+    """
+    spec = ParameterDescriptor(description="step that took the last change over (written here)")
+    node.declare_parameter(CHANGED_AT_STEP, 0, spec)
+
+    def changed(step: int) -> None:
+        node.set_parameters([Parameter(CHANGED_AT_STEP, value=step)])
+
+    return changed
 
 
 def _side(node: Node, name: str, default: int) -> int:

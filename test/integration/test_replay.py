@@ -3,16 +3,21 @@
 """A really recorded session, replayed: ``./pmwvc run``, then ``./pmwvc replay`` of its folder."""
 
 import json
+import re
 import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import PointStamped
+from support.processes import ros
 from support.sessions import ROOT, Running
 
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.differences import FORCE_N, POSITION_M
+from pmwvc_core.runtime.polling import WAVE_QOS
 from pmwvc_core.simulation.session import simulate_one
+from pmwvc_msgs.msg import MasterTrace
 
 pytestmark = pytest.mark.integration
 
@@ -104,3 +109,38 @@ def test_live_sessions_are_compared_side_by_side(tmp_path):
     assert (out / "comparison.html").is_file()
     for session in found["sessions"]:
         assert (out / session["folder"] / "report.html").is_file()
+
+
+def test_a_hand_from_outside_and_a_change_in_flight_are_recorded_and_replayed(tmp_path):
+    """The test is the pointer: it drags user1's handle, and makes the contact stiffer."""
+    folder, settings = tmp_path / "session", ("user1.operator.kind=remote", "task.kind=hold")
+    words = [word for setting in settings for word in ("--set", setting)]
+    with Running(folder, "carry_16ms", "--duration", 5, *words) as session:
+        domain = int(re.search(r"ROS_DOMAIN_ID=(\d+)", session.await_line("ROS_DOMAIN_ID"))[1])
+        with ros(domain=domain) as peer:
+            target = peer.node.create_publisher(PointStamped, "/user1/hand/target", WAVE_QOS)
+            peer.until(lambda: target.get_subscription_count() >= 2)  # master and recorder
+            drag(peer, target, session.process)
+        assert session.end() == 0, session.output()
+    traces = read_session(folder)
+    assert len(traces.targets["user1"].time_s) > 50
+    assert {"server.contact_stiffness": 1500.0} in [values for _, values in traces.settings]
+    found = replayed(folder, tmp_path / "again", "--no-figures")
+    let_go = np.diff(traces.targets["user1"].time_s).max() > 0.1  # or nearly, by a stall
+    assert found["reproduced"] is True or let_go
+    assert found["sessions"][0]["force_peak_n"] > 0.5
+    assert any("parameters change as recorded" in note for note in found["notes"])
+
+
+def drag(peer, target, process):
+    """Publish a target every two frames until the session is over: to 8 mm inside the face."""
+    blocks, count = peer.collect(MasterTrace, "/user1/trace"), 0
+    while process.poll() is None:
+        seen, count = len(blocks), count + 1
+        peer.until(lambda: len(blocks) >= seen + 2 or process.poll() is not None)  # noqa: B023
+        message = PointStamped()
+        message.point.x = -0.03 + 0.008 * min(1.0, count / 120)
+        target.publish(message)
+        if count == 150:
+            stiff = {"server.contact_stiffness": 1500.0}
+            assert peer.set_parameters("/server", stiff) == [""]

@@ -90,6 +90,21 @@ def test_changes_have_the_names_of_a_scenario(recorded, tmp_path):
     assert found[1][1] == {"user1.server.contact_stiffness": 900.0, "server.impedance": None}
 
 
+def test_a_change_at_the_server_counts_from_the_step_that_took_it_over(recorded, tmp_path):
+    events = events_of(
+        recorded,
+        tmp_path,
+        change(0.3001, "/server", user1__server__contact_damping=9.0),
+        change(0.3300, "/server", changed_at_step=40),
+        change(0.5001, "/user1/master", safety__max_force=4.0),
+    )
+    traces = read_session(tmp_path)
+    step_s = float(traces.server.time_s[traces.server.step == 40][0])
+    assert 0.3 < step_s < 0.33
+    assert [time_s for time_s, _ in traces.settings] == pytest.approx([step_s - 5e-4, 0.5001])
+    assert len(events) == 2  # the step is none
+
+
 def test_the_value_before_is_that_of_the_last_change(recorded, tmp_path):
     found = events_of(
         recorded,

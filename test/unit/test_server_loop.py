@@ -190,3 +190,27 @@ def test_the_target_rests_until_all_are_there():
     expected = Task(TASK).target(moving_s)[0]
     assert rig.loop.protocol.target.position_m == pytest.approx(expected, rel=1e-9)
     assert expected > 0.0
+
+
+def energy(server):
+    return server.kinetic + server.potential + server.dissipated
+
+
+def test_a_pause_stands_still_without_energy_and_users_join_anew_after_it():
+    rig = Rig()
+    rig.step(0, 1, times=30, wave=0.1)
+    protocol = rig.loop.protocol
+    server, sent = protocol.server, [len(each) for each in rig.wires.sent]
+    held, place, steps = energy(server), server.x_o, protocol.steps
+    assert server.potential > 0.0
+    protocol.hand_over(lambda: protocol.pause(True))
+    rig.step(0, 1, times=300, wave=0.1)
+    assert (protocol.steps, server.x_o) == (steps, place)
+    assert [len(each) for each in rig.wires.sent] == sent
+    assert rig.presence == ["ABSENT", "ABSENT"]
+    assert energy(server) == pytest.approx(held, rel=1e-12)
+    assert server.potential == 0.0  # what springs held became heat
+    protocol.hand_over(lambda: protocol.pause(False))
+    rig.step(0, 1)
+    assert rig.presence == ["COUPLED", "COUPLED"]
+    assert [box.lost for box in protocol.inboxes] == [0, 0]

@@ -8,7 +8,7 @@ topics is left out (own.py).
 
 import itertools
 from collections import ChainMap, Counter, defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -73,6 +73,8 @@ def read_content(folder: Path) -> Content:
             content = content_of(raw, reader.deserialize, topics)
         for path in files:
             content.metadata.update(_file_metadata(path))
+        if content.hands:  # rosbags gives no times of publication
+            content.hands = [each for path in files for each in _of_hands(path, content.hands)]
         return content
     except Exception as error:  # rosbags raises many kinds for a damaged file
         reason = str(error) or type(error).__name__
@@ -160,6 +162,19 @@ def _file_metadata(path: Path) -> dict[str, dict[str, str]]:
         return {
             record.name: dict(record.metadata) for record in make_reader(stream).iter_metadata()
         }
+
+
+def _of_hands(path: Path, known: Sequence[RawMessage]) -> Iterator[RawMessage]:
+    """Yield the messages on the topics of hands, with both their times."""
+    from mcap.reader import make_reader
+
+    with open(path, "rb") as stream:
+        topics = sorted({message.topic for message in known})
+        for schema, channel, message in make_reader(stream).iter_messages(topics):
+            kind = schema.name if schema else ""
+            yield RawMessage(
+                channel.topic, kind, message.log_time, message.publish_time, message.data
+            )
 
 
 def _take(content: Content, raw: RawMessage, decode: Decode) -> None:

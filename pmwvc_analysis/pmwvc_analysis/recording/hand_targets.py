@@ -3,8 +3,9 @@
 """The targets of remote hands from the recorded topics ``hand/target`` and ``hand/held``, as the
 master took them: ``held: false`` lets go, and until ``held: true`` targets do not count.
 
-A message's time is that of its reception by the recorder, some tenths of a millisecond from that
-by the master.
+A message's time is that of its publication, as long as it was received within ``TRUSTED_NS``
+(else the clocks may differ, and it is that of its reception): the recorder may have to wait for
+the processor longer than the master.
 """
 
 import struct
@@ -18,6 +19,7 @@ from pmwvc_core.traces import HandTargets
 
 _HEADS = {0: struct.Struct(">iII"), 1: struct.Struct("<iII")}  # stamp, length of frame_id
 _POINTS = {0: struct.Struct(">3d"), 1: struct.Struct("<3d")}
+TRUSTED_NS = 500_000_000
 NOWHERE: tuple[float, ...] = (np.nan, np.nan, np.nan)
 
 
@@ -31,9 +33,9 @@ def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, H
     """Return the targets of every user that has any, by name."""
     found: dict[str, list[tuple[float, tuple[float, ...]]]] = {}
     counts: dict[str, bool] = {}
-    for message in sorted(messages, key=lambda each: each.log_ns):
+    for message in sorted(messages, key=_arrived_ns):
         user = message.topic.strip("/").split("/")[-3]
-        time_s = (message.log_ns - zero_ns) * 1e-9
+        time_s = (_arrived_ns(message) - zero_ns) * 1e-9
         if message.type_name == schemas.FLAG:
             counts[user] = len(message.data) > 4 and bool(message.data[4])
             point: tuple[float, ...] | None = None if counts[user] else NOWHERE
@@ -47,6 +49,12 @@ def hand_targets(messages: Iterable[RawMessage], zero_ns: int) -> Mapping[str, H
         )
         for user, rows in found.items()
     }
+
+
+def _arrived_ns(message: RawMessage) -> int:
+    """Return when a message arrived at the master, as well as it is known [ns]."""
+    waited = 0 <= message.log_ns - message.publish_ns < TRUSTED_NS
+    return message.publish_ns if waited else message.log_ns
 
 
 def _point(data: bytes) -> tuple[float, ...] | None:

@@ -14,19 +14,26 @@ import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 import yaml
 
 from pmwvc_core.errors import ScenarioError
+from pmwvc_core.numeric import Array
 from pmwvc_core.params.names import flat_mapping
 from pmwvc_core.runtime.messages import NS_PER_S
+from pmwvc_core.runtime.parameter_names import CHANGED_AT_STEP
 from pmwvc_core.scenario.names import shared_specs, spec_of, split_user, user_specs
+from pmwvc_core.traces import ServerTraces
 
 _LONGEST = 100_000  # parameters or elements; a message of a session has no more
 KINDS = ("master", "server", "netem", "recorder")
 MOST_EVENTS = 100
 MOST_NAMES = 4  # in one event
+EARLY_S = 0.0005  # before the step that took a change over: it counts from there on
+LATE_S = 0.5  # of such a step, from the time of the event
+Settings = list[tuple[float, dict[str, Any]]]
 
 
 @dataclass(frozen=True)
@@ -36,6 +43,32 @@ class ParameterChange:
     at_ns: int
     node: str
     values: dict[str, Any] = field(default_factory=dict)
+
+
+class Changes(NamedTuple):
+    """Changes as events; as time [s] and values by their names in a scenario; and the numbers of
+    the server's steps that took changes over.
+    """
+
+    events: list[dict[str, Any]]
+    settings: Settings
+    steps: list[int]
+
+
+def taken_over(changes: Changes, server: ServerTraces | None, lateness_s: Array) -> Settings:
+    """Return the settings at the times at which they took effect [s], as far as that is known: of
+    the server's, just before the step that took them over. A node publishes its event before.
+    """
+    if server is None:
+        return changes.settings
+    rows = np.isin(server.step, changes.steps)
+    times, ran = server.time_s[rows], (server.time_s + lateness_s)[rows]
+    found: Settings = []
+    for time_s, values in changes.settings:
+        own = all(split_user(name)[1].startswith("server.") for name in values)
+        later = times[(ran > time_s) & (ran < time_s + LATE_S)]
+        found.append((float(later[0]) - EARLY_S if own and len(later) else time_s, values))
+    return found
 
 
 class _Reader:
@@ -95,11 +128,8 @@ def parameter_change(data: bytes) -> ParameterChange | None:
     return ParameterChange(seconds * NS_PER_S + nanoseconds, node, values)
 
 
-def parameter_changes(
-    changes: Sequence[ParameterChange], folder: Path, zero_ns: int
-) -> tuple[list[dict[str, Any]], list[tuple[float, dict[str, Any]]]]:
-    """Return what changed, in the order of time: as events, and as time [s] and values by their
-    names in a scenario.
+def parameter_changes(changes: Sequence[ParameterChange], folder: Path, zero_ns: int) -> Changes:
+    """Return what changed, in the order of time.
 
     Parameters
     ----------
@@ -112,7 +142,8 @@ def parameter_changes(
     """
     known: dict[tuple[str, str], Any] = {}
     found: list[dict[str, Any]] = []
-    settings: list[tuple[float, dict[str, Any]]] = []
+    settings: Settings = []
+    steps: list[int] = []
     count = 0
     for node in {change.node for change in changes}:
         known |= {(node, name): value for name, value in _at_start(folder, node)}
@@ -123,6 +154,9 @@ def parameter_changes(
         texts: list[str] = []
         set_to: dict[str, Any] = {}
         for name, value in change.values.items():
+            if name == CHANGED_AT_STEP:
+                steps.append(int(value))
+                continue
             before = known.get((node, name))
             known[node, name] = value
             if value != before and (before is not None or change.at_ns >= zero_ns):
@@ -136,7 +170,7 @@ def parameter_changes(
     if count > MOST_EVENTS:
         what = f"{count - MOST_EVENTS} more changes of parameters"
         found.append({"time_s": None, "who": "session", "kind": "parameter", "what": what})
-    return found, settings
+    return Changes(found, settings, steps)
 
 
 def _in_scenario(node: str, name: str, value: Any) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.recording.hand_targets import hand_targets
 from pmwvc_analysis.recording.losses import not_relayed, topic_counts
-from pmwvc_analysis.recording.parameter_events import parameter_changes
+from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime.messages.fields import PacketFate
 from pmwvc_core.scenario.scenario import Scenario
@@ -98,10 +98,10 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
         },
     )
     traces.counts = topic_counts(content.counter, traces.fates, traces.packets)
-    changed, settings = parameter_changes(content.parameters, folder, zero_ns)
-    traces.settings = settings
+    changed = parameter_changes(content.parameters, folder, zero_ns)
+    traces.settings = taken_over(changed, server, lateness)
     traces.targets = dict(hand_targets(content.hands, zero_ns))
-    traces.events = _events(folder, content, changed, zero_ns) + _start_losses(traces)
+    traces.events = _events(folder, content, changed.events, zero_ns) + _start_losses(traces)
     return traces
 
 

@@ -11,7 +11,7 @@ the default where the session had one (a simulated device); of a real device wit
 only the force is known. A remote hand is an operator whose targets are the recorded ones.
 
 **Parameters.** What changed in flight changes again at its time, but for what was set for the
-replay. When it was taken over is known to a step of the server or a frame.
+replay: at the server with the step that took it over, at a master within a frame.
 """
 
 from collections.abc import Callable

@@ -92,7 +92,7 @@ def _declarations() -> "dict[str, Callable[[Node], object]]":
 
     return {
         "master": lambda node: master_settings.declare_settings(node, _ignore, _ignore),
-        "server": lambda node: server_settings.declare_settings(node, *[_ignore] * 3),
+        "server": lambda node: server_settings.declare_settings(node, *[_ignore] * 4),
         "netem": lambda node: netem_settings.Settings(node, _ignore),
         "recorder": recorder,
         "view": view_node.declare_settings,

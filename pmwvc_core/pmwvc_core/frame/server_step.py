@@ -90,6 +90,8 @@ class ServerStep(Stateful):
         State of every user.
     other_controller
         Packets of another kind of controller, which are ignored.
+    changed
+        Steps that took changes over; another thread takes them out.
     """
 
     BLOCKS = "server target inboxes packers"
@@ -117,6 +119,7 @@ class ServerStep(Stateful):
         self._idle = idle_until_joined
         self._anew = [0 for _ in self.inboxes]  # FLAG_ANEW of each user's packets
         self._changes: deque[Callable[[], None]] = deque()
+        self.changed: deque[int] = deque(maxlen=1000)
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on. Users leave, and join anew afterwards: a device that moves on
@@ -155,6 +158,8 @@ class ServerStep(Stateful):
             Each user's answer (None for an absent one), and the server after the step (None while
             it waits for the first user, or is paused).
         """
+        if self._changes:
+            self.changed.append(self.steps + 1)
         while self._changes:
             self._changes.popleft()()
         if self.paused:

@@ -127,10 +127,18 @@ class ParameterBinding:
     only hands it over, the owner applies it at a frame boundary.
 
     Make one per node; ROS asks it about all sets of parameters of that node.
+
+    Parameters
+    ----------
+    node
+        The node.
+    settled
+        Called behind the listeners of a set of parameters: what they hand over belongs together.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, *, settled: Callable[[], None] = lambda: None) -> None:
         self._node = node
+        self._settled = settled
         self._specs: dict[str, Spec] = {}
         self._owner: dict[str, _Group] = {}
         node.add_pre_set_parameters_callback(self._convert)
@@ -202,6 +210,7 @@ class ParameterBinding:
     def _hand_over(self, parameters: list[Parameter]) -> None:
         for group, _, value in self._rebuilt(parameters):
             group.listener(value)
+        self._settled()
 
     def _rebuilt(self, parameters: list[Parameter]) -> Iterator[tuple[_Group, Any, Any]]:
         """Yield every group a change touches: as it is, and with the new values."""
