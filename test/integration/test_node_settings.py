@@ -34,7 +34,7 @@ SCENARIO = {
 
 def declare_server(node):
     """Declare a server's parameters; nothing follows their changes."""
-    return declare_settings(node, lambda _: None, lambda *_: None)
+    return declare_settings(node, *[lambda *_: None] * 4)
 
 
 @contextlib.contextmanager
