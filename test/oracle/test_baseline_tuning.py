@@ -122,7 +122,7 @@ def test_a_tenth_of_what_stops_the_device_in_a_tick_is_the_limit_of_the_damper()
 @pytest.mark.parametrize("name", ["carry_16ms", "carry_24ms"])
 def test_time_domain_passivity_oscillates_without_the_local_damping_of_its_rule(name):
     """3 N s/m are enough at 16 ms and too little at 24 ms; the rule asks for 4.7 and 8.9."""
-    words = ["controller=tdpa"]
+    words = ["controller=tdpa", "duration_s=12"]
     ours = tuning.tdpa(loop_in(load(name))).params.damping
     scenarios = [
         load(name, settings_texts=[*words, f"baseline.tdpa.damping={damping}"])
@@ -134,7 +134,8 @@ def test_time_domain_passivity_oscillates_without_the_local_damping_of_its_rule(
 
 def test_a_damper_within_its_rule_does_not_chatter_on_an_encoder():
     """The control is half of what stops the device: 10 um steps then drive it."""
-    words = ["controller=tdpa", "device.encoder_step_m=1e-5", "device.velocity=euler"]
+    words = ["controller=tdpa", "duration_s=8", "device.encoder_step_m=1e-5"]
+    words.append("device.velocity=euler")
     scenarios = [
         load("carry_16ms", settings_texts=[*words, f"baseline.tdpa.damping_max={most}"])
         for most in (25.0, 125.0)

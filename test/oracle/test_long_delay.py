@@ -60,7 +60,7 @@ def test_the_radius_is_that_of_the_matrix_with_all_packets(monkeypatch, case, li
 
 def test_random_loops_have_the_radius_of_the_matrix(monkeypatch):
     draw = np.random.default_rng(19)
-    for _ in range(25):
+    for _ in range(12):
         of = scenario(
             master__impedance=float(draw.uniform(10, 60)),
             server__impedance=float(draw.uniform(10, 60)),

@@ -9,7 +9,7 @@ hold may owe, what a hold alone gives out of the same loads.
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pmwvc_core.master import SafetyLimiter, WaveMaster
@@ -187,6 +187,7 @@ def test_limits_of_force_and_slew_leave_only_their_own_debt(kind, data, shape, s
 
 
 @pytest.mark.parametrize("kind", PAID)
+@settings(max_examples=50)
 @given(st.data(), shapes, seeds, st.floats(0.1, 30.0))
 def test_any_force_at_all_leaves_only_its_own_debt(kind, data, shape, seed, force):
     ends = Ends(data.draw(masters(kind)), shape, seed)

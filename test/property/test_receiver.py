@@ -41,7 +41,7 @@ def receiver(**settings):
 
 @given(
     spoilt=st.lists(
-        st.one_of(anything, st.dictionaries(st.sampled_from(FIELDS), anything)), max_size=30
+        st.one_of(anything, st.dictionaries(st.sampled_from(FIELDS), anything)), max_size=15
     )
 )
 def test_whatever_comes_in_the_answer_is_a_verdict_and_the_wave_is_finite(spoilt):

@@ -152,11 +152,11 @@ def test_a_batch_is_its_runs_side_by_side(rows, story, seed):
         with np.errstate(over="ignore"):
             f, xd = part.f * scale, np.asarray(part.xd) * scale
         silence_s = part.silence_s * (scale > 0.0) if part.silence_s < math.inf else scale * 0.0
+        together, alone = [], []
         for _ in range(part.ticks):
-            together = batch.step(
-                f, np.ones_like(f), xd, silence_s=silence_s, coupled=part.coupled
-            )
-            alone = [
+            stepped = batch.step(f, np.ones_like(f), xd, silence_s=silence_s, coupled=part.coupled)
+            together.append(np.broadcast_to(np.ravel(stepped), len(rows)))
+            alone += [
                 single.step(
                     float(f[run, 0]),
                     1.0,
@@ -166,7 +166,7 @@ def test_a_batch_is_its_runs_side_by_side(rows, story, seed):
                 )
                 for run, single in enumerate(singles)
             ]
-            np.testing.assert_allclose(np.ravel(together), alone, rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(np.ravel(together), alone, rtol=1e-12, atol=1e-15)
         states = np.broadcast_to(np.ravel(batch.state), len(rows))
         np.testing.assert_array_equal(states, [single.state for single in singles])
         events = np.broadcast_to(np.ravel(batch.events), len(rows))
