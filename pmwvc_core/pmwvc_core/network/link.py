@@ -85,17 +85,13 @@ class Link(InFlight):
         """Have the effects work by these settings from now on."""
         effects = {}
         for record in active(params):
-            if record.name not in self._made:
-                self._made[record.name] = self._make(record, params)
-                self._made[record.name].begin_ns = self._begin_ns or 0
-            effects[record.name] = self._made[record.name]
-        for name, effect in effects.items():
-            try:
-                effect.configure(params)
-            except PLUGIN_ERRORS as error:
-                if name in EFFECTS.library:
-                    raise
-                self.faults.note(name, error)
+            name, made = record.name, self._made.get(record.name)
+            if made is None:  # configured as it is made
+                made = self._made[name] = self._make(record, params)
+                made.begin_ns = self._begin_ns or 0
+            else:
+                self._configure(name, made, params)
+            effects[name] = made
         self.netem = self._netem if params.mode == "netem" else None
         self._netem.configure(params)
         self._gate = self._netem.gate
@@ -106,6 +102,14 @@ class Link(InFlight):
         self._departs = self._hooks(effects, "departs_ns")
         self._delays = self._hooks(effects, "delay_s")
         self._arrives = self._hooks(effects, "arrives_ns")
+
+    def _configure(self, name: str, effect: Effect, params: LinkParams) -> None:
+        try:
+            effect.configure(params)
+        except PLUGIN_ERRORS as error:
+            if name in EFFECTS.library:
+                raise
+            self.faults.note(name, error)
 
     def _make(self, record: LinkEffect, params: LinkParams) -> Effect:
         with refused(f"effects: {record.name}"):
