@@ -8,6 +8,8 @@ Each namespace is held by a process that ends with the test; nothing stays behin
 import os
 import shutil
 import subprocess
+import sys
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 
@@ -40,6 +42,18 @@ class Machine:
         if done.returncode:
             raise NotAllowed(f"{' '.join(words)}: {done.stderr.strip()}")
         return done.stdout
+
+    def set_clock_ahead(self, seconds: int) -> float:
+        """Let programs see a monotonic clock that is ahead, where the kernel can do that; return
+        how far ahead theirs is [s].
+        """
+        words = ["unshare", "--time", "--monotonic", str(seconds)]
+        probe = [*self.into, *words, sys.executable, "-c", "import time; print(time.monotonic())"]
+        done = subprocess.run(probe, capture_output=True, text=True, check=False)
+        if done.returncode or float(done.stdout) < time.monotonic() + seconds / 2:
+            return 0.0
+        self.into += words
+        return float(seconds)
 
     @property
     def pid(self) -> int:

@@ -80,6 +80,14 @@ def test_a_packet_lost_behind_the_link_is_no_exact_count():
     assert "the difference arose between the link and the receiver" in text
 
 
+def test_a_link_whose_record_is_not_whole_is_not_compared():
+    rows = [(seq, False) for seq in range(1, 50)]
+    fates = fates_of(rows)
+    fates.number = fates.number + 3  # the first three were not recorded
+    assert done_by(fates, received_of(rows)) is None
+    assert done_by(fates_of(rows[:40]), received_of(rows)) is None
+
+
 DISTURBED = (
     "link.loss=0.05",
     "link.duplicate=0.04",

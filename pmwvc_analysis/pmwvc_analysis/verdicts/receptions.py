@@ -59,15 +59,20 @@ def reception_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
 def done_by(fates: FateTraces | None, received: ReceptionTraces) -> dict[str, int] | None:
     """Return what a receiver must have counted of the packets that its link let out.
 
-    None without a record of the link, or where a node was started again: its receiver began anew.
+    None without a whole record of the link, or where a node was started again: its receiver began
+    anew.
     """
     if fates is None or received.receivers != 1 or received.counts["beginnings"] > 1:
         return None
+    if not len(fates.number) or int(fates.number.max()) != len(fates.number):
+        return None  # records of fates are missing
     rows = np.flatnonzero(came_out(fates))
     if len(np.unique(fates.epoch[rows])) != 1:
         return None
     rows = rows[np.argsort(fates.time_out_ns[rows], kind="stable")]
     taken = sum(received.counts[name] for name in OF_LINK if name != "lost")
+    if taken > len(rows):
+        return None
     rows = rows[:taken]  # the rest was still on its way when the receiver ended
     corrupted = fates.cause[rows] == Cause.CORRUPTION
     found = dict.fromkeys(OF_LINK, 0) | {"corrupted": int(corrupted.sum())}

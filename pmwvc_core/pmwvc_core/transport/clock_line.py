@@ -12,9 +12,11 @@ known; how it is divided is not: theta and an asymmetry of the path look the sam
 taken, half the width is the bound.
 
 Clocks drift. Over windows the least passages stay, theta = (out - in)/2 up to the asymmetry, which
-is constant while the least delays are. A window whose least round trip is longer than the shortest
-by 2 e has its middle off by e at most; the drift is every slope that fits all windows so, and the
-interval of these slopes is what is given. Where none fits, the least delays themselves changed.
+is constant while the least delays are. A window whose least round trip is longer than the
+shortest by 2 e has its middle off by e, and by what is usual for all windows, the best one
+included: the median of e, and twice the median scatter of the middles about a line. The drift is
+every slope that fits all windows so, within ``MOST_DRIFT``; that interval is given, all of it for
+a few windows. Where no slope fits, the least delays themselves changed.
 
 Equation: docs/theory.md 13.11.
 """
@@ -29,6 +31,7 @@ from pmwvc_core.numeric import Array
 
 ONE_CLOCK_NS = 1_000_000_000  # a larger sum of both delays does not decide whether it is one clock
 MOST_DRIFT = 500e-6  # of two computers' clocks
+FEWEST = 8  # windows that show a drift
 READING_NS = 1_000.0  # a clock is read to this
 WITHIN_NS = 500_000_000.0  # half a window
 
@@ -87,7 +90,9 @@ def clock_line(out: Sequence[Least], into: Sequence[Least]) -> ClockLine | None:
         up, down = rising - apart, falling - apart
         excess = (up + down) / 2.0
         excess -= excess.min()
-        slopes = _slopes(times, (up - down) / 2.0, excess + np.median(excess) + READING_NS)
+        middles = (up - down) / 2.0
+        usual = np.median(excess) + _scatter(times, middles) + READING_NS
+        slopes = _slopes(times, middles, excess + usual)
         if slopes is None:
             return None
         rate, rate_open = (slopes[1] + slopes[0]) / 2.0, (slopes[1] - slopes[0]) / 2.0
@@ -110,6 +115,15 @@ def _relative(least: Sequence[Least], begin_ns: int, reference: int) -> tuple[Ar
     times: Array = np.array([each.at_ns - begin_ns for each in least], dtype=float)
     passages: Array = np.array([each.passage_ns - reference for each in least], dtype=float)
     return times, passages
+
+
+def _scatter(times: Array, middles: Array) -> float:
+    """Return how far middles usually are from a straight line, twice; endless for few of them."""
+    if len(times) < FEWEST:
+        return np.inf
+    centred = times - times.mean()
+    rate = float(centred @ middles) / float(centred @ centred)
+    return 2.0 * float(np.median(np.abs(middles - middles.mean() - rate * centred)))
 
 
 def _slopes(times: Array, middles: Array, widths: Array) -> tuple[float, float] | None:
