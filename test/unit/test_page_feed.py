@@ -141,6 +141,18 @@ def test_page_shows_the_session_that_the_simulator_gives(carried):
         assert row[layout.slices["user1.f_applied"]] == user.f_applied[tick]
 
 
+def test_page_of_eight_users_on_three_axes_knows_all_of_them():
+    scenario = load("cube_3d", users=8, duration_s=2.0)
+    layout, feed, rows = run_live(scenario, 800)
+    row = rows[-1].row
+    for user in scenario.users:
+        assert row[layout.slices[f"{user.name}.x_m"]].shape == (3,)
+        assert feed.state(user.name)[0] == 1
+        assert np.isfinite(row[layout.slices[f"{user.name}.energy_up_in"]]).all()
+    links = np.concatenate([packets for _, packets in rows])[:, 0]
+    assert set(links.tolist()) == set(range(16))
+
+
 def test_recorded_rows_are_those_of_the_live_page(carried):
     scenario, traces, (layout, _, rows) = carried
     again = rows_of(traces, scenario, layout, period_s=PERIOD_S)

@@ -16,6 +16,7 @@ from pmwvc_bringup.session.surroundings import (
     node_environment,
     own_domain,
     own_environment,
+    running_domains,
 )
 from pmwvc_core.errors import PmwvcError
 
@@ -24,6 +25,12 @@ def test_two_sessions_get_two_domains():
     with own_domain({}) as one, own_domain({}) as other:
         assert one != other
         assert 1 <= one <= 101
+
+
+def test_running_sessions_of_this_machine_are_found_by_their_domains():
+    with own_domain({}) as one, own_domain({}) as other:
+        assert {one, other} <= set(running_domains())
+    assert not {one, other} <= set(running_domains())
 
 
 def test_a_domain_with_a_ros_program_in_it_is_left_alone():
