@@ -6,11 +6,12 @@ outages survived. The plain channel under the same conditions is the control.
 
 import numpy as np
 import pytest
-from support.simulated import simulated
+from support.simulated import judged, simulated
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.safety import SafetyState
 from pmwvc_core.simulation.session import SessionBatch
@@ -168,3 +169,21 @@ def test_presses_do_not_drain_the_loan():
     assert level["strict"][-1] >= 0.0045
     assert level["strict"][-1] >= level["strict"][1] - 1e-4
     assert level["plain"][-1] < level["plain"][1] - 5e-4  # the control
+
+
+def test_users_and_server_may_have_rates_of_their_own_on_several_axes():
+    rates = ("dof=3", "user2.master.rate_drop=3", "server.period_s=0.005", "link.loss=0.05")
+    _, traces, scenario = ran("strict", *rates, duration_s=6.0)
+    for user, energy in zip(traces.users, user_energies(traces, scenario), strict=True):
+        assert min(energy.up.minimum_j, energy.down.minimum_j, energy.joint.minimum_j) >= LEAST_J
+        assert np.abs(user.f_applied[-1, 0]) > 1.0
+    assert budget(traces, scenario).closes
+
+
+def test_an_offset_is_predicted_where_packets_come_evenly_and_left_open_elsewhere():
+    for settings, hit in (((), True), (DISTURBED["loss"], None)):
+        texts = ["channel=strict", *settings]
+        scenario = files.load("carry_16ms", settings_texts=texts, duration_s=6.0)
+        found = [each for each in outcomes(scenario, judged(scenario)) if each.what == "offset"]
+        assert [each.hit for each in found] == [hit, hit]
+        assert ("latest packet" in found[0].text) == (hit is None)

@@ -151,7 +151,7 @@ def channel(
 
 
 def strict(
-    sums: UserSums, known: User, at_server: list[Array]
+    sums: UserSums, known: User, at_server: list[Array], *, live: bool
 ) -> tuple[Account, dict[str, Array]]:
     """Return the account of a port on the strict channel, and of what lies behind it.
 
@@ -162,7 +162,7 @@ def strict(
     user, (u_s, v_s) = sums.user, at_server
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
     work = sums.of_ticks(np.sum(user.f_applied * moved, axis=-1))
-    sent = sums.of_blocks(user.energy["u_tx"], known.master.frame_s)
+    sent = paid(sums, known, live=live)
     found = {"link_up": Account(sent, u_s)}
     if alters_wave(known):
         found["node_and_link_down"] = Account(work + v_s, sent)
@@ -171,6 +171,15 @@ def strict(
         found |= {"node": Account(work + played, sent), "link_down": Account(v_s, played)}
     kept = {part: np.asarray(account.kept) for part, account in found.items()}
     return Account(work, work, dissipated=0.0 * work), kept
+
+
+def paid(sums: UserSums, known: User, *, live: bool) -> Array:
+    """Return the energy that the packets of the strict channel were paid with.
+
+    A live block's sum is taken behind the packet that follows the block.
+    """
+    frame_s = known.master.frame_s
+    return sums.of_blocks(sums.user.energy["u_tx"], frame_s, after_s=frame_s if live else 0.0)
 
 
 def alters_wave(known: User) -> bool:

@@ -67,7 +67,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         at_server = [blocks.energy_at(server, user.name, wave)[rows] for wave in ("u_s", "v_s")]
         port, beside = blocks.master(sums, own, waves=waves)
         if scenario.strict:
-            port, found = blocks.strict(sums, own, at_server)
+            port, found = blocks.strict(sums, own, at_server, live=live)
             beside = {}
         elif waves:
             found = blocks.channel(sums, own, at_server, live=live)

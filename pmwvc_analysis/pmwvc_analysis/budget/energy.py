@@ -37,7 +37,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pmwvc_analysis.budget.blocks import alters_wave
+from pmwvc_analysis.budget.blocks import alters_wave, paid
 from pmwvc_analysis.budget.criterion import tolerance
 from pmwvc_analysis.budget.hand_work import hand_work
 from pmwvc_analysis.traces.stretches import Stretches, stretches
@@ -171,8 +171,8 @@ def _of_user(
     joint = balance(at.sums, u_s - v_s)
     up = down = None
     if scenario is not None and scenario.strict and known is not None:
-        sent = UserSums(user, times).of_blocks(user.energy["u_tx"], known.master.frame_s)
-        up = balance(sent, u_s)
+        live = traces.source == "live"
+        up = balance(paid(UserSums(user, times), known, live=live), u_s)
         if not alters_wave(known):
             v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
             down = balance(v_s, _at(times, user, v_m))

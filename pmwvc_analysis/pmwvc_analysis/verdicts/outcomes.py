@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 from pmwvc_analysis.prediction.environment import late_steps_s
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_analysis.traces.stages import Stage, text_of
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.network.effects import is_random
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
 
 LEAST_FORCE_N = 0.2  # below that, an offset is not that of a grip
@@ -72,11 +73,28 @@ def outcomes(
         per_lag = force / (2.0 * first_axis(user.impedance))
         lag = lag_s(user, scenario, live=live)
         spread = late_steps_s(user, scenario)
-        if spread:
+        if scenario.strict and (live or _scatters(user)):
+            found.append(_offset_of_playouts(user.name, per_lag * lag, drift))
+        elif spread:
             found.append(_offset_between(user.name, per_lag * lag, per_lag * spread, drift))
         else:
             found.append(_offset(user.name, per_lag * lag, drift))
     return found
+
+
+def _scatters(user: User) -> bool:
+    """Tell whether packets of a user come unevenly."""
+    return is_random(user.link_up) or is_random(user.link_down)
+
+
+def _offset_of_playouts(name: str, even_m: float, drift_m: float) -> Outcome:
+    """Say what was measured where the playouts' lag is that of the latest packet they met."""
+    text = (
+        f"{name}: offset of the device from its avatar at the end: measured {drift_m * 1e3:+.2f} "
+        f"mm; {even_m * 1e3:+.2f} mm are expected of the link. A playout is as late as the latest "
+        "packet that it met, which is not known before."
+    )
+    return Outcome("offset", None, text, name)
 
 
 def _same_lag(steady: Sequence[Stage]) -> bool:
