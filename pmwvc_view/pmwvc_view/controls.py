@@ -17,9 +17,9 @@ Owner = TypeVar("Owner", Scenario, User)
 Setting = float | str | bool
 Settings = Mapping[str, Setting]
 PRESET = "link.preset"
-CONTROLLER = "controller"
+CONTROLLER, CHANNEL = "controller", "channel"
 IMPEDANCE = "master.impedance"
-AT_RESTART = (CONTROLLER,)  # changes with a new beginning only
+AT_RESTART = (CONTROLLER, CHANNEL)  # changes with a new beginning only
 JITTER, JITTER_S, DELAY_S = "link.jitter", "link.jitter_s", "link.delay_s"
 
 
@@ -58,6 +58,7 @@ CONTROLS = (
     Control("server.object_mass", "mass of the object", "server", (0.2, 5.0)),
     Control(IMPEDANCE, "wave impedance b", "master", (5.0, 100.0)),
     Control(CONTROLLER, "controller", "master"),
+    Control(CHANNEL, "channel of the waves", "master"),
 )
 _BY_PATH = {control.path: control for control in CONTROLS}
 
@@ -72,7 +73,7 @@ def control_of(path: str) -> Control:
     """
     number, rest = split_user(path)
     found = _BY_PATH.get(rest)
-    if found is None or (number and rest == CONTROLLER):
+    if found is None or (number and rest in AT_RESTART):
         raise ParameterError(f"{path}: cannot be changed here")
     return found
 
@@ -124,7 +125,8 @@ def values_of(scenario: Scenario, preset: str | None = None) -> dict[str, Any]:
     differ.
     """
     flat = scenario.flat()
-    found: dict[str, Any] = {PRESET: preset, CONTROLLER: scenario.controller}
+    found: dict[str, Any] = {PRESET: preset}
+    found |= {CONTROLLER: scenario.controller, CHANNEL: scenario.channel}
     for control in CONTROLS:
         if control.path not in found:
             leaf = resolved(control.path)[1][0]

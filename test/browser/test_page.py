@@ -33,6 +33,11 @@ def test_proposed_setting_is_predicted_then_applied(visit):
         page.locator("#setting-controller").select_option("direct")
         live.until(lambda: "The exact model: not stable" in answer.inner_text(), "a warning")
         expect(page.locator("#apply")).to_have_text("Apply and start again")
+        page.locator("#setting-channel").select_option("strict")
+        page.locator("#setting-controller").select_option("pmwvc")
+        live.until(lambda: "The exact model: stable" in answer.inner_text(), "what strict is")
+        page.locator("#setting-controller").select_option("direct")
+        page.locator("#setting-channel").select_option("plain")
         generation = live.session.generation
         page.locator("#apply").click()
         live.until(lambda: live.session.generation > generation, "a new beginning")

@@ -81,6 +81,7 @@ class Graph:
         found: dict[str, Any] = {
             **about,
             "controller": server["controller"],
+            "channel": server["channel"],
             "dof": server["dof"],
             "users": len(self.users),
             "seed": self.values.get(self.netem, {}).get("seed", 1),

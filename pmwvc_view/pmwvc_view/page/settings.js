@@ -6,7 +6,7 @@
 import { number, shown } from "./words.js";
 
 const ASK_MS = 120; // between two questions
-const FIRST = /preset$|delay_s$|jitter_s$|loss$|contact_stiffness$|impedance$|controller$/; // the others: on demand
+const FIRST = /preset$|delay_s$|jitter_s$|loss$|contact_stiffness$|impedance$|controller$|channel$/; // the others: on demand
 
 export class Settings {
   /** `tell` shows a sentence to the person. */

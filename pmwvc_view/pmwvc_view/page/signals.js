@@ -14,6 +14,8 @@ export function signalsOf(session) {
     return (at) => rows[at + from];
   };
   const waves = session.controllers.find(({ name }) => name === session.controller)?.waves ?? true;
+  const channel = session.controls.find(({ path }) => path === "channel")?.value;
+  const ways = waves && channel !== "strict"; // the strict channel keeps one account, of both ways
   const perUser = (make) => session.users.flatMap(({ name }, i) => make(name, `u${i}`, String(i + 1)));
   const balance = (name, way) => {
     const into = scalar(`${name}.energy_${way}_in`), out = scalar(`${name}.energy_${way}_out`);
@@ -39,9 +41,9 @@ export function signalsOf(session) {
       ],
     },
     {
-      title: "Energy account", unit: waves ? "mJ, dotted: down" : "mJ, hand to object",
+      title: "Energy account", unit: ways ? "mJ, dotted: down" : "mJ, hand to object",
       factor: 1e3, decimals: 1, least: 2e-3, floor: 0, alarm: 1e-5,
-      lines: perUser((name, colour, text) => (waves ? [
+      lines: perUser((name, colour, text) => (ways ? [
         { name: text, colour, value: balance(name, "up") },
         { colour, dash: true, hidden: true, value: balance(name, "down") },
       ] : [{ name: text, colour, value: balance(name, "hand") }])),
