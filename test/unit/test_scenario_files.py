@@ -58,7 +58,8 @@ def test_a_scenario_has_the_name_of_its_file_and_states_what_happens(name):
     scenario = scenarios.load(name)
     assert scenario.name == name
     assert scenario.description.endswith(".")
-    assert 2.0 <= scenario.duration_s <= 20.0
+    longest_s = 600.0 if name == "live" else 20.0  # one to take part in
+    assert 2.0 <= scenario.duration_s <= longest_s
 
 
 @pytest.mark.parametrize("name", NAMES)
