@@ -34,6 +34,9 @@ bench: setup  ## timing of the loop and of the core, with numbers
 figures: setup  ## the dissertation's figures and numbers, computed again (minutes)
 	@PYTHONPATH=tools $(PY) -m reproduction
 
+faults: setup  ## every fault tried, and docs/faults.md written (minutes)
+	@PYTHONPATH=tools $(PY) -m faults
+
 film: setup  ## the animated picture of the README, from a live session
 	@$(PY) tools/film.py
 
@@ -50,4 +53,4 @@ lock: setup  ## new lock file after editing tools/requirements.in
 clean:  ## remove environment, build and caches (sessions stay)
 	rm -rf .venv .ros .hypothesis .pytest_cache .ruff_cache .mypy_cache
 
-.PHONY: help setup run live test lint bench figures film course docs lock clean
+.PHONY: help setup run live test lint bench figures faults film course docs lock clean

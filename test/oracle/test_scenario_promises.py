@@ -201,3 +201,17 @@ def test_the_complementary_bank_of_the_local_model_is_passive():
     )
     assert ran("wall_local_model", *settings)[1]["users"][0]["passive"]
     assert not ran("wall_local_model")[1]["users"][0]["passive"]
+
+
+@pytest.mark.parametrize("name", ["internet", "reorder_storm", "blackout_2s"])
+def test_a_bad_network_makes_no_energy_on_the_strict_channel(name):
+    traces, result = ran(name)
+    assert result["stable"]
+    assert all(user["passive"] for user in result["users"])
+    told = {link["name"]: link for link in result["links"]}
+    assert (
+        sum(link["lost"] + link["reordered"] + link["duplicated"] for link in told.values()) > 50
+    )
+    for user in traces.users:
+        limit = 2000.0 * user.tick_s  # safety.max_slew
+        assert np.abs(np.diff(user.f_applied[:, 0])).max() <= limit + 1e-9

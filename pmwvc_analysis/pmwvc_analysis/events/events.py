@@ -16,6 +16,7 @@ kinds:
 ``stall``        a loop did not run, though nothing is missing in the recording
 ``recording``    messages are missing; nothing is judged there
 ``link``         a link delivered nothing for a while, or an effect of it failed
+``disturbance``  what the scenario asked to be done to a node
 ``stranger``     a publisher that is not of this session
 ``parameter``    a parameter changed in flight
 ``environment``  environment or coupling failed, or the environment was limited

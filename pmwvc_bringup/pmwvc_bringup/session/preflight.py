@@ -12,6 +12,7 @@ from pmwvc_core.controllers import has_waves, make_master
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network import effects
 from pmwvc_core.plant.operators import make_operator
+from pmwvc_core.scenario.disturbances import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server import environments
 
@@ -63,7 +64,8 @@ def require_ros() -> None:
 
 def notes(scenario: Scenario) -> list[str]:
     """Return what a simulation leaves out of the scenario, in sentences."""
-    return [
+    disturbed = [f"Not simulated: {one}." for one in disturbances_of(scenario.disturbances)]
+    return disturbed + [
         f"{user.name}: a simulated device replaces device.plugin = {user.device.plugin!r}."
         for user in scenario.users
         if user.device.plugin != SIMULATED

@@ -21,6 +21,7 @@ from rich.live import Live
 
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.session import plan
+from pmwvc_bringup.session.disturber import Disturber
 from pmwvc_bringup.session.interrupts import Interrupts
 from pmwvc_bringup.session.page import show
 from pmwvc_bringup.session.processes import Children, Ending
@@ -28,6 +29,7 @@ from pmwvc_bringup.session.status import Status
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.token_files import write_session
+from pmwvc_core.scenario.disturbances import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -134,7 +136,7 @@ class LiveSession:
                 with watching(users) as monitor:
                     begun = self._begin(monitor)
                     if begun:
-                        self._watch(monitor)
+                        self._watch(monitor, self._disturber(logs, environment))
             finally:
                 try:
                     self._stop_nodes()
@@ -190,7 +192,17 @@ class LiveSession:
             f"\n  ({child.log})"
         )
 
-    def _watch(self, monitor: "Monitor") -> None:
+    def _disturber(self, logs: Path, environment: dict[str, str]) -> Disturber:
+        return Disturber(
+            disturbances_of(self.scenario.disturbances),
+            nodes=self.nodes,
+            children=self.children,
+            environment=environment,
+            logs=logs,
+            note=self.events.append,
+        )
+
+    def _watch(self, monitor: "Monitor", disturber: Disturber) -> None:
         """Watch the running session until its time is over or it is interrupted."""
         begin = time.monotonic()
         length = self.scenario.duration_s
@@ -198,6 +210,7 @@ class LiveSession:
         status_at, line_at, publishers_at = begin, begin + LINE_PERIOD_S / 2, begin
         with Live(console=self.console, auto_refresh=False, transient=True) as live:
             while (now := time.monotonic()) < begin + length and not self.interrupts.count:
+                disturber.act(now - begin)
                 for ending in self.children.endings():
                     self._note(ending)
                     ended.append(str(ending))

@@ -9,6 +9,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.network import effects
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.params.matrix import matrix_conflicts
+from pmwvc_core.scenario.disturbances import SHARED, disturbances_of
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS
 
@@ -28,6 +29,7 @@ def conflicts(scenario: "Scenario") -> list[str]:
             find(name)
         except ParameterError as error:
             found.append(str(error))
+    found += _disturbed(scenario)
     ticks = {user.master.tick_s for user in scenario.users}
     if len(ticks) > 1:
         found.append(f"master.tick_s: {sorted(ticks)}: all users share one tick")
@@ -58,3 +60,14 @@ def conflicts(scenario: "Scenario") -> list[str]:
         for way, link in (("up", user.link_up), ("down", user.link_down)):
             found += [f"{user.name}.link.{way}.{text}" for text in effects.conflicts(link)]
     return found
+
+
+def _disturbed(scenario: "Scenario") -> list[str]:
+    try:
+        wanted = disturbances_of(scenario.disturbances)
+    except ParameterError as error:
+        return [str(error)]
+    known = (*SHARED, *(user.name for user in scenario.users))
+    return [
+        f"disturbances: {one}: there is no {one.node}" for one in wanted if one.node not in known
+    ]

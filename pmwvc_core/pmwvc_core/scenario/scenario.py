@@ -50,6 +50,11 @@ TOP: Mapping[str, Spec] = {
         "packet, never more energy out than in; plain: samples of the wave, as in the "
         "dissertation",
     ),
+    "disturbances": Spec(
+        str,
+        description="live: nodes killed, started, stopped and continued, TIME ACTION NODE; ...: "
+        "6 kill server; 7 start server (also netem, recorder, user1)",
+    ),
     "dof": Spec(int, "-", low=1, high=6, description="axes of motion"),
     "users": Spec(int, "-", low=1, high=8, description="number of users"),
     "changes": Spec(
@@ -63,6 +68,7 @@ DEFAULTS: Mapping[str, Any] = {
     "description": "",
     "seed": 1,
     "channel": PLAIN,
+    "disturbances": "",
     "dof": 1,
     "changes": "",
 }
@@ -134,6 +140,7 @@ class Scenario:
     task: TaskParams
     channel: str = PLAIN
     changes: str = ""
+    disturbances: str = ""
 
     def __post_init__(self) -> None:
         """Check what holds between groups."""
@@ -179,6 +186,7 @@ class Scenario:
             "seed": self.seed,
             "controller": self.controller,
             "channel": self.channel,
+            "disturbances": self.disturbances,
             "dof": self.dof,
             "users": len(self.users),
             "changes": self.changes,

@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The disturbances of a live session at work: what its scenario asks to be done to its nodes."""
+
+import signal
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from pmwvc_bringup.session.plan import NodePlan
+from pmwvc_bringup.session.processes import Children
+from pmwvc_core.scenario.disturbances import Disturbance
+
+SIGNALS = {"stop": signal.SIGSTOP, "continue": signal.SIGCONT}
+
+
+class Disturber:
+    """Kills, starts, stops and continues nodes of a session when it is time.
+
+    Parameters
+    ----------
+    wanted
+        What to do, in the order of time.
+    nodes
+        The nodes of the session.
+    children
+        Their processes.
+    environment, logs
+        Of a node that is started again.
+    note
+        Takes each disturbance as an event.
+    """
+
+    def __init__(
+        self,
+        wanted: Sequence[Disturbance],
+        *,
+        nodes: Sequence[NodePlan],
+        children: Children,
+        environment: Mapping[str, str],
+        logs: Path,
+        note: Callable[[dict[str, object]], None],
+    ) -> None:
+        self._left = list(wanted)
+        self._nodes = {node.namespace or node.kind: node for node in nodes}
+        self._children = children
+        self._environment = environment
+        self._logs = logs
+        self._note = note
+        self._started = 0
+
+    def act(self, elapsed_s: float) -> None:
+        """Do what is due."""
+        while self._left and self._left[0].time_s <= elapsed_s:
+            self._do(self._left.pop(0))
+
+    def _do(self, wanted: Disturbance) -> None:
+        node = self._nodes.get(wanted.node)
+        if node is None:
+            return
+        child = self._children.children[node.name]
+        if wanted.action == "start":
+            if not child.running:
+                self._start(node)
+        elif child.running:
+            child.reported = wanted.action == "kill"
+            child.process.send_signal(SIGNALS.get(wanted.action, signal.SIGKILL))
+            if child.reported:
+                child.process.wait()
+        what = f"as the scenario asks: {wanted.action}"
+        self._note(
+            {"time_ns": time.time_ns(), "who": node.name, "kind": "disturbance", "what": what}
+        )
+
+    def _start(self, node: NodePlan) -> None:
+        """Start a node again, at once and not paused."""
+        self._started += 1
+        again = replace(node, parameters={**node.parameters, "start.paused": False})
+        name = f"{node.file_name}_again{self._started}"
+        file = self._logs / f"{name}.yaml"
+        file.write_text(again.parameter_file(), "utf-8")
+        command = again.command(file)
+        log = self._logs / f"{name}.log"
+        self._children.start(node.name, command, env=self._environment, log=log)

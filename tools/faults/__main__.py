@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Try all faults and write ``docs/faults.md``: ``python -m faults [NUMBER...]``."""
+
+import argparse
+import platform
+import sys
+from pathlib import Path
+
+from faults.fault import Fault, Outcome
+from faults.groups import GROUPS
+from faults.processes import PROCESSES
+from faults.sessions import SESSIONS
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
+HEAD = """# Faults
+
+What was done, what had to hold and what was seen; `make faults` tries all of it again and writes
+this page (about ten minutes); `PYTHONPATH=tools .venv/bin/python -m faults F05c F22a` tries some
+and prints them. In virtual time two hands carry a cube on the strict channel, 16 ms each way, for
+16 s; *live* means real processes on one machine ({machine}), whose numbers differ from run to run.
+"Passive" is judged as in every report; a device may be F (T1 + T2)/(2b) + 1 mm from its avatar,
+with the frames in T. A fault that was not tried says why.
+
+| fault | done | had to hold | seen | verdict |
+|---|---|---|---|---|
+"""
+
+
+def main() -> int:
+    """Try, print, write; return 1 where anything did not hold."""
+    parser = argparse.ArgumentParser(prog="make faults")
+    parser.add_argument("numbers", nargs="*", metavar="NUMBER", help="faults, such as F05c; all")
+    options = parser.parse_args()
+    faults = sorted((*SESSIONS, *GROUPS, *PROCESSES), key=lambda fault: fault.number)
+    chosen = [f for f in faults if not options.numbers or f.number in options.numbers]
+    tried = []
+    for fault in chosen:
+        try:
+            outcome = fault.attempt()
+        except Exception as error:  # the next fault is tried all the same
+            outcome = Outcome(False, f"the attempt itself failed: {type(error).__name__}: {error}")
+        tried.append((fault, outcome))
+        print(f"{fault.number:5} {outcome.word:12} {fault.done}: {outcome.seen}", flush=True)
+    if not options.numbers:
+        PAGE.write_text(page(tried), "utf-8")
+    return int(any(outcome.held is False for _, outcome in tried))
+
+
+def page(tried: list[tuple[Fault, Outcome]]) -> str:
+    """Return the text of the page."""
+    machine = f"{platform.system()}, Python {platform.python_version()}"
+    rows = [
+        f"| {fault.number} | {'live: ' if fault.live else ''}{fault.done} | {fault.wanted} | "
+        f"{outcome.seen} | {outcome.word} |"
+        for fault, outcome in tried
+    ]
+    return HEAD.format(machine=machine) + "\n".join(" ".join(row.split()) for row in rows) + "\n"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

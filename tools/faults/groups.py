@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Faults that the tests of the project try: each a group of them, run here."""
+
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from faults.fault import Fault, Outcome, untried
+
+ROOT = Path(__file__).resolve().parents[2]
+LIMIT_S = 550
+
+
+def tests(*words: str) -> Callable[[], Outcome]:
+    """Return the attempt that runs tests, by the words of pytest."""
+
+    def attempt() -> Outcome:
+        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *words]
+        result = subprocess.run(
+            command, cwd=ROOT, capture_output=True, text=True, timeout=LIMIT_S, check=False
+        )
+        found = dict(
+            (word, int(count))
+            for count, word in re.findall(r"(\d+) (passed|failed|skipped|error)", result.stdout)
+        )
+        files = ", ".join(sorted({Path(w.split("::")[0]).name for w in words if ".py" in w}))
+        counts = ", ".join(f"{count} {word}" for word, count in found.items())
+        return Outcome(result.returncode == 0, f"tests of {files}: {counts or 'none ran'}")
+
+    return attempt
+
+
+U, P, LIVE = "test/unit/", "test/property/", "test/integration/"
+GROUPS = (
+    Fault(
+        "F07",
+        "NaN, infinities and numbers beyond all limits in every field of a packet",
+        "refused and counted, the output unchanged",
+        tests(f"{U}test_receiver.py", f"{P}test_receiver.py"),
+    ),
+    Fault(
+        "F08c",
+        "stale packets, packets of an old session, replays, floods",
+        "refused and counted",
+        tests(f"{U}test_admission.py"),
+    ),
+    Fault(
+        "F09b",
+        "any bit of a packet is flipped; a packet is cut",
+        "every one is found",
+        tests(f"{U}test_admission.py", f"{U}test_wire.py", "-k", "bit or cut or bytes"),
+    ),
+    Fault(
+        "F10",
+        "the wall clock jumps",
+        "no effect on control",
+        untried("needs to set the clock of the machine; loops and links read the monotonic one"),
+    ),
+    Fault(
+        "F11",
+        "the sender's time goes backwards or repeats",
+        "refused, no stall beyond 8 packets",
+        tests(f"{U}test_receiver.py", "-k", "earlier or poisoned or late_packets or repeated"),
+    ),
+    Fault(
+        "F12",
+        "loops stall for 25 ms and longer",
+        "no grip lost at 25 ms; beyond, the force comes back without a step",
+        tests(f"{U}test_stalls.py"),
+    ),
+    Fault(
+        "F13",
+        "the disk is full, at the start and while recording",
+        "refused in one line, or reported at once; the recorder stays",
+        tests(f"{LIVE}test_recorder.py", "-k", "disk"),
+    ),
+    Fault(
+        "F14",
+        "recordings end anywhere, bytes are damaged",
+        "what is whole is read, damage is found where it is",
+        tests(f"{U}test_mcap_check.py", f"{U}test_writer.py"),
+    ),
+    Fault("F15", "a slow subscriber", "publishers unaffected", untried("no test measures it")),
+    Fault(
+        "F16",
+        "parameters of wrong type, range or combination, while running too",
+        "refused at once with the reason; nothing changes",
+        tests(f"{U}test_runtime_changes.py", f"{U}test_safety_changes.py"),
+    ),
+    Fault(
+        "F17",
+        "any bytes, messages of other lengths and of other programs",
+        "nothing raises; counted and left out",
+        tests(f"{U}test_wire.py", f"{P}test_strangers.py"),
+    ),
+    Fault(
+        "F18",
+        "packets without the token, of another session, with a new checksum",
+        "refused as what they are",
+        tests(f"{U}test_admission.py", "-k", "forged or session or token"),
+    ),
+    Fault(
+        "F19",
+        "10 000 joins and leaves",
+        "no leak",
+        untried("sessions have at most 8 users; nobody has joined 10 000 times"),
+    ),
+    Fault(
+        "F20",
+        "environments of others raise, answer nonsense, generate energy",
+        "contained, named; energy limited",
+        tests(f"{U}test_containment.py", f"{P}test_black_box_passivity.py"),
+    ),
+    Fault(
+        "F21",
+        "velocities beyond the limit, values that are no numbers",
+        "fault state, damping",
+        tests(f"{U}test_safety.py"),
+    ),
+    Fault(
+        "F24",
+        "the server runs at 1 Hz for 5 s",
+        "no energy out of nothing",
+        untried("the server's period does not change in a session"),
+    ),
+    Fault(
+        "F25",
+        "a sender claims more energy than a legal device can have",
+        "refused",
+        untried("the wave of a packet is bounded (F07), its running sum of energy is not"),
+    ),
+    Fault(
+        "F26",
+        "the recorder is killed",
+        "what it flushed can be read; the others go on",
+        tests(f"{LIVE}test_recorder.py", "-k", "killed"),
+        live=True,
+    ),
+)

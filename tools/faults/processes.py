@@ -1,0 +1,207 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Faults of real processes: live sessions whose nodes are killed, started and stopped."""
+
+import json
+import os
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from faults.fault import Fault, Outcome, joined
+from pmwvc_analysis.recording.reader import read_session
+from pmwvc_bringup import scenarios
+from pmwvc_core.numeric import Array
+from pmwvc_core.traces import SessionTraces, UserTraces
+
+ROOT = Path(__file__).resolve().parents[2]
+LIMIT_S = 180
+PAUSE_S = 0.15  # of a loop: it stood still or was not there
+
+
+class Live:
+    """A live session of a scenario, ended and read."""
+
+    def __init__(self, name: str, *settings: str) -> None:
+        words = [word for text in settings for word in ("--set", text)]
+        with tempfile.TemporaryDirectory() as place:
+            folder = Path(place) / "session"
+            command = [str(ROOT / "pmwvc"), "run", name, *words, "--out", str(folder), "--json"]
+            ran = subprocess.run(
+                command, capture_output=True, text=True, timeout=LIMIT_S, check=False
+            )
+            if not ran.stdout.strip():
+                raise RuntimeError(ran.stderr[-800:])
+            self.summary = json.loads(ran.stdout)
+            self.traces: SessionTraces = read_session(folder)
+        self.scenario = scenarios.load(name, settings_texts=list(settings))
+
+    def steps(self) -> tuple[bool, str]:
+        """Tell whether no force changed faster than the limit from one tick to the next."""
+        limit = self.scenario.users[0].safety
+        most = 0.0
+        for user in self.traces.users:
+            whole = np.diff(user.time_s) < 1.5 * user.tick_s
+            steps = np.abs(np.diff(user.f_applied[:, 0]))[whole]
+            most = max(most, float(steps.max(initial=0.0)))
+        allowed = limit.max_slew * self.traces.users[0].tick_s
+        return most <= allowed + 1e-9, f"largest step of force {most:.2f} N (allowed {allowed:g})"
+
+    def damped(self, name: str, after_s: float, within_s: float = 0.2) -> tuple[bool, str]:
+        """Tell whether a user has only damping soon after a time."""
+        late_s = _first(self._user(name), after_s, 2) - after_s
+        return late_s <= within_s, f"{name} has only damping {1e3 * late_s:.0f} ms after it"
+
+    def coupled(self, name: str, after_s: float, within_s: float) -> tuple[bool, str]:
+        """Tell whether a user is coupled soon after a node that went on or started did so."""
+        user, server = self._user(name), self.traces.server
+        assert server is not None
+        begins = [*_behind_gaps(user.block_time_s), *_behind_gaps(server.time_s)]
+        runs = min((t for t in begins if t >= after_s), default=np.inf)
+        begin_s = runs if np.isfinite(runs) else after_s
+        late_s = _first(user, begin_s, 1) - begin_s
+        text = f"{name} is coupled again {late_s:.2f} s after its first tick"
+        return late_s <= within_s, f"{text} ({begin_s - after_s:.2f} s after the call)"
+
+    def stays(self, name: str, after_s: float) -> tuple[bool, str]:
+        """Tell whether a user stays below the largest force after a time."""
+        user = self._user(name)
+        force = np.abs(user.f_applied[user.time_s > after_s]).max(initial=0.0)
+        limit = float(self.scenario.users[0].safety.max_force)
+        return force <= limit + 1e-9, f"{name} feels {force:.2f} N at most after it"
+
+    def passive(self) -> tuple[bool, str]:
+        """Tell whether every port that was judged is passive."""
+        found = {user["name"]: user["passive"] for user in self.summary["users"]}
+        bad = [name for name, value in found.items() if value is False]
+        unknown = [name for name, value in found.items() if value is None]
+        text = "passive" if not bad else f"not passive: {', '.join(bad)}"
+        if unknown:
+            text += f" (not judged: {', '.join(unknown)})"
+        return not bad, text
+
+    def _user(self, name: str) -> UserTraces:
+        return next(user for user in self.traces.users if user.name == name)
+
+
+def _behind_gaps(time_s: Array) -> list[float]:
+    """Return the first time behind every pause of a loop [s]."""
+    return time_s[1:][np.diff(time_s) > PAUSE_S].tolist()  # type: ignore[no-any-return]
+
+
+def _first(user: UserTraces, after_s: float, state: int) -> float:
+    rows = (user.block_time_s >= after_s) & (np.ravel(user.state) == state)
+    times = user.block_time_s[rows]
+    return float(times[0]) if len(times) else float("inf")
+
+
+def killed_user() -> Outcome:
+    """F01: a user is killed while both hold the cube."""
+    live = Live("user_rejoin", "disturbances=6 kill user2", "duration_s=12")
+    return joined(live.steps(), live.stays("user1", 6.0), live.passive())
+
+
+def rejoin() -> Outcome:
+    """F02: the user comes back after 2 s."""
+    live = Live("user_rejoin")
+    return joined(
+        live.steps(),
+        live.coupled("user2", 10.0, 1.0),
+        live.stays("user1", 8.0),
+        live.passive(),
+    )
+
+
+def server() -> Outcome:
+    """F03: the server is killed and started again."""
+    live = Live("server_restart")
+    return joined(
+        live.steps(),
+        *(live.damped(name, 8.0) for name in ("user1", "user2")),
+        *(live.coupled(name, 9.0, 1.0) for name in ("user1", "user2")),
+        live.passive(),
+    )
+
+
+def stopped(node: str, length_s: float) -> Outcome:
+    """F04, F06: a node stands still for a while."""
+    live = Live(
+        "server_restart",
+        f"disturbances=6 stop {node}; {6.0 + length_s} continue {node}",
+        "duration_s=14",
+    )
+    parts = [live.steps(), live.passive()]
+    other = "user2" if node == "user1" else "user1"
+    if node != "recorder" and length_s > 0.2:
+        parts.append(live.damped(other, 6.0, within_s=0.3) if node != "user1" else (True, ""))
+        parts.append(live.coupled("user1", 6.0 + length_s, 1.5))
+    return joined(*(part for part in parts if part[1]))
+
+
+def surroundings() -> Outcome:
+    """F27: another language, time zone and year: the same bits."""
+    found = {}
+    for name, own in {
+        "UTC": {"TZ": "UTC", "LC_ALL": "C"},
+        "Turkish, Kiritimati": {"TZ": "Pacific/Kiritimati", "LC_ALL": "tr_TR.UTF-8"},
+        "German, New York": {"TZ": "America/New_York", "LC_ALL": "de_DE.UTF-8"},
+    }.items():
+        with tempfile.TemporaryDirectory() as place:
+            words = ["simulate", "carry_16ms", "--duration", "2", "--out", f"{place}/s", "--json"]
+            ran = subprocess.run(
+                [str(ROOT / "pmwvc"), *words],
+                capture_output=True,
+                text=True,
+                env=os.environ | own,
+                check=True,
+            )
+            document = json.loads(ran.stdout)
+            found[name] = json.dumps([document["users"], document["links"]], sort_keys=True)
+    same = len(set(found.values())) == 1
+    return joined((same, f"{len(found)} surroundings, {len(set(found.values()))} result"))
+
+
+WANTED = "no step of force beyond the limit, passive, the others go on"
+PROCESSES = (
+    Fault("F01", "a user is killed while both hold the cube", WANTED, killed_user, live=True),
+    Fault(
+        "F02",
+        "a user is killed and comes back after 2 s (scenario `user_rejoin`)",
+        f"{WANTED}; coupled within 1 s of its first tick",
+        rejoin,
+        live=True,
+    ),
+    Fault(
+        "F03",
+        "the server is killed and started after 1 s (scenario `server_restart`)",
+        "damping within 0.2 s, coupled within 1 s of its first step; no step of force",
+        server,
+        live=True,
+    ),
+    *(
+        Fault(
+            f"F04{letter}",
+            f"{node} is stopped for {length:g} s (SIGSTOP)",
+            "no step of force, no burst after it, coupled within 1.5 s",
+            lambda node=node, length=length: stopped(node, length),
+            live=True,
+        )
+        for letter, node, length in (
+            ("a", "user1", 0.3),
+            ("b", "server", 1.0),
+            ("c", "recorder", 1.0),
+        )
+    ),
+    Fault(
+        "F06",
+        "the emulator is stopped for 0.5 s (SIGSTOP)",
+        "as F04",
+        lambda: stopped("netem", 0.5),
+        live=True,
+    ),
+    Fault(
+        "F27", "other languages and time zones", "the same numbers to the last bit", surroundings
+    ),
+)

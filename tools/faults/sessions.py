@@ -1,0 +1,249 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Faults of the network in virtual time: a cube is carried meanwhile, on the strict channel."""
+
+import functools
+from collections.abc import Callable
+
+import numpy as np
+
+from faults.fault import Fault, Outcome, joined
+from pmwvc_analysis.verdicts.verdicts import summary
+from pmwvc_bringup import scenarios
+from pmwvc_core.network.effects import mean_s
+from pmwvc_core.simulation.session import SessionBatch
+from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.wave.impedance import first_axis
+
+DURATION_S = 16.0
+CALM = ("link.delay_s=0.016",)
+PEAK = 1.5  # of the undisturbed session
+SPARE_M = 1e-3
+
+
+class Carried:
+    """One simulated session of two hands that carry a cube, and its summary."""
+
+    def __init__(self, settings: tuple[str, ...], channel: str = "strict") -> None:
+        words = [f"channel={channel}", f"duration_s={DURATION_S:g}", *settings]
+        self.scenario = scenarios.load("carry_16ms", settings_texts=words)
+        self.batch = SessionBatch([self.scenario])
+        self.batch.run(lambda ratio: None)
+        self.traces = self.batch.traces(0)
+        self.summary = summary(self.traces, self.scenario)
+
+    @property
+    def passive(self) -> bool:
+        """Tell whether every user's port is passive."""
+        return all(user["passive"] for user in self.summary["users"])
+
+    @property
+    def peak_n(self) -> float:
+        """Return the largest force on a hand after the grip has settled [N]."""
+        late = [np.abs(u.f_applied[u.time_s > 2.0]).max() for u in self.traces.users]
+        return float(max(late))
+
+    def offset_m(self, since_s: float, until_s: float = DURATION_S) -> float:
+        """Return the largest distance of a device from its avatar in a time [m]."""
+        server, found = self.traces.server, []
+        assert server is not None
+        rows = (server.time_s >= since_s) & (server.time_s < until_s)
+        for user, x_s in zip(self.traces.users, server.x_s, strict=True):
+            x_m = np.interp(server.time_s[rows], user.time_s, user.x_m[:, 0])
+            found.append(np.abs(x_m - x_s[rows, 0]).max())
+        return float(max(found))
+
+    def bound_m(self, delay_s: float = 0.0) -> float:
+        """Return F (T1 + T2)/(2b) of the frames and the mean delays, or of a longer one, and 1 mm
+        [m].
+        """
+        user = self.scenario.users[0]
+        force = max(abs(each["force_final_n"]) for each in self.summary["users"])
+        delays_s = (max(mean_s(link), delay_s) for link in (user.link_up, user.link_down))
+        round_trip_s = sum(delays_s) + 2.0 * user.master.frame_s
+        return force * round_trip_s / (2.0 * first_axis(user.impedance)) + SPARE_M
+
+    def damped_s(self, after_s: float) -> float:
+        """Return how long after a time every force loop, or every avatar, has only damping [s]."""
+        server, avatars = self.traces.server, []
+        assert server is not None
+        for state in server.state:
+            rows = (server.time_s >= after_s) & (np.ravel(state) == 3)
+            times = server.time_s[rows]
+            avatars.append(float(times[0]) - after_s if len(times) else np.inf)
+        found = []
+        for user in self.traces.users:
+            state = np.ravel(user.state)
+            times = user.block_time_s[(user.block_time_s >= after_s) & (state == 2)]
+            found.append(float(times[0]) - after_s if len(times) else np.inf)
+        return min(max(found), max(avatars))
+
+
+@functools.cache
+def carried(*settings: str, channel: str = "strict") -> Carried:
+    """Return a session, simulated once."""
+    return Carried(settings, channel)
+
+
+def _balance(session: Carried) -> tuple[bool, str]:
+    return session.passive, "passive" if session.passive else "not passive"
+
+
+def _plainly(*settings: str) -> str:
+    plain = carried(*settings, channel="plain")
+    word = "passive" if plain.passive else "not passive"
+    offset = 1e3 * plain.offset_m(DURATION_S - 1.0)
+    return f"the plain channel: {word}, {offset:.1f} mm at the end"
+
+
+def carries(*settings: str, delay_s: float = 0.0) -> Outcome:
+    """Return what a lasting disturbance does: energy, distance at the end, peak force.
+
+    ``delay_s`` is the longest delay of a timeline.
+    """
+    session, calm = carried(*settings), carried(*CALM)
+    offset_m, bound_m = session.offset_m(DURATION_S - 1.0), session.bound_m(delay_s)
+    ratio = session.peak_n / calm.peak_n
+    return joined(
+        _balance(session),
+        (
+            offset_m <= bound_m,
+            f"device {1e3 * offset_m:.1f} mm from its avatar in the last second (allowed "
+            f"{1e3 * bound_m:.1f})",
+        ),
+        (ratio <= PEAK, f"peak force {ratio:.2f} of the undisturbed session's"),
+        (True, _plainly(*settings)),
+    )
+
+
+def outage(begin_s: float, end_s: float, *where: str) -> Outcome:
+    """Return what an outage does: damping, the way back, and no drift after it."""
+    settings = tuple(f"{link}.schedule={begin_s} outage; {end_s} base" for link in where)
+    settings = (*CALM, *settings)
+    session, calm = carried(*settings), carried(*CALM)
+    damped_s = session.damped_s(begin_s)
+    back_m, allowed_m = session.offset_m(end_s + 1.0, end_s + 2.0), session.bound_m()
+    last_m = session.offset_m(DURATION_S - 1.0)
+    calm_m = calm.offset_m(DURATION_S - 1.0)
+    holding = min(abs(user["force_final_n"]) for user in session.summary["users"])
+    return joined(
+        _balance(session),
+        (damped_s <= 0.1, f"only damping {1e3 * damped_s:.0f} ms after its begin"),
+        (
+            back_m <= allowed_m,
+            f"device {1e3 * back_m:.1f} mm from its avatar 1 to 2 s after its end (allowed "
+            f"{1e3 * allowed_m:.1f})",
+        ),
+        (
+            last_m <= calm_m + SPARE_M,
+            f"{1e3 * last_m:.1f} mm in the last second ({1e3 * calm_m:.1f} undisturbed)",
+        ),
+        (
+            session.peak_n <= PEAK * calm.peak_n,
+            f"peak force {session.peak_n / calm.peak_n:.2f} of the undisturbed session's",
+        ),
+        (True, f"force at the end {holding:.2f} N"),
+        (True, _plainly(*settings)),
+    )
+
+
+def counted(link: str, verdict: Verdict, *settings: str) -> Outcome:
+    """Return whether the receivers count what the links did, and the session holds."""
+    session = carried(*CALM, "link.keep_order=false", *settings)
+    seen, done = 0, 0
+    for user in session.batch.users:
+        for way in (user.up, user.down):
+            seen += way.receiver.counts[verdict]
+            done += getattr(way.link.counters, link)
+    under_way = sum(
+        way.link.counters.queued for user in session.batch.users for way in (user.up, user.down)
+    )
+    before = carries(*CALM, "link.keep_order=false", *settings)
+    same = 0 <= done - seen <= under_way
+    text = f"{done} {link} by the links, {seen} counted at the receivers as {verdict.value}"
+    if under_way:
+        text += f" ({under_way} packets still under way)"
+    return joined((same, text), (bool(before.held), before.seen))
+
+
+def _outage(*links: str, length_s: float) -> Callable[[], Outcome]:
+    return lambda: outage(6.0, 6.0 + length_s, *links)
+
+
+ALL = ("link",)
+SESSIONS = (
+    Fault(
+        "F05a",
+        "nothing passes from the users to the server for 0.5 s",
+        "damping within 0.1 s, then coherent within 1 s, no drift",
+        _outage("link.up", length_s=0.5),
+    ),
+    Fault("F05b", "nothing passes either way for 0.05 s", "as F05a", _outage(*ALL, length_s=0.05)),
+    Fault("F05c", "nothing passes either way for 2 s", "as F05a", _outage(*ALL, length_s=2.0)),
+    Fault(
+        "F05d",
+        "nothing passes for 0.3 s of every second",
+        "no energy out of nothing, no drift, peak force at most 1.5 times",
+        lambda: carries(*CALM, "link.schedule=0.7 outage; 1 repeat"),
+    ),
+    Fault(
+        "F08a",
+        "three of ten packets overtake others",
+        "counted as injected; passive, no drift, peak force at most 1.5 times",
+        lambda: counted("reordered", Verdict.REORDERED, "link.reorder=0.3"),
+    ),
+    Fault(
+        "F08b",
+        "every packet comes twice",
+        "as F08a",
+        lambda: counted("duplicated", Verdict.DUPLICATE, "link.duplicate=1"),
+    ),
+    Fault(
+        "F09a",
+        "one bit of every twentieth packet is flipped",
+        "as F08a",
+        lambda: counted("corrupted", Verdict.CORRUPTED, "link.corrupt=0.05"),
+    ),
+    Fault(
+        "F22a",
+        "the delay steps from 10 to 200 ms and back, every 2 s",
+        "no energy out of nothing, no drift, peak force at most 1.5 times",
+        lambda: carries(
+            *("link.delay_s=0.01", "link.schedule=2 delay_s=0.2; 4 repeat"),
+            "link.keep_order=false",
+            delay_s=0.2,
+        ),
+    ),
+    Fault(
+        "F22b",
+        "the delay grows and shrinks by 0.9 s a second, 20 to 200 ms",
+        "as F22a",
+        lambda: carries(
+            "link.delay_s=0.02",
+            "link.keep_order=false",
+            "link.schedule=0 delay_s=0.02..0.2; 0.2 delay_s=0.2..0.02; 0.4 repeat",
+            delay_s=0.2,
+        ),
+    ),
+    Fault(
+        "F22c",
+        "jitter of 12 ms about 16 ms, Pareto distributed",
+        "as F22a",
+        lambda: carries(
+            *CALM, "link.jitter=pareto", "link.jitter_s=0.012", "link.keep_order=false"
+        ),
+    ),
+    Fault(
+        "F22d",
+        "losses of 20 % in bursts of 3, one of ten packets twice",
+        "as F22a",
+        lambda: carries(*CALM, "link.ge_p=0.0833", "link.ge_r=0.333", "link.duplicate=0.1"),
+    ),
+    Fault(
+        "F23",
+        "nine of ten packets are lost for 3 s: 125 packets a second become 12 and 125 again "
+        "(the rate itself does not change)",
+        "as F22a",
+        lambda: carries(*CALM, "link.schedule=5 loss=0.9; 8 base"),
+    ),
+)
