@@ -3,6 +3,7 @@
 """Try all faults and write ``docs/faults.md``: ``python -m faults [NUMBER...]``."""
 
 import argparse
+import os
 import platform
 import sys
 from pathlib import Path
@@ -17,8 +18,9 @@ HEAD = """# Faults
 
 What was done, what had to hold and what was seen; `make faults` tries all of it again and writes
 this page (about ten minutes); `PYTHONPATH=tools .venv/bin/python -m faults F05c F22a` tries some
-and prints them. In virtual time two hands carry a cube on the strict channel, 16 ms each way, for
-16 s; *live* means real processes on one machine ({machine}), whose numbers differ from run to run.
+and writes their rows. In virtual time two hands carry a cube on the strict channel, 16 ms each way,
+for 16 s; *live* means real processes on one machine, whose numbers differ from run to run (here:
+{machine}; starting a process takes seconds there).
 "Passive" is judged as in every report; a device may be F (T1 + T2)/(2b) + 1 mm from its avatar,
 with the frames in T. A fault that was not tried says why.
 
@@ -42,20 +44,25 @@ def main() -> int:
             outcome = Outcome(False, f"the attempt itself failed: {type(error).__name__}: {error}")
         tried.append((fault, outcome))
         print(f"{fault.number:5} {outcome.word:12} {fault.done}: {outcome.seen}", flush=True)
-    if not options.numbers:
-        PAGE.write_text(page(tried), "utf-8")
+    PAGE.write_text(page({fault.number: row(fault, outcome) for fault, outcome in tried}), "utf-8")
     return int(any(outcome.held is False for _, outcome in tried))
 
 
-def page(tried: list[tuple[Fault, Outcome]]) -> str:
-    """Return the text of the page."""
-    machine = f"{platform.system()}, Python {platform.python_version()}"
-    rows = [
-        f"| {fault.number} | {'live: ' if fault.live else ''}{fault.done} | {fault.wanted} | "
-        f"{outcome.seen} | {outcome.word} |"
-        for fault, outcome in tried
-    ]
-    return HEAD.format(machine=machine) + "\n".join(" ".join(row.split()) for row in rows) + "\n"
+def row(fault: Fault, outcome: Outcome) -> str:
+    """Return a fault's row of the table."""
+    done = f"live: {fault.done}" if fault.live else fault.done
+    text = f"| {fault.number} | {done} | {fault.wanted} | {outcome.seen} | {outcome.word} |"
+    return " ".join(text.split())
+
+
+def page(rows: dict[str, str]) -> str:
+    """Return the text of the page; faults that were not tried now keep their rows."""
+    before = PAGE.read_text("utf-8").splitlines() if PAGE.exists() else []
+    kept = {line.split("|")[1].strip(): line for line in before if line.startswith("| F")}
+    machine = f"{os.cpu_count()} cores, Python {platform.python_version()}, "
+    machine += f"load {os.getloadavg()[0]:.0f}"
+    table = [text for _, text in sorted((kept | rows).items())]
+    return HEAD.format(machine=machine) + "\n".join(table) + "\n"
 
 
 if __name__ == "__main__":
