@@ -18,9 +18,9 @@ HEAD = """# Faults
 
 What was done, what had to hold and what was seen; `make faults` tries all of it again and writes
 this page (about ten minutes); `PYTHONPATH=tools .venv/bin/python -m faults F05c F22a` tries some
-and writes their rows. In virtual time two hands carry a cube on the strict channel, 16 ms each way,
-for 16 s; *live* means real processes on one machine, whose numbers differ from run to run (here:
-{machine}; starting a process takes seconds there).
+and writes their rows. In virtual time two hands carry a cube on the strict channel, 16 ms each
+way, for 16 s; *live* means real processes on one machine, whose numbers differ from run to run
+(here: {machine}; starting a process takes seconds there).
 "Passive" is judged as in every report; a device may be F (T1 + T2)/(2b) + 1 mm from its avatar,
 with the frames in T. A fault that was not tried says why.
 
