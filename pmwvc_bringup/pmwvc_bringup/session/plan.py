@@ -209,7 +209,6 @@ def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[
     recorders = 1 if recorded else 0
     names = ["/server/trace", "/netem/links", "/netem/fates"]
     names += [f"/{user.name}/trace" for user in scenario.users]
-    names += ["/server/reception", *(f"/{user.name}/reception" for user in scenario.users)]
     ends = dict.fromkeys(names, (1, recorders))
     for user in scenario.users:
         for direction in ("up", "down"):  # netem or the far end, and the recorder

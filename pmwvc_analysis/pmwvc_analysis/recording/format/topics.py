@@ -46,7 +46,7 @@ def trace(name: str, type_name: str) -> Topic:
 
 def reception(node: str) -> Topic:
     """Return the topic on which a user's master, or the server, reports what it has received."""
-    return Topic(f"/{node}/reception", schemas.RECEPTION, True, 256)
+    return Topic(f"/{node}/reception", schemas.RECEPTION, True, 256, essential=False)
 
 
 def session_topics(
