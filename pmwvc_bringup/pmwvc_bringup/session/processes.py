@@ -16,8 +16,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-# Signal and time to end after it [s]: a recorder finishes its file on SIGINT.
-STOP_SIGNALS = ((signal.SIGINT, 10.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0))
+# Signal and time to end after it [s]: a recorder finishes its file on SIGINT. A node gives its
+# services and ROS 5 s each before it ends by itself: not to be killed just then.
+STOP_SIGNALS = ((signal.SIGINT, 15.0), (signal.SIGTERM, 2.0), (signal.SIGKILL, 5.0))
 _PR_SET_PDEATHSIG = 1
 _libc = ctypes.CDLL(None, use_errno=True)
 
