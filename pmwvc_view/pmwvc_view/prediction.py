@@ -33,16 +33,23 @@ class Predictor:
         self._busy = asyncio.Lock()
         self._newest = 0
 
+    def begin(self) -> None:
+        """Start the process, so that the first question need not wait for it."""
+        if self._pool is None:
+            # Not forked: the caller may have threads.
+            context = multiprocessing.get_context("spawn")
+            self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_stand_back)
+            self._pool.submit(_load)
+            for process in self._pool._processes or ():
+                _give_way(process)
+
     async def ask(self, scenario: Scenario) -> dict[str, Any] | None:
         """Return the prediction for a scenario, or None where a newer question came."""
         self._newest = number = self._newest + 1
         async with self._busy:
             if number != self._newest:
                 return None
-            if self._pool is None:
-                # Not forked: the caller may have threads.
-                context = multiprocessing.get_context("spawn")
-                self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_stand_back)
+            self.begin()
             loop = asyncio.get_running_loop()
             try:
                 return await loop.run_in_executor(self._pool, predicted, scenario, self._live)
@@ -63,7 +70,17 @@ def _stand_back() -> None:
     """Give way to loops and pages, whatever priority the parent has."""
     with contextlib.suppress(OSError, AttributeError):  # not on every system
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-    os.nice(NICE)
+    _give_way(0)
+
+
+def _give_way(process: int) -> None:
+    with contextlib.suppress(OSError, AttributeError):  # not on every system
+        os.setpriority(os.PRIO_PROCESS, process, NICE)
+
+
+def _load() -> None:
+    """Load the model."""
+    from pmwvc_analysis.prediction import prediction, text  # noqa: F401
 
 
 def predicted(scenario: Scenario, live: bool) -> dict[str, Any]:

@@ -124,7 +124,7 @@ class RecordedSession(Session):
             "verdict": f"The whole session: {sentence}",
             "level": level,
             "users": {user: self._state(user) for user in self._names},
-            "notices": [line["text"] for line in lines],
+            "notices": [line["text"] for line in lines if line["text"] != sentence],
         }
 
     def _state(self, user: str) -> dict[str, str]:

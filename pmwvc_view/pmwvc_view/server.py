@@ -33,6 +33,7 @@ class Stop(Protocol):
 
 
 CLOSE_S = 1.0  # for a page to answer that its socket is closed
+SETTLED = 128  # snapshots that pages have seen: what can wait begins, the page is there
 STARTED_LATE_S = 0.25  # a poll later than this does not catch up
 
 
@@ -68,6 +69,7 @@ class PageServer:
         self._generation = session.generation
         self._news: dict[str, Mapping[str, Any]] = {}
         self._newest: Snapshot | None = None
+        self._shown = 0
         self._tasks: set[asyncio.Task[None]] = set()
 
     @property
@@ -233,6 +235,9 @@ class PageServer:
         session = self._session
         if isinstance(request, requests.Seen):
             client.seen(request.seq)
+            self._shown += 1
+            if self._shown == SETTLED:
+                session.expect_questions()
         elif isinstance(request, requests.Target):
             self._target(client, request)
         elif request.kind not in session.can:

@@ -81,6 +81,10 @@ class Session:
         """Change a parameter."""
         return REFUSED
 
+    def expect_questions(self) -> None:
+        """Make ready for questions, which come once a page has been shown for a while."""
+        self._predictor.begin()
+
     async def ask(self, values: Settings) -> dict[str, Any] | None:
         """Return the exact model's prediction with these settings, as its message; None where a
         newer question came.

@@ -32,6 +32,7 @@ def test_proposed_setting_is_predicted_then_applied(visit):
 
         page.locator("#setting-controller").select_option("direct")
         live.until(lambda: "The exact model: not stable" in answer.inner_text(), "a warning")
+        assert answer.inner_text().lower().count("not stable") == 1
         expect(page.locator("#apply")).to_have_text("Apply and start again")
         page.locator("#setting-channel").select_option("strict")
         page.locator("#setting-controller").select_option("pmwvc")

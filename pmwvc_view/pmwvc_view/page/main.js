@@ -25,7 +25,7 @@ class Page {
   constructor(declared) {
     const session = (this.session = new Session(declared));
     this.hand = new Hand(socket, session, notice);
-    this.flow = new PacketFlow();
+    this.flow = new PacketFlow(session.mode === "live");
     this.scene = new Scene(at("scene"), session);
     this.strips = new Strips(at("strips"), session, signalsOf(session));
     this.accounts = new Accounts(at("accounts"), session);
@@ -94,7 +94,7 @@ const socket = new Socket({
   },
   snapshot: (numbers) => {
     const { seq, packets } = page.session.take(numbers);
-    page.flow.take(packets, performance.now() / 1e3);
+    page.flow.take(packets, performance.now() / 1e3, page.session.time_s);
     return seq;
   },
   users: ({ users }) => {

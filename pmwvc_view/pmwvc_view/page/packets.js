@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Packets on their way between hand and server, drawn slower than they are: one of many, so that
 // as much of each link is seen as of the others. A packet that is lost ends half-way as a cross.
+// What became of a packet is known later than the packet was sent in a live session: there all are
+// drawn late by the same time, so they set out as evenly as they were sent.
 
 import { disc, line } from "./shapes.js";
 import { theme } from "./theme.js";
@@ -10,19 +12,32 @@ export const SLOWER = 25;
 const SPACING_S = 0.22; // on the screen
 const LEAST_S = 0.15; // of a journey on the screen
 const FADE_S = 0.6; // of a lost one
+const LATE_S = 0.15; // drawn after they were sent, in a live session; longer where it takes longer
+const REPORT_S = 0.1; // between two reports of what became of packets
 
 export class PacketFlow {
-  constructor() { this.shown = []; this.last = new Map(); this.delay_s = new Map(); }
+  constructor(live) {
+    Object.assign(this, { live, shown: [], last: new Map(), delay_s: new Map() });
+  }
 
-  take(packets, now_s) {
+  /** How late packets are drawn [s]. */
+  get late_s() {
+    if (!this.live) return 0;
+    return Math.max(LATE_S, REPORT_S + Math.max(0, ...this.delay_s.values()));
+  }
+
+  /** Take packets in that came with a row of the session's time `time_s`. */
+  take(packets, now_s, time_s) {
+    const late_s = this.late_s;
     for (const { link, sent, arrived } of packets) {
       const arrives = Number.isFinite(arrived);
       if (arrives) this.delay_s.set(link, arrived - sent);
-      const since = now_s - (this.last.get(link) ?? -Infinity);
+      const from_s = this.live ? Math.max(now_s, now_s + sent - time_s + late_s) : now_s;
+      const since = from_s - (this.last.get(link) ?? -Infinity);
       if (since < SPACING_S && (arrives || since < SPACING_S / 2)) continue;
       const travel_s = Math.max(LEAST_S, SLOWER * (this.delay_s.get(link) ?? 0));
-      this.last.set(link, now_s);
-      this.shown.push({ link, from_s: now_s, travel_s, arrives });
+      this.last.set(link, from_s);
+      this.shown.push({ link, from_s, travel_s, arrives });
     }
     this.shown = this.shown.filter((each) => now_s - each.from_s < each.travel_s + FADE_S);
   }

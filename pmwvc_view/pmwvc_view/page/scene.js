@@ -46,7 +46,7 @@ export class Scene {
     where.forEach((place, i) => this.handle(session.users[i], i, place, hand));
     this.handles = this.canvas.handles = where.map(({ handle }, user) => ({ user, ...handle }));
     this.canvas.dataset.users = session.users.length;
-    this.captions(width, height);
+    this.captions(width, height, flow);
   }
 
   /** How far from the middle anything stands [m]. */
@@ -184,7 +184,7 @@ export class Scene {
     label(context, `${size.toFixed(1)} N`, ...at, { colour: theme.ink, align, weight: 600 });
   }
 
-  captions(width, height) {
+  captions(width, height, flow) {
     const { context, session } = this;
     const middle = 0.47 * height;
     label(context, "HANDS", 14, 18, { size: 11, weight: 600 });
@@ -193,6 +193,7 @@ export class Scene {
     const same = new Set(delays).size === 1;
     const text = `delay ${same ? delays[0] : delays.join(", ")} ms`;
     label(context, width > 560 ? text : delays[0] + " ms", 14, middle, { size: 12 });
-    if (width > 560) label(context, theme.still ? "packets on their way" : `packets ${SLOWER} times slower`, width - 14, middle, { align: "right", size: 12 });
+    const late = flow.late_s ? `, ${flow.late_s.toFixed(2)} s late` : "";
+    if (width > 560) label(context, theme.still ? "packets on their way" : `packets ${SLOWER} times slower${late}`, width - 14, middle, { align: "right", size: 12 });
   }
 }

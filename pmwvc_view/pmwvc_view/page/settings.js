@@ -157,5 +157,7 @@ function predicted({ stable, rendered_stiffness, mass, lines }) {
   const verdict = stable === null ? "Not known whether stable" : stable ? "Stable" : "Not stable";
   const felt = Number.isFinite(rendered_stiffness) && rendered_stiffness !== null ? `, the cube feels like ${number(rendered_stiffness, 0)} N/m` : "";
   const weight = Number.isFinite(mass) && mass !== null ? `, the free handle like ${number(mass, 2)} kg` : "";
-  return `The exact model: ${verdict.toLowerCase()}${stable === false ? "" : felt + weight}. ${(lines ?? []).join(" ")}`;
+  const [first = "", ...others] = lines ?? []; // it begins with the same verdict
+  const more = [first.replace(/^(not )?stable: s/i, "S"), ...others].join(" ");
+  return `The exact model: ${verdict.toLowerCase()}${stable === false ? "" : felt + weight}. ${more}`;
 }
