@@ -82,7 +82,9 @@ def test_verdict_is_that_of_the_report():
         summary["verdict"][2] |= {"ok": ok, "text": "user2: something"}
         text = Player(summary=summary).session.news()["text"]
         assert text["level"] == level and text["verdict"].endswith("user2: something")
-        others = [line["text"] for line in summary["verdict"] if line["text"] != "user2: something"]
+        others = [
+            line["text"] for line in summary["verdict"] if line["text"] != "user2: something"
+        ]
         assert text["notices"] == others  # the verdict stands above them already
 
 
