@@ -15,15 +15,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pmwvc_core.master.safety_states import SafetyState
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.accounts import Account, Accounts, MasterSums, ServerSums
 from pmwvc_view.protocol.snapshot import PACKET, Layout
+from pmwvc_view.shaking import Shaking
 from pmwvc_view.snapshots import Snapshot
 
 NS = 1_000_000_000
 PATIENCE_NS = 60_000_000
 LONGEST_GAP_NS = NS  # where no trace came for longer, the grid begins anew
 DELAYS = 64  # newest packets of a link of which the delay is the mean
+LOADED_N = 0.1  # force from which a device counts as loaded
 
 
 class Block(NamedTuple):
@@ -69,8 +73,12 @@ class Step(NamedTuple):
 class _User:
     """What is known of one user at the newest row."""
 
-    def __init__(self) -> None:
+    def __init__(self, shaking: Shaking) -> None:
         self.blocks: deque[Block] = deque()
+        self.shaking = shaking
+        self.in_contact = False
+        self.lag_s = math.nan  # by the model
+        self.loaded_change = False  # of the lag, since it was coupled
         self.accounts = Accounts()
         self.end_ns = -1  # of the newest block
         self.values: dict[str, Any] = {}  # of the newest tick
@@ -100,6 +108,15 @@ class _User:
         extremes = {"f_min": every.min(axis=0), "f_max": every.max(axis=0), "lateness": late}
         return {**self.values, **extremes}
 
+    def follow_lag(self, lag_s: float) -> None:
+        """Note the lag of a row [s], and whether it changed under load."""
+        loaded = np.linalg.norm(self.values.get("f_applied", 0.0)) > LOADED_N
+        if self.values.get("state") != SafetyState.COUPLED:
+            self.loaded_change = False
+        elif loaded and abs(lag_s - self.lag_s) > 1e-9:
+            self.loaded_change = True
+        self.lag_s = lag_s
+
 
 class Feed:
     """Rows of a session from its traces.
@@ -112,6 +129,8 @@ class Feed:
         Names of the users, in order.
     period_ns
         Between two rows.
+    scenario
+        Tells what motion is on purpose; None: not known.
 
     Attributes
     ----------
@@ -119,9 +138,16 @@ class Feed:
         Time of the first trace; the rows' time counts from there. None before.
     """
 
-    def __init__(self, layout: Layout, users: Sequence[str], *, period_ns: int) -> None:
+    def __init__(
+        self,
+        layout: Layout,
+        users: Sequence[str],
+        *,
+        period_ns: int,
+        scenario: Scenario | None = None,
+    ) -> None:
         self._layout = layout
-        self._users = {name: _User() for name in users}
+        self._users = {name: _User(Shaking(scenario, name)) for name in users}
         self._period_ns = period_ns
         self._steps: deque[Step] = deque()
         self._step: Step | None = None
@@ -143,6 +169,7 @@ class Feed:
         self._begin(block.start_ns)
         one.end_ns = block.end_ns
         one.blocks.append(block)
+        one.shaking.block(block.start_ns, block.period_ns, block.xd, block.f_applied)
         if block.sums is not None:
             one.accounts.block(block.sums)
 
@@ -156,6 +183,10 @@ class Feed:
         for name, sums in step.sums.items():
             if name in self._users:
                 self._users[name].accounts.step(sums)
+        for one, contact in zip(self._users.values(), step.contact, strict=False):
+            if contact != one.in_contact:
+                one.in_contact = contact
+                one.shaking.contact(step.start_ns)
 
     def on_packets(self, link: int, columns: Array) -> None:
         """Take in packets of a link, ``(n, 4)``: number, time in and out [ns] (0: never), fate."""
@@ -174,6 +205,14 @@ class Feed:
     def accounts(self, user: str) -> Accounts:
         """Return the energy accounts of a user."""
         return self._users[user].accounts
+
+    def shaking(self, user: str) -> Shaking:
+        """Return whether a user's device shakes."""
+        return self._users[user].shaking
+
+    def loaded_change(self, user: str) -> bool:
+        """Tell whether a user's delay changed while its device was coupled and loaded."""
+        return self._users[user].loaded_change
 
     def waves(self, user: str) -> bool:
         """Tell whether the directions of a user's channel can be told apart."""
@@ -224,6 +263,8 @@ class Feed:
             for way, link in (("delay_up", 2 * index), ("delay_down", 2 * index + 1)):
                 if delays := self._delays[link]:
                     found[way] = sum(delays) / len(delays)
+            lag_s = self.others.get(f"{name}.lag")
+            one.follow_lag(math.nan if lag_s is None else lag_s)
             values |= {f"{name}.{column}": value for column, value in found.items()}
         self._layout.set(row, values | self.others)
         packets, self._packets = self._packets, []

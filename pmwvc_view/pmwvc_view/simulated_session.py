@@ -60,7 +60,8 @@ class SimulatedSession(Session):
         self._names = [user.name for user in scenario.users]
         self.generation += 1
         self.layout = Layout(self._names, scenario.dof)
-        self._feed = Feed(self.layout, self._names, period_ns=round(self._snapshot_s * 1e9))
+        period_ns = round(self._snapshot_s * 1e9)
+        self._feed = Feed(self.layout, self._names, period_ns=period_ns, scenario=scenario)
         self._simulation = Simulation(scenario, self._feed, epoch=self.generation)
         self._at_s = self._clock()
         self._left_s = 0.0  # of real time, not simulated yet
@@ -71,7 +72,7 @@ class SimulatedSession(Session):
         self._storage_j = {
             user.name: declared_storage_j(scenario.controller, user) for user in scenario.users
         }
-        self._exact = [user.name for user in scenario.users if user.device.encoder_step_m == 0.0]
+        self._exact = self._names  # a simulated device counts its true motion
         self._lags = description.lags(scenario, live=False)
 
     def description(self) -> dict[str, Any]:

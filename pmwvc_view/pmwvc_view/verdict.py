@@ -3,7 +3,8 @@
 """The verdict on a session while it runs: one sentence, and a state in words per user.
 
 It is as of now: what was recorded is judged by the report. Conditions stand in the sentence: since
-when, which accounts, what was not judged.
+when, which accounts, what was not judged. "Good" says that all are coupled, that every account was
+judged and passive, and that no device shakes as far as :mod:`pmwvc_view.shaking` can tell.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,7 +37,8 @@ def verdict(
     storage_j
         Energy that a user's controller was declared to hold at the start [J].
     exact_hands
-        Users whose device knows its motion exactly: their account from hand to object is judged.
+        Users whose device counts its true motion, as a simulated one does whatever its encoder
+        shows: their account from hand to object is judged.
     notices
         What people should know beside the verdict.
     """
@@ -46,7 +48,8 @@ def verdict(
         state, reason = feed.state(user)
         word = "no data" if state is None else WORDS[state]
         states[user] = {"state": word, "reason": reason, "note": _note(feed, user)}
-    return {"verdict": sentence, "level": level, "users": states, "notices": list(notices)}
+    earlier = _shook(feed, users)
+    return {"verdict": sentence, "level": level, "users": states, "notices": [*notices, *earlier]}
 
 
 def _judged(
@@ -57,8 +60,15 @@ def _judged(
     if faults:
         return BAD, f"Force switched off: {'; '.join(faults)}."
     active = _active(feed, users, storage_j, exact)
+    shaking = [
+        f"{user} shakes: {shake}"
+        for user in users
+        if (shake := feed.shaking(user).shake) is not None
+    ]
     if active:
-        return BAD, f"Not passive: {'; '.join(active)}."
+        return BAD, f"Not passive: {'; '.join(active + shaking)}."
+    if shaking:
+        return BAD, f"Not stable: {'; '.join(shaking)}."
     waiting = [
         f"{user} {'has sent nothing yet' if state is None else _state(state, why)}"
         for user, (state, why) in states.items()
@@ -66,11 +76,34 @@ def _judged(
     ]
     if waiting:
         return CAUTION, f"Not all users are coupled: {'; '.join(waiting)}."
+    limits = [(user, feed.shaking(user).limit_n) for user in users]
+    limited = [f"{user} ({limit:.3g} N)" for user, limit in limits if limit is not None]
+    if limited:
+        return CAUTION, f"All users are coupled; force at its limit: {', '.join(limited)}."
     unjudged = [user for user in users if not _is_judged(feed, user, exact)]
     if unjudged:
         return UNKNOWN, f"All users are coupled; energy is not judged for {', '.join(unjudged)}."
     parts = "no channel" if all(feed.waves(user) for user in users) else "no user's link"
-    return GOOD, f"All users are coupled; {parts} has given out more energy than it received."
+    sentence = f"All users are coupled; {parts} has given out more energy than it received"
+    inexact = [user for user in users if user not in exact]
+    if inexact:
+        return UNKNOWN, (
+            f"{sentence}. Energy at the hand is not judged here for {', '.join(inexact)}; the "
+            "report judges it as far as the encoder allows."
+        )
+    return GOOD, f"{sentence}."
+
+
+def _shook(feed: Feed, users: Sequence[str]) -> list[str]:
+    """Return who shook before and no longer does, in words."""
+    found = []
+    for user in users:
+        shook = feed.shaking(user).shook
+        if shook is not None:
+            shake, until_ns = shook
+            until_s = (until_ns - (feed.zero_ns or 0)) / NS
+            found.append(f"{user} shook until {until_s:.0f} s: up to {shake}.")
+    return found
 
 
 def _state(state: int, why: str) -> str:
@@ -111,4 +144,9 @@ def _note(feed: Feed, user: str) -> str:
         return "no energy account yet"
     if not accounts.judged:
         return "a node was started again: its energy is counted and no longer judged"
+    if feed.loaded_change(user):
+        return (
+            "the delay changed under load: until it is coupled anew, the distance to the avatar "
+            "need not be F tau/2b"
+        )
     return ""

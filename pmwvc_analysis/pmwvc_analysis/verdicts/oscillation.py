@@ -35,6 +35,7 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.environments import environment_of
 from pmwvc_core.traces import SessionTraces
 
+OSCILLATION_M_S = 1e-3
 WINDOW_S = 0.25
 PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
 SETTLE_S = 1.0  # time for transients of contact to decay
@@ -77,6 +78,15 @@ class Strength:
     known: bool = True
     settled: bool = True
     purposeful_m_s: float = 0.0
+
+
+def lasts(found: Strength, motion: Motion) -> bool:
+    """Tell whether a motion beyond the band is an oscillation that does not die out: beyond 1
+    mm/s, noise and sampling images, and not halved from the first third to the last.
+    """
+    images_m_s = motion.images * found.purposeful_m_s
+    beyond_all = found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s, images_m_s)
+    return beyond_all and found.growth > 0.5
 
 
 def strength(motion: Motion, duration_s: float) -> Strength:
@@ -178,17 +188,17 @@ def environment_band_hz(server: ServerParams) -> float:
     return HARMONICS * environment_of(server.environment).drive_hz(server)
 
 
-def _bands(traces: SessionTraces, scenario: Scenario | None) -> tuple[float, float]:
-    """Return the band of the session [Hz], that of the fastest hand and of the environment, and
-    the largest ratio of sampling images to purposeful motion.
+def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
+    """Return the band of a session [Hz], that of the fastest hand and of the environment, and the
+    largest ratio of sampling images to purposeful motion.
+
+    ``closing``: hands close in what is judged.
     """
-    if scenario is None:
-        return DEFAULT_BAND_HZ, 0.0
     moves = scenario.task.kind == "carry"
     rise = scenario.task.move_rise_s
     band = max(operator_band_hz(user.operator, rise, moves=moves) for user in scenario.users)
     band = max(band, environment_band_hz(scenario.server))
-    if _closing_ends_s(traces, scenario) > 0.5 * traces.duration_s:
+    if closing:
         band = max(band, MINIMUM_JERK / scenario.task.grip_rise_s)
     drives = (user.operator.frequency_hz for user in scenario.users)
     driven = all(user.operator.kind == "sinusoid" for user in scenario.users)
@@ -200,7 +210,10 @@ def _bands(traces: SessionTraces, scenario: Scenario | None) -> tuple[float, flo
 def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
     """Return what is judged of a session: the motion of every device and of the object."""
     server = traces.server
-    band, images = _bands(traces, scenario)
+    band, images = DEFAULT_BAND_HZ, 0.0
+    if scenario is not None:
+        closing = _closing_ends_s(traces, scenario) > 0.5 * traces.duration_s
+        band, images = bands(scenario, closing=closing)
     since_s = _disturbed_s(traces)
     if scenario is not None:
         since_s = max(since_s, stages(traces, scenario)[-1].start_s)
@@ -212,7 +225,7 @@ def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
             user.tick_s,
             user.xd_m,
             band,
-            _noise(known.get(user.name)),
+            encoder_noise_m_s(known.get(user.name)),
             images,
             since_s,
         )
@@ -256,7 +269,7 @@ def _disturbed_s(traces: SessionTraces) -> float:
     return latest
 
 
-def _noise(user: User | None) -> float:
+def encoder_noise_m_s(user: User | None) -> float:
     """Return twice the RMS of the velocity that an encoder's steps alone make [m/s].
 
     The difference of two positions, each uniform within a step q, over one tick: q / (tick sqrt

@@ -33,14 +33,13 @@ import numpy as np
 from pmwvc_analysis.events import environment
 from pmwvc_analysis.events.safety import COUPLED, FAULT
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.verdicts.oscillation import motions, strength
+from pmwvc_analysis.verdicts.oscillation import lasts, motions, strength
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 from pmwvc_core.wave.limits import largest_wave
 
-OSCILLATION_M_S = 1e-3
 GROWN_M_S = 50e-3
 DEFAULT_WORKSPACE_M = 0.2
 SPEED = ("faster than", "soft start")  # reasons that are the motion's and not the network's
@@ -86,9 +85,7 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     if lost:
         return Verdict("environment lost", lost, strongest)
     for found, motion in strengths:
-        images = motion.images * found.purposeful_m_s
-        lasting = found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s, images)
-        if not lasting or found.growth <= 0.5:
+        if not lasts(found, motion):
             continue
         if not found.settled:
             why = (

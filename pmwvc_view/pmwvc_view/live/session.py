@@ -71,7 +71,8 @@ class LiveSession(Session):
         self._scenario = scenario = graph.scenario(about)
         self._parameters = Parameters(node)
         self.layout = Layout(graph.users, scenario.dof)
-        self._feed = Feed(self.layout, graph.users, period_ns=round(snapshot_s * NS))
+        period_ns = round(snapshot_s * NS)
+        self._feed = Feed(self.layout, graph.users, period_ns=period_ns, scenario=scenario)
         waves = has_waves(scenario.controller)
         self._inlets = Inlets(node, graph, dof=scenario.dof, waves=waves)
         self._hands = {
@@ -80,11 +81,7 @@ class LiveSession(Session):
             if user.operator.kind == "remote" and not user.operator.file
         }
         self._restarts = node.create_publisher(String, f"{graph.prefix}/{RESTART}", HELD_QOS)
-        self._exact = [
-            user.name
-            for user in scenario.users
-            if user.device.plugin == "simulated" and user.device.encoder_step_m == 0.0
-        ]
+        self._exact = [user.name for user in scenario.users if user.device.plugin == "simulated"]
         self._lags = description.lags(scenario, live=True)
         self._text: dict[str, Any] = {}
         self._polls = 0

@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The detector of a device that shakes, or whose force stays at its limit, while a session runs.
+
+The criterion is the report's (:mod:`pmwvc_analysis.verdicts.oscillation`) on the newest
+``SPAN_S``: velocity beyond the band of purposeful motion, for most of the last two seconds, that
+does not die out. It needs about a second of shaking. Slower oscillation is not found, nor that of
+the object alone.
+
+The band is that of the scenario's hands; where they close, that of closing, at any time. Contact
+that is made or lost begins the judgement anew, unless it comes and goes faster than on purpose.
+"""
+
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+
+from pmwvc_analysis.verdicts import oscillation
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+
+SPAN_S = 3.0
+LATE_S = 1.0  # newest part, of which the amount is told
+NS = 1_000_000_000
+
+
+class Shake(NamedTuple):
+    """A device that shakes: half the swing of its force in the newest second [N], and the
+    frequency at which its velocity is strongest [Hz].
+    """
+
+    force_n: float
+    frequency_hz: float
+
+    def __str__(self) -> str:
+        """Return amount and frequency in words."""
+        return f"+-{self.force_n:.2g} N at {self.frequency_hz:.0f} Hz"
+
+
+class _Part(NamedTuple):
+    """Ticks of a device: times [s], velocity [m/s] and force applied [N] ``(ticks, dof)``."""
+
+    time_s: Array
+    velocity: Array
+    force: Array
+
+
+class Shaking:
+    """Whether a user's device shakes, judged four times a second.
+
+    Parameters
+    ----------
+    scenario
+        Gives bands, noise and limits; None: as the report where it has none.
+    name
+        Of the user.
+
+    Attributes
+    ----------
+    shake
+        Amount and frequency as of now; None where it does not shake.
+    limit_n
+        The force's limit [N] where it was there for most of the newest second; else None.
+    shook
+        The latest shaking that is over, and when it was seen last [ns]; None: there was none.
+    """
+
+    def __init__(self, scenario: Scenario | None, name: str) -> None:
+        users = {user.name: user for user in scenario.users} if scenario else {}
+        user = users.get(name)
+        self._band_hz, self._images = oscillation.DEFAULT_BAND_HZ, 0.0
+        if scenario is not None:
+            closing = scenario.task.kind != "free" and any(
+                each.operator.kind == "hand" for each in users.values()
+            )
+            self._band_hz, self._images = oscillation.bands(scenario, closing=closing)
+        self._noise_m_s = oscillation.encoder_noise_m_s(user)
+        self._most_n = user.safety.max_force if user is not None else np.inf
+        self._parts: deque[_Part] = deque()
+        self._contacts: deque[int] = deque()  # when contact was made or lost [ns]
+        self._due_ns = 0
+        self._seen: tuple[Shake, int] | None = None  # strongest of the present one, and the latest
+        self.shake: Shake | None = None
+        self.limit_n: float | None = None
+        self.shook: tuple[Shake, int] | None = None
+
+    def contact(self, at_ns: int) -> None:
+        """Note that contact was made or lost."""
+        self._contacts.append(at_ns)
+
+    def block(self, start_ns: int, period_ns: int, velocity: Array, force: Array) -> None:
+        """Take in consecutive ticks; judge where that is due."""
+        times = start_ns + period_ns * np.arange(len(velocity))
+        self._parts.append(_Part(times / NS, velocity, force))
+        end_ns = int(times[-1])
+        if end_ns < self._due_ns:
+            return
+        self._due_ns = end_ns + round(oscillation.WINDOW_S * NS)
+        begin_s = end_ns / NS - SPAN_S
+        while self._parts[0].time_s[-1] <= begin_s:
+            self._parts.popleft()
+        while self._contacts and self._contacts[0] <= begin_s * NS:
+            self._contacts.popleft()
+        self._judge(end_ns, period_ns / NS)
+
+    def _judge(self, end_ns: int, period_s: float) -> None:
+        times, velocity, force = (
+            np.concatenate(parts) for parts in zip(*self._parts, strict=True)
+        )
+        late = times > times[-1] - LATE_S
+        size = np.linalg.norm(force[late], axis=-1)
+        at_limit = np.mean(size >= 0.999 * self._most_n) > 0.5
+        self.limit_n = self._most_n if at_limit else None
+        # The span is the second half of a time line that begins at zero, as the report judges it.
+        zero_s = end_ns / NS - 2.0 * SPAN_S
+        motion = oscillation.Motion(
+            "device",
+            times - zero_s,
+            period_s,
+            velocity,
+            self._band_hz,
+            self._noise_m_s,
+            self._images,
+            self._disturbed_s(zero_s),
+        )
+        found = oscillation.strength(motion, 2.0 * SPAN_S)
+        shakes = oscillation.lasts(found, motion) and found.settled
+        if shakes:
+            self.shake = self._amount(velocity[late], force, period_s)
+            strongest = self._seen[0] if self._seen else self.shake
+            self._seen = max(strongest, self.shake), end_ns
+        else:
+            self.shook, self._seen = self._seen or self.shook, None
+            self.shake = None
+
+    def _disturbed_s(self, zero_s: float) -> float:
+        """Return when contact was made or lost last; 0 where it comes and goes too often for a
+        motion within the band.
+        """
+        if not 0 < len(self._contacts) <= max(oscillation.CHATTER, self._band_hz * SPAN_S):
+            return 0.0
+        return self._contacts[-1] / NS - zero_s
+
+    def _amount(self, velocity: Array, force: Array, period_s: float) -> Shake:
+        rows = len(velocity)
+        whole = force[-rows:]
+        part = oscillation.beyond(force, period_s, self._band_hz)[-rows:]
+        swing = np.minimum(np.ptp(whole, axis=0), np.ptp(part, axis=0))
+        fast = oscillation.beyond(velocity, period_s, self._band_hz)
+        power = np.abs(np.fft.rfft(fast * np.hanning(rows)[:, np.newaxis], axis=0)) ** 2
+        strongest = int(np.argmax(power.sum(axis=-1)))
+        return Shake(
+            float(swing.max()) / 2.0,
+            float(np.fft.rfftfreq(rows, period_s)[strongest]),
+        )
