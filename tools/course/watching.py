@@ -16,7 +16,9 @@ WATCHED = {
     "03_the_price": Watched(Run("wall", PLAIN), {"link.delay_s": 0.032}, again=True),
     "04_aliasing": Watched(Run("wall", BARE), before="bad"),
     "05_passivity_adds_up": Watched(Run("three_users", PLAIN), {"server.object_mass": 0.5}),
-    "06_late_springs": Watched(Run("wall", LATE, 3.4), {"server.contact_stiffness": 500.0}),
+    "06_late_springs": Watched(
+        Run("wall", LATE, 3.4), {"server.contact_stiffness": 500.0}, before="bad"
+    ),
     "07_loss": Watched(Run("carry_16ms", PLAIN), {"link.loss": 0.3}, "good", "bad"),
     "08_felt_stiffness": Watched(Run("wall", PLAIN), {"server.contact_stiffness": 3000.0}),
     "09_choosing_b": Watched(Run("wall", PLAIN), {"master.impedance": 100.0}),
