@@ -6,6 +6,8 @@ Any program of the domain can publish on these topics: a message whose fields do
 or of another shape than the session's, is skipped.
 """
 
+import contextlib
+import struct
 import time
 from collections.abc import Mapping
 from typing import Any
@@ -15,12 +17,14 @@ from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
 
 from pmwvc_core.runtime.messages import misfit
 from pmwvc_core.runtime.polling import TRACE_QOS, Polled
 from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
 from pmwvc_view.feed import Feed
 from pmwvc_view.live.graph import Graph
+from pmwvc_view.live.trace_bytes import TraceBytes
 from pmwvc_view.live.traces import block_of, link_number, offset_ns, packets_of, step_of
 
 SLOW_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
@@ -54,7 +58,7 @@ class Inlets:
         self._graph, self._dof, self._waves = graph, dof, waves
         prefix = graph.prefix
         self._masters = {
-            user: Polled(node, MasterTrace, f"{prefix}/{user}/trace", TRACE_QOS)
+            user: Polled(node, MasterTrace, f"{prefix}/{user}/trace", TRACE_QOS, raw=True)
             for user in graph.users
         }
         self._server = Polled(node, ServerTrace, f"{prefix}/server/trace", TRACE_QOS)
@@ -81,8 +85,9 @@ class Inlets:
                 feed.on_server(step_of(message))
                 self.heard_s = time.monotonic()
         for user, polled in self._masters.items():
-            while (message := polled.take()) is not None:
-                if self._fits("MasterTrace", message):
+            while (data := polled.take()) is not None:
+                message = master_trace(data)
+                if message is not None and self._fits("MasterTrace", message):
                     block = block_of(message, waves=self._waves, clock_ns=self._clock_ns)
                     feed.on_master(user, block)
                     self.heard_s = time.monotonic()
@@ -117,6 +122,15 @@ class Inlets:
                 for each in message.changed_parameters:
                     known[each.name] = parameter_value_to_python(each.value)
                 self.changed = True
+
+
+def master_trace(data: bytes) -> Any:
+    """Return a MasterTrace from its bytes; None for what is none."""
+    with contextlib.suppress(ValueError, struct.error):
+        return TraceBytes(data)
+    with contextlib.suppress(ValueError, RuntimeError):
+        return deserialize_message(data, MasterTrace)
+    return None
 
 
 def _seconds(values: Mapping[str, str]) -> float | None:
