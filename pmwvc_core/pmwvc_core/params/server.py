@@ -129,7 +129,7 @@ class ContactParams(Validated):
         choices=("bilateral", "grip"),
         read_only=True,
     )
-    contact_stiffness: float = parameter(500.0, "N/m", "contact stiffness K", low=0.0, high=1e6)
+    contact_stiffness: float = parameter(500.0, "N/m", "contact stiffness K", low=0.0, high=1e7)
     contact_damping: float = parameter(10.0, "N s/m", "contact damping B", low=0.0, high=1e5)
     gap_m: float = parameter(
         0.0,
