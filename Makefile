@@ -31,6 +31,9 @@ lint: setup  ## format, lint and type checks
 bench: setup  ## timing of the loop and of the core, with numbers
 	@$(PY) test/bench/run.py
 
+benchmark: setup  ## controllers and channels on every network (an hour; BENCHMARK=short: minutes)
+	@PYTHONPATH=tools $(PY) -m benchmark $(BENCHMARK)
+
 figures: setup  ## the dissertation's figures and numbers, computed again (minutes)
 	@PYTHONPATH=tools $(PY) -m reproduction
 
@@ -53,4 +56,4 @@ lock: setup  ## new lock file after editing tools/requirements.in
 clean:  ## remove environment, build and caches (sessions stay)
 	rm -rf .venv .ros .hypothesis .pytest_cache .ruff_cache .mypy_cache
 
-.PHONY: help setup run live test lint bench figures faults film course docs lock clean
+.PHONY: help setup run live test lint bench benchmark figures faults film course docs lock clean

@@ -7,32 +7,20 @@ delays and periods). Rows are independent, so they can be computed by several pr
 Dask cluster, with the same result; finished rows can be kept and the rest computed later.
 """
 
-import concurrent.futures
-import contextlib
-import importlib
-import math
-import multiprocessing
-import os
-import signal
-import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
 
 import numpy as np
 
+from pmwvc_analysis.maps.workers import finished
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.stability import LARGEST_BATCH, radii
 from pmwvc_analysis.models.variation import stackable
-from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
-FIRST = 3  # lines from which the duration of the rest is estimated
-WORKERS_S = 5.0  # patience until a Dask cluster has a worker
-SMALL_MAP_S = 4.0  # duration up to which starting other processes does not pay
-BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 Done = Callable[[int, Array], None]  # number of a row, and the row
 
 
@@ -151,90 +139,8 @@ def compute(
     radius = np.full(grid.shape, np.nan) if known is None else known.copy()
     table = radius.T if grid.across else radius
     open_lines = [n for n in range(grid.lines()) if np.isnan(table[n]).any()]
-    for number, values in _finished(grid, open_lines, workers=workers, dask=dask):
+    for number, values in finished(partial(line, grid), open_lines, workers=workers, dask=dask):
         table[number] = values
         if done is not None:
             done(number, values)
     return radius
-
-
-def _finished(
-    grid: Grid, numbers: list[int], *, workers: int | None, dask: str | None
-) -> Iterator[tuple[int, Array]]:
-    """Yield lines as they are finished, wherever they are computed."""
-    if dask is not None:
-        yield from _on_dask(grid, numbers, dask)
-        return
-    if workers is None:
-        took = [math.inf]
-        for number in numbers[:FIRST]:
-            began = time.perf_counter()
-            values = line(grid, number)
-            took.append(time.perf_counter() - began)  # the first also loads what is needed
-            yield number, values
-        numbers = numbers[FIRST:]
-        workers = (
-            1
-            if len(numbers) == 0 or min(took) * len(numbers) < SMALL_MAP_S
-            else (os.cpu_count() or 1)
-        )
-    if workers == 1:
-        for number in numbers:
-            yield number, line(grid, number)
-        return
-    with _one_thread_each():
-        context = multiprocessing.get_context("spawn")
-        pool = concurrent.futures.ProcessPoolExecutor(
-            workers,
-            mp_context=context,
-            initializer=signal.signal,
-            initargs=(signal.SIGINT, signal.SIG_IGN),  # an interruption is this process's to heed
-        )
-        try:
-            futures = {pool.submit(line, grid, number): number for number in numbers}
-            for future in concurrent.futures.as_completed(futures):
-                yield futures[future], future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-
-@contextlib.contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Let the processes started meanwhile compute with one thread each: there is one per core."""
-    before = {name: os.environ.get(name) for name in BLAS_THREADS}
-    os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
-
-
-def _on_dask(grid: Grid, numbers: Iterable[int], address: str) -> Iterator[tuple[int, Array]]:
-    try:
-        # Optional with an installed ROS; make setup installs it.
-        distributed: Any = importlib.import_module("distributed")
-    except ImportError:
-        raise PmwvcError(
-            "--dask needs the package 'distributed' (pip install distributed), here and on the "
-            "cluster together with pmwvc_core and pmwvc_analysis; without it, leave --dask out: "
-            "all cores of this machine are used"
-        ) from None
-    try:
-        client: Any = distributed.Client(address, timeout="10s")
-    except (OSError, ValueError) as error:
-        raise PmwvcError(f"--dask {address}: no scheduler answers there ({error})") from None
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=WORKERS_S)
-        except TimeoutError:
-            raise PmwvcError(
-                f"--dask {address}: the scheduler has no worker; start one with "
-                f"'dask worker {address}'"
-            ) from None
-        futures = {client.submit(line, grid, number, pure=False): number for number in numbers}
-        for future, values in distributed.as_completed(list(futures), with_results=True):
-            yield futures[future], values

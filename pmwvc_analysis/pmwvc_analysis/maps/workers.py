@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Independent items of work on all cores, or on a Dask cluster, with the same results."""
+
+import concurrent.futures
+import contextlib
+import importlib
+import math
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from typing import Any, TypeVar
+
+from pmwvc_core.errors import PmwvcError
+
+FIRST = 3  # items from which the duration of the rest is estimated
+WORKERS_S = 5.0  # patience until a Dask cluster has a worker
+SMALL_S = 4.0  # duration up to which starting other processes does not pay
+BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+T = TypeVar("T", bound=Hashable)
+R = TypeVar("R")
+
+
+def finished(
+    work: Callable[[T], R], items: Sequence[T], *, workers: int | None, dask: str | None
+) -> Iterator[tuple[T, R]]:
+    """Yield items with their results as they are finished, wherever they are computed.
+
+    Parameters
+    ----------
+    work, items
+        What is done with each; both can be pickled.
+    workers
+        Processes; by default all cores, and none beside this one where there is little to do.
+    dask
+        Address of a Dask scheduler to compute on instead.
+
+    Raises
+    ------
+    PmwvcError
+        If Dask is asked for and not there.
+    """
+    if dask is not None:
+        yield from _on_dask(work, items, dask)
+        return
+    if workers is None:
+        took = [math.inf]
+        for item in items[:FIRST]:
+            began = time.perf_counter()
+            result = work(item)
+            took.append(time.perf_counter() - began)  # the first also loads what is needed
+            yield item, result
+        items = items[FIRST:]
+        workers = (
+            1 if len(items) == 0 or min(took) * len(items) < SMALL_S else (os.cpu_count() or 1)
+        )
+    if workers == 1:
+        for item in items:
+            yield item, work(item)
+        return
+    with _one_thread_each():
+        context = multiprocessing.get_context("spawn")
+        pool = concurrent.futures.ProcessPoolExecutor(
+            workers,
+            mp_context=context,
+            initializer=signal.signal,
+            initargs=(signal.SIGINT, signal.SIG_IGN),  # an interruption is this process's to heed
+        )
+        try:
+            futures = {pool.submit(work, item): item for item in items}
+            for future in concurrent.futures.as_completed(futures):
+                yield futures[future], future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+@contextlib.contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Let the processes started meanwhile compute with one thread each: there is one per core."""
+    before = {name: os.environ.get(name) for name in BLAS_THREADS}
+    os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def _on_dask(work: Callable[[T], R], items: Iterable[T], address: str) -> Iterator[tuple[T, R]]:
+    try:
+        # Optional with an installed ROS; make setup installs it.
+        distributed: Any = importlib.import_module("distributed")
+    except ImportError:
+        raise PmwvcError(
+            "--dask needs the package 'distributed' (pip install distributed), here and on the "
+            "cluster together with pmwvc_core and pmwvc_analysis; without it, leave --dask out: "
+            "all cores of this machine are used"
+        ) from None
+    try:
+        client: Any = distributed.Client(address, timeout="10s")
+    except (OSError, ValueError) as error:
+        raise PmwvcError(f"--dask {address}: no scheduler answers there ({error})") from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=WORKERS_S)
+        except TimeoutError:
+            raise PmwvcError(
+                f"--dask {address}: the scheduler has no worker; start one with "
+                f"'dask worker {address}'"
+            ) from None
+        futures = {client.submit(work, item, pure=False): item for item in items}
+        for future, result in distributed.as_completed(list(futures), with_results=True):
+            yield futures[future], result

@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The study: the same random search for every method on the training networks, then sessions on
+all presets with seeds that the search has not met.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmark.methods import METHODS, Settings
+from benchmark.trial import Outcome, Trial, run
+from pmwvc_analysis.maps.workers import finished
+from pmwvc_core.network.presets import PRESETS
+
+TRAINING = ("thesis_lan_16", "wifi_campus", "lte", "lan", "continental")
+HELD_OUT_SEED = 1000  # the first one of the sessions that judge
+Results = dict[Trial, Outcome]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The size of a study.
+
+    Attributes
+    ----------
+    candidates
+        Settings tried for each method, the defaults among them.
+    training, training_seeds
+        Networks and seeds per network of the search.
+    networks, seeds
+        The same of the sessions that judge.
+    duration_s
+        Of each session.
+    """
+
+    candidates: int
+    training: tuple[str, ...]
+    training_seeds: int
+    networks: tuple[str, ...]
+    seeds: int
+    duration_s: float = 10.0
+    methods: tuple[str, ...] = tuple(METHODS)
+
+    @property
+    def sessions(self) -> int:
+        """Return how many sessions are run."""
+        training = self.candidates * len(self.training) * self.training_seeds
+        return len(self.methods) * (training + len(self.networks) * self.seeds)
+
+
+FULL = Plan(24, TRAINING, 2, tuple(PRESETS), 10)
+SHORT = Plan(6, TRAINING[:3], 1, tuple(PRESETS), 3)
+
+
+@dataclass(frozen=True)
+class Study:
+    """What a study found: the settings of each method, and the sessions that judge them."""
+
+    plan: Plan
+    seed: int
+    chosen: dict[str, Settings]
+    judged: Results
+
+    @property
+    def held_out(self) -> tuple[str, ...]:
+        """Networks that no search has met."""
+        return tuple(name for name in self.plan.networks if name not in self.plan.training)
+
+    def of(self, method: str, networks: Sequence[str]) -> list[list[Outcome]]:
+        """Return the outcomes of a method, a list per network, by seed."""
+        return [
+            [
+                self.judged[trial]
+                for trial in sorted(self.judged, key=lambda trial: trial.seed)
+                if (trial.method, trial.network) == (method, name)
+            ]
+            for name in networks
+        ]
+
+
+def study(
+    plan: Plan,
+    seed: int,
+    *,
+    workers: int | None = None,
+    dask: str | None = None,
+    done: Callable[[], None] = lambda: None,
+) -> Study:
+    """Tune and judge every method.
+
+    Parameters
+    ----------
+    plan, seed
+        What is run; the same give the same results.
+    workers, dask
+        As for :func:`pmwvc_analysis.maps.workers.finished`.
+    done
+        Called after every session.
+    """
+
+    def outcomes(trials: list[Trial]) -> Results:
+        found: Results = {}
+        for trial, outcome in finished(run, trials, workers=workers, dask=dask):
+            found[trial] = outcome
+            done()
+        return {trial: found[trial] for trial in trials}
+
+    def trials(
+        settings: dict[str, list[Settings]], networks: tuple[str, ...], first: int, count: int
+    ) -> list[Trial]:
+        return [
+            Trial(name, each, network, first + number, plan.duration_s)
+            for network in networks
+            for number in range(count)
+            for name in plan.methods
+            for each in settings[name]
+        ]
+
+    tried = {name: METHODS[name].candidates(plan.candidates, seed) for name in plan.methods}
+    training = outcomes(trials(tried, plan.training, seed, plan.training_seeds))
+    chosen = {name: _best(name, tried[name], training) for name in plan.methods}
+    judging = trials(
+        {name: [settings] for name, settings in chosen.items()},
+        plan.networks,
+        seed + HELD_OUT_SEED,
+        plan.seeds,
+    )
+    return Study(plan, seed, chosen, outcomes(judging))
+
+
+def _best(method: str, candidates: list[Settings], results: Results) -> Settings:
+    """Return the settings with the least mean cost; of equal ones the first."""
+    costs = [
+        np.mean(
+            [
+                outcome.cost
+                for trial, outcome in results.items()
+                if trial.method == method and trial.settings == settings
+            ]
+        )
+        for settings in candidates
+    ]
+    return candidates[int(np.argmin(costs))]
