@@ -50,7 +50,7 @@ class Plan:
         return len(self.methods) * (training + len(self.networks) * self.seeds)
 
 
-FULL = Plan(24, TRAINING, 2, tuple(PRESETS), 10)
+FULL = Plan(60, TRAINING, 2, tuple(PRESETS), 10)
 SHORT = Plan(6, TRAINING[:3], 1, tuple(PRESETS), 3)
 
 

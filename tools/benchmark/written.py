@@ -22,11 +22,11 @@ from pmwvc_core.plural import count
 
 TABLE, PICTURE, SESSIONS = "table.md", "benchmark", "sessions.csv"
 Rows = list[list[Outcome]]  # networks, seeds
-MARKS = ("dot", "ring", "cross", "plus")
-ERRORS = (
-    ("coherency_m", 1e3, "device less avatar [mm]"),
-    ("force_error_n", 1.0, "force error [N]"),
-    ("path_error_m", 1e3, "cube less target [mm]"),
+MARKS = ("ring", "cross", "plus")
+ERRORS = (  # field, factor to the unit, label, least value drawn
+    ("coherency_m", 1e3, "device less avatar [mm]", 0.1),
+    ("force_error_n", 1.0, "force error [N]", 0.01),
+    ("path_error_m", 1e3, "cube less target [mm]", 1.0),
 )
 
 
@@ -46,7 +46,7 @@ def table(study: Study) -> str:
         "failed",
         "restless",
         "not passive",
-        *(label for _, _, label in ERRORS),
+        *(label for _, _, label, _ in ERRORS),
         "failures",
     ]
     lines = [_row(head), _row(["---"] * len(head))]
@@ -57,7 +57,7 @@ def table(study: Study) -> str:
             _cell(_failed(outcomes), 100.0, " %"),
             _cell(_restless(outcomes), 100.0, " %"),
             f"{sum(one.passive is False for one in flat)} of {len(flat)}",
-            *(_cell(_error(outcomes, name), factor, "") for name, factor, _ in ERRORS),
+            *(_cell(_error(outcomes, name), factor, "") for name, factor, *_ in ERRORS),
         ]
         kinds = Counter(one.failure for one in flat if one.failure).most_common()
         cells.append(", ".join(f"{number} {kind}" for kind, number in kinds) or "-")
@@ -70,14 +70,18 @@ def table(study: Study) -> str:
         "networks and seeds); a session that failed counts as an infinite error."
     )
     chosen = [f"- `{name}`: `{' '.join(each)}`" for name, each in study.chosen.items()]
-    return "\n".join([*lines, "", sizes, "", "Settings that the search chose:", "", *chosen, ""])
+    numbered = (f"{number} {name}" for number, name in enumerate(_ordered(study), start=1))
+    networks = f"Networks in the picture: {', '.join(numbered)}."
+    return "\n".join(
+        [*lines, "", sizes, "", networks, "", "Settings that the search chose:", "", *chosen, ""]
+    )
 
 
 def sessions(study: Study) -> str:
     """Return every session that judges, as CSV: all that is needed to run it again."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    names = ("failure", "restless", "passive", "energy_min_j", *(name for name, _, _ in ERRORS))
+    names = ("failure", "restless", "passive", "energy_min_j", *(name for name, *_ in ERRORS))
     writer.writerow(["method", "network", "held_out", "seed", "settings", *names])
     for trial, outcome in study.judged.items():
         held_out = trial.network in study.held_out
@@ -87,10 +91,14 @@ def sessions(study: Study) -> str:
 
 
 def picture(study: Study) -> Chart:
-    """Return failures and errors on every network; medians that are infinite are not drawn."""
+    """Return failures and errors on every network; medians that are infinite are not drawn, small
+    ones at the lower edge.
+    """
     failed = _panel(study, "failed [%]", lambda row: 100.0 * _failed(row).value, share=True)
     restless = _panel(study, "restless [%]", lambda row: 100.0 * _restless(row).value, share=True)
-    errors = [_panel(study, label, _scaled(name, factor)) for name, factor, label in ERRORS]
+    errors = [
+        _panel(study, label, _scaled(name, factor, least)) for name, factor, label, least in ERRORS
+    ]
     caption = "Shares of sessions, and medians over all seeds; failed sessions count as infinite."
     heading = "Controllers and channels on every network"
     return Chart(PICTURE, heading, caption, [failed, restless, *errors])
@@ -100,7 +108,7 @@ def _panel(
     study: Study, label: str, value: Callable[[Rows], float], *, share: bool = False
 ) -> Panel:
     """Return a panel with a value of the sessions on each network, side by side by method."""
-    networks = (*study.held_out, *study.plan.training)
+    networks = _ordered(study)
     places = np.arange(len(networks)) - 0.06 * (len(study.plan.methods) - 1)
     dots = []
     for index, method in enumerate(study.plan.methods):
@@ -111,11 +119,17 @@ def _panel(
     return Panel(
         label,
         dots=dots,
-        x_label=f"network; the last {len(study.plan.training)} are those of the search",
-        x_names=[name.replace("thesis_lan", "lab") for name in networks],
+        x_label=f"number of the network; the last {len(study.plan.training)}: of the search",
+        x_names=[str(number + 1) for number in range(len(networks))],
         y_log=not share,
         y_range=(-5.0, 105.0) if share else None,
     )
+
+
+def _ordered(study: Study) -> tuple[str, ...]:
+    """Return the networks in the order of the picture."""
+    searched = (name for name in study.plan.networks if name in study.plan.training)
+    return (*study.held_out, *searched)
 
 
 def _failed(rows: Rows) -> Interval:
@@ -130,8 +144,8 @@ def _error(rows: Rows, name: str) -> Interval:
     return median(_array(rows, lambda one: getattr(one, name)))
 
 
-def _scaled(name: str, factor: float) -> Callable[[Rows], float]:
-    return lambda rows: factor * _error(rows, name).value
+def _scaled(name: str, factor: float, least: float) -> Callable[[Rows], float]:
+    return lambda rows: max(factor * _error(rows, name).value, least)
 
 
 def _array(rows: Rows, of: Callable[[Outcome], float]) -> Array:
