@@ -8,7 +8,7 @@ export PYTHON
 export OPENBLAS_NUM_THREADS ?= 1
 
 help:   ## this list
-	@sed -n 's/^\([a-z]*\):.*##/  make \1\t/p' Makefile | expand -t 16
+	@sed -n 's/^\([a-z]*\):.*##/  make \1\t/p' Makefile | expand -t 18
 
 setup:  ## environment and build; nothing to do when nothing changed
 	@python=$$(tools/find_python.sh) && "$$python" tools/setup_ros.py
@@ -31,7 +31,7 @@ lint: setup  ## format, lint and type checks
 bench: setup  ## timing of the loop and of the core, with numbers
 	@$(PY) test/bench/run.py
 
-benchmark: setup  ## controllers and channels on every network (half an hour; BENCHMARK=short: minutes)
+benchmark: setup  ## controllers and channels on every network (long; BENCHMARK=short: minutes)
 	@PYTHONPATH=tools $(PY) -m benchmark $(BENCHMARK)
 
 figures: setup  ## the dissertation's figures and numbers, computed again (minutes)
