@@ -174,3 +174,23 @@ def test_runs_of_a_batch_are_played_like_single_runs():
             found = batch.step(STEP_S)
             alone = [one.step(STEP_S) for one in single]
             assert np.allclose(found, alone, rtol=1e-9, atol=1e-12)
+
+
+@given(st.floats(1.0, 1e9), st.integers(1, 6), st.integers(1, 20))
+def test_a_sender_that_claims_more_than_a_legal_wave_carries_adds_no_more(claim_j, dof, packets):
+    longest = 3.0
+    receiver = StrictReceiver(
+        dof,
+        step_s=STEP_S,
+        most_repaid=1.0,
+        period_s=PERIOD_S,
+        timeout_s=TIMEOUT_S,
+        max_wave=longest,
+    )
+    packer = Packer(1, period=PERIOD_S)
+    rest = np.zeros(dof) if dof > 1 else 0.0
+    for k in range(packets + 1):
+        now_ns = k * 8_000_000
+        receiver.push(packer.pack(rest, rest, now_ns, energy=claim_j * k), now_ns)
+    legal_j = 0.5 * longest**2 * PERIOD_S * packets
+    assert receiver.playout.received_j == pytest.approx(min(claim_j * packets, legal_j))

@@ -6,7 +6,8 @@ A packet contains all earlier ones, so the newest one is enough: the difference 
 and two energies is a segment for the playout (:mod:`pmwvc_core.wave.playout`), over the time of
 all packets in between. Loss joins segments, duplicates and stragglers add nothing, and packets may
 stand for any time. A segment's length is counted in packets, not by the sender's clock: a sender
-that wakes late has not sent another wave.
+that wakes late has not sent another wave. The energy counts up to what the longest legal wave
+carries in that time: a sender that claims more adds no more.
 
 The time of silence follows what packets do: three of their intervals, and beyond the lateness that
 they usually have, what the playout keeps at hand.
@@ -86,11 +87,9 @@ class StrictReceiver(Receiver):
             self.playout.add(packet.wave * packet.period, own, packet.period)
             return
         lasted_s = packet.period * (packet.seq - before.seq)
-        self.playout.add(
-            packet.integral - before.integral,
-            maximum(packet.energy - before.energy, 0.0),
-            lasted_s,
-        )
+        claimed_j = maximum(packet.energy - before.energy, 0.0)
+        legal_j = 0.5 * self.max_wave**2 * lasted_s
+        self.playout.add(packet.integral - before.integral, minimum(claimed_j, legal_j), lasted_s)
         late_s = abs((now_ns - came_ns) * 1e-9 - lasted_s)
         self.lateness_s += SMOOTHED * (late_s - self.lateness_s)
         self.interval_s += SMOOTHED * (packet.period - self.interval_s)
