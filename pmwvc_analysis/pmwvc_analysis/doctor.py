@@ -21,8 +21,9 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
-# Topics that carry nothing where nothing was changed, and no hand is remote.
-QUIET = ("/parameter_events", "/hand/target", "/hand/held")
+# Topics that carry nothing where nothing was changed, no hand is remote, and the ends are programs
+# that report nothing of what they received.
+QUIET = ("/parameter_events", "/hand/target", "/hand/held", "/reception")
 
 
 @dataclass(frozen=True)
