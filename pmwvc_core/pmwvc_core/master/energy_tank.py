@@ -36,6 +36,7 @@ from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squ
 from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.wave.affordable import affordable
 from pmwvc_core.wave.ledger import EnergyLedger, PortLedger
 
 SPREAD_S = 0.1  # time constant of giving out the tank: in one tick it would be a force step
@@ -129,14 +130,7 @@ class EnergyTank(Stateful):
         That is the longest s w, s <= 1, with (|v + s w|^2 - |v|^2)/2 <= free/0.1 s. A change that
         makes the wave smaller brings energy.
         """
-        along, size = dot(v, wanted), squared(wanted)
-        power = self.free_j * (2.0 / SPREAD_S)
-        cost = 2.0 * along + size
-        if anywhere(cost > power):
-            ratio = (root(along * along + size * power) - along) / where(size > 0.0, size, 1.0)
-            ratio = where(cost > power, minimum(ratio, 1.0), 1.0)
-            wanted = ratio * wanted
-            cost = ratio * (2.0 * along + ratio * size)
+        wanted, cost = affordable(v, wanted, self.free_j * (2.0 / SPREAD_S))
         cost = cost * (0.5 * self._tick_s)
         self.spent_j = self.spent_j + cost
         self._save(-cost)

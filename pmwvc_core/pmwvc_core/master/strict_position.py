@@ -19,10 +19,11 @@ from typing import Any
 from pmwvc_core.master.energy_tank import SPREAD_S
 from pmwvc_core.master.position import ADAPTED
 from pmwvc_core.master.position_error import PositionError, PositionResidual
-from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squared, truth, where
+from pmwvc_core.numeric import Value, maximum, root, truth
 from pmwvc_core.params import FilterParams, MasterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.wave.affordable import affordable
 from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.playout import Playout
 
@@ -103,14 +104,8 @@ class StrictPosition(Stateful):
         if not self._there:
             return v
         wanted = -(self._gain * error)
-        along, size = dot(v, wanted), squared(wanted)
         power = maximum(free_j, 0.0) * (2.0 / SPREAD_S)
-        cost = 2.0 * along + size
-        if anywhere(cost > power):
-            ratio = (root(along * along + size * power) - along) / where(size > 0.0, size, 1.0)
-            ratio = where(cost > power, maximum(minimum(ratio, 1.0), 0.0), 1.0)
-            wanted = ratio * wanted
-            cost = ratio * (2.0 * along + ratio * size)
+        wanted, cost = affordable(v, wanted, power)
         self.spent_j = self.spent_j + cost * self._half_s
         return v + wanted
 

@@ -40,7 +40,6 @@ from pmwvc_core.numeric import (
     Value,
     absolute,
     anywhere,
-    dot,
     limit_length,
     maximum,
     minimum,
@@ -49,6 +48,7 @@ from pmwvc_core.numeric import (
     where,
 )
 from pmwvc_core.state import Stateful
+from pmwvc_core.wave.affordable import affordable
 
 SLOWEST = 0.5  # rate while next to nothing is at hand
 CATCH_UP = 1.05  # rate while more is at hand than needed
@@ -259,7 +259,7 @@ class Playout(Stateful):
         """Return the wave with what of ``owed`` can be repaid within a power [2 W]."""
         owed = self.owed
         wish = limit_length(owed * (1.0 / REPAID_S), self.most_repaid)
-        repaid = _affordable(wave, wish, power - squared(wave))
+        repaid, _ = affordable(wave, wish, power - squared(wave))
         self.owed = owed = owed - repaid * h
         self._owes = anywhere(absolute(owed) > SETTLED)
         return wave + repaid
@@ -295,14 +295,6 @@ class Playout(Stateful):
         self._played_s = maximum(played - time_s, 0.0)
         self._integral = self._integral - integral
         self._reserve = self._reserve - reserve
-
-
-def _affordable(wave: Value, wish: Value, power: Value) -> Value:
-    """Return the longest s wish, s <= 1, with |wave + s wish|^2 - |wave|^2 <= power [2 W]."""
-    along, size = dot(wave, wish), squared(wish)
-    most = root(along * along + maximum(size * power, 0.0)) - along
-    ratio = most / where(size > 0.0, size, 1.0)
-    return wish * maximum(minimum(ratio, 1.0), 0.0)
 
 
 def _between(values: list[Any], index: np.typing.NDArray[np.intp], ratio: Array) -> Array:

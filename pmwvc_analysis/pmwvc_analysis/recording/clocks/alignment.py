@@ -29,10 +29,10 @@ from numpy.typing import NDArray
 
 from pmwvc_core.runtime.messages.fields import Wave
 from pmwvc_core.traces import FateTraces
+from pmwvc_core.transport.clock_line import one_clock
 
 Integers = NDArray[np.int64]
 WINDOW_NS = 10_000_000_000
-ONE_HOST_NS = 1_000_000_000  # a larger sum of both delays does not decide whether it is one host
 ONE_HOST, ECHO = "one host", "echo"
 LEAST_PAIRS = 8  # in a window, either way
 
@@ -85,10 +85,8 @@ def align(
     if min(len(rising), len(falling)) < LEAST_PAIRS:
         return None
     first, last = int(rising[:, 0].min()), int(rising[:, 0].max())
-    if (rising[:, 1] >= 0).all() and (falling[:, 1] >= 0).all():
-        round_trip = int(rising[:, 1].min() + falling[:, 1].min())
-        if round_trip < ONE_HOST_NS:
-            return Alignment(ONE_HOST)
+    if one_clock(int(rising[:, 1].min()), int(falling[:, 1].min())):
+        return Alignment(ONE_HOST)
     edges = np.arange(first, last + WINDOW_NS, WINDOW_NS)
     guess = (int(rising[:, 1].min()) - int(falling[:, 1].min())) // 2
     found = []
