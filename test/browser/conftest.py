@@ -14,9 +14,12 @@ expect.set_options(timeout=PATIENCE_MS)
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def chromium() -> Iterator[Browser]:
-    """Return a browser for all tests; without one on this machine they are skipped."""
+    """Return a browser for the tests of a file; without one on this machine they are skipped.
+
+    It ends with the file: while it is open, no other event loop can run in this process.
+    """
     path = next(filter(None, map(shutil.which, NAMES)), None)
     if path is None:
         pytest.skip(f"no Chromium on this machine (looked for {', '.join(NAMES)})")
