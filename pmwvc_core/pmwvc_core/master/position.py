@@ -1,33 +1,27 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Position feedback on the returning wave (App. E, Eq. 3).
+"""Position feedback on the returning wave of the plain channel.
 
-v_m <- v_m - K_p e, with e = x_m - x_s - x_ref (``printed``, ``budgeted``) or what of it the waves
-on their way do not explain (``integral``). ``printed`` pays for nothing: it can make energy. The
-others change v_m only as far as the energy tank of the master pays for it (:mod:`.energy_tank`),
-and shorten a packet that it does not. Until the first packet of the server, and while it is
-silent, nothing is corrected.
+The wave changes by - K_p e (:mod:`.position_correction`), with e = x_m - x_s - x_ref (``printed``,
+``budgeted``) or what of it the waves on their way do not explain (``integral``). ``printed`` pays
+for nothing: it can make energy. The others change v_m only as far as the energy tank of the master
+pays for it (:mod:`.energy_tank`), and shorten a packet that it does not.
 
 With K_p the link no longer is a spring: at rest v_m and e belong together only for e = 0, so that
 the rendered stiffness is the environment's. No passive link without stored energy can do that
 (K/M <= 4/tau^2, docs/theory.md, section 11): ``storage_j`` is what the paid forms hold at the
 start, and the port is passive with this storage.
-
-Equations: docs/theory.md 9.1, 9.8.
 """
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Protocol
 
 from pmwvc_core.master.energy_tank import EnergyTank
+from pmwvc_core.master.position_correction import PositionCorrection
 from pmwvc_core.master.position_error import PositionError, PositionResidual
-from pmwvc_core.numeric import Value, root, squared, truth
+from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import MasterParams
-from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
-from pmwvc_core.wave.impedance import impedance_of
-
-ADAPTED = 0.5  # K_p tau / sqrt(2b) of an adapted gain: docs/theory.md, section 9
 
 
 class PositionFeedback(Protocol):
@@ -63,44 +57,31 @@ class PositionFeedback(Protocol):
         """Energies of the feedback since the start, by name [J]; always the same names."""
 
 
-class _AsPublished(Stateful):
-    BLOCKS = "_position_error"
-    MEMORY = "_spent _there"
+class _AsPublished(PositionCorrection):
+    MEMORY = "_spent"
 
     def __init__(self, params: MasterParams) -> None:
-        self._position_error = PositionError(params)
         self._spent: Value = 0.0
-        self._there = False
-        self.configure(params)
+        super().__init__(params, PositionError(params))
 
     def configure(self, params: MasterParams) -> None:
-        self._gain = params.position.gain
+        super().configure(params)
         self._tick_s = params.tick_s
-        self._position_error.configure(params)
-
-    def on_packet(self, packet: WavePacket) -> None:
-        self._position_error.on_packet(packet)
-
-    def receive(self) -> None:
-        self._there = True
-
-    def silence(self) -> None:
-        self._there = False
 
     def down(self, v: Value, x: Value) -> Value:
-        error = self._position_error.step(x, v)
-        if not self._there:
+        change = self.asked(v, x)
+        if change is None:
             return v
-        changed = v - self._gain * error
+        changed = v + change
         more = squared(changed) - squared(v)
         self._spent = self._spent + more * (0.5 * self._tick_s)
         return changed
 
     def applied(self, u: Value, f: Value, xd: Value) -> None:
-        self._position_error.take(u)
+        self._error.take(u)
 
     def send(self, wave: Value, seq: int) -> Value:
-        self._position_error.send(wave, wave, seq)
+        self._error.send(wave, wave, seq)
         return wave
 
     @property
@@ -108,51 +89,34 @@ class _AsPublished(Stateful):
         return {"position_spent": self._spent}
 
 
-class _Budgeted(Stateful):
-    BLOCKS = "_position_error _tank"
-    MEMORY = "_gain _there"
+class _Budgeted(PositionCorrection):
+    BLOCKS = "_tank"
 
-    def __init__(self, params: MasterParams, position_error: PositionError) -> None:
-        self._position_error = position_error
+    def __init__(self, params: MasterParams, error: PositionError) -> None:
         self._tank = EnergyTank(params)
-        self._there = False
-        self.configure(params)
+        super().__init__(params, error)
 
     def configure(self, params: MasterParams) -> None:
-        self._gain = params.position.gain
-        self._adapts = params.position.adapts
-        self._scale: Any = root(2.0 * impedance_of(params))
-        self._position_error.configure(params)
+        super().configure(params)
         self._tank.configure(params)
 
     def on_packet(self, packet: WavePacket) -> None:
+        super().on_packet(packet)
         self._tank.on_packet(packet)
-        self._position_error.on_packet(packet)
-        lag_s = self._position_error.round_trip_s
-        if self._adapts and truth(lag_s > 0.0):
-            self._gain = (ADAPTED / lag_s) * self._scale
-
-    def receive(self) -> None:
-        self._there = True
-
-    def silence(self) -> None:
-        self._there = False
 
     def down(self, v: Value, x: Value) -> Value:
-        error = self._position_error.step(x, v)
+        change = self.asked(v, x)
         self._tank.move(x)
         self._tank.play(v)
-        if not self._there:
-            return v
-        return v + self._tank.spend(v, -(self._gain * error))
+        return v if change is None else v + self._tank.spend(v, change)
 
     def applied(self, u: Value, f: Value, xd: Value) -> None:
-        self._position_error.take(u)
+        self._error.take(u)
         self._tank.take(u, f, xd)
 
     def send(self, wave: Value, seq: int) -> Value:
         sent = self._tank.send(wave)
-        self._position_error.send(wave, sent, seq)
+        self._error.send(wave, sent, seq)
         return sent
 
     @property

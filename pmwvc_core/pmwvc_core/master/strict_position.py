@@ -14,17 +14,14 @@ Equations: docs/theory.md 17.8.
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
 
 from pmwvc_core.master.energy_tank import SPREAD_S
-from pmwvc_core.master.position import ADAPTED
+from pmwvc_core.master.position_correction import PositionCorrection
 from pmwvc_core.master.position_error import PositionError, PositionResidual
-from pmwvc_core.numeric import Value, maximum, root, truth
+from pmwvc_core.numeric import Value, maximum
 from pmwvc_core.params import FilterParams, MasterParams
-from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.affordable import affordable
-from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.playout import Playout
 
 
@@ -48,8 +45,8 @@ class _PlayedResidual(_Played, PositionResidual):
     """What of it no wave under way or at hand explains."""
 
 
-class StrictPosition(Stateful):
-    """See the module. Order as in :class:`pmwvc_core.master.position.PositionFeedback`.
+class StrictPosition(PositionCorrection):
+    """See the module.
 
     Attributes
     ----------
@@ -59,51 +56,29 @@ class StrictPosition(Stateful):
         What it has taken so far, less what it brought [J].
     """
 
-    BLOCKS = "_error"
-    MEMORY = "spent_j _gain _there"
+    MEMORY = "spent_j"
 
     def __init__(self, params: MasterParams, playout: Playout) -> None:
         residual = params.position.feedback == "integral"
-        self._error = (_PlayedResidual if residual else _Played)(params, playout)
         self.spent_j: Value = 0.0
-        self._there = False
-        self.configure(params)
+        super().__init__(params, (_PlayedResidual if residual else _Played)(params, playout))
 
     def configure(self, params: MasterParams) -> None:
         """Take other parameters over; what is known stays."""
+        super().configure(params)
         self.stored_j = params.position.storage_j
-        self._gain: Value = params.position.gain
-        self._adapts = params.position.adapts
         self._half_s = 0.5 * params.tick_s
-        self._scale: Any = root(2.0 * impedance_of(params))
-        self._error.configure(params)
 
     @property
     def accounts(self) -> Mapping[str, Value]:
         """Energy spent [J]."""
         return {"position_spent": self.spent_j}
 
-    def on_packet(self, packet: WavePacket) -> None:
-        """Note the newest packet with the avatar's position."""
-        self._error.on_packet(packet)
-        lag_s = self._error.round_trip_s
-        if self._adapts and truth(lag_s > 0.0):
-            self._gain = (ADAPTED / lag_s) * self._scale
-
-    def receive(self) -> None:
-        """Note that the server is there."""
-        self._there = True
-
-    def silence(self) -> None:
-        """Note that it is silent."""
-        self._there = False
-
     def down(self, v: Value, x: Value, free_j: Value) -> Value:
         """Return the wave for the device at ``x`` [m], with as much of the feedback as is free."""
-        error = self._error.step(x, v)
-        if not self._there:
+        wanted = self.asked(v, x)
+        if wanted is None:
             return v
-        wanted = -(self._gain * error)
         power = maximum(free_j, 0.0) * (2.0 / SPREAD_S)
         wanted, cost = affordable(v, wanted, power)
         self.spent_j = self.spent_j + cost * self._half_s
