@@ -3,8 +3,6 @@
 """Link effects by name: the library, and one of another package through the whole program."""
 
 import dataclasses
-import json
-import re
 import sys
 import types
 from importlib.metadata import EntryPoint
@@ -13,8 +11,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.command_line import refused
-from support.lab import example_of
 
 from pmwvc_analysis.compare.settings import GIVEN, RULE, tuned, tuning_of
 from pmwvc_analysis.events.events import complete
@@ -31,51 +27,7 @@ from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, library, num
 from pmwvc_core.params import LinkParams, Spec
 from pmwvc_core.simulation.session import simulate_one
 
-BURSTS = ("--set", "link.effects=bursts:rate=0.01:stay=0.5")
 MS = 1_000_000
-
-
-@pytest.fixture(scope="module")
-def pmwvc(tmp_path_factory):
-    """The command line beside an installed package: the example of the documentation."""
-    return example_of(tmp_path_factory.mktemp("lab"), "links.md")
-
-
-def test_an_effect_of_another_package_is_simulated_judged_and_reported(pmwvc, tmp_path):
-    out = tmp_path / "one"
-    result = pmwvc("simulate", "carry_16ms", *BURSTS, "--duration", "4", "--out", out)
-    assert result.returncode == 0, result.stderr
-    assert "Not modelled: loss of 0.0196 of the packets, in bursts (user1 up" in result.stdout
-    summary = json.loads((out / "summary.json").read_text("utf-8"))
-    assert any("in bursts" in effect for effect in summary["prediction"]["left_out"])
-    assert pmwvc("report", out).returncode == 0
-    assert "bursts of loss" in (out / "report.html").read_text("utf-8")  # drawn at the link
-
-
-def test_an_effect_of_another_package_is_compared(pmwvc, tmp_path):
-    over = ["--over", "link.effects=bursts:rate=0:stay=0,bursts:rate=0.02:stay=0.6", "--json"]
-    words = ["carry_16ms", *over, "--duration", "4", "--out", tmp_path / "all"]
-    result = pmwvc("compare", *words)
-    assert result.returncode == 0, result.stderr
-    calm, lossy = json.loads(result.stdout)["sessions"]
-    assert calm["settings"] == {"link.effects": "bursts:rate=0:stay=0"}
-    assert lossy["force_error_rms_n"] > calm["force_error_rms_n"]
-
-
-@pytest.mark.parametrize("command", ["stability", "tune"])
-def test_an_effect_that_the_model_leaves_out_is_named_with_its_amount(pmwvc, command):
-    result = pmwvc(command, "carry_16ms", *BURSTS, "--json")
-    assert result.returncode == 0, result.stderr
-    plain = pmwvc(command, "carry_16ms", "--json")
-    ours, without = json.loads(result.stdout), json.loads(plain.stdout)
-    if command == "stability":
-        assert "loss of 0.0196 of the packets, in bursts" in " ".join(ours["notes"])
-        assert ours["spectral_radius"] == without["spectral_radius"]
-
-
-def test_wrong_numbers_are_refused_before_the_session(pmwvc):
-    text = refused(pmwvc("simulate", "carry_16ms", "--set", "link.effects=bursts:rate=2:stay=0"))
-    assert re.search(r"link.up.effects = .*bursts: rate = 2.0: must be", text)
 
 
 class Noted(Effect):

@@ -9,13 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
+from support.operators import HALF, TICK_S, device, forces, operator
 
-from pmwvc_core.errors import ParameterError, RecordingError
-from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
-from pmwvc_core.plant import SimulatedDevice, make_operator
+from pmwvc_core.errors import ParameterError
+from pmwvc_core.params import TaskParams
 
-TICK_S = 0.001
-HALF = 0.03
 device_masses = st.floats(0.05, 1.0)
 grips = st.fixed_dictionaries(
     {
@@ -26,29 +24,6 @@ grips = st.fixed_dictionaries(
         "grip_damping": st.floats(0.0, 40.0),
     }
 )
-
-
-def operator(kind, *, task="free", side=-1, start=None, dof=1, tick_s=TICK_S, **params):
-    times = {"grip_s": 0.1, "grip_rise_s": 0.2, "move_s": 0.5, "move_rise_s": 0.5}
-    return make_operator(
-        OperatorParams(kind=kind, **params),
-        TaskParams(kind=task, **times),
-        side=side,
-        half_width=HALF,
-        tick_s=tick_s,
-        dof=dof,
-        start=side * HALF if start is None else start,
-    )
-
-
-def forces(made, ticks, x=0.0, xd=0.0):
-    return np.array([made.step(x, xd) for _ in range(ticks)])
-
-
-def device(mass, *, x=0.0, dof=1):
-    made = SimulatedDevice(DeviceParams(mass=mass, workspace_m=1e6), tick_s=TICK_S, dof=dof)
-    made.place(x)
-    return made
 
 
 def test_no_operator_gives_zero_and_a_constant_one_its_force():
@@ -252,66 +227,6 @@ def test_a_batch_is_its_runs_side_by_side(kind):
         np.testing.assert_allclose(np.ravel(together), alone, rtol=1e-12, atol=1e-15)
         assert all(isinstance(f, float) for f in alone)
     np.testing.assert_allclose(np.ravel(batch.work_j), [s.work_j for s in singles], rtol=1e-9)
-
-
-def playing(tmp_path, kind, values, **params):
-    np.save(tmp_path / "recorded.npy", values)
-    options = {"file": str(tmp_path / "recorded.npy"), "columns": "0", "fade_s": 0.0}
-    return operator(kind, **(options | params))
-
-
-def test_a_recorded_force_is_played_tick_by_tick_again_or_once(tmp_path):
-    wanted = np.sin(np.arange(50))
-    again = forces(playing(tmp_path, "playback_force", wanted), 120)
-    np.testing.assert_allclose(again, np.resize(wanted, 120), atol=1e-12)
-    once = forces(playing(tmp_path, "playback_force", wanted, repeat=False), 120)
-    np.testing.assert_allclose(once, [*wanted, *np.zeros(70)], atol=1e-12)
-
-
-def test_a_recorded_motion_pulls_the_handle_along(tmp_path):
-    time_s = TICK_S * np.arange(2000)
-    wanted = 0.02 * np.sin(2 * np.pi * time_s)
-    hand, moving = playing(tmp_path, "playback_motion", wanted), device(0.1, x=-HALF)
-    path = []
-    for _ in range(4000):
-        path.append(moving.x)
-        moving.step(hand.step(moving.x, moving.xd), 0.0)
-    np.testing.assert_allclose(np.array(path[2000:]) + HALF, wanted, atol=5e-4)
-
-
-def test_a_recorded_motion_that_ends_holds_on_where_it_ended(tmp_path):
-    hand = playing(tmp_path, "playback_motion", np.linspace(0.0, 0.01, 100), repeat=False)
-    moving = device(0.1, x=-HALF)
-    for _ in range(3000):
-        moving.step(hand.step(moving.x, moving.xd), 0.0)
-    assert moving.x == pytest.approx(-HALF + 0.01, abs=1e-6)
-
-
-def test_a_recorded_hand_from_a_real_teleoperator_stays_in_hand(recorded_data):
-    hand = operator(
-        "playback_motion",
-        file=str(recorded_data / "tue_spring.mat"),
-        columns="handRef",
-        rate_hz=2000.0,
-        scale=0.075,
-        grip_stiffness=1000.0,
-    )
-    moving = device(0.05, x=-HALF)
-    path = []
-    for _ in range(5000):
-        path.append(moving.x)
-        moving.step(hand.step(moving.x, moving.xd), 0.0)
-    assert 0.010 < np.abs(np.array(path) + HALF).max() < 0.015
-
-
-def test_a_recording_needs_one_column_or_one_per_axis(tmp_path):
-    values = np.tile([1.0, 2.0], (10, 1))
-    with pytest.raises(RecordingError, match="are 2 columns for 3 axes; give one column"):
-        playing(tmp_path, "playback_force", values, columns="0,1", dof=3)
-    made = playing(tmp_path, "playback_force", values, columns="0,1", dof=2)
-    np.testing.assert_allclose(made.step(np.zeros(2), np.zeros(2)), [1.0, 2.0])
-    made = playing(tmp_path, "playback_force", values, columns="1", dof=2)
-    np.testing.assert_allclose(made.step(np.zeros(2), np.zeros(2)), [2.0, 0.0])
 
 
 def test_forces_on_floats_stay_floats():

@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A master's force loop between fakes, and a clock that shows what the test says."""
+
+from pmwvc_core.frame.assembly import make_force_loop
+from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.params import BaselineParams, MasterParams, SafetyParams
+from pmwvc_core.runtime.pacing import Tick
+from pmwvc_core.transport.packet import Packer
+from pmwvc_master.devices import DeviceInfo, DeviceSample
+from pmwvc_master.loop import MasterLoop
+
+TICK_NS = 1_000_000
+TICKS = 8
+FRAME_S = 0.008
+
+
+class Device:
+    """A device that stands still and remembers what it was told."""
+
+    def __init__(self, pacing):
+        self.info = DeviceInfo(model="test", dof=1, hand_force_known=True, pacing=pacing)
+        self.sample = DeviceSample(x=0.1, xd=0.02, f_h=0.5)
+        self.forces = []
+        self.couplings = 0
+        self.stops = 0
+        self.error = None
+
+    def read(self, due_ns):
+        if self.error:
+            raise self.error
+        return self.sample
+
+    def write(self, f_m):
+        self.forces.append(f_m)
+
+    def couple(self):
+        self.couplings += 1
+
+    def stop(self):
+        self.stops += 1
+
+
+class Wires:
+    """Wires that end in lists, and the link among them."""
+
+    def __init__(self):
+        self.arrived = []
+        self.sent = []
+        self.blocks = []
+        self.energies = []
+        self.motions = 0
+
+    @property
+    def link(self):
+        return self
+
+    def take(self):
+        arrived, self.arrived = self.arrived, []
+        return arrived
+
+    def send(self, packet):
+        self.sent.append(packet)
+
+    def publish_trace(self, block, loop):
+        series = {name: list(values) for name, values in block.series().items()}
+        self.blocks.append((block.first_tick, block.start_ns, series))
+        self.energies.append(block.energy)
+
+    def publish_motion(self, sample, f, due_ns):
+        self.motions += 1
+
+
+class Rig:
+    """A loop between fakes, and a clock that shows what the test says."""
+
+    def __init__(self, *, rate_drop=TICKS, pacing="host"):
+        master = MasterParams(rate_drop=rate_drop)
+        self.device, self.wires, self.now_ns = Device(pacing), Wires(), 0
+        self.server = Packer(99, period=FRAME_S)
+        protocol = make_force_loop(
+            master,
+            BaselineParams(),
+            SafetyParams(),
+            controller="pmwvc",
+            dof=1,
+            server_period_s=FRAME_S,
+            epoch=7,
+            schedule=LIVE,
+            watched=pacing == "event",
+        )
+        self.loop = MasterLoop(
+            protocol,
+            self.device,
+            wires=self.wires,
+            tick_s=0.001,
+            dof=1,
+            clock=lambda: self.now_ns,
+        )
+
+    def tick(self, grid, *, skipped=0):
+        self.now_ns = grid * TICK_NS
+        self.loop.tick(Tick(grid, grid, self.now_ns, self.now_ns, 0, skipped))
+
+    def ticks(self, *grids):
+        for grid in grids:
+            self.tick(grid)
+
+    def answer(self, wave=0.0):
+        self.wires.arrived.append(self.server.pack(wave, 0.0, self.now_ns))

@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The verdict of a page while its session runs: shaking, force limits, an encoder, a new delay."""
+
+import pytest
+from support.simulated import simulated
+
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_bringup.scenarios import load
+from pmwvc_core.numeric import signal
+from pmwvc_view.controls import changed
+from pmwvc_view.description import lags
+from pmwvc_view.feed import Feed
+from pmwvc_view.protocol.snapshot import Layout
+from pmwvc_view.ramp import ramped
+from pmwvc_view.simulated import Simulation
+from pmwvc_view.verdict import verdict
+
+MS = 1_000_000
+PERIOD_S = 0.016
+
+
+def told(name, seconds, settings_texts=(), targets=None, change=None):
+    """Return feed and messages of a session of a page, as it is told eight times a second.
+
+    Parameters
+    ----------
+    targets
+        The hand's target at a time [s].
+    change
+        A time and what changes then: ``(time_s, path, value)``.
+    """
+    scenario = load(name, settings_texts=settings_texts)
+    names = [user.name for user in scenario.users]
+    feed = Feed(Layout(names, scenario.dof), names, period_ns=16 * MS, scenario=scenario)
+    simulation = Simulation(scenario, feed, epoch=1)
+    found = []
+    for tick in range(16, 1000 * seconds, 16):
+        if targets is not None:
+            place = targets(tick * 1e-3)
+            simulation.targets["user1"].give(None if place is None else signal((place,), 1))
+        if change is not None and tick >= 1e3 * change[0]:
+            wanted = changed(scenario, dict([change[1:]]))
+            following = ramped(scenario, wanted, over_s=PERIOD_S)
+            simulation.change(scenario, following)
+            scenario = following
+        simulation.run(tick)
+        feed.others = lags(scenario, live=False)
+        feed.rows(tick * MS)
+        if tick % 128 == 0:
+            found.append(verdict(feed, names, storage_j={}, exact_hands=names, notices=[]))
+    return feed, found
+
+
+LATE_WALL = ("channel=plain", "server.coupling=one_frame_late")
+
+
+def test_wall_that_comes_late_shakes_the_device_though_its_channel_is_passive():
+    _, found = told("wall", 6, (*LATE_WALL, "server.contact_stiffness=2000"))
+    bad = [each for each in found if each["level"] == "bad"]
+    assert all(each["verdict"].startswith("Not stable: user1 shakes: +-8 N at ") for each in bad)
+    frequencies = [float(each["verdict"].split()[-2]) for each in bad]
+    assert bad and all(15.0 < each < 30.0 for each in frequencies)  # measured on the trace: 19 Hz
+    # Wall and avatar have come apart: it is over, and not forgotten.
+    assert found[-1]["level"] == "good"
+    assert found[-1]["notices"][0].startswith("user1 shook until 4 s: up to +-8 N")
+
+
+@pytest.mark.parametrize(
+    ("name", "seconds", "settings_texts"),
+    [
+        ("wall", 5, (*LATE_WALL, "server.contact_stiffness=500")),
+        ("carry_16ms", 9, ()),  # hands close, then carry
+        ("carry_16ms", 4, ("task.grip_rise_s=0.3",)),
+    ],
+)
+def test_closing_and_carrying_hands_do_not_shake(name, seconds, settings_texts):
+    _, found = told(name, seconds, settings_texts)
+    assert [each["notices"] for each in found] == [[]] * len(found)
+    assert {each["level"] for each in found} == {"caution", "good"}  # soft start, then
+
+
+def test_person_who_taps_three_times_a_second_or_lets_go_does_not_shake_the_device():
+    def targets(time_s):
+        if time_s < 1.0 or 4.0 < time_s < 4.5:
+            return None
+        return -0.045 + (0.03 if time_s * 3.0 % 1.0 < 0.5 else 0.01)
+
+    feed, found = told("wall", 7, ("operator.kind=remote",), targets)
+    assert len(feed.shaking("user1")._contacts) > 4
+    assert all("shakes" not in each["verdict"] and not each["notices"] for each in found)
+
+
+def test_force_that_stays_at_its_limit_is_said():
+    settings_texts = ("operator.kind=remote", "safety.max_force=0.3")
+    _, found = told("wall", 4, settings_texts, lambda _: 0.0)
+    assert found[-1]["level"] == "caution"
+    assert "force at its limit: user1 (0.3 N)" in found[-1]["verdict"]
+
+
+ENCODER = ("device.encoder_step_m=50e-6", "device.velocity=euler")
+
+
+def test_hand_with_an_encoder_is_judged_by_its_true_motion_as_in_the_report():
+    scenario = load("wall", settings_texts=ENCODER, duration_s=4.0)
+    feed, found = told("wall", 4, ENCODER)
+    energy = user_energies(simulated(scenario), scenario)[0]
+    least_j = feed.accounts("user1").hand.least_j
+    assert least_j == pytest.approx(energy.joint.balance_j.min(), rel=0.1) and least_j < -1e-4
+    assert found[-1]["verdict"].startswith("Not passive: user1, hand to object, gave out 0.14")
+
+
+def test_delay_that_changes_under_load_is_noted_until_the_device_is_coupled_anew():
+    """The distance keeps its old part: F tau/2b of the new delay is not what is seen."""
+    _, found = told("wall", 7, change=(5.0, "link.delay_s", 0.04))
+    notes = [each["users"]["user1"]["note"] for each in found]
+    assert notes[: 5000 // 128] == [""] * (5000 // 128)
+    assert notes[-1].startswith("the delay changed under load")
+    _, found = told("wall", 3, change=(1.0, "link.delay_s", 0.04))  # before it touches
+    assert {each["users"]["user1"]["note"] for each in found} == {
+        "",
+    }
