@@ -24,23 +24,16 @@ def finish(
     *,
     out: str | Path | None = None,
 ) -> dict[str, Any]:
-    """Write ``summary.json``, ``budget.json``, ``plots/`` and ``report.html`` of a session.
+    """Write ``summary.json``, ``budget.json``, ``plots/`` and ``report.html``; return the summary.
 
     Parameters
     ----------
-    folder
-        The session folder.
     traces
         Read from the folder when not given.
     scenario
         Read from the folder's ``scenario.yaml`` when not given; may be missing altogether.
     out
         Where to write instead of into the session folder, such as when its disk is full.
-
-    Returns
-    -------
-    dict
-        The summary, as written.
 
     Raises
     ------

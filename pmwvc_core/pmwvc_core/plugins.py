@@ -138,10 +138,6 @@ class Records(Generic[R]):
 
     Parameters
     ----------
-    kind
-        Class of the records.
-    library
-        Those that come with the program.
     group, parameter, what
         Group of entry points; parameter that names a record; the kind with its article, for
         messages.

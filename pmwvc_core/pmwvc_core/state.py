@@ -74,8 +74,6 @@ def attributes(block: Stateful, *kinds: str) -> Iterator[tuple[str, Any, str]]:
 
     Parameters
     ----------
-    block
-        The outermost block.
     kinds
         ``SIGNALS`` or ``MEMORY``; both by default. Code from elsewhere that stands where a block
         may (a plug-in) is memory as a whole.

@@ -9,11 +9,6 @@ from pmwvc_master.devices import DeviceSample
 class DeviceWork:
     """Running sums of work [J].
 
-    Parameters
-    ----------
-    hand_force_known
-        Whether samples hold the hand's force.
-
     Attributes
     ----------
     device, hand

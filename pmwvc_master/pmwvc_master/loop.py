@@ -29,10 +29,6 @@ class MasterLoop:
     ----------
     protocol
         Receiver, controller, limits and sender.
-    device
-        The haptic device, opened.
-    wires
-        The outside.
     tick_s, dof
         Period of the loop [s], axes.
     clock

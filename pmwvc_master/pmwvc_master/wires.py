@@ -30,8 +30,6 @@ class RosWires:
 
     Parameters
     ----------
-    node
-        The node that owns publishers and subscription.
     dof, epoch
         Axes of the packets, and the epoch of this master.
     frame_s

@@ -32,10 +32,6 @@ class Relay:
 
     Parameters
     ----------
-    node
-        The node that owns the subscriptions.
-    links, inlets
-        The links, and the subscription of each.
     report
         Called after each round with the time [ns]; returns when it wants to be called again.
     """

@@ -80,8 +80,6 @@ class RelayedLink:
 
     Parameters
     ----------
-    name
-        Name of the link.
     link
         What decides on delay and loss.
     take

@@ -22,17 +22,7 @@ STATES_NS = 250_000_000
 
 
 class Reports:
-    """Publishers of fates and states.
-
-    Parameters
-    ----------
-    node
-        The node that owns the publishers.
-    links
-        What to report on.
-    seed
-        The seed all links have in common.
-    """
+    """Publishers of fates and states."""
 
     def __init__(self, node: Node, links: Sequence[RelayedLink], *, seed: int) -> None:
         self.worst_error_ns = 0  # latest release since somebody set this to zero

@@ -65,8 +65,6 @@ class Settings:
 
     Parameters
     ----------
-    node
-        The node to declare them on.
     listener
         Gets name and complete settings of a link after each accepted change, in the thread that
         serves parameters.

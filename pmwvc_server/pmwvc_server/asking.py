@@ -55,13 +55,7 @@ class _Job:
 
 
 class Worker:
-    """Runs one exchange at a time in a thread of its own.
-
-    Parameters
-    ----------
-    patience_s
-        How long an answer is waited for [s].
-    """
+    """Runs one exchange at a time in a thread of its own."""
 
     def __init__(self, patience_s: float) -> None:
         self._patience_s = patience_s

@@ -43,10 +43,6 @@ class ServerLoop:
     ----------
     protocol
         Receivers, membership, environment, target and senders.
-    wires
-        The outside.
-    period_s
-        Time step of the environment [s].
     clock
         The monotonic clock [ns].
 

@@ -39,8 +39,6 @@ class Scene:
 
     Parameters
     ----------
-    users
-        Names of the users.
     size_m
         Edge length of the object [m].
     dof

@@ -159,8 +159,6 @@ def declare_settings(
 
     Parameters
     ----------
-    node
-        The node to declare them on.
     on_server, on_contact, on_pause
         Get complete new parameters after each accepted change, in the thread that serves
         parameters; those of a contact with the number of the user, from 0.

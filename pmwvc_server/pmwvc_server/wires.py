@@ -26,14 +26,8 @@ class RosWires:
 
     Parameters
     ----------
-    node
-        The node that owns publishers and subscriptions.
-    users
-        Names of the users.
     dof, epoch
         Axes of the packets, and the epoch of this server.
-    period_s
-        Time step of the server [s].
     token
         The key of the session; None for an open one.
     """

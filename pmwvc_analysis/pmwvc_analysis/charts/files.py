@@ -14,8 +14,6 @@ def write(chart: Chart, folder: Path, span: Span | None = None) -> list[Path]:
 
     Parameters
     ----------
-    chart, folder
-        The figure, and the folder, made if missing.
     span
         Range of the time axis [s]; that of the curves by default.
     """

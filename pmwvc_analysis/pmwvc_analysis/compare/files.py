@@ -35,10 +35,6 @@ def write_tables(
     ----------
     folder
         Where to; it exists.
-    title
-        Of the report.
-    entries
-        The sessions, measured.
     about
         Further keys of ``comparison.json``: ``kind``; ``notes``, a list of sentences for the
         report.

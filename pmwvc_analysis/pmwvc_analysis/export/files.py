@@ -32,12 +32,8 @@ def export(
     ----------
     target
         A folder for ``csv``, which is made, else a file.
-    traces
-        The session, one run.
     scenario
         Its parameters, which are written along; may be missing.
-    kind
-        One of ``KINDS``.
 
     Raises
     ------

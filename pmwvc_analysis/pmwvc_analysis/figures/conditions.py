@@ -20,8 +20,6 @@ def conditions(scenario: Scenario, source: str, *, without: Container[str] = ())
 
     Parameters
     ----------
-    scenario
-        The scenario.
     source
         Origin of the figure's numbers, first in the line.
     without

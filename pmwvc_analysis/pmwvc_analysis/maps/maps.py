@@ -38,12 +38,8 @@ class Grid:
 
     Attributes
     ----------
-    scenario
-        All other parameters.
     x, y
         Columns and rows of the map.
-    live
-        Phases of a live session.
     """
 
     scenario: Scenario
@@ -117,8 +113,6 @@ def compute(
 
     Parameters
     ----------
-    grid
-        What to compute.
     workers
         Processes; by default all cores, and none beside this one for a small map.
     dask

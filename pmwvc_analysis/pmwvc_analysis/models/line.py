@@ -21,8 +21,6 @@ class Line:
 
     Parameters
     ----------
-    user, scenario
-        Parameters.
     serve
         When the server steps.
     dof, ticks

@@ -50,8 +50,6 @@ def require_linear(scenario: Scenario, *, several_axes: bool = False) -> None:
 
     Parameters
     ----------
-    scenario
-        What is asked of.
     several_axes
         Whether axes may be coupled by an impedance matrix, which most questions do not ask.
 

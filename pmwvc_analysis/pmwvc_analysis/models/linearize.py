@@ -25,8 +25,6 @@ class Linear(NamedTuple):
 
     Attributes
     ----------
-    loop
-        What was stepped.
     columns
         Column of every state, by its name and axis.
     rows

@@ -49,8 +49,6 @@ class MultirateModel:
         Names of the n states.
     ticks, tick_s
         Length of the hyperperiod in ticks, and of a tick [s].
-    users
-        Names of the users.
     inputs
         B, ``(n, users * ticks)``, per N of a hand pushing the device.
     outputs

@@ -32,8 +32,6 @@ def reduced(rows: Array, read: Sequence[Array], *, always: Callable[[int], bool]
         ``(runs, n, n and inputs)``: the states after a step.
     read
         ``(runs, signals, n and inputs)``: what is read of them otherwise.
-    always
-        Tells of a state that it is kept.
     """
     n = rows.shape[1]
     rows, read = rows.copy(), [each.copy() for each in read]

@@ -87,17 +87,7 @@ def _flags(scenario: Scenario, *, live: bool) -> Array:
 
 
 def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Limit:
-    """Return the largest contact stiffness [N/m], all contacts in proportion.
-
-    Parameters
-    ----------
-    scenario
-        Everything else.
-    live
-        Phases of a live session.
-    bound
-        Largest stiffness looked at.
-    """
+    """Return the largest contact stiffness [N/m], all contacts in proportion."""
     smaller = subproblems(scenario)
     long = any(is_long(part.scenario, live=live) for part in smaller)
 

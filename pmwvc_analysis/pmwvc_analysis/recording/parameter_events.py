@@ -133,8 +133,6 @@ def parameter_changes(changes: Sequence[ParameterChange], folder: Path, zero_ns:
 
     Parameters
     ----------
-    changes
-        What was recorded, in the order of time.
     folder
         The session folder, with the nodes' parameter files in ``nodes``.
     zero_ns

@@ -41,8 +41,6 @@ def links(
 
     Parameters
     ----------
-    traces, recorded, replayed
-        The session, its scenario, and the one of the replay.
     known
         What was sent and what was used when, by name of the link.
 

@@ -62,10 +62,6 @@ def prescription(
 
     Parameters
     ----------
-    traces, recorded
-        The session and its scenario.
-    replayed
-        The scenario with other parameters.
     hand
         See the module; chosen for each user when not given.
 

@@ -71,10 +71,6 @@ def replay(
 
     Parameters
     ----------
-    traces, recorded
-        The session and its scenario.
-    replayed
-        The scenario with other parameters.
     hand
         See :mod:`pmwvc_analysis.replay.recorded`.
     progress

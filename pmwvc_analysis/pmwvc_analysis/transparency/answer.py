@@ -30,10 +30,6 @@ def answer(
 
     Parameters
     ----------
-    name
-        Of the scenario.
-    found
-        The answer of the model.
     measured, model
         What a recording shows, and the model at the same frequencies.
     """

@@ -39,8 +39,6 @@ def response(
 
     Parameters
     ----------
-    model
-        With inputs and outputs.
     frequency_hz
         ``(points,)``, above zero and up to half the tick rate.
     output, user

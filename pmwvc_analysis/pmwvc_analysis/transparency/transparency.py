@@ -93,10 +93,6 @@ def transparency(
         Linear but for grip contacts, which are taken as touching.
     frequency_hz
         Where; by default 0.1 Hz to a quarter of the tick rate.
-    user
-        Whose device.
-    live
-        Phases of a live session instead of the simulator's.
 
     Raises
     ------

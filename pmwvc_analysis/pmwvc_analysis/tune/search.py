@@ -50,8 +50,6 @@ class Proposal:
 
     Attributes
     ----------
-    best
-        The proposal.
     others
         The alternatives by name: as given, stiffer, lighter, other filters and holds.
     bounds

@@ -43,10 +43,6 @@ def combinations(
 
     Parameters
     ----------
-    name
-        Scenario, by name or file.
-    over
-        Parameters with their values.
     controllers
         Words of :mod:`pmwvc_bringup.comparison.variants`, an axis of their own.
     settings_texts, users, duration_s

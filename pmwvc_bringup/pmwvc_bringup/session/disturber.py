@@ -22,12 +22,6 @@ class Disturber:
     ----------
     wanted
         What to do, in the order of time.
-    nodes
-        The nodes of the session.
-    children
-        Their processes.
-    environment, logs
-        Of a node that is started again.
     note
         Takes each disturbance as an event.
     """

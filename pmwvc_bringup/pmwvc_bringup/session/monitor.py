@@ -42,15 +42,7 @@ RATE_STATES = 25  # six seconds of link states
 
 
 class Monitor:
-    """A session seen from outside.
-
-    Parameters
-    ----------
-    node
-        The node that subscribes and calls services.
-    users
-        Names of the users.
-    """
+    """A session seen from outside."""
 
     def __init__(self, node: Node, users: Sequence[str]) -> None:
         self._node = node

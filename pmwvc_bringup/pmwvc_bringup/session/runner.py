@@ -52,12 +52,8 @@ class LiveSession:
 
     Parameters
     ----------
-    scenario
-        What to run.
     folder
         The session folder; it exists and is empty.
-    console
-        For the texts for people.
     page
         Where its page is served; None: nowhere.
     browser

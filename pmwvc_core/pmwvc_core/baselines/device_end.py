@@ -22,13 +22,7 @@ from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 
 
 class DeviceEnd(Stateful, ABC):
-    """A master's end without waves, at rest at first.
-
-    Parameters
-    ----------
-    tick_s : float
-        Period of the force loop [s].
-    """
+    """A master's end without waves, at rest at first."""
 
     MEMORY = "_x _xd _heard energy_u_m energy_v_m"
     flags = FLAG_DIRECT

@@ -72,8 +72,6 @@ class PspmMaster(DeviceEnd):
     ----------
     params
         Spring, damper and tank; numbers may be ``(runs, 1)``.
-    tick_s
-        Period of the force loop [s].
     """
 
     BLOCKS = "spring"

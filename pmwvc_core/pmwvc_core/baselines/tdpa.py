@@ -133,8 +133,6 @@ class TdpaMaster(DeviceEnd):
     ----------
     params
         Local damper, limit and fading of the controller's; numbers may be ``(runs, 1)``.
-    tick_s
-        Period of the force loop [s].
     """
 
     BLOCKS = "observer"

@@ -44,8 +44,6 @@ class VirtualCouplingMaster(DeviceEnd):
     ----------
     params
         The coupling; numbers may be ``(runs, 1)``.
-    tick_s
-        Period of the force loop [s].
     """
 
     SIGNALS = "_p _pd"

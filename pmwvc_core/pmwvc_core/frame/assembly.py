@@ -86,8 +86,6 @@ def make_force_loop(
         Of the user.
     controller, channel, dof, server_period_s
         Of the session: controller and channel by name, axes, time step of the server [s].
-    epoch
-        Of its packets.
     schedule
         Phases of a frame.
     workspace_m
@@ -140,16 +138,12 @@ def make_server_step(
 
     Parameters
     ----------
-    users
-        Their parameters.
     controller, channel, dof, server, task
         Of the session.
     times
         Silence, release and start.
     epochs
         Of the packets to each user.
-    call
-        How a black box is asked.
     idle_until_joined
         Whether steps begin with the first user.
     """

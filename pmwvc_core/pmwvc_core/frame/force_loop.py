@@ -57,16 +57,12 @@ class ForceLoop(Stateful):
     ----------
     controller
         From motion to force and waves.
-    safety
-        The limits between controller and device.
     inbox
         The receiver of the returning packets.
     packer
         Numbers the outgoing packets and keeps their running sums.
     rate_drop, answer_tick
         Ticks per frame, and the one of them that takes the answer.
-    tick_s
-        Period of a tick [s].
     watched
         Whether the device marks fresh samples; without a fresh one for ``STALE_S``
         no force is rendered.
@@ -171,8 +167,6 @@ class ForceLoop(Stateful):
         ----------
         tick
             Its number; frames start at the multiples of the rate drop.
-        now_ns
-            Time of the tick.
         sample
             Of the device at the start of the tick. Where it cannot be trusted (not valid, or
             stale), no force is rendered, and after it the force rises from zero.

@@ -71,14 +71,10 @@ class ServerStep(Stateful):
 
     Parameters
     ----------
-    server
-        The environment with its ports.
     target
         Where the object is to be brought.
     inboxes, packers
         One receiver and one sender per user.
-    release_s
-        Silence after which a user is taken out [s].
     idle_until_joined
         Whether steps begin with the first user rather than with the first tick.
 
@@ -147,8 +143,6 @@ class ServerStep(Stateful):
 
         Parameters
         ----------
-        now_ns
-            Time of the step.
         packets
             Of each user, arrived since the last step, in the order of arrival.
 

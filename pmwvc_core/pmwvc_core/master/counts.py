@@ -28,11 +28,6 @@ ROUNDING = 1e-6
 class BetweenCounts(Stateful):
     """See the module.
 
-    Parameters
-    ----------
-    tick_s
-        Period of the force loop [s].
-
     Attributes
     ----------
     dx

@@ -47,8 +47,6 @@ class PluginModel(Stateful):
         Names the model.
     matched
         Slope of a matched damper, the impedance of the port [N s/m].
-    tick_s
-        Period of the force loop [s].
 
     Raises
     ------

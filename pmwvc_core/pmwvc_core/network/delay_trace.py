@@ -69,8 +69,6 @@ def load_delay_trace(path: str, scale: float, column: str = "") -> DelayTrace:
 
     Parameters
     ----------
-    path
-        The file.
     scale
         Seconds per unit of the delay column; half of it where the delay is a round trip and each
         direction gets half. Of ping and IRTT, whose units are known, a factor.

@@ -46,8 +46,6 @@ class FateLog:
 
         Parameters
         ----------
-        fate
-            What the link decided.
         time_out_ns
             When the packet really left; 0: never.
         epoch, seq

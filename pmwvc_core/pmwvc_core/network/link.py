@@ -38,8 +38,6 @@ class Link(InFlight):
 
     Parameters
     ----------
-    params
-        The settings.
     seed
         Of the random numbers; see :func:`stream_of`.
     direction

@@ -65,13 +65,7 @@ def _whole(values: Array) -> tuple[int, ...]:
 
 
 class SlotGate:
-    """The slots of tc-netem: the next one is drawn once the queue meets a gate that is past.
-
-    Parameters
-    ----------
-    stream
-        Random numbers, by the number of the slot.
-    """
+    """The slots of tc-netem: the next one is drawn once the queue meets a gate that is past."""
 
     def __init__(self, stream: Stream) -> None:
         self._stream = stream
@@ -109,13 +103,7 @@ class SlotGate:
 
 
 class NetemMode:
-    """The state of the discipline of one link.
-
-    Parameters
-    ----------
-    stream
-        Random numbers.
-    """
+    """The state of the discipline of one link."""
 
     def __init__(self, stream: Stream) -> None:
         self._stream = stream

@@ -19,15 +19,7 @@ OWN = 256  # keeps the seeds of blocks apart from those of packets
 
 
 class Stream:
-    """Random numbers in [0, 1) of one effect of the library on one link.
-
-    Parameters
-    ----------
-    seed
-        Of the link.
-    name
-        Of the effect.
-    """
+    """Random numbers in [0, 1) of one effect of the library on one link."""
 
     def __init__(self, seed: Sequence[int], name: str) -> None:
         self._key = (*seed, zlib.crc32(name.encode()))

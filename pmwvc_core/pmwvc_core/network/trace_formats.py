@@ -44,8 +44,6 @@ def read_rows(path: str, column: str) -> Rows:
 
     Parameters
     ----------
-    path
-        The file.
     column
         Name of the column of delays; empty: the usual ones.
 

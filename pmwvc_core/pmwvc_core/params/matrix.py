@@ -37,8 +37,6 @@ def matrix_problem(text: str, dof: int | None = None) -> str | None:
 
     Parameters
     ----------
-    text
-        The parameter.
     dof
         Axes of motion, where they are known: the matrix has as many rows.
     """

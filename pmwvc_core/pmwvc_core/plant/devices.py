@@ -45,8 +45,6 @@ class SimulatedDevice(Stateful):
     ----------
     params
         The device; numbers may be ``(runs, 1)``.
-    tick_s
-        Period of the force loop, T_c [s].
     dof
         Number of axes; more than one makes all signals arrays ``(..., dof)``.
 

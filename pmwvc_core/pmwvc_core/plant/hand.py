@@ -79,8 +79,6 @@ class Hand(Operator):
         Half the object's width [m].
     start
         Where the device is at first, along axis 0 [m].
-    tick_s, dof
-        Period of the force loop [s]; number of axes.
 
     Attributes
     ----------

@@ -72,8 +72,6 @@ class RemoteHand(Operator):
         Arm, grip and limits.
     start
         Where the device is at first, along axis 0 [m].
-    tick_s, dof
-        Period of the force loop [s]; number of axes.
 
     Attributes
     ----------

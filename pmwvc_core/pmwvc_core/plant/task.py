@@ -85,14 +85,10 @@ class ShownTarget(Stateful):
 
     Parameters
     ----------
-    task
-        Where the target is to be.
     period_s
         Time step of the server [s].
     soft_start_s
         How long the masters take until their hands begin [s].
-    dof
-        Number of axes.
     """
 
     MEMORY = "_time_s position_m"

@@ -42,8 +42,6 @@ def unmatched(
 
     Parameters
     ----------
-    matches
-        What :func:`matched` returned.
     ends
         Topic -> wanted numbers of publishers and subscribers.
     """

@@ -130,8 +130,6 @@ class ParameterBinding:
 
     Parameters
     ----------
-    node
-        The node.
     settled
         Called behind the listeners of a set of parameters: what they hand over belongs together.
     """

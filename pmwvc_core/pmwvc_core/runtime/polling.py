@@ -62,14 +62,10 @@ class Polled:
     ----------
     node
         The owner; it has to outlive the loop that takes.
-    kind
-        Message class.
     topic
         Name of the topic, relative to the node's namespace.
     qos
         As the publisher's.
-    raw
-        Take serialized messages, as bytes.
     """
 
     def __init__(

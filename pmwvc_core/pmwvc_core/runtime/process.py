@@ -127,10 +127,9 @@ def publish_health(
 
     Parameters
     ----------
-    node
-        The node; its executor's thread calls ``collect``.
     collect
-        Returns level (``OK``, ``WARN``, ``ERROR``), one line for people, and values by name.
+        Returns level (``OK``, ``WARN``, ``ERROR``), one line for people, and values by name;
+        called by the thread of the node's executor.
     """
     types = live_types()
     publisher = node.create_publisher(types.DiagnosticArray, "/diagnostics", 10)

@@ -21,12 +21,8 @@ class Receptions:
 
     Parameters
     ----------
-    node, topic
-        The node, and the name of the topic.
     inboxes
         Receiver of each link by its name.
-    epoch
-        Of the node.
     other_controller
         Returns how many packets of another kind of controller came, over all links.
     """

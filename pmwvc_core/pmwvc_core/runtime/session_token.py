@@ -16,8 +16,6 @@ def declare_token(node: Node, *, user: str) -> Token | None:
 
     Parameters
     ----------
-    node
-        The node to declare it on.
     user
         Whose token it has to be; "" for the key of the whole session.
 

@@ -21,10 +21,6 @@ class WaveTopics:
 
     Parameters
     ----------
-    node, types
-        The node that owns subscription and publisher, and its message types.
-    incoming, outgoing
-        Names of the topics.
     admission
         Seals what is sent, judges what comes in.
     dof, period_s

@@ -140,10 +140,6 @@ def varied(scenario: Scenario, name: str, value: object) -> Scenario:
 
     Parameters
     ----------
-    scenario
-        The others.
-    name
-        As for ``--set``.
     value
         A plain value, or a column ``(runs, 1)`` for a stackable name.
 

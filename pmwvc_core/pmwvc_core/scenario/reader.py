@@ -46,8 +46,6 @@ def parse_scenario(
 
     Parameters
     ----------
-    mapping
-        What a scenario file holds.
     source
         Where it comes from, for messages.
     overrides

@@ -22,13 +22,10 @@ def make_contact(
 
     Parameters
     ----------
-    params : ContactParams
     side : int
         -1: the user stands left of the object and pushes towards +x; +1: right.
     size : Value
         Edge length of the object along axis 0 [m].
-    dof : int
-        Number of axes.
     coupled : bool
         Whether the impedance of the wave port couples the axes.
     """

@@ -38,8 +38,6 @@ class LoopTimes:
 
     Parameters
     ----------
-    rate_drop
-        Ticks per frame.
     first
         Tick of the session with which its first frame starts.
     answer
@@ -79,8 +77,6 @@ def events(loops: Sequence[LoopTimes], steps: Steps, *, ticks: int, tick_ns: int
 
     Parameters
     ----------
-    loops, steps
-        When they run.
     ticks, tick_ns
         Length of the session, and of a tick [ns].
     """

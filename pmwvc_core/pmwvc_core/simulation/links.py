@@ -31,8 +31,6 @@ class SimulatedLink:
         Settings of the link and its random stream; or the link itself, as recorded.
     inbox
         The receiver at its end.
-    dof
-        Values per packet.
     direction
         0: from user to server, 1: back.
     """

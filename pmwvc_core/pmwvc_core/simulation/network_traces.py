@@ -20,10 +20,6 @@ class PacketTable:
     ----------
     seen
         Packets with the times at which they were seen [ns].
-    topic
-        Where.
-    runs, dof
-        Size of the values.
     """
 
     def __init__(

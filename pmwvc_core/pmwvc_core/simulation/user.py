@@ -26,12 +26,8 @@ class SimulatedUser:
 
     Parameters
     ----------
-    scenario, runs
-        The scenario, stacked for this many runs.
     index
         Number of the user, from 0.
-    server_inbox
-        Receiver of its packets at the server.
     conditions
         Whatever does not come from the scenario.
     """

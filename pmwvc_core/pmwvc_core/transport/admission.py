@@ -68,8 +68,6 @@ class Admission:
         ----------
         data
             The message; its length is a packet's.
-        now_ns
-            This end's monotonic clock.
         """
         body, check, session, tag = data[: _CHECK.start], data[_CHECK], data[_SESSION], data[_TAG]
         if check != bytes(4) and check != _crc(body, session + tag):

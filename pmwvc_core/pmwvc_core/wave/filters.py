@@ -104,8 +104,6 @@ class AntiAliasing(Stateful):
     ----------
     params
         Which filter; numbers may be ``(runs, 1)``.
-    tick_s
-        Period of the fast ticks, T_c [s].
     rate_drop
         M, ticks per frame.
     """

@@ -28,8 +28,6 @@ class Hold(Stateful):
 
     Parameters
     ----------
-    kind
-        ``zoh`` or ``foh``.
     ticks
         M, the number of ticks a packet stands for.
     """

@@ -34,8 +34,6 @@ class HandTopics:
     ----------
     node
         The master's node; topics are relative to its namespace.
-    dof
-        Axes of the device.
 
     Raises
     ------

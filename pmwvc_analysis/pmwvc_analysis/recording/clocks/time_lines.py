@@ -35,19 +35,7 @@ def time_lines(
     waves: Mapping[str, Sequence[Wave]],
     fates: Mapping[str, FateTraces],
 ) -> TimeLines:
-    """Return the times of all trace messages, in their order.
-
-    Parameters
-    ----------
-    masters
-        Blocks of each user by its name.
-    steps, steps_log_ns
-        Steps of the server, and when they were recorded.
-    waves
-        Packets by topic.
-    fates
-        Fates of the packets by link.
-    """
+    """Return the times of all trace messages, in their order; packets are by topic."""
     offset_ns = _offset_ns(steps, np.array(steps_log_ns, dtype=np.int64)) if steps else 0
     times: dict[str, Integers] = {}
     alignment: dict[str, Alignment] = {}

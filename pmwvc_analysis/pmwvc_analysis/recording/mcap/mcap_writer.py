@@ -33,13 +33,7 @@ def _bytes(record: mcap.McapRecord) -> bytes:
 
 
 class McapWriter:
-    """Writes one MCAP file to a binary stream.
-
-    Parameters
-    ----------
-    stream
-        Open for writing; not closed here.
-    """
+    """Writes one MCAP file to a binary stream, which is not closed here."""
 
     def __init__(self, stream: BinaryIO) -> None:
         import zstandard

@@ -26,13 +26,6 @@ class Uniform(Protocol):
 class Effect:
     """An effect at work on one link. Hooks stand in the order in which they are called; each does
     nothing unless a class overrides it. Times are integer nanoseconds.
-
-    Parameters
-    ----------
-    params
-        Settings of the link.
-    uniform
-        Random numbers of the effect.
     """
 
     begin_ns = 0  # when the first packet entered the link

@@ -64,8 +64,6 @@ def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
 
     Parameters
     ----------
-    data
-        The serialized message.
     came_ns
         This end's clock at its reception [ns].
     """
