@@ -61,11 +61,9 @@ class Reports:
     def _publish_fates(self, relayed: RelayedLink) -> None:
         while len(relayed.fates):
             block = relayed.fates.take(BLOCK)
-            columns = {f.name: getattr(block, f.name) for f in dataclasses.fields(block)}
-            columns["size"] = columns.pop("bytes")
             self._fates.publish(
                 messages.packet_fates(
-                    self._types, stamp_ns=time.time_ns(), link=relayed.name, **columns
+                    self._types, stamp_ns=time.time_ns(), link=relayed.name, **vars(block)
                 )
             )
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from rclpy.node import Node
 
-from pmwvc_core.frame.server_step import ServerRow
+from pmwvc_core.frame.server_step import PortRow, ServerRow
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.runtime.polling import TRACE_QOS, offered
@@ -65,7 +65,8 @@ class RosWires:
         self, loop: ServerLoop, row: ServerRow, tick: Tick, compute_s: float
     ) -> None:
         """Publish the step just made."""
-        x_s, xd_s, f_s, u_s, v_s, energy_u_s, energy_v_s, contact = zip(*row.ports, strict=True)
+        signals = row._asdict()
+        signals |= zip(PortRow._fields, zip(*signals.pop("ports"), strict=True), strict=True)
         self._trace.publish(
             messages.server_trace(
                 self._types,
@@ -76,23 +77,8 @@ class RosWires:
                 period=loop.period_s,
                 dof=self._dof,
                 users=self._users,
-                x_o=row.x_o,
-                xd_o=row.xd_o,
-                target=row.target,
-                x_s=x_s,
-                xd_s=xd_s,
-                f_s=f_s,
-                u_s=u_s,
-                v_s=v_s,
-                state=row.state,
-                contact=[bool(touching) for touching in contact],
-                energy_u_s=energy_u_s,
-                energy_v_s=energy_v_s,
-                kinetic=row.kinetic,
-                potential=row.potential,
-                dissipated=row.dissipated,
-                accounts=row.accounts,
                 lateness=tick.lateness_ns * 1e-9,
                 compute=compute_s,
+                **signals,
             )
         )

@@ -123,7 +123,7 @@ def fates(types):
         first=65,
         epoch=np.array([2**64 - 1, 0], np.uint64),
         seq=np.array([1, 2], np.uint32),
-        size=np.array([126, 126], np.uint32),
+        bytes=np.array([126, 126], np.uint32),
         time_in_ns=np.array([1, 2], np.int64),
         time_due_ns=np.array([3, 0], np.int64),
         time_out_ns=np.array([4, 0], np.int64),

@@ -40,7 +40,7 @@ def test_a_wave_shows_epoch_and_number(seq, epoch):
 @given(st.text("abcdefgh/12", min_size=0, max_size=12), st.integers(1, 2**40), st.integers(1, 9))
 def test_fates_show_link_first_record_and_count(link, first, count):
     row = np.arange(count)
-    fields = {name: row for name in ("epoch", "seq", "size", "fate", "cause")}
+    fields = {name: row for name in ("epoch", "seq", "bytes", "fate", "cause")}
     fields |= {name: row for name in ("time_in_ns", "time_due_ns", "time_out_ns")}
     message = build.packet_fates(TYPES, stamp_ns=3, link=link, first=first, **fields)
     data = serialized(message, schemas.PACKET_FATE)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.clocks import clock
+from pmwvc_analysis.recording.link_blocks import COLUMNS
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.messages.fields import (
@@ -207,22 +208,13 @@ def fate_traces(link: str, messages: Sequence[PacketFate]) -> FateTraces:
     """Return the fate of each packet of a link, blocks in order and repeated ones left out."""
     blocks = list({int(m.first): m for m in sorted(messages, key=lambda m: int(m.first))}.values())
 
-    def column(field: str) -> Integers:
-        return np.concatenate([np.asarray(getattr(b, field)).astype(np.int64) for b in blocks])
-
     numbers = [np.arange(len(b.seq), dtype=np.int64) + int(b.first) for b in blocks]
-    return FateTraces(
-        link=link,
-        number=np.concatenate(numbers),
-        epoch=np.concatenate([np.asarray(b.epoch, dtype=np.uint64) for b in blocks]),
-        seq=column("seq"),
-        size_bytes=column("bytes"),
-        time_in_ns=column("time_in_ns"),
-        time_due_ns=column("time_due_ns"),
-        time_out_ns=column("time_out_ns"),
-        fate=column("fate"),
-        cause=column("cause"),
-    )
+    columns = {
+        name: np.concatenate([np.asarray(getattr(b, field)).astype(np.int64) for b in blocks])
+        for field, name in COLUMNS.items()
+    }
+    columns["epoch"] = np.concatenate([np.asarray(b.epoch, dtype=np.uint64) for b in blocks])
+    return FateTraces(link=link, number=np.concatenate(numbers), **columns)
 
 
 _RECEIVED = (

@@ -109,8 +109,8 @@ def _all(
             seq=1 + (list(traces.receptions).index(link) // 2 if way == "up" else 0),
             link=link,
             sender=0,
-            counts=received.counts,
-            passage=received.passage,
+            **received.counts,
+            **received.passage,
         )
         topic = f"/{'server' if way == 'up' else owner}/reception"
         yield Outgoing(end_ns, topic, schemas.RECEPTION, message)

@@ -17,6 +17,7 @@ from pmwvc_core.traces import FateTraces
 
 BLOCK_NS = 500_000_000
 STATE_NS = 1_000_000_000
+COLUMNS = {name: name for name in build.FATE_COLUMNS} | {"bytes": "size_bytes"}
 
 
 def fate_blocks(types: MessageTypes, fates: FateTraces, start: int) -> Iterator[tuple[int, Any]]:
@@ -38,14 +39,7 @@ def fate_blocks(types: MessageTypes, fates: FateTraces, start: int) -> Iterator[
                 stamp_ns=start + at_ns,
                 link=fates.link,
                 first=first + 1,
-                epoch=fates.epoch[part].tolist(),
-                seq=fates.seq[part].tolist(),
-                size=fates.size_bytes[part].tolist(),
-                time_in_ns=fates.time_in_ns[part].tolist(),
-                time_due_ns=fates.time_due_ns[part].tolist(),
-                time_out_ns=fates.time_out_ns[part].tolist(),
-                fate=fates.fate[part].tolist(),
-                cause=fates.cause[part].tolist(),
+                **{column: getattr(fates, name)[part] for column, name in COLUMNS.items()},
             ),
         )
 

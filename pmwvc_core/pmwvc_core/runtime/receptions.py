@@ -56,8 +56,8 @@ class Receptions:
                     seq=self._seq,
                     link=link,
                     sender=inbox.epoch,
-                    counts=counts(inbox, other_controller=self._other_controller()),
-                    passage=fields(Passage.of(inbox.path.estimate())),
+                    **counts(inbox, other_controller=self._other_controller()),
+                    **fields(Passage.of(inbox.path.estimate())),
                 )
             )
 

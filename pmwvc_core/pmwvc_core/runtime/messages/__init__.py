@@ -8,10 +8,15 @@ Every builder takes the message classes as its first argument: :func:`live_types
 does.
 """
 
-from pmwvc_core.runtime.messages.health import diagnostic
-from pmwvc_core.runtime.messages.links import link_state, packet_fates
+from pmwvc_core.runtime.messages.links import (
+    FATE_COLUMNS,
+    diagnostic,
+    link_state,
+    packet_fates,
+    reception,
+    wave,
+)
 from pmwvc_core.runtime.messages.misfits import misfit
-from pmwvc_core.runtime.messages.receptions import reception
 from pmwvc_core.runtime.messages.traces import TraceBlock, master_trace, server_trace
 from pmwvc_core.runtime.messages.types import (
     NS_PER_S,
@@ -21,9 +26,9 @@ from pmwvc_core.runtime.messages.types import (
     time_message,
     types_from,
 )
-from pmwvc_core.runtime.messages.waves import wave
 
 __all__ = [
+    "FATE_COLUMNS",
     "NS_PER_S",
     "MessageTypes",
     "TraceBlock",

@@ -1,27 +1,61 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""LinkState and PacketFate messages: the state of a link and the fates of its packets."""
+"""Messages of the links and of a node's health: Wave, PacketFate, LinkState, Reception and
+DiagnosticArray. Fields given by keyword are those of the ``.msg`` files.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pmwvc_core.params import LinkParams
-from pmwvc_core.runtime.messages.types import MessageTypes, time_message
+from pmwvc_core.runtime.messages.types import MessageTypes, axes, scalar, time_message
+from pmwvc_core.transport.packet import WavePacket
+
+FATE_COLUMNS = {  # of PacketFate, with their types as in ``array``
+    **{"epoch": "Q", "seq": "I", "bytes": "I", "fate": "B", "cause": "B"},
+    **dict.fromkeys(("time_in_ns", "time_due_ns", "time_out_ns"), "q"),
+}
+_SETTINGS = ("delay_s", "jitter_s", "jitter", "loss", "duplicate", "rate_limit_bps")
+
+
+def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> Any:
+    """Return a packet as a Wave message, as recordings hold it; loops send bytes (:mod:`.wire`).
+
+    A float stands for that value on each of ``dof`` axes.
+    """
+    plain = ("sent_ns", "epoch", "seq", "period", "flags", "session")
+    echo = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
+    return types.Wave(
+        stamp=time_message(types, stamp_ns),
+        energy=scalar(packet.energy),
+        check=0,
+        tag=0,
+        **{name: getattr(packet, name) for name in (*plain, *echo)},
+        **{
+            name: types.sequence(axes(getattr(packet, name), dof), "d")
+            for name in ("wave", "integral", "position")
+        },
+    )
+
+
+def packet_fates(
+    types: MessageTypes, *, stamp_ns: int, link: str, first: int, **columns: Sequence[int]
+) -> Any:
+    """Return a block of records, one entry a record in every column, as a PacketFate message."""
+    found = {name: types.sequence(columns[name], code) for name, code in FATE_COLUMNS.items()}
+    return types.PacketFate(stamp=time_message(types, stamp_ns), link=link, first=first, **found)
 
 
 def link_state(
     types: MessageTypes,
     *,
     stamp_ns: int,
-    link: str,
-    seq: int,
     counts: Mapping[str, int],
     delays: Mapping[str, float],
-    rate_hz: float,
     params: LinkParams,
-    seed: int,
+    **fields: Any,
 ) -> Any:
-    """Return counts, delays [s] and settings of a link as a LinkState message.
+    """Return counts, delays and settings of a link as a LinkState message.
 
     Parameters
     ----------
@@ -30,45 +64,22 @@ def link_state(
     delays
         ``delay_mean, delay_min, delay_max, delay_error_max`` since the last message [s].
     """
-    settings = ("delay_s", "jitter_s", "jitter", "loss", "duplicate", "rate_limit_bps")
-    return types.LinkState(
-        stamp=time_message(types, stamp_ns),
-        link=link,
-        seq=seq,
-        rate_hz=rate_hz,
-        seed=seed,
-        **counts,
-        **delays,
-        **{name: getattr(params, name) for name in settings},
-    )
+    settings = {name: getattr(params, name) for name in _SETTINGS}
+    stamp = time_message(types, stamp_ns)
+    return types.LinkState(stamp=stamp, **counts, **delays, **settings, **fields)
 
 
-def packet_fates(
-    types: MessageTypes,
-    *,
-    stamp_ns: int,
-    link: str,
-    first: int,
-    epoch: Sequence[int],
-    seq: Sequence[int],
-    size: Sequence[int],
-    time_in_ns: Sequence[int],
-    time_due_ns: Sequence[int],
-    time_out_ns: Sequence[int],
-    fate: Sequence[int],
-    cause: Sequence[int],
+def reception(types: MessageTypes, *, stamp_ns: int, **fields: Any) -> Any:
+    """Return counts and passage (:mod:`pmwvc_core.transport.reception`) as a message."""
+    return types.Reception(stamp=time_message(types, stamp_ns), **fields)
+
+
+def diagnostic(
+    types: MessageTypes, *, stamp_ns: int, level: int, values: Mapping[str, object], **fields: str
 ) -> Any:
-    """Return a block of records, one entry a record in every sequence, as a PacketFate message."""
-    return types.PacketFate(
-        stamp=time_message(types, stamp_ns),
-        link=link,
-        first=first,
-        epoch=types.sequence(epoch, "Q"),
-        seq=types.sequence(seq, "I"),
-        bytes=types.sequence(size, "I"),
-        time_in_ns=types.sequence(time_in_ns, "q"),
-        time_due_ns=types.sequence(time_due_ns, "q"),
-        time_out_ns=types.sequence(time_out_ns, "q"),
-        fate=types.sequence(fate, "B"),
-        cause=types.sequence(cause, "B"),
-    )
+    """Return the health of one node as a DiagnosticArray (level 0 fine, 1 warning, 2 error)."""
+    pairs = [types.KeyValue(key=key, value=str(value)) for key, value in values.items()]
+    level = types.octet(level)
+    status = types.DiagnosticStatus(level=level, hardware_id="", values=pairs, **fields)
+    header = types.Header(stamp=time_message(types, stamp_ns), frame_id="")
+    return types.DiagnosticArray(header=header, status=[status])

@@ -19,13 +19,13 @@ from pmwvc_core.runtime.messages.fields import (
     Trace,
     Wave,
 )
+from pmwvc_core.runtime.messages.links import FATE_COLUMNS
 
 MOST_DOF = 6
 MOST_STATES = 4  # of MasterTrace and ServerTrace, 0 to 3
 _LARGEST = 1 << 62  # numbers and times [ns] that overflow when they are added up
 _MASTER_AXES = ("x", "xd", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 _SERVER_AXES = ("x_s", "xd_s", "f_s", "u_s", "v_s")
-_FATE_COLUMNS = ("seq", "bytes", "time_in_ns", "time_due_ns", "time_out_ns", "fate", "cause")
 
 
 def misfit(kind: str, message: Any) -> str | None:
@@ -105,7 +105,7 @@ def _packet_fate(message: PacketFate) -> str | None:
         return f"link = {message.link!r}"
     if not 1 <= message.first < _LARGEST:
         return f"first = {message.first}"
-    return _lengths(message, dict.fromkeys(_FATE_COLUMNS, len(message.epoch)))
+    return _lengths(message, dict.fromkeys(FATE_COLUMNS, len(message.epoch)))
 
 
 _CHECKS: Mapping[str, Callable[[Any], str | None]] = {

@@ -3,7 +3,7 @@
 """The traces of both loops, as MasterTrace and ServerTrace messages."""
 
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,9 @@ from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.messages.types import MessageTypes, axes, scalar, time_message
 
 _PER_AXIS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
+_ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
+_OF_OBJECT = ("x_o", "xd_o", "target")
+_OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")
 
 
 class TraceBlock:
@@ -84,19 +87,9 @@ def master_trace(
     series: Mapping[str, Any],
     *,
     stamp_ns: int,
-    start_ns: int,
-    epoch: int,
-    seq: int,
-    first_tick: int,
-    period: float,
-    dof: int,
-    state: int,
-    reason: str,
-    missed: int,
-    safety_events: int,
-    hand_force_known: bool,
     energy: Mapping[str, Value],
     accounts: Mapping[str, Value],
+    **fields: Any,
 ) -> Any:
     """Return one block of ticks as a MasterTrace message.
 
@@ -108,31 +101,16 @@ def master_trace(
         ``u_m, u_tx, v_rx, v_m, device, hand`` [J] at the end of the block.
     accounts
         Energies that only this controller keeps [J].
+    fields
+        All others, as in ``MasterTrace.msg``.
     """
-    numbers = {n: types.sequence(series[n], "d") for n in _PER_AXIS}
-    numbers |= {n: types.sequence(series[n], "f") for n in ("lateness", "compute")}
     return types.MasterTrace(
         stamp=time_message(types, stamp_ns),
-        start_ns=start_ns,
-        epoch=epoch,
-        seq=seq,
-        first_tick=first_tick,
-        period=period,
-        dof=dof,
-        state=int(state),
-        reason=reason,
-        missed=missed,
-        safety_events=safety_events,
-        hand_force_known=hand_force_known,
-        energy_u_m=scalar(energy["u_m"]),
-        energy_u_tx=scalar(energy["u_tx"]),
-        energy_v_rx=scalar(energy["v_rx"]),
-        energy_v_m=scalar(energy["v_m"]),
-        energy_device=scalar(energy["device"]),
-        energy_hand=scalar(energy["hand"]),
-        account_names=list(accounts),
-        accounts=types.sequence([scalar(entry) for entry in accounts.values()], "d"),
-        **numbers,
+        **{name: types.sequence(series[name], "d") for name in _PER_AXIS},
+        **{name: types.sequence(series[name], "f") for name in ("lateness", "compute")},
+        **{f"energy_{name}": scalar(energy[name]) for name in _ENERGIES},
+        **_accounts(types, accounts),
+        **fields,
     )
 
 
@@ -140,61 +118,39 @@ def server_trace(
     types: MessageTypes,
     *,
     stamp_ns: int,
-    start_ns: int,
-    epoch: int,
-    step: int,
-    period: float,
     dof: int,
-    users: Sequence[str],
-    x_o: Value,
-    xd_o: Value,
-    target: Value,
-    x_s: Sequence[Value],
-    xd_s: Sequence[Value],
-    f_s: Sequence[Value],
-    u_s: Sequence[Value],
-    v_s: Sequence[Value],
     state: Sequence[int],
     contact: Sequence[bool],
-    energy_u_s: Sequence[Value],
-    energy_v_s: Sequence[Value],
-    kinetic: Value,
-    potential: Value,
-    dissipated: Value,
     accounts: Mapping[str, Value],
-    lateness: float = 0.0,
-    compute: float = 0.0,
+    **fields: Any,
 ) -> Any:
-    """Return one step of the server as a ServerTrace; one entry a user in every sequence."""
+    """Return one step of the server as a ServerTrace; one entry a user in every sequence.
 
-    def each(*values: Value) -> Any:
+    ``fields`` are all others, as in ``ServerTrace.msg``; without lateness and compute [s] they
+    are zero.
+    """
+
+    def each(values: Sequence[Value]) -> Any:
         return types.sequence([entry for value in values for entry in axes(value, dof)], "d")
 
+    made = {name: each([fields.pop(name)]) for name in _OF_OBJECT}
+    made |= {name: each(fields.pop(name)) for name in _OF_AVATARS}
+    made |= {name: _scalars(types, fields.pop(name)) for name in ("energy_u_s", "energy_v_s")}
+    made |= {name: scalar(fields.pop(name)) for name in ("kinetic", "potential", "dissipated")}
     return types.ServerTrace(
         stamp=time_message(types, stamp_ns),
-        start_ns=start_ns,
-        epoch=epoch,
-        step=step,
-        period=period,
         dof=dof,
-        users=list(users),
-        x_o=each(x_o),
-        xd_o=each(xd_o),
-        target=each(target),
-        x_s=each(*x_s),
-        xd_s=each(*xd_s),
-        f_s=each(*f_s),
-        u_s=each(*u_s),
-        v_s=each(*v_s),
         state=types.sequence([int(entry) for entry in state], "B"),
         contact=types.flags(contact),
-        energy_u_s=types.sequence([scalar(entry) for entry in energy_u_s], "d"),
-        energy_v_s=types.sequence([scalar(entry) for entry in energy_v_s], "d"),
-        kinetic=scalar(kinetic),
-        potential=scalar(potential),
-        dissipated=scalar(dissipated),
-        account_names=list(accounts),
-        accounts=types.sequence([scalar(entry) for entry in accounts.values()], "d"),
-        lateness=lateness,
-        compute=compute,
+        **made,
+        **_accounts(types, accounts),
+        **{"lateness": 0.0, "compute": 0.0} | fields,
     )
+
+
+def _accounts(types: MessageTypes, accounts: Mapping[str, Value]) -> dict[str, Any]:
+    return {"account_names": list(accounts), "accounts": _scalars(types, accounts.values())}
+
+
+def _scalars(types: MessageTypes, values: Iterable[Value]) -> Any:
+    return types.sequence([scalar(entry) for entry in values], "d")
