@@ -91,7 +91,9 @@ def scenarios(draw):
         "task": {"kind": "carry", "grip_s": 0.05, "move_s": 0.2},
     }
     if master.get("position", {}).get("feedback") != "printed":
-        said["channel"] = draw(st.sampled_from(["plain", "strict"]))
+        said["channel"] = draw(st.sampled_from(["plain", "strict", "zeroing"]))
+        if said["channel"] == "zeroing":
+            master["rate_drop"] = round(said["server"]["period_s"] / 1e-3)
     runs = draw(st.sampled_from([1, 2])) if "impedance_matrix" not in master else 1
     return [
         parse_scenario(said, overrides={"server.contact_stiffness": 100.0 + 50.0 * run})

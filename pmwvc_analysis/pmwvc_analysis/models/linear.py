@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.controllers import has_waves, record_of
+from pmwvc_core.controllers import PLAIN, ZEROING, has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.effects import active, amounts
 from pmwvc_core.params import specs
@@ -82,8 +82,8 @@ def relative(scenario: Scenario) -> Relative | None:
         return None
     changed = scenario
     for element in found:
-        if element.name == "controller":
-            changed = dataclasses.replace(changed, controller=element.instead)
+        if element.name in ("controller", "channel"):
+            changed = dataclasses.replace(changed, **{element.name: element.instead})
         else:
             changed = varied(changed, element.name, element.instead)
     return Relative(changed, _settings(found))
@@ -103,6 +103,8 @@ def _of_controller(scenario: Scenario) -> Iterator[Element]:
     near = record_of(controller).linear
     if near != controller:
         yield Element(f"controller = {controller}", "controller", near)
+    if scenario.zeroing:
+        yield Element(f"channel = {ZEROING}", "channel", PLAIN)
     coupling = scenario.coupling
     if coupling.linear != coupling.name and has_waves(controller):
         yield Element(f"server.coupling = {coupling.name}", "server.coupling", coupling.linear)

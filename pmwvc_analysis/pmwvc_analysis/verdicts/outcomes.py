@@ -73,8 +73,8 @@ def outcomes(
         per_lag = force / (2.0 * first_axis(user.impedance))
         lag = lag_s(user, scenario, live=live)
         spread = late_steps_s(user, scenario)
-        if scenario.strict and (live or _scatters(user)):
-            found.append(_offset_of_playouts(user.name, per_lag * lag, drift))
+        if (scenario.strict or scenario.zeroing) and (live or _scatters(user)):
+            found.append(_offset_open(user.name, per_lag * lag, drift, strict=scenario.strict))
         elif spread:
             found.append(_offset_between(user.name, per_lag * lag, per_lag * spread, drift))
         else:
@@ -87,12 +87,19 @@ def _scatters(user: User) -> bool:
     return is_random(user.link_up) or is_random(user.link_down)
 
 
-def _offset_of_playouts(name: str, even_m: float, drift_m: float) -> Outcome:
-    """Say what was measured where the playouts' lag is that of the latest packet they met."""
+def _offset_open(name: str, even_m: float, drift_m: float, *, strict: bool) -> Outcome:
+    """Say what was measured where packets that come unevenly decide: the lag of the playouts is
+    that of the latest one they met, and zeroing loses the motion of those that come too late.
+    """
+    reason = (
+        "A playout is as late as the latest packet that it met, which is not known before."
+        if strict
+        else "channel = zeroing loses the motion of packets that do not come in time, which is "
+        "not known before."
+    )
     text = (
         f"{name}: offset of the device from its avatar at the end: measured {drift_m * 1e3:+.2f} "
-        f"mm; {even_m * 1e3:+.2f} mm are expected of the link. A playout is as late as the latest "
-        "packet that it met, which is not known before."
+        f"mm; {even_m * 1e3:+.2f} mm are expected of the link. {reason}"
     )
     return Outcome("offset", None, text, name)
 

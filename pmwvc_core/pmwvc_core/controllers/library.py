@@ -17,7 +17,7 @@ RECORDS: Records[Controller] = Records(
     parameter="controller",
     what="a controller",
 )
-STRICT, PLAIN = CHANNELS = ("strict", "plain")
+STRICT, PLAIN, ZEROING = CHANNELS = ("strict", "plain", "zeroing")
 LIBRARY, names, record_of = RECORDS.library, RECORDS.names, RECORDS.of
 
 
@@ -37,3 +37,8 @@ def proofs_hold(controller: str) -> bool:
 def is_strict(controller: str, channel: str) -> bool:
     """Tell whether a controller, by name, runs on the strict channel; only waves can."""
     return channel == STRICT and record_of(controller).make_strict is not None
+
+
+def is_zeroing(controller: str, channel: str) -> bool:
+    """Tell whether a controller, by name, counts every wave once; only waves can."""
+    return channel == ZEROING and has_waves(controller)

@@ -6,7 +6,8 @@ The live nodes know a part of a scenario each and give their parameters; the sim
 scenarios. Receivers get the same rules either way: a wave longer than any that a port of this
 impedance can emit is refused, and the server is silent to all users after the longest of their
 timeouts. The channel is chosen here: on the strict one every receiver plays out what arrives, and
-the master's end keeps the account of its node; nothing else knows of it.
+the master's end keeps the account of its node; on the zeroing one every receiver lets a wave count
+once. Nothing else knows of it.
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_core.controllers import PLAIN, has_waves, is_strict, make_master, make_server
+from pmwvc_core.controllers import (
+    PLAIN,
+    has_waves,
+    is_strict,
+    is_zeroing,
+    make_master,
+    make_server,
+)
 from pmwvc_core.frame.force_loop import ForceLoop
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.frame.server_step import ServerStep
@@ -34,6 +42,7 @@ from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.transport.packet import Packer
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.strict_receiver import StrictReceiver
+from pmwvc_core.transport.zeroing_receiver import ZeroingReceiver
 from pmwvc_core.wave.impedance import Impedance, impedance_of
 from pmwvc_core.wave.limits import largest_wave, wave_of_speed
 
@@ -96,9 +105,10 @@ def make_force_loop(
     strict = is_strict(controller, channel)
     inbox = _inbox(
         controller,
+        channel,
         dof,
         impedance_of(master),
-        step_s=master.tick_s if strict else None,
+        step_s=master.tick_s,
         period_s=server_period_s,
         timeout_s=safety.timeout_s,
     )
@@ -147,7 +157,6 @@ def make_server_step(
     idle_until_joined
         Whether steps begin with the first user.
     """
-    step_s = server.period_s if is_strict(controller, channel) else None
     return ServerStep(
         make_server(
             controller,
@@ -165,9 +174,10 @@ def make_server_step(
         inboxes=[
             _inbox(
                 controller,
+                channel,
                 dof,
                 user.impedance,
-                step_s=step_s,
+                step_s=server.period_s,
                 period_s=user.frame_s,
                 timeout_s=times.timeout_s,
             )
@@ -222,20 +232,22 @@ def server_step_of(scenario: Scenario) -> ServerStep:
 
 def _inbox(
     controller: str,
+    channel: str,
     dof: int,
     impedance: Impedance,
     *,
-    step_s: float | None,
+    step_s: float,
     period_s: float,
     timeout_s: float,
 ) -> Receiver:
     """Return the receiver of a port; in a batch it takes the longest wave of any run.
 
-    ``step_s``: time for which the strict channel's receiver gives out a wave; None: a plain one.
+    ``step_s``: time for which the strict channel's receiver gives out a wave.
     """
     longest = largest_wave(impedance, waves=has_waves(controller))
-    if step_s is None:
-        return Receiver(dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
+    if not is_strict(controller, channel):
+        kind = ZeroingReceiver if is_zeroing(controller, channel) else Receiver
+        return kind(dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
     runs = np.ravel(impedance) if isinstance(impedance, np.ndarray) else [impedance]
     return StrictReceiver(
         dof,

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Conflicts between parameter groups of a scenario that are each valid."""
 
+import math
 from typing import TYPE_CHECKING
 
 from pmwvc_core.controllers.library import record_of
@@ -44,6 +45,12 @@ def conflicts(scenario: "Scenario") -> list[str]:
             f"task.sideways_m = {scenario.task.sideways_m}: there is one axis only; raise dof"
         )
     for user in scenario.users:
+        if scenario.zeroing and not math.isclose(period, user.master.frame_s):
+            found.append(
+                f"server.period_s = {period}: must be the packet interval of {user.name} "
+                f"({user.master.frame_s:g} s) with channel = zeroing, where a packet counts for "
+                "one step"
+            )
         position = user.master.position
         if scenario.strict and position.is_on and position.feedback == "printed":
             found.append(

@@ -12,7 +12,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pmwvc_core.controllers.library import CHANNELS, PLAIN, RECORDS, is_strict, record_of
+from pmwvc_core.controllers.library import (
+    CHANNELS,
+    PLAIN,
+    RECORDS,
+    is_strict,
+    is_zeroing,
+    record_of,
+)
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import (
     BaselineParams,
@@ -48,7 +55,7 @@ TOP: Mapping[str, Spec] = {
         choices=CHANNELS,
         description="way of the waves between the ends; strict: integral and energy in every "
         "packet, never more energy out than in; plain: samples of the wave, as in the "
-        "dissertation",
+        "dissertation, each held until the next comes; zeroing: each for one step, then zero",
     ),
     "disturbances": Spec(
         str,
@@ -152,6 +159,11 @@ class Scenario:
     def strict(self) -> bool:
         """Whether the waves of this session run on the strict channel."""
         return is_strict(self.controller, self.channel)
+
+    @property
+    def zeroing(self) -> bool:
+        """Whether a wave of this session counts for one step, with zero where none has come."""
+        return is_zeroing(self.controller, self.channel)
 
     @property
     def coupling(self) -> Coupling:
