@@ -19,10 +19,11 @@ import numpy as np
 from pmwvc_analysis.verdicts import oscillation
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_view.traces import NS
 
 SPAN_S = 3.0
+ROWS = 4096  # of memory at least
 LATE_S = 1.0  # newest part, of which the amount is told
-NS = 1_000_000_000
 
 
 class Shake(NamedTuple):
@@ -38,12 +39,35 @@ class Shake(NamedTuple):
         return f"+-{self.force_n:.2g} N at {self.frequency_hz:.0f} Hz"
 
 
-class _Part(NamedTuple):
-    """Ticks of a device: times [s], velocity [m/s] and force applied [N] ``(ticks, dof)``."""
+class _Span:
+    """The newest ``SPAN_S`` of a device's ticks, without gaps in memory.
 
-    time_s: Array
-    velocity: Array
-    force: Array
+    Rows are times [s], velocities [m/s] and forces applied [N].
+    """
+
+    def __init__(self) -> None:
+        self._rows = np.empty((0, 0))
+        self._begin = self._end = 0
+
+    def add(self, times: Array, velocity: Array, force: Array) -> None:
+        """Append consecutive ticks, ``(ticks,)`` and ``(ticks, dof)``."""
+        ticks, dof = velocity.shape
+        if self._end + ticks > len(self._rows):
+            kept = self._rows[self._begin : self._end]
+            self._rows = np.empty((2 * (len(kept) + ticks) + ROWS, 1 + 2 * dof))
+            self._rows[: len(kept)] = kept.reshape(-1, 1 + 2 * dof)
+            self._begin, self._end = 0, len(kept)
+        new = self._rows[self._end : self._end + ticks]
+        new[:, 0], new[:, 1 : 1 + dof], new[:, 1 + dof :] = times, velocity, force
+        self._end += ticks
+
+    def newest(self, begin_s: float) -> tuple[Array, Array, Array]:
+        """Return times, velocities and forces after a time; older ones are forgotten."""
+        times = self._rows[self._begin : self._end, 0]
+        self._begin += int(np.searchsorted(times, begin_s, side="right"))
+        found = self._rows[self._begin : self._end]
+        dof = found.shape[1] // 2
+        return found[:, 0], found[:, 1 : 1 + dof], found[:, 1 + dof :]
 
 
 class Shaking:
@@ -77,7 +101,7 @@ class Shaking:
             self._band_hz, self._images = oscillation.bands(scenario, closing=closing)
         self._noise_m_s = oscillation.encoder_noise_m_s(user)
         self._most_n = user.safety.max_force if user is not None else np.inf
-        self._parts: deque[_Part] = deque()
+        self._span = _Span()
         self._contacts: deque[int] = deque()  # when contact was made or lost [ns]
         self._due_ns = 0
         self._seen: tuple[Shake, int] | None = None  # strongest of the present one, and the latest
@@ -91,23 +115,20 @@ class Shaking:
 
     def block(self, start_ns: int, period_ns: int, velocity: Array, force: Array) -> None:
         """Take in consecutive ticks; judge where that is due."""
-        times = start_ns + period_ns * np.arange(len(velocity))
-        self._parts.append(_Part(times / NS, velocity, force))
-        end_ns = int(times[-1])
+        times = (start_ns + period_ns * np.arange(len(velocity))) / NS
+        self._span.add(times, velocity, force)
+        end_ns = start_ns + period_ns * (len(velocity) - 1)
         if end_ns < self._due_ns:
             return
         self._due_ns = end_ns + round(oscillation.WINDOW_S * NS)
         begin_s = end_ns / NS - SPAN_S
-        while self._parts[0].time_s[-1] <= begin_s:
-            self._parts.popleft()
         while self._contacts and self._contacts[0] <= begin_s * NS:
             self._contacts.popleft()
-        self._judge(end_ns, period_ns / NS)
+        self._judge(*self._span.newest(begin_s), end_ns, period_ns / NS)
 
-    def _judge(self, end_ns: int, period_s: float) -> None:
-        times, velocity, force = (
-            np.concatenate(parts) for parts in zip(*self._parts, strict=True)
-        )
+    def _judge(
+        self, times: Array, velocity: Array, force: Array, end_ns: int, period_s: float
+    ) -> None:
         late = times > times[-1] - LATE_S
         size = np.linalg.norm(force[late], axis=-1)
         at_limit = np.mean(size >= 0.999 * self._most_n) > 0.5

@@ -23,13 +23,13 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.user import SimulatedUser
+from pmwvc_view import traces
 from pmwvc_view.accounts import MasterSums, ServerSums
-from pmwvc_view.feed import Block, Feed, Step
+from pmwvc_view.feed import Feed
+from pmwvc_view.traces import Block, Step
 
 CONDITIONS = Conditions()
-_X, _XD, _F_H, _F, _U, _V = (
-    SIGNALS.index(name) for name in ("x_m", "xd_m", "f_h", "f_applied", "u_m", "v_m")
-)
+_COLUMNS = [SIGNALS.index(name) for name in traces.SIGNALS]
 
 
 class PageTargets:
@@ -156,12 +156,10 @@ class Simulation:
         vector = self._vector
         return Step(
             start_ns=now_ns,
-            x_o=vector(row.x_o),
-            xd_o=vector(row.xd_o),
-            target=vector(row.target),
-            x_s=np.array([vector(port.x_s) for port in row.ports]),
-            xd_s=np.array([vector(port.xd_s) for port in row.ports]),
-            f_s=np.array([vector(port.f_s) for port in row.ports]),
+            object=np.array([vector(getattr(row, name)) for name in traces.OBJECT]),
+            avatars=np.array(
+                [[vector(getattr(port, name)) for port in row.ports] for name in traces.AVATAR]
+            ),
             state=[int(state) for state in row.state],
             contact=[bool(np.any(port.contact)) for port in row.ports],
             lateness_s=0.0,
@@ -185,13 +183,8 @@ class Simulation:
         return Block(
             start_ns=times[0],
             period_ns=self.tick_ns,
-            x=signals[:, _X],
-            xd=signals[:, _XD],
-            f_h=signals[:, _F_H],
-            f_applied=signals[:, _F],
-            u_m=signals[:, _U],
-            v_m=signals[:, _V],
-            lateness_s=np.zeros(len(times)),
+            signals=signals[:, _COLUMNS].swapaxes(0, 1),
+            lateness_s=[0.0] * len(times),
             state=int(report.state),
             reason=str(report.reason),
             missed=0,

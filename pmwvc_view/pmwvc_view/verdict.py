@@ -12,7 +12,8 @@ from typing import Any
 
 from pmwvc_core.master.safety_states import SafetyState
 from pmwvc_view.accounts import Account
-from pmwvc_view.feed import NS, Feed
+from pmwvc_view.feed import Feed
+from pmwvc_view.traces import NS
 
 WORDS = ("starting", "coupled", "damping", "fault")
 GOOD, CAUTION, BAD, UNKNOWN = "good", "caution", "bad", "unknown"

@@ -13,11 +13,12 @@ import numpy as np
 
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.numeric import Array
-from pmwvc_view.feed import Block, Feed
+from pmwvc_view.feed import Feed
 from pmwvc_view.server import PageServer
 from pmwvc_view.session import Session
 from pmwvc_view.simulated_session import SimulatedSession
 from pmwvc_view.snapshots import Snapshot
+from pmwvc_view.traces import F_APPLIED, Block
 
 SNAPSHOT_S = 0.016
 TOKEN = "token-of-the-test"
@@ -109,7 +110,7 @@ def served(
     on_master = Feed.on_master
 
     def kept(feed: Feed, user: str, block: Block) -> None:
-        forces.setdefault(user, []).append(block.f_applied)
+        forces.setdefault(user, []).append(block.signals[F_APPLIED])
         on_master(feed, user, block)
 
     Feed.on_master = kept  # type: ignore[method-assign]

@@ -14,10 +14,11 @@ from support.simulated import simulated
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup.scenarios import load
 from pmwvc_view.accounts import Accounts, MasterSums, ServerSums
-from pmwvc_view.feed import PATIENCE_NS, Block, Feed, Step
+from pmwvc_view.feed import PATIENCE_NS, Feed
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.recorded import packets_of, rows_of
 from pmwvc_view.simulated import Simulation
+from pmwvc_view.traces import F_APPLIED, SIGNALS, Block, Step
 from pmwvc_view.verdict import verdict
 
 USERS = ("user1", "user2")
@@ -29,17 +30,14 @@ def block(start_ms, forces, **changes):
     """Return a block of a master whose position is its time."""
     count = len(forces)
     times = (start_ms + np.arange(float(count))).reshape(-1, 1)
-    zero = np.zeros((count, 1))
+    signals = np.zeros((len(SIGNALS), count, 1))
+    signals[SIGNALS.index("x_m")] = times
+    signals[F_APPLIED, :, 0] = forces
     made = Block(
         start_ns=start_ms * MS,
         period_ns=MS,
-        x=times,
-        xd=zero,
-        f_h=zero,
-        f_applied=np.asarray(forces, dtype=float).reshape(-1, 1),
-        u_m=zero,
-        v_m=zero,
-        lateness_s=np.full(count, 1e-5),
+        signals=signals,
+        lateness_s=[1e-5] * count,
         state=1,
         reason="",
         missed=0,
@@ -50,11 +48,8 @@ def block(start_ms, forces, **changes):
 
 
 def step(at_ms, users=2):
-    each = np.full((users, 1), float(at_ms))
-    place = np.array([float(at_ms)])
-    return Step(
-        at_ms * MS, place, place, place, each, each, each, [2] * users, [True] * users, 0.0, {}
-    )
+    place, each = np.full((3, 1), float(at_ms)), np.full((3, users, 1), float(at_ms))
+    return Step(at_ms * MS, place, each, [2] * users, [True] * users, 0.0, {})
 
 
 def feed_of(users=USERS):

@@ -1,31 +1,23 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The topics of a session, emptied into the feed of a page.
+"""The topics of a session, emptied into the feed of a page."""
 
-Any program of the domain can publish on these topics: a message whose fields do not fit together,
-or of another shape than the session's, is skipped.
-"""
-
-import contextlib
-import struct
 import time
 from collections.abc import Mapping
-from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
 
 from pmwvc_core.runtime.messages import misfit
 from pmwvc_core.runtime.polling import TRACE_QOS, Polled
 from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
 from pmwvc_view.feed import Feed
+from pmwvc_view.live.fates import link_number, packets_of
 from pmwvc_view.live.graph import Graph
-from pmwvc_view.live.trace_bytes import TraceBytes
-from pmwvc_view.live.traces import block_of, link_number, offset_ns, packets_of, step_of
+from pmwvc_view.live.readers import MasterReader, ServerReader
 
 SLOW_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 ROUND_TRIP = "round trip [ms]"
@@ -55,17 +47,21 @@ class Inlets:
     """
 
     def __init__(self, node: Node, graph: Graph, *, dof: int, waves: bool) -> None:
-        self._graph, self._dof, self._waves = graph, dof, waves
+        self._graph = graph
         prefix = graph.prefix
-        self._masters = {
-            user: Polled(node, MasterTrace, f"{prefix}/{user}/trace", TRACE_QOS, raw=True)
+        self._masters = [
+            (
+                user,
+                MasterReader(dof=dof, waves=waves),
+                Polled(node, MasterTrace, f"{prefix}/{user}/trace", TRACE_QOS, raw=True),
+            )
             for user in graph.users
-        }
-        self._server = Polled(node, ServerTrace, f"{prefix}/server/trace", TRACE_QOS)
+        ]
+        self._server = ServerReader(dof=dof, users=graph.users)
+        self._steps = Polled(node, ServerTrace, f"{prefix}/server/trace", TRACE_QOS, raw=True)
         self._fates = Polled(node, PacketFate, f"{prefix}/netem/fates", TRACE_QOS)
         self._health = Polled(node, DiagnosticArray, "/diagnostics", SLOW_QOS)
         self._events = Polled(node, ParameterEvent, "/parameter_events", SLOW_QOS)
-        self._clock_ns: int | None = None  # offset of the server's
         self.round_trips: dict[str, float | None] = {}
         self.heard_s = time.monotonic()
         self.changed = False
@@ -73,24 +69,25 @@ class Inlets:
     def now_ns(self) -> int:
         """Return the present time of the server's clock."""
         own_ns = time.monotonic_ns()
-        if self._clock_ns is None:
+        if self._server.clock_ns is None:
             return own_ns
-        return own_ns + (time.time_ns() - own_ns) - self._clock_ns
+        return time.time_ns() - self._server.clock_ns
 
     def empty(self, feed: Feed) -> None:
         """Give everything that has come to the feed."""
-        while (message := self._server.take()) is not None:
-            if self._fits("ServerTrace", message) and list(message.users) == self._graph.users:
-                self._clock_ns = offset_ns(message)
-                feed.on_server(step_of(message))
-                self.heard_s = time.monotonic()
-        for user, polled in self._masters.items():
+        heard = False
+        while (data := self._steps.take()) is not None:
+            if (step := self._server.read(data)) is not None:
+                feed.on_server(step)
+                heard = True
+        clock_ns = self._server.clock_ns
+        for user, reader, polled in self._masters:
             while (data := polled.take()) is not None:
-                message = master_trace(data)
-                if message is not None and self._fits("MasterTrace", message):
-                    block = block_of(message, waves=self._waves, clock_ns=self._clock_ns)
+                if (block := reader.read(data, clock_ns)) is not None:
                     feed.on_master(user, block)
-                    self.heard_s = time.monotonic()
+                    heard = True
+        if heard:
+            self.heard_s = time.monotonic()
         while (message := self._fates.take()) is not None:
             number = link_number(message.link, self._graph.users)
             if number is None or misfit("PacketFate", message) or feed.zero_ns is None:
@@ -103,9 +100,6 @@ class Inlets:
 
     def _age_ns(self, feed: Feed) -> int:
         return abs(self.now_ns() - (feed.zero_ns or 0))
-
-    def _fits(self, kind: str, message: Any) -> bool:
-        return message.dof == self._dof and not misfit(kind, message)
 
     def _take_health(self) -> None:
         owners = {self._graph.master(user): user for user in self._graph.users}
@@ -122,15 +116,6 @@ class Inlets:
                 for each in message.changed_parameters:
                     known[each.name] = parameter_value_to_python(each.value)
                 self.changed = True
-
-
-def master_trace(data: bytes) -> Any:
-    """Return a MasterTrace from its bytes; None for what is none."""
-    with contextlib.suppress(ValueError, struct.error):
-        return TraceBytes(data)
-    with contextlib.suppress(ValueError, RuntimeError):
-        return deserialize_message(data, MasterTrace)
-    return None
 
 
 def _seconds(values: Mapping[str, str]) -> float | None:

@@ -18,7 +18,7 @@ from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Setting, Settings
-from pmwvc_view.feed import NS, Feed
+from pmwvc_view.feed import Feed
 from pmwvc_view.live.graph import Graph
 from pmwvc_view.live.hands import HELD_QOS, PublishedHand
 from pmwvc_view.live.inlets import Inlets
@@ -29,6 +29,7 @@ from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.ramp import ramped
 from pmwvc_view.session import BEGIN_ANEW, Answer, Session
 from pmwvc_view.snapshots import Snapshot
+from pmwvc_view.traces import NS
 from pmwvc_view.verdict import verdict
 
 RESTART = "view/restart"

@@ -78,9 +78,17 @@ class Layout:
         Names of the users, in order.
     dof
         Axes of every vector.
+
+    Attributes
+    ----------
+    columns, slices
+        What is in a row, and where each column is.
+    size
+        Length of a row.
     """
 
     def __init__(self, users: Sequence[str], dof: int) -> None:
+        self.dof = dof
         columns = [Column(name, 1, unit) for name, unit in _SESSION]
         for user in users:
             columns += [Column(f"{user}.{name}", dof, unit) for name, unit in _VECTORS]
@@ -103,6 +111,11 @@ class Layout:
         """Write values into a row by column name; None is not known."""
         for name, value in values.items():
             row[self.slices[name]] = math.nan if value is None else value
+
+    def together(self, owner: str, names: Sequence[str]) -> list[int]:
+        """Return the positions in a row of several columns of one owner, one after the other."""
+        places = (self.slices[f"{owner}.{name}"] for name in names)
+        return [at for where in places for at in range(where.start, where.stop)]
 
     def positions(self, *names: str) -> list[int]:
         """Return the positions in a row of every column with one of these names, of any user."""

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One user's part of the feed: blocks that wait for their row, and what is known at the newest
+row.
+"""
+
+import math
+from collections import deque
+
+import numpy as np
+
+from pmwvc_core.master.safety_states import SafetyState
+from pmwvc_core.numeric import Array
+from pmwvc_view.accounts import Accounts
+from pmwvc_view.protocol.snapshot import Layout
+from pmwvc_view.shaking import Shaking
+from pmwvc_view.traces import AVATAR, F_APPLIED, SIGNALS, Block, Step
+
+LOADED_N = 0.1  # force from which a device counts as loaded
+ENERGIES = [
+    f"energy_{way}_{amount}" for way in ("up", "down", "hand") for amount in ("in", "out", "min")
+]
+
+
+class FeedUser:
+    """See above.
+
+    Parameters
+    ----------
+    layout
+        Of the rows.
+    name
+        Of the user.
+    shaking
+        Judges its device.
+
+    Attributes
+    ----------
+    end_ns
+        Time of the newest tick.
+    state, reason, waves
+        Of the newest tick in a row; state None: there was none.
+    loaded_change
+        Whether the lag changed under load since the device was coupled.
+    delays_s
+        Mean delay of the newest packets, up and down [s].
+    """
+
+    def __init__(self, layout: Layout, name: str, shaking: Shaking) -> None:
+        self.blocks: deque[Block] = deque()
+        self.shaking = shaking
+        self.in_contact = False
+        self.loaded_change = False
+        self.accounts = Accounts()
+        self.end_ns = -1
+        self.state: int | None = None
+        self.reason = ""
+        self.waves = False
+        self.delays_s = [math.nan, math.nan]
+        self._lag_s = math.nan  # by the model
+        self._missed = math.nan
+        self._signals: Array = np.full((len(SIGNALS), layout.dof), math.nan)  # newest tick
+        self._signals_at = layout.together(name, SIGNALS)
+        self._avatar_at = layout.together(name, AVATAR)
+        self._extremes_at = layout.together(name, ("f_min", "f_max"))
+        self._late_at = layout.slices[f"{name}.lateness"].start
+        self._numbers_at = layout.together(
+            name, ("state", "missed", "delay_up", "delay_down", *ENERGIES)
+        )
+        self._server_at = layout.together(name, ("presence", "contact"))
+
+    def write(self, row: Array, until_ns: int, step: Step | None, index: int) -> None:
+        """Write the ticks up to a time into a row, and the avatar as of a step of the server.
+
+        Parameters
+        ----------
+        row
+            In which nothing is known.
+        until_ns
+            Its time.
+        step
+            The newest one; None before the first.
+        index
+            Number of the user in it.
+        """
+        forces, late = [], []
+        while self.blocks and self.blocks[0].start_ns <= until_ns:
+            block = self.blocks[0]
+            count = min((until_ns - block.start_ns) // block.period_ns + 1, block.ticks)
+            forces.append(block.signals[F_APPLIED, :count])
+            late.append(max(block.lateness_s[:count]))
+            self._signals = block.signals[:, count - 1]
+            self.state, self._missed = block.state, block.missed
+            self.waves, self.reason = block.waves, block.reason
+            if count < block.ticks:
+                self.blocks[0] = block.rest(count)
+                break
+            self.blocks.popleft()
+        if forces:
+            every = np.concatenate(forces)
+            row[self._extremes_at] = *every.min(axis=0), *every.max(axis=0)
+            row[self._late_at] = max(late)
+        row[self._signals_at] = self._signals.ravel()
+        state = math.nan if self.state is None else self.state
+        row[self._numbers_at] = state, self._missed, *self.delays_s, *self._energies()
+        if step is not None and index < len(step.state):
+            row[self._avatar_at] = step.avatars[:, index].ravel()
+            row[self._server_at] = step.state[index], step.contact[index]
+
+    def follow_lag(self, lag_s: float) -> None:
+        """Note the lag of a row [s], and whether it changed under load."""
+        if self.state != SafetyState.COUPLED:
+            self.loaded_change = False
+        elif abs(lag_s - self._lag_s) > 1e-9 and self._force_n() > LOADED_N:
+            self.loaded_change = True
+        self._lag_s = lag_s
+
+    def _force_n(self) -> float:
+        return math.hypot(*self._signals[F_APPLIED].tolist())
+
+    def _energies(self) -> list[float]:
+        """Return the accounts in the order of their columns; not known before the first balance,
+        nor either direction where there are no waves.
+        """
+        accounts = self.accounts
+        if accounts.known_ns is None:
+            return [math.nan] * len(ENERGIES)
+        up, down, hand = accounts.up, accounts.down, accounts.hand
+        ways = [up.in_j, up.out_j, up.least_j, down.in_j, down.out_j, down.least_j]
+        if not self.waves:
+            ways = [math.nan] * len(ways)
+        return [*ways, hand.in_j, hand.out_j, hand.least_j]

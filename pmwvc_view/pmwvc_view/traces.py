@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The traces of a session as the feed of a page takes them: blocks of a master, steps of a server.
+
+Vectors stand in one array in the order of a row's columns, so that a row takes them at once.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from pmwvc_core.numeric import Array
+from pmwvc_view.accounts import MasterSums, ServerSums
+
+NS = 1_000_000_000
+SIGNALS = ("x_m", "xd_m", "f_h", "f_applied", "u_m", "v_m")
+XD_M, F_H, F_APPLIED = (SIGNALS.index(name) for name in ("xd_m", "f_h", "f_applied"))
+AVATAR = ("x_s", "xd_s", "f_s")
+OBJECT = ("x_o", "xd_o", "target")
+
+
+class Block(NamedTuple):
+    """Consecutive ticks of a master; ``signals (6, ticks, dof)`` as in ``SIGNALS``, SI units."""
+
+    start_ns: int
+    period_ns: int
+    signals: Array
+    lateness_s: Sequence[float]  # per tick
+    state: int
+    reason: str
+    missed: int
+    sums: MasterSums | None  # None: not comparable with the server's
+    waves: bool  # the channel's directions can be told apart
+
+    @property
+    def ticks(self) -> int:
+        """Number of ticks."""
+        return int(self.signals.shape[1])
+
+    @property
+    def end_ns(self) -> int:
+        """Time of the last tick."""
+        return self.start_ns + (self.ticks - 1) * self.period_ns
+
+    def rest(self, count: int) -> "Block":
+        """Return the block without its first ticks."""
+        return self._replace(
+            start_ns=self.start_ns + count * self.period_ns,
+            signals=self.signals[:, count:],
+            lateness_s=self.lateness_s[count:],
+        )
+
+
+class Step(NamedTuple):
+    """A step of the server; ``object (3, dof)`` as in ``OBJECT``, ``avatars (3, users, dof)`` as
+    in ``AVATAR``; the others per user.
+    """
+
+    start_ns: int
+    object: Array
+    avatars: Array
+    state: Sequence[int]
+    contact: Sequence[bool]
+    lateness_s: float
+    sums: Mapping[str, ServerSums]  # by user
