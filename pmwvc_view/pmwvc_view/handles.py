@@ -33,6 +33,10 @@ class Handles:
         """Return the page that a handle belongs to."""
         return self._owners.get(user)
 
+    def owners(self) -> dict[str, Hashable]:
+        """Return the owners of all handles that have one."""
+        return {user: owner for user, owner in self._owners.items() if owner is not None}
+
     def owned(self, page: Hashable) -> list[str]:
         """Return the users whose handles belong to a page."""
         return [user for user, owner in self._owners.items() if owner == page]

@@ -7,6 +7,7 @@ they come. A page can do what a hand can do; whatever it sends is checked and co
 """
 
 import asyncio
+import contextlib
 import socket
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
@@ -17,10 +18,9 @@ from websockets.http11 import Response
 
 from pmwvc_view import access, protocol
 from pmwvc_view.client import Client
-from pmwvc_view.handles import Handles
+from pmwvc_view.handling import Handling
 from pmwvc_view.opening import answered
-from pmwvc_view.protocol import requests
-from pmwvc_view.session import Answer, Session
+from pmwvc_view.session import Session
 from pmwvc_view.snapshots import Snapshot
 
 
@@ -33,7 +33,8 @@ class Stop(Protocol):
 
 
 CLOSE_S = 1.0  # for a page to answer that its socket is closed
-SETTLED = 128  # snapshots that pages have seen: what can wait begins, the page is there
+UNSEEN_S = 0.128  # between two polls while there is no page: a node's traces wait as long
+NEWS_EVERY = 4  # polls
 STARTED_LATE_S = 0.25  # a poll later than this does not catch up
 
 
@@ -65,12 +66,11 @@ class PageServer:
         self._snapshot_s = snapshot_s
         self._access = access.Access(host, token)
         self._clients: dict[ServerConnection, Client] = {}
-        self._handles = Handles(_remote(session))
+        self._handling = Handling(session, self._tell_users)
         self._generation = session.generation
         self._news: dict[str, Mapping[str, Any]] = {}
         self._newest: Snapshot | None = None
-        self._shown = 0
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._watched = asyncio.Event()
 
     @property
     def address(self) -> str:
@@ -129,11 +129,10 @@ class PageServer:
     async def _pace(self, stop: Stop) -> None:
         """Poll the session, once a snapshot."""
         loop, session = asyncio.get_running_loop(), self._session
-        due_s = loop.time()
+        due_s, polls = loop.time(), 0
         while not stop.is_set() and session.ended is None:
             now_s = loop.time()
-            for user in self._handles.silent(now_s):
-                session.target(user, None)
+            self._handling.open_silent(now_s)
             snapshots = session.poll()
             if session.generation != self._generation:
                 self._begin()
@@ -141,19 +140,24 @@ class PageServer:
                 self._newest = snapshot
                 for client in self._clients.values():
                     client.show(snapshot)
-            self._tell_news()
+            if polls % NEWS_EVERY == 0 or not self._clients:
+                self._tell_news()
+            polls += 1
             due_s = max(due_s + self._snapshot_s, now_s - STARTED_LATE_S)
-            await asyncio.sleep(max(due_s - loop.time(), 0.0))
+            if self._clients:
+                await asyncio.sleep(max(due_s - loop.time(), 0.0))
+            else:
+                self._watched.clear()
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._watched.wait(), UNSEEN_S)
+                due_s = loop.time()
 
     def _begin(self) -> None:
         """Describe the session anew to every page; handles stay whose they are."""
         self._generation = self._session.generation
         self._news, self._newest = {}, None
-        owned = {client: self._handles.owned(client) for client in self._clients.values()}
-        self._handles = Handles(_remote(self._session))
-        for client, users in owned.items():
-            for user in users:
-                self._handles.take(user, client)
+        self._handling.begin()
+        for client in self._clients.values():
             client.begin(self._session.layout)
             client.send(self._description(client))
 
@@ -169,20 +173,12 @@ class PageServer:
 
     def _tell_users(self) -> None:
         for client in self._clients.values():
-            client.send({"kind": "users", "users": self._holders(client)})
-
-    def _holders(self, client: Client) -> list[dict[str, Any]]:
-        found = []
-        for user in self._session.description()["users"]:
-            owner = self._handles.owner(user["name"])
-            holder = None if owner is None else "you" if owner is client else "other"
-            found.append({"name": user["name"], "holder": holder})
-        return found
+            client.send({"kind": "users", "users": self._handling.holders(client)})
 
     def _description(self, client: Client) -> dict[str, Any]:
         """Return the session message for a page."""
         message = self._session.description()
-        holders = {each["name"]: each["holder"] for each in self._holders(client)}
+        holders = {each["name"]: each["holder"] for each in self._handling.holders(client)}
         users = [{**user, "holder": holders[user["name"]]} for user in message["users"]]
         return {
             "kind": "session",
@@ -214,90 +210,15 @@ class PageServer:
         if self._newest is not None:
             client.show(self._newest)
         self._clients[socket] = client
+        self._watched.set()
         why = ""
         try:
-            why = await client.run(lambda request: self._handle(client, request))
+            why = await client.run(lambda request: self._handling.handle(client, request))
         finally:
             del self._clients[socket]
-            for user in self._handles.owned(client):
-                self._open(user)
-                self._handles.free(user)
-                self._tell_users()
+            self._handling.gone(client)
         if why:
             await client.refuse(why)
-
-    def _open(self, user: str) -> None:
-        self._handles.opened(user)
-        self._session.target(user, None)
-
-    def _handle(self, client: Client, request: requests.Request) -> None:
-        """Do what a page asks for; answers that take their time come later."""
-        session = self._session
-        if isinstance(request, requests.Seen):
-            client.seen(request.seq)
-            self._shown += 1
-            if self._shown == SETTLED:
-                session.expect_questions()
-        elif isinstance(request, requests.Target):
-            self._target(client, request)
-        elif request.kind not in session.can:
-            self._answer(client, request, Answer(False, f"{request.kind}: not in this session"))
-        elif isinstance(request, requests.Take):
-            why = self._handles.take(request.user, client)
-            self._answer(client, request, Answer(why is None, why or ""))
-            self._tell_users()
-        elif isinstance(request, requests.LetGo):
-            mine = self._handles.owner(request.user) is client
-            if mine:
-                self._open(request.user)
-                self._handles.free(request.user)
-            self._answer(client, request, Answer(mine, "" if mine else "it is not yours"))
-            self._tell_users()
-        elif isinstance(request, requests.Set | requests.Ask | requests.Pause):
-            task = asyncio.create_task(self._later(client, request))
-            self._tasks.add(task)
-            task.add_done_callback(self._tasks.discard)
-        else:
-            self._answer(client, request, self._at_once(request))
-
-    def _target(self, client: Client, request: requests.Target) -> None:
-        if self._handles.owner(request.user) is not client:
-            return
-        if request.position is None:
-            self._open(request.user)
-        else:
-            self._handles.held(request.user, asyncio.get_running_loop().time())
-            self._session.target(request.user, request.position)
-
-    def _at_once(self, request: requests.Request) -> Answer:
-        session = self._session
-        if isinstance(request, requests.Restart):
-            return session.restart(request.values)
-        if isinstance(request, requests.Seek):
-            return session.seek(request.time_s)
-        if isinstance(request, requests.Speed):
-            return session.speed(request.ratio)
-        raise TypeError(request.kind)
-
-    async def _later(
-        self, client: Client, request: requests.Set | requests.Ask | requests.Pause
-    ) -> None:
-        if isinstance(request, requests.Pause):
-            self._answer(client, request, await self._session.pause(request.paused))
-        elif isinstance(request, requests.Set):
-            self._answer(client, request, await self._session.set(request.path, request.value))
-        else:
-            found = await self._session.ask(request.values)
-            if found is not None:
-                client.send({"kind": "prediction", "id": request.id, **found})
-
-    def _answer(self, client: Client, request: Any, answer: Answer) -> None:
-        if request.id is not None:
-            client.send({"kind": "answer", "id": request.id, **answer._asdict()})
-
-
-def _remote(session: Session) -> list[str]:
-    return [user["name"] for user in session.description()["users"] if user["remote"]]
 
 
 def _port(server: Server) -> int:

@@ -22,6 +22,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.traces import NS
 
 SPAN_S = 3.0
+JUDGED_NS = NS // 2  # between two judgements
 ROWS = 4096  # of memory at least
 LATE_S = 1.0  # newest part, of which the amount is told
 
@@ -71,7 +72,7 @@ class _Span:
 
 
 class Shaking:
-    """Whether a user's device shakes, judged four times a second.
+    """Whether a user's device shakes, judged twice a second.
 
     Parameters
     ----------
@@ -120,7 +121,7 @@ class Shaking:
         end_ns = start_ns + period_ns * (len(velocity) - 1)
         if end_ns < self._due_ns:
             return
-        self._due_ns = end_ns + round(oscillation.WINDOW_S * NS)
+        self._due_ns = end_ns + JUDGED_NS
         begin_s = end_ns / NS - SPAN_S
         while self._contacts and self._contacts[0] <= begin_s * NS:
             self._contacts.popleft()

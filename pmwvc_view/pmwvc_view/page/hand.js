@@ -3,6 +3,8 @@
 // The hand of the person at this page: which handle it holds, and where it wants it to be.
 // A held target is sent by a timer also while nothing moves: silence means that the hand let go.
 
+const LEAST_MS = 12; // between two targets
+
 export class Hand {
   /** `refused` is called with the reason where a handle cannot be taken. */
   constructor(socket, session, refused) {
@@ -48,7 +50,7 @@ export class Hand {
       const wanted = each + (displacement[axis] ?? 0);
       return workspace_m ? Math.max(-workspace_m, Math.min(workspace_m, wanted)) : wanted;
     });
-    if (performance.now() - this.sent_ms >= 8) this.send();
+    if (performance.now() - this.sent_ms >= LEAST_MS) this.send();
   }
 
   /** Let go; the handle stays reserved for this page. */
@@ -81,7 +83,7 @@ export class Hand {
       const displacement = move(dt);
       if (displacement) this.move(displacement);
     }
-    if (this.held && now_ms - this.sent_ms >= 8) this.send();
+    if (this.held && now_ms - this.sent_ms >= LEAST_MS) this.send();
   }
 
   send() {

@@ -3,6 +3,7 @@
 // The connection to the server: messages in either direction, answers to requests, coming back
 // after a break. Snapshots are acknowledged here, so that a page that is blocked gets no queue.
 
+const SEEN_EVERY = 2; // snapshots; the server sends eight before it waits
 const RETRY_MS = [250, 500, 1000, 2000];
 
 export class Socket {
@@ -12,6 +13,7 @@ export class Socket {
     this.requests = new Map();
     this.next = 1;
     this.tries = 0;
+    this.taken = 0;
     this.open();
   }
 
@@ -29,7 +31,8 @@ export class Socket {
   receive(data) {
     if (typeof data !== "string") {
       const seq = this.on.snapshot(new Float64Array(data));
-      this.send("seen", { seq });
+      this.taken += 1;
+      if (this.taken % SEEN_EVERY === 0) this.send("seen", { seq });
       return;
     }
     const message = JSON.parse(data);
