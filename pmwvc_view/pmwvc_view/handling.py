@@ -11,7 +11,7 @@ from pmwvc_view.handles import Handles
 from pmwvc_view.protocol import requests
 from pmwvc_view.session import Answer, Session
 
-SETTLED = 64  # answers of pages that they have seen snapshots: what can wait begins, the page is there
+SETTLED = 64  # acknowledgements: what can wait begins, the page is there
 
 
 class Handling:
