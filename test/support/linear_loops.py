@@ -56,7 +56,9 @@ def scenario(**overrides):
 
 
 def simulated(of, forces, *, live=False):
-    """Return traces under the given forces ``(users, ticks)``, which begin after ``SETTLED``."""
+    """Return traces under the given forces ``(users, ticks)``, or ``(users, ticks, dof)``, which
+    begin after ``SETTLED``.
+    """
     ticks = SETTLED + forces.shape[1]
     batch = SessionBatch(
         [dataclasses.replace(of, duration_s=ticks * of.tick_s)],
@@ -68,23 +70,26 @@ def simulated(of, forces, *, live=False):
             user.loop.controller._place._exact = True
         for link in (user.up, user.down):  # a loop that grows passes every legal wave
             link.receiver.max_wave = math.inf
-        force = np.concatenate([np.zeros(SETTLED), row])[:, np.newaxis]
-        user.operator = RecordedForce(force, repeat=False, tick_s=of.tick_s, dof=1)
+        push = row.reshape(len(row), -1)
+        force = np.concatenate([np.zeros((SETTLED, push.shape[1])), push])
+        user.operator = RecordedForce(force, repeat=False, tick_s=of.tick_s, dof=of.dof)
     batch.run(lambda share: None)
     return batch.traces(0)
 
 
 def modelled(model, forces):
-    """Return x, xd and f ``(users, ticks)`` by the model, from rest under the given forces."""
-    users, ticks = len(model.users), model.ticks
+    """Return x, xd and f by the model, from rest under the given forces; all of them
+    ``(users, ticks)``, or ``(users, ticks, dof)``.
+    """
+    users, ticks, axes = len(model.users), model.ticks, forces.shape[2:]
     frames = -(-forces.shape[1] // ticks)
-    padded = np.zeros((users, frames * ticks))
+    padded = np.zeros((users, frames * ticks, *axes))
     padded[:, : forces.shape[1]] = forces
     state, found = np.zeros(len(model.states)), {name: [] for name in model.outputs}
     for frame in range(frames):
         f = padded[:, frame * ticks : (frame + 1) * ticks].ravel()
         for name, output in model.outputs.items():
             y = output.state @ state + output.through @ f
-            found[name].append(y.reshape(users, ticks))
+            found[name].append(y.reshape(users, ticks, *axes))
         state = model.transition @ state + model.inputs @ f
-    return {name: np.hstack(y)[:, : forces.shape[1]] for name, y in found.items()}
+    return {name: np.concatenate(y, axis=1)[:, : forces.shape[1]] for name, y in found.items()}

@@ -57,6 +57,8 @@ def test_it_is_refused_by_name_and_has_a_linear_relative(values, instead):
         {"master__bank__kind": "dissertation"},
         {"controller": "virtual_coupling"},
         {"server__compensation": "ledger"},  # only behind a port that knows nothing
+        {"dof": 2, "master__impedance_matrix": "26 9; 9 20"},
+        {"dof": 2, "master__impedance_matrix": "26 9; 9 20", "controller": "direct"},
     ],
 )
 def test_what_is_linear_is_answered(values):

@@ -11,7 +11,7 @@ from support.pressed_wall import wall
 from pmwvc_analysis.models import multirate
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.measured import TRUSTED, measure, pattern
-from pmwvc_analysis.transparency.transparency import pressing
+from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.reader import parse_scenario

@@ -124,10 +124,10 @@ def test_a_matrix_impedance_is_proved_by_its_eigenvalues():
     filtering = "master.filter.kind=first_order"
     light = scenarios.load("cube_3d", settings_texts=[filtering, "device.mass=0.005"])
     values = prediction(scenarios.load("cube_3d", settings_texts=[filtering]), live=False)
-    assert values["spectral_radius"] is None
+    assert values["spectral_radius"] < 1.0
     assert values["any_delay"] and values["stable"] is True
     found = prediction(light, live=False)
-    assert not found["any_delay"] and found["stable"] is None
+    assert not found["any_delay"] and found["stable"] is False
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ def test_json_is_one_document_with_the_documented_keys():
     done = run("transparency", "carry_16ms", "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    assert set(found) == {"scenario", "user", *FELT, "ideal", "measured", "notes"}
+    assert set(found) == {"scenario", "user", "axis", *FELT, "ideal", "measured", "notes"}
     assert set(found["ideal"]) == FELT
     assert found["k_felt"] * found["admittance_dc"] == pytest.approx(1.0)
     assert found["k_felt"] < found["ideal"]["k_felt"]
@@ -95,3 +95,13 @@ def test_a_recorded_session_stands_beside_its_model(tmp_path):
     assert measured["error_median"] < 0.03
     assert measured["trusted"] == measured["points"]
     assert (out / "transparency_measured.csv").is_file()
+
+
+def test_an_axis_is_asked_for_by_its_number(capfd):
+    assert main(["transparency", "cube_3d", "--axis", "2"]) == 0
+    said = capfd.readouterr().out
+    assert "user1, through the link: stiffness 362.7 N/m" in said  # along axis 1 it is 402 N/m
+    assert "Along axis 2 of 3, the other axes free." in said
+    for axis in ("0", "4"):
+        assert main(["transparency", "cube_3d", "--axis", axis]) == 2
+        assert f"--axis {axis}: must be 1 to 3 (dof)" in capfd.readouterr().err

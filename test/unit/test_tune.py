@@ -242,7 +242,7 @@ def test_noise_and_passivity_are_those_of_the_scenario_not_of_its_relative():
     assert not rated(late, sharp, live=False).passive
 
 
-def test_a_matrix_gives_way_to_a_number_and_the_settings_state_it():
+def test_a_number_is_proposed_for_a_matrix_which_is_rated_as_given():
     scenario = scenarios.load("cube_3d")
     found = propose(scenario)
     texts = [f"{name}={value}" for name, value in found.best.choice.settings(scenario).items()]
@@ -251,7 +251,12 @@ def test_a_matrix_gives_way_to_a_number_and_the_settings_state_it():
     assert taken.users[1].impedance == pytest.approx(found.best.choice.impedance, abs=0.01)
     matrix = np.array([[30.0, 6.0, 0.0], [6.0, 20.0, 4.0], [0.0, 4.0, 25.0]])
     along = 1.0 / np.linalg.inv(matrix)[0, 0]
-    assert found.others["as given"].choice.impedance == pytest.approx(along)
+    given = found.others["as given"]
+    assert given.choice.impedance == pytest.approx(along)
+    assert not any("impedance" in name for name in given.choice.settings(scenario))
+    assert given.choice.applied(scenario) is scenario
+    assert given.k_felt == transparency(scenario).rendered.k_felt
+    assert found.elements == []
 
 
 def test_an_ideal_that_is_not_stable_gives_way_to_the_contact_itself():

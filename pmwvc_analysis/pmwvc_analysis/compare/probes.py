@@ -25,7 +25,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_analysis.transparency.transparency import pressing, untouched
+from pmwvc_analysis.transparency.pressing import pressing
+from pmwvc_analysis.transparency.transparency import untouched
 from pmwvc_core.network.effects import mean_s
 from pmwvc_core.numeric import Array
 from pmwvc_core.plant.forces import Operator, RecordedForce
@@ -113,7 +114,7 @@ def pressed_stiffness(scenario: Scenario) -> float | None:
     nothing holds the object.
     """
     forces = pressing(scenario, 0)
-    held = not scenario.environment.movable or any(force < 0.0 for force in forces)
+    held = not scenario.environment.movable or any(np.any(force) for force in forces[1:])
     if not held:
         return None
     tick_s, first = scenario.tick_s, scenario.users[0]
@@ -122,7 +123,7 @@ def pressed_stiffness(scenario: Scenario) -> float | None:
     levels = [0.0, *[PRESS_N[0]] * 2, *[PRESS_N[1]] * 2, *[PRESS_N[0]] * 2]
     course = np.interp(np.arange(0.0, knots_s[-1], tick_s), knots_s, levels)
     pushes = {
-        user.name: -first.side * force * course
+        user.name: np.multiply.outer(course, -first.side * np.atleast_1d(force))
         for user, force in zip(scenario.users, forces, strict=True)
     }
     found = _responses(_roomy(scenario), pushes, float(knots_s[-1]) + START_S)
@@ -159,6 +160,7 @@ def _responses(
     None where the session diverged or never began.
     """
     first = scenario.users[0]
+    forces = {name: force.reshape(len(force), -1) for name, force in forces.items()}
     hands: dict[str, Make] = {
         name: _pushing(force, scenario.tick_s, scenario.dof) for name, force in forces.items()
     }
@@ -168,11 +170,11 @@ def _responses(
     begun = np.flatnonzero(applied != 0.0)
     if not np.isfinite(x).all() or not len(begun):
         return None
-    wanted = forces[first.name]
+    wanted = forces[first.name][:, 0]
     begin = int(begun[0]) - int(np.flatnonzero(wanted != 0.0)[0])
     rows = slice(begin, begin + len(wanted))
     return (applied[rows], x[rows]) if len(x[rows]) == len(wanted) else None
 
 
 def _pushing(force: Array, tick_s: float, dof: int) -> Make:
-    return lambda: RecordedForce(force[:, np.newaxis], repeat=False, tick_s=tick_s, dof=dof)
+    return lambda: RecordedForce(force, repeat=False, tick_s=tick_s, dof=dof)

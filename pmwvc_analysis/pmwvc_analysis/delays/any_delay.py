@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.delays.ends import Complex, System, master_end, server_end
-from pmwvc_analysis.models.linear import nonlinear
+from pmwvc_analysis.models.linear import axes_of, nonlinear
 from pmwvc_core.controllers import proofs_hold
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -36,8 +36,7 @@ POINTS = 500
 LOWEST = 1e-5  # [rad per packet]
 AROUND = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0])  # widths of a pole at which gains are taken
 # Parameters of elements that the parts rule covers, or a passive server.
-SERVER_OR_MATRIX = (
-    "impedance_matrix",
+OF_SERVER = (
     "server.coupling",
     "compensation",
     "environment",
@@ -91,8 +90,8 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
                 f"{user.name}'s end is unstable by itself (b T/m = {load:.3g}; a held device "
                 "needs less than 2)"
             )
-    linear = not nonlinear(scenario)
-    server = server_end(scenario) if linear else None
+    one_axis = axes_of(scenario) == 1  # the loop rule is not worked out for coupled axes
+    server = server_end(scenario) if one_axis and not nonlinear(scenario) else None
     if server is not None and not _settles(server):
         largest = float(np.abs(server.poles()).max())
         reasons.append(
@@ -109,7 +108,9 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     text = f"the users' ends return up to {worst:.7g} times the wave they receive ({at_hz:.3g} Hz)"
     if server is None:
         reasons = [text] if worst > 1.0 + TOLERANCE else []
-        if not _passive_server(scenario):
+        if not one_axis:
+            reasons.append("the gain around the loop is not computed for an impedance matrix")
+        elif not _passive_server(scenario):
             reasons.append("no bound is known for the server's coupling")
         return AnyDelay(False, False, None, None, tuple(reasons))
     gain, at = Gains(ends, server).peak(angle)
@@ -203,7 +204,7 @@ def _outside(scenario: Scenario) -> list[str]:
     found = [
         f"{element.text} is not linear"
         for element in nonlinear(scenario)
-        if not element.name.endswith(SERVER_OR_MATRIX)
+        if not element.name.endswith(OF_SERVER)
     ]
     for user in scenario.users:
         master, period = user.master, scenario.period_ticks

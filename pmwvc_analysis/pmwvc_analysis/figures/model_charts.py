@@ -63,6 +63,7 @@ def transparency(
         across: Array = np.full(2, rendered.first_peak_hz)
         label = f"first peak {rendered.first_peak_hz:.3g} Hz"
         size.append(Line(label, across, np.array(y_range), "target", DASH_DOT, 1.0))
+    along = f" along axis {found.axis + 1}" if scenario.dof > 1 else ""
     return Chart(
         "transparency",
         "Transmitted admittance",
@@ -82,7 +83,7 @@ def transparency(
             Panel("phase [°]", phase, phase_dots, x_label=FREQUENCY, x_log=True, height=200.0),
             *coherence,
         ],
-        title(f"Transmitted admittance of {found.user}", scenario),
+        title(f"Transmitted admittance of {found.user}{along}", scenario),
         conditions(
             scenario,
             "phases of a live session" if live else "phases of the simulator",

@@ -16,6 +16,7 @@ from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.environments import environment_of
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 
 class Element(NamedTuple):
@@ -45,13 +46,18 @@ def nonlinear(scenario: Scenario) -> list[Element]:
     return found
 
 
-def require_linear(scenario: Scenario, *, several_axes: bool = False) -> None:
-    """Refuse elements that no linear model stands for.
+def axes_of(scenario: Scenario) -> int:
+    """Return the number of axes of the model: all of the scenario's where an impedance matrix
+    couples them; else one, as all axes have the same model. Controllers without waves have none.
+    """
+    if not has_waves(scenario.controller):
+        return 1
+    ends = (b for user in scenario.users for b in (user.impedance, user.server_impedance))
+    return scenario.dof if any(isinstance(b, MatrixImpedance) for b in ends) else 1
 
-    Parameters
-    ----------
-    several_axes
-        Whether axes may be coupled by an impedance matrix, which most questions do not ask.
+
+def require_linear(scenario: Scenario) -> None:
+    """Refuse elements that no linear model stands for.
 
     Raises
     ------
@@ -59,8 +65,6 @@ def require_linear(scenario: Scenario, *, several_axes: bool = False) -> None:
         Naming each, and what to ask instead.
     """
     found = nonlinear(scenario)
-    if several_axes:
-        found = [element for element in found if not element.name.endswith("impedance_matrix")]
     if found:
         alone = [element.text for element in found if element.instead is None]
         if alone:
@@ -133,11 +137,6 @@ def _of_user(user: User, *, strict: bool) -> Iterator[Element]:
         value = getattr(device, name)
         if np.any(np.asarray(value) > 0.0):
             yield Element(f"{user.name}.device.{name} = {value} {unit}", f"device.{name}", 0)
-    for group, port in (("master", user.master), ("server", user.contact)):
-        if port.impedance_matrix:
-            name = f"{group}.impedance_matrix"
-            text = f"{user.name}.{name} = {port.impedance_matrix!r} (one axis is asked for)"
-            yield Element(text, name, "")
     for way, link in (("up", user.link_up), ("down", user.link_down)):
         for effect in active(link):
             if effect.linear is None:
@@ -178,8 +177,7 @@ def notes_of(scenario: Scenario) -> list[str]:
     effects = left_out(scenario)
     if effects:
         found.append(f"Left out, as every packet takes delay_s: {'; '.join(effects)}.")
-    matrices = (user.master.impedance_matrix or user.contact.impedance_matrix for user in users)
-    if scenario.dof > 1 and not any(matrices):
+    if scenario.dof > axes_of(scenario):
         found.append("One axis is analysed: all axes have the same model.")
     found.append("Limits of force, speed and workspace are not modelled.")
     return found

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.models.line import Line, two_sided
-from pmwvc_analysis.models.linear import NonlinearError, require_linear
+from pmwvc_analysis.models.linear import NonlinearError, axes_of, require_linear
 from pmwvc_analysis.models.links import SIGNALS, Link, Times, hyperperiod_ticks, serve_phase
 from pmwvc_analysis.models.variation import lengths
 from pmwvc_core.controllers import make_server
@@ -27,7 +27,6 @@ from pmwvc_core.numeric import Array, Value
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_DIRECT
-from pmwvc_core.wave.impedance import MatrixImpedance
 
 LONGEST = 20000  # ticks of a hyperperiod
 ONE = 2.0**-40
@@ -59,7 +58,7 @@ class Loop:
     def __init__(
         self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
     ) -> None:
-        require_linear(scenario, several_axes=True)
+        require_linear(scenario)
         self.scenario, self.tick_s = scenario, scenario.tick_s
         self.ticks = hyperperiod_ticks(scenario)
         if self.ticks > LONGEST:
@@ -69,9 +68,7 @@ class Loop:
             )
         users = [two_sided(user) for user in scenario.users]
         ports = [user.server_impedance for user in users]
-        matrices = [*ports, *(user.impedance for user in users)]
-        coupled = any(isinstance(b, MatrixImpedance) for b in matrices)
-        self.dof = scenario.dof if coupled else 1
+        self.dof = axes_of(scenario)
         self.runs = max(lengths(scenario), default=1)
         self.serve = Times(scenario.period_ticks, serve_phase(scenario, live=live))
         self.lines = [

@@ -8,8 +8,9 @@ times. Over it the state goes on by a constant matrix::
     z(n+1) = A z(n) + B f(n),      y(n) = C z(n) + D f(n)
 
 with f the hands' forces held over every tick, and y motion and force at the start of every tick,
-both lifted: user by user, tick by tick. A is the transition (monodromy) matrix: stable is what has
-no eigenvalue outside the unit circle, apart from motions that are no instability (:mod:`.rigid`).
+both lifted: user by user, tick by tick, axis by axis. A is the transition (monodromy) matrix:
+stable is what has no eigenvalue outside the unit circle, apart from motions that are no
+instability (:mod:`.rigid`).
 """
 
 from collections.abc import Sequence
@@ -19,22 +20,24 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.models import rigid
-from pmwvc_analysis.models.linear import notes_of, require_linear
+from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import linearize, model_of
 from pmwvc_analysis.models.loop import Loop
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 
-LARGEST_LIFTED = 4000  # users times ticks
+LARGEST_LIFTED = 4000  # users times ticks times axes
 LARGEST_STATES = 3000  # of a model with inputs and outputs: some 10 s and 200 MB
 
 
 class Output(NamedTuple):
-    """One lifted output y = C z + D f; rows, and columns of D, by ``user * ticks + tick``."""
+    """One lifted output y = C z + D f; rows, and columns of D, by
+    ``(user * ticks + tick) * dof + axis``.
+    """
 
-    state: Array  # C, (users * ticks, n)
-    through: Array  # D, (users * ticks, users * ticks)
+    state: Array  # C, (users * ticks * dof, n)
+    through: Array  # D, (users * ticks * dof, users * ticks * dof)
 
 
 @dataclass(frozen=True)
@@ -49,8 +52,10 @@ class MultirateModel:
         Names of the n states.
     ticks, tick_s
         Length of the hyperperiod in ticks, and of a tick [s].
+    dof
+        Number of axes of the model: one where all axes have the same.
     inputs
-        B, ``(n, users * ticks)``, per N of a hand pushing the device.
+        B, ``(n, users * ticks * dof)``, per N of a hand pushing the device.
     outputs
         ``x`` and ``xd`` (as measured) and ``f`` (of the controller, against the hand).
     rigid
@@ -65,6 +70,7 @@ class MultirateModel:
     states: list[str]
     ticks: int
     tick_s: float
+    dof: int
     users: list[str]
     inputs: Array
     outputs: dict[str, Output]
@@ -89,18 +95,17 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
     PmwvcError
         If the hyperperiod is too long.
     """
-    require_linear(scenario)
     loop = Loop(scenario, live=live)
-    lifted = len(loop.lines) * loop.ticks
-    if len(loop.names) > LARGEST_STATES:
+    lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.names) * loop.dof
+    if states > LARGEST_STATES:
         raise PmwvcError(
-            f"{scenario.name}: {len(loop.names)} states, nearly all of them packets in flight, "
+            f"{scenario.name}: {states} states, nearly all of them packets in flight, "
             f"more than {LARGEST_STATES}; shorten link.delay_s (pmwvc stability takes any delay)"
         )
     if lifted > LARGEST_LIFTED:
         raise PmwvcError(
-            f"{scenario.name}: {lifted} inputs (users times ticks of the hyperperiod), more than "
-            f"{LARGEST_LIFTED}; choose rate_drop and period_s with common factors"
+            f"{scenario.name}: {lifted} inputs (users times ticks of the hyperperiod, along each "
+            f"axis), more than {LARGEST_LIFTED}; choose rate_drop and period_s with common factors"
         )
     rows, read = loop.around(inputs=True)
     linear = model_of(loop, rows, read)
@@ -112,6 +117,7 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
         states=linear.states,
         ticks=loop.ticks,
         tick_s=loop.tick_s,
+        dof=loop.dof,
         users=[line.name for line in loop.lines],
         inputs=linear.rows[0, :, n:],
         outputs={name: Output(y[0, :, :n], y[0, :, n:]) for name, y in linear.outputs.items()},

@@ -30,7 +30,7 @@ from pmwvc_analysis.models.line import Line
 from pmwvc_analysis.models.linearize import Linear
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array, Value, root
-from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 DRIFTING = ("direct",)  # controllers without waves whose uniform motion needs no force
 
@@ -207,8 +207,8 @@ def _drifting(linear: Linear, axis: int) -> list[Motion]:
         mask = _alone(line) & ~_braked(line) & ~_tied(line)
         if mask.any():
             x, xd = f"{line.name}.device.x", f"{line.name}.device.xd"
-            user, e = line.user, loop.deflection(loop.lines.index(line))
-            avatar = _transformed(one, user.impedance, user.server_impedance)
+            e = loop.deflection(loop.lines.index(line))
+            avatar = _transformed(one, line, to="avatar")
             found.append(Motion(xd, axis, mask[:, 0], {xd: one}, {x: one, e: avatar}))
     if loop.body in linear.placed and all(map(_steady_age, loop.lines)):
         found += _common_drift(linear, axis)
@@ -239,8 +239,8 @@ def _common_drift(linear: Linear, axis: int) -> list[Motion]:
     for index, line in enumerate(loop.lines):
         off, tied = _alone(line), _tied(line)
         rates[loop.deflection(index)] = np.where(off, -one, 0.0)  # stays behind
-        ratio = _transformed(one, line.user.server_impedance, line.user.impedance)
-        rate = np.where(off, 0.0, ratio if waves else one)
+        ratio = _transformed(one, line, to="device")
+        rate = np.where(off, 0.0, ratio)
         steady = _steady_answers(line) & np.all(ratio == one, axis=1, keepdims=True)
         mask = mask & (off | ~_braked(line)) & (off | ~tied | steady)
         late = tied * line.received_at(0) if waves else line.up.ages()[0]
@@ -252,12 +252,18 @@ def _common_drift(linear: Linear, axis: int) -> list[Motion]:
     return [Motion(f"{loop.body}d", axis, mask[:, 0], now, rates)]
 
 
-def _transformed(xd_s: Array, server: Impedance, master: Impedance) -> Array:
-    """Return the velocity of a device whose avatar moves with xd_s, both without a force."""
-    both: list[Any] = [
-        b if isinstance(b, MatrixImpedance) else _column(b) for b in (server, master)
+def _transformed(xd: Array, line: Line, *, to: str) -> Array:
+    """Return the velocity of the device (or the avatar) while the other one moves with xd, both
+    without a force; without waves both are the same.
+    """
+    if not line.waves:
+        return xd
+    ends: list[Any] = [
+        b if isinstance(b, MatrixImpedance) else _column(b)
+        for b in (line.user.impedance, line.user.server_impedance)
     ]
-    return np.asarray(root(both[0]) * xd_s / root(both[1]))
+    own, other = ends if to == "device" else ends[::-1]
+    return np.asarray(root(other) * xd / root(own))
 
 
 def _steady_age(line: Line) -> bool:

@@ -33,7 +33,7 @@ from pmwvc_core.controllers import has_waves, proofs_hold, record_of
 from pmwvc_core.network.effects import unbounded
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design import aliasing
-from pmwvc_core.wave.impedance import first_axis
+from pmwvc_core.wave.impedance import MatrixImpedance, first_axis, largest, smallest
 
 
 def lines(scenario: Scenario, *, live: bool) -> list[str]:
@@ -73,6 +73,13 @@ def _rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]
         f"{head}; the link feels like a spring of {2 * b / tau:.0f} N/m and a mass of "
         f"{b * free / 2:.2f} kg (rendered stiffness {rendered_stiffness(user, tau):.0f} N/m)."
     ]
+    if isinstance(user.impedance, MatrixImpedance):
+        least, most = smallest(user.impedance), largest(user.impedance)
+        found.append(
+            f"{user.name}: this is for forces along axis 1; along the principal axes of the "
+            f"impedance matrix springs of {2 * least / tau:.0f} to {2 * most / tau:.0f} N/m and "
+            f"masses of {least * free / 2:.2f} to {most * free / 2:.2f} kg."
+        )
     scale = math.sqrt(transformer(user))
     if abs(scale - 1.0) > RATIO_TOLERANCE:
         found.append(

@@ -36,6 +36,7 @@ def answer(
     document: dict[str, Any] = {
         "scenario": name,
         "user": found.user,
+        "axis": found.axis + 1,
         **dataclasses.asdict(found.rendered),
         "ideal": dataclasses.asdict(found.ideal),
         "measured": None,

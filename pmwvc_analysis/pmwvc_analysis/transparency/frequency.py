@@ -3,9 +3,10 @@
 """Frequency response of a multirate model, at the frequency of the force.
 
 A force f_i(k) = p_i exp(j theta k) on user i gives, lifted over a hyperperiod of N ticks, the
-input w exp(j theta N n) with w[i, k] = p_i exp(j theta k). The state follows with
-(exp(j theta N) - A)^-1 B w. What comes out holds images at theta + 2 pi j/N besides; the component
-at theta itself is the mean of y(k) exp(-j theta k) over the hyperperiod (base band).
+input w exp(j theta N n) with w[i, k] = p_i exp(j theta k), p_i a vector where axes are coupled.
+The state follows with (exp(j theta N) - A)^-1 B w. What comes out holds images at theta + 2 pi j/N
+besides; the component at theta itself is the mean of y(k) exp(-j theta k) over the hyperperiod
+(base band).
 
 A state that only takes over another one (a delay line has one per packet under way) is that one
 turned back by exp(-j theta N). Such states are put in before solving: long delays cost little.
@@ -33,7 +34,8 @@ def response(
     *,
     output: str = "x",
     user: int = 0,
-    forces: Sequence[float] | None = None,
+    forces: Sequence[float] | Array | None = None,
+    axis: int = 0,
 ) -> Complex:
     """Return the base-band response of one user's ``x``, ``xd`` or ``f`` to the hands' forces.
 
@@ -44,21 +46,29 @@ def response(
     output, user
         What is looked at, and of whom.
     forces
-        Amplitude and sign p_i per user; by default the one looked at pushes alone.
+        Amplitude and sign p_i per user, of several axes of the model ``(users, dof)``; by default
+        the one looked at pushes alone along the axis.
+    axis
+        Component looked at; in a model of one axis any one.
 
     Returns
     -------
     ndarray
         ``(points,)`` complex, per unit of the amplitudes.
     """
-    users, ticks = len(model.users), model.ticks
-    pattern = np.eye(users)[user] if forces is None else np.asarray(forces, dtype=float)
+    users, ticks, dof = len(model.users), model.ticks, model.dof
+    axis = axis if dof > 1 else 0
+    pattern = np.zeros((users, dof))
+    if forces is None:
+        pattern[user, axis] = 1.0
+    else:
+        pattern[:] = np.asarray(forces, dtype=float).reshape(users, dof)
     turns = np.asarray(frequency_hz, dtype=float) * model.tick_s * ticks  # per hyperperiod
     whole = np.round(turns)
     turns = np.where(np.abs(turns - whole) < LEAST_TURN, whole + LEAST_TURN, turns)
     angle = 2.0 * np.pi * turns / ticks
     wave = np.exp(1j * np.multiply.outer(angle, np.arange(ticks)))  # (points, ticks)
-    lifted = np.einsum("u,pt->put", pattern, wave).reshape(len(angle), users * ticks)
+    lifted = np.einsum("ua,pt->puta", pattern, wave).reshape(len(angle), users * ticks * dof)
     kept, source, steps = _taken_over(model)
     gather = np.eye(len(kept))[np.searchsorted(kept, source)]  # (states, kept)
     turn = np.exp(1j * angle * ticks)
@@ -67,7 +77,7 @@ def response(
     resolvent = turn[:, np.newaxis, np.newaxis] * np.eye(len(kept)) - inner
     driven = (lifted @ model.inputs[kept].T)[..., np.newaxis]
     state = back * np.linalg.solve(resolvent, driven)[..., 0][:, np.searchsorted(kept, source)]
-    rows = slice(user * ticks, (user + 1) * ticks)
+    rows = slice(user * ticks * dof + axis, (user + 1) * ticks * dof, dof)
     signal = model.outputs[output]
     values = state @ signal.state[rows].T + lifted @ signal.through[rows].T
     found: Complex = (values * wave.conj()).mean(axis=1)
@@ -126,13 +136,14 @@ def first_peak_hz(
     model: MultirateModel,
     *,
     user: int = 0,
-    forces: Sequence[float] | None = None,
+    forces: Sequence[float] | Array | None = None,
+    axis: int = 0,
     points: int = 800,
 ) -> float | None:
     """Return the lowest frequency [Hz] at which |x/f| has a maximum, None where there is none."""
     highest = 0.5 / model.tick_s
     frequency = np.geomspace(0.05, highest, points)
-    size = np.abs(response(model, frequency, user=user, forces=forces))
+    size = np.abs(response(model, frequency, user=user, forces=forces, axis=axis))
     inner = size[1:-1]
     peaks = np.flatnonzero((inner > size[:-2]) & (inner > size[2:]))
     if not len(peaks):
@@ -140,6 +151,7 @@ def first_peak_hz(
     low, high = frequency[peaks[0]], frequency[peaks[0] + 2]
     for _ in range(4):
         finer = np.linspace(low, high, 21)
-        top = int(np.argmax(np.abs(response(model, finer, user=user, forces=forces))))
+        finer_size = np.abs(response(model, finer, user=user, forces=forces, axis=axis))
+        top = int(np.argmax(finer_size))
         low, high = finer[max(top - 1, 0)], finer[min(top + 1, 20)]
     return float(0.5 * (low + high))

@@ -28,6 +28,7 @@ from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import UserTraces
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 Complex = NDArray[np.complex128]
 STRETCH_S = 8.0  # of the force, for spectra
@@ -64,6 +65,11 @@ def measure(user: UserTraces, known: User) -> Measured:
         too little of it.
     """
     _require_given(known)
+    if isinstance(known.impedance, MatrixImpedance) and np.any(user.f_h[:, 1:]):
+        raise PmwvcError(
+            f"{user.name}: the hand pushes along several axes, which the impedance matrix "
+            "couples: the motion along the first is not that one force's doing"
+        )
     force, position = user.f_h[:, 0], user.x_m[:, 0]
     if not np.isfinite(force).all():
         raise PmwvcError(

@@ -6,7 +6,8 @@
 [m/N], from the exact multirate model at the frequency of the force. With a cube the users press
 against each other: user i with 1 N, the users on the other side with as much together, so that the
 object stays in balance; a user without anyone opposite pushes alone. The impedance is f per
-velocity, 1/(j w x/f) [N s/m].
+velocity, 1/(j w x/f) [N s/m]. Where an impedance matrix couples the axes, the force is along one
+of them and the others are free: x/f is the entry of the admittance matrix on its diagonal.
 
 **Ideal**: the same device, contact and object with direct coupling at every tick and no delay.
 
@@ -35,12 +36,13 @@ from pmwvc_analysis.transparency.frequency import (
     low_frequencies,
     response,
 )
+from pmwvc_analysis.transparency.notes import across_notes, how, scale_notes
+from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.wave.impedance import transformation
 
 STABLE = 1.0 + 1e-9
 HIGHEST = 0.25  # of the tick rate; x/f falls to nothing at half of it
@@ -61,9 +63,10 @@ class Rendered:
 
 @dataclass(frozen=True)
 class Transparency:
-    """Transmitted admittance of one user, of the link and of the ideal coupling."""
+    """Transmitted admittance of one user along one axis, of the link and of the ideal coupling."""
 
     user: str
+    axis: int
     frequency_hz: Array  # (points,)
     admittance: Complex  # (points,) [m/N]
     ideal_admittance: Complex  # NaN where the ideal coupling is not stable
@@ -83,6 +86,7 @@ def transparency(
     frequency_hz: Array | None = None,
     *,
     user: int = 0,
+    axis: int = 0,
     live: bool = False,
 ) -> Transparency:
     """Return the admittance transmitted to one user.
@@ -93,6 +97,8 @@ def transparency(
         Linear but for grip contacts, which are taken as touching.
     frequency_hz
         Where; by default 0.1 Hz to a quarter of the tick rate.
+    axis
+        Along which the device is pushed and looked at.
 
     Raises
     ------
@@ -101,7 +107,7 @@ def transparency(
     """
     if frequency_hz is None:
         frequency_hz = np.geomspace(0.1, HIGHEST / scenario.tick_s, 300)
-    forces = pressing(scenario, user)
+    forces = pressing(scenario, user, axis)
     model = build(scenario, live=live)
     radius = spectral_radius(model)
     if radius > STABLE:
@@ -111,14 +117,16 @@ def transparency(
         )
     perfect = build(ideal_of(scenario))
     ideal_stable = spectral_radius(perfect) <= STABLE
-    rendered = _rendered(model, scenario, user, forces, live=live)
+    rendered = _rendered(model, scenario, user, axis, forces, live=live)
     balanced = rendered.admittance_dc is not None
-    notes = [*model.notes, _how(scenario, user, forces, balanced=balanced)]
-    notes += _scale_notes(scenario, user)
+    notes = [*model.notes, how(scenario, user, forces, balanced=balanced)]
+    notes += scale_notes(scenario, user)
+    if balanced:
+        notes += across_notes(model, user, axis, forces, rendered.first_peak_hz)
     if ideal_stable:
-        alike = pressing(ideal_of(scenario), user)
-        ideal = _rendered(perfect, ideal_of(scenario), user, alike)
-        ideal_values = response(perfect, frequency_hz, user=user, forces=alike)
+        alike = pressing(ideal_of(scenario), user, axis)
+        ideal = _rendered(perfect, ideal_of(scenario), user, axis, alike)
+        ideal_values = response(perfect, frequency_hz, user=user, forces=alike, axis=axis)
     else:
         notes.append(
             "The ideal coupling is not stable at this tick: it has no frequency response."
@@ -129,34 +137,14 @@ def transparency(
         notes.append("Under a steady force the device keeps moving: there is no static stiffness.")
     return Transparency(
         user=scenario.users[user].name,
+        axis=axis,
         frequency_hz=np.asarray(frequency_hz, dtype=float),
-        admittance=response(model, frequency_hz, user=user, forces=forces),
+        admittance=response(model, frequency_hz, user=user, forces=forces, axis=axis),
         ideal_admittance=ideal_values,
         rendered=rendered,
         ideal=ideal,
         notes=notes,
     )
-
-
-def pressing(scenario: Scenario, user: int) -> list[float]:
-    """Return the forces that keep the object in balance while one user presses with 1 N.
-
-    Ends of different impedance are a transformer: a force f of the device is n f at the object,
-    n^2 = b_server/b_master.
-    """
-    forces = [0.0] * len(scenario.users)
-    forces[user] = 1.0
-    if not scenario.environment.movable:
-        return forces
-    scale = [1.0] * len(forces)
-    if has_waves(scenario.controller):
-        pairs = [(other.impedance, other.server_impedance) for other in scenario.users]
-        scale = [math.sqrt(transformation(*pair)) for pair in pairs]
-    side = scenario.users[user].side
-    opposite = [index for index, other in enumerate(scenario.users) if other.side != side]
-    for index in opposite:
-        forces[index] = -scale[user] / (scale[index] * len(opposite))
-    return forces
 
 
 def ideal_of(scenario: Scenario) -> Scenario:
@@ -193,21 +181,22 @@ def _rendered(
     model: MultirateModel,
     scenario: Scenario,
     user: int,
-    forces: list[float],
+    axis: int,
+    forces: Array,
     *,
     live: bool = False,
 ) -> Rendered:
-    peak = first_peak_hz(model, user=user, forces=forces)
+    peak = first_peak_hz(model, user=user, forces=forces, axis=axis)
     frequency = low_frequencies(peak)
     omega = 2.0 * np.pi * frequency
-    pressed = response(model, frequency, user=user, forces=forces)
+    pressed = response(model, frequency, user=user, forces=forces, axis=axis)
     dc = damping = mass = None
     if abs(pressed[1] - pressed[0]) <= STEADY * abs(pressed[0]):
         dc = limit_at_rest(pressed.real)
         damping = limit_at_rest((1.0 / pressed).imag / omega)
     free = build(untouched(scenario), live=live)
     if spectral_radius(free) <= STABLE:
-        moved = response(free, frequency, user=user)
+        moved = response(free, frequency, user=user, axis=axis)
         mass = limit_at_rest(-(1.0 / moved).real / omega**2)
     return Rendered(
         admittance_dc=dc,
@@ -222,32 +211,3 @@ def _remedy(scenario: Scenario) -> str:
     if not has_waves(scenario.controller):
         return "the controller 'pmwvc' allows more"
     return "the coupling 'implicit' and more filtering allow more"
-
-
-def _scale_notes(scenario: Scenario, user: int) -> list[str]:
-    """Return a note where the ends of a user's link are a transformer."""
-    if not has_waves(scenario.controller):
-        return []
-    own = scenario.users[user]
-    scale = math.sqrt(transformation(own.impedance, own.server_impedance))
-    if math.isclose(scale, 1.0):
-        return []
-    return [
-        f"The ends have different impedance: the device moves {scale:.3g} times as far as its "
-        f"avatar, with 1/{scale:.3g} of its force; the ideal coupling does not."
-    ]
-
-
-def _how(scenario: Scenario, user: int, forces: list[float], *, balanced: bool) -> str:
-    name = scenario.users[user].name
-    if not scenario.environment.movable:
-        return f"{name} presses against the wall."
-    others = [
-        other.name for other, force in zip(scenario.users, forces, strict=True) if force < 0.0
-    ]
-    if not others:
-        return f"{name} pushes the object alone."
-    against = f"{name} presses against {' and '.join(others)}"
-    if not balanced:
-        return f"{against}; their forces do not balance at the object."
-    return f"{against}, so the object stays at rest."

@@ -40,6 +40,7 @@ from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 NOTICED_N = 0.1  # [N] force noise, root mean square, that counts as one step
 NOTICED = math.log(1.23)  # just noticeable ratio of stiffnesses and of weights
@@ -94,6 +95,26 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class AsGiven(Choice):
+    """The impedance, filter and hold that a scenario has; ``impedance`` is that of the first
+    user's master, of a matrix what a force along the first axis meets.
+    """
+
+    def settings(self, scenario: Scenario) -> dict[str, float | str]:
+        """Return the choice as parameters by name; without an impedance that no number gives."""
+        found = super().settings(scenario)
+        b = {user.impedance for user in scenario.users}
+        b |= {user.server_impedance for user in scenario.users}
+        if len(b) > 1 or any(isinstance(each, MatrixImpedance) for each in b):
+            found = {name: value for name, value in found.items() if "impedance" not in name}
+        return found
+
+    def applied(self, scenario: Scenario) -> Scenario:
+        """Return the scenario."""
+        return scenario
+
+
+@dataclass(frozen=True)
 class Rating:
     """Rating of a choice for the first user; feel is None where the loop is not stable."""
 
@@ -115,7 +136,7 @@ class Rating:
 
 
 def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
-    """Return what a choice does for a scenario.
+    """Return what a choice does for a scenario, along the first axis.
 
     Raises
     ------

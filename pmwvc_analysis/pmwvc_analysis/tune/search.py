@@ -20,6 +20,7 @@ import numpy as np
 from pmwvc_analysis.models.linear import Element, nonlinear
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.tune.criteria import (
+    AsGiven,
     Choice,
     Rating,
     cost_of,
@@ -103,7 +104,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     order = sorted(passive, key=lambda key: (round(passive[key].cost or 0.0, 3), key))
     best_key, best = _proven(scenario, order, passive, bounds, live=live)
     user = scenario.users[0]
-    as_given = Choice(first_axis(user.impedance), user.master.filter, user.master.hold)
+    as_given = AsGiven(first_axis(user.impedance), user.master.filter, user.master.hold)
     as_it_is = rated(scenario, as_given, live=live)
     others = {
         "as given": dataclasses.replace(as_it_is, simulated=simulated(as_given.applied(scenario)))

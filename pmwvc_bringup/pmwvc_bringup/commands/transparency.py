@@ -21,15 +21,17 @@ examples:
   pmwvc transparency carry_16ms
   pmwvc transparency wall --set master.impedance=80 --json
   pmwvc transparency wall --set operator.kind=chirp --out /tmp/rendered
+  pmwvc transparency cube_3d --axis 2
   pmwvc transparency sessions/20260101T120000Z-wall --out /tmp/rendered
 
 A session folder adds the estimate from its recording (operator.kind chirp, sinusoid or a replayed
 force). --out writes transparency.png, .svg, .csv, .npz, .mat and .json.
 
-Keys of --json: scenario, user, admittance_dc (m/N at rest), k_felt (its inverse), b_felt (N s/m,
-pressing, device included), mass_felt (kg, nothing touched, device included), first_peak_hz, ideal
-(the same five for direct coupling at every tick, no delay), measured (null, or points, trusted,
-stretches, from_hz, to_hz, coherence_median, error_median), notes. null: no such limit exists.
+Keys of --json: scenario, user, axis (1: x), admittance_dc (m/N at rest), k_felt (its inverse),
+b_felt (N s/m, pressing, device included), mass_felt (kg, nothing touched, device included),
+first_peak_hz, ideal (the same five for direct coupling at every tick, no delay), measured (null,
+or points, trusted, stretches, from_hz, to_hz, coherence_median, error_median), notes. null: no
+such limit exists.
 """
 
 
@@ -42,14 +44,24 @@ def run(arguments: argparse.Namespace) -> Result:
             raise PmwvcError(f"{folder}: there is no scenario.yaml; is it a session folder?")
         arguments.scenario = str(folder / "scenario.yaml")
     scenario = scenario_of(arguments)
-    index = _index(scenario, arguments.whose)
+    index, axis = _index(scenario, arguments.whose), arguments.axis - 1
+    if not 0 <= axis < scenario.dof:
+        raise PmwvcError(f"--axis {arguments.axis}: must be 1 to {scenario.dof} (dof)")
+    if recorded and axis:
+        raise PmwvcError(
+            f"--axis {arguments.axis}: a recording is measured along axis 1; ask the model with "
+            f"{folder / 'scenario.yaml'}"
+        )
+    import numpy as np
+
     from pmwvc_analysis.models.multirate import build
     from pmwvc_analysis.transparency.answer import answer, sentences
     from pmwvc_analysis.transparency.frequency import response
-    from pmwvc_analysis.transparency.transparency import pressing, transparency
+    from pmwvc_analysis.transparency.pressing import pressing
+    from pmwvc_analysis.transparency.transparency import transparency
 
     measured = model = None
-    forces: list[float] = []
+    factors: list[float] = []
     live = arguments.live
     if recorded:
         from pmwvc_analysis.recording.reader import read_session
@@ -62,13 +74,16 @@ def run(arguments: argparse.Namespace) -> Result:
         if name not in by_name:
             raise PmwvcError(f"{folder}: no trace of {name} was recorded")
         measured = measure(by_name[name], scenario.users[index])
-        forces = pattern(traces.users, scenario, index)
-    found = transparency(scenario, user=index, live=live)
+        factors = pattern(traces.users, scenario, index)
+    found = transparency(scenario, user=index, axis=axis, live=live)
     if measured is not None:
-        if forces != pressing(scenario, index):
+        steady = pressing(scenario, index)
+        forces = np.zeros_like(steady)
+        forces[:, 0] = factors
+        if not np.array_equal(forces, steady):
             found.notes.append(
                 "Measured and modelled beside it: with the forces of the session, per N of "
-                f"{scenario.users[index].name}: {', '.join(f'{f:.3g}' for f in forces)}."
+                f"{scenario.users[index].name}: {', '.join(f'{f:.3g}' for f in factors)}."
             )
         exact = build(scenario, live=live)
         model = response(exact, measured.frequency_hz, user=index, forces=forces)
@@ -118,6 +133,9 @@ COMMAND = Command(
         *MODEL,
         argument(
             "--user", metavar="NAME", dest="whose", help="user to analyse (default: the first)"
+        ),
+        argument(
+            "--axis", type=int, default=1, metavar="N", help="axis to analyse (default: 1, x)"
         ),
         out("folder for figure, curves and numbers"),
         json_document(),

@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The forces of a steady press: one user with 1 N, the others so that the object is in balance."""
+
+from typing import Any
+
+import numpy as np
+
+from pmwvc_analysis.models.linear import axes_of
+from pmwvc_core.controllers import has_waves
+from pmwvc_core.numeric import Array, root
+from pmwvc_core.scenario.scenario import Scenario, User
+
+
+def pressing(scenario: Scenario, user: int, axis: int = 0) -> Array:
+    """Return the forces that keep the object in balance while one user presses with 1 N.
+
+    Ends of different impedance are a transformer: a force f of the device is n f at the object,
+    n = sqrt(B_server) sqrt(B_master)^-1, with numbers n^2 = b_server/b_master.
+
+    Returns
+    -------
+    ndarray
+        Of every user, along each axis of the model ``(users, dof)`` [N].
+    """
+    axes = axes_of(scenario)
+    pushed = np.eye(axes)[axis if axes > 1 else 0]
+    forces = np.zeros((len(scenario.users), axes))
+    forces[user] = pushed
+    if not scenario.environment.movable:
+        return forces
+    waves, side = has_waves(scenario.controller), scenario.users[user].side
+    opposite = [index for index, other in enumerate(scenario.users) if other.side != side]
+    for index in opposite:
+        force = pushed
+        if waves:
+            force = _at_device(scenario.users[index], at_object(scenario.users[user], pushed))
+        forces[index] = -force / len(opposite)
+    return forces
+
+
+def at_object(user: User, force: Array) -> Array:
+    """Return a steady force of a user's device at the object [N]."""
+    master, server = _roots(user)
+    return np.asarray(server * (force / master))
+
+
+def _at_device(user: User, force: Array) -> Array:
+    master, server = _roots(user)
+    return np.asarray(master * (force / server))
+
+
+def _roots(user: User) -> tuple[Any, Any]:
+    """Return the square roots of the impedances of a user's ends: numbers or matrices."""
+    ends: tuple[Any, Any] = user.impedance, user.server_impedance
+    return root(ends[0]), root(ends[1])
