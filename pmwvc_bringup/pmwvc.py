@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pmwvc_analysis.events.faults import kept
+from pmwvc_analysis.events.events import kept
 from pmwvc_analysis.export.files import export
 from pmwvc_analysis.figures.figures import charts, write_all
 from pmwvc_analysis.models.answer import answer

@@ -32,8 +32,7 @@ from pmwvc_core.params import (
 )
 from pmwvc_core.params.fields import parameter
 from pmwvc_core.params.matrix import matrix_conflicts
-from pmwvc_core.runtime.parameter_names import CHANGED_AT_STEP
-from pmwvc_core.runtime.parameter_values import values_of
+from pmwvc_core.runtime.parameter_values import CHANGED_AT_STEP, values_of
 from pmwvc_core.runtime.parameters import (
     ParameterBinding,
     declare,

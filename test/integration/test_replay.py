@@ -14,7 +14,7 @@ from support.processes import ros
 from support.sessions import ROOT, Running
 
 from pmwvc_analysis.recording.reader import read_scenario, read_session
-from pmwvc_analysis.replay.differences import FORCE_N, POSITION_M
+from pmwvc_analysis.replay.run import FORCE_N, POSITION_M
 from pmwvc_core.runtime.polling import WAVE_QOS
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_msgs.msg import MasterTrace

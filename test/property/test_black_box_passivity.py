@@ -10,8 +10,7 @@ from support.passive_networks import Network, OpenNetwork, Pusher, random_networ
 
 from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
-from pmwvc_core.params.environment import HuntCrossleyParams
-from pmwvc_core.params.server import DECODINGS
+from pmwvc_core.params.server import DECODINGS, HuntCrossleyParams
 from pmwvc_core.server.black_box.port import BlackBoxServer
 from pmwvc_core.server.environments import LIBRARY
 

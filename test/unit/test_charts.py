@@ -20,8 +20,8 @@ from pmwvc_analysis.charts.chart_data import MOST_NUMBERS, payload, thinned
 from pmwvc_analysis.charts.chart_svg import file_svg, panel_svg
 from pmwvc_analysis.charts.decimate import envelope, reduced
 from pmwvc_analysis.figures import recorded
-from pmwvc_analysis.figures.event_list import numbered
 from pmwvc_analysis.figures.figures import charts
+from pmwvc_analysis.figures.recorded import numbered
 from pmwvc_analysis.report import figure_blocks
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -13,8 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pmwvc_analysis.compare.settings import GIVEN, RULE, tuned, tuning_of
-from pmwvc_analysis.events.events import complete
-from pmwvc_analysis.events.faults import kept
+from pmwvc_analysis.events.events import complete, kept
 from pmwvc_analysis.models.linear import NonlinearError, left_out, require_linear
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.recording.from_traces import record_traces

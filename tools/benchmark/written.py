@@ -14,7 +14,7 @@ import numpy as np
 from benchmark.intervals import Interval, median, ratio
 from benchmark.study import Study
 from benchmark.trial import Outcome
-from pmwvc_analysis.charts import files
+from pmwvc_analysis.charts import chart_png
 from pmwvc_analysis.charts.chart import Chart, Dots, Panel
 from pmwvc_analysis.charts.colours import user_tint
 from pmwvc_core.numeric import Array
@@ -35,7 +35,7 @@ def write(study: Study, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / TABLE).write_text(table(study), "utf-8")
     (folder / SESSIONS).write_text(sessions(study), "utf-8")
-    files.write(picture(study), folder)
+    chart_png.write(picture(study), folder)
 
 
 def table(study: Study) -> str:

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A figure as PNG, for slides and documents: the panels of a chart on white."""
+"""Figures on disk: as PNG, for slides and documents, with the panels of a chart on white; as SVG
+beside it.
+"""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,6 +11,7 @@ import numpy as np
 
 from pmwvc_analysis.charts import style
 from pmwvc_analysis.charts.chart import Chart, Dots, Layer, Line, Panel, Span
+from pmwvc_analysis.charts.chart_svg import file_svg
 from pmwvc_analysis.charts.colours import LIGHT
 from pmwvc_analysis.charts.decimate import reduced
 
@@ -21,12 +24,18 @@ MARKERS = {"dot": (".", 2.5), "ring": ("o", 5.0), "cross": ("x", 5.0), "plus": (
 HATCHES = ("", "///", "\\\\\\", "---", "|||", "xxx", "...", "+++")
 
 
-def write(chart: Chart, path: Path, span: Span | None = None) -> None:
-    """Draw a chart and write it."""
+def write(chart: Chart, folder: Path, span: Span | None = None) -> list[Path]:
+    """Write a figure as ``NAME.png`` and ``NAME.svg``; return both.
+
+    ``span`` is the range of the time axis [s]; that of the curves by default.
+    """
     import matplotlib
 
+    png, svg = (folder / f"{chart.name}.{kind}" for kind in ("png", "svg"))
     with matplotlib.rc_context(style.SETTINGS):
-        style.save(figure(chart, span), path)
+        style.save(figure(chart, span), png)
+    svg.write_text(file_svg(chart, span), encoding="utf-8")
+    return [png, svg]
 
 
 def figure(chart: Chart, span: Span | None = None) -> "Figure":

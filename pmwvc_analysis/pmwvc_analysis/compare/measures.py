@@ -31,17 +31,20 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.compare.least_balance import least_balance
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.compare.probes import free_space
 from pmwvc_analysis.compare.rendered import Rendered, rendering
 from pmwvc_analysis.traces import reductions
 from pmwvc_analysis.traces.reductions import COUPLED, position_error
 from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.oscillation import beyond
+from pmwvc_analysis.verdicts.passivity import passivity
+from pmwvc_analysis.verdicts.passivity_words import part_words
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -65,6 +68,30 @@ MEASURES = (
     "force_noise_n",
     "force_peak_n",
 )
+
+
+class Least(NamedTuple):
+    """Lowest balance [J], of which port, and whether all are passive; None: unknown."""
+
+    energy_j: float | None
+    part: str | None
+    passive: bool | None
+
+
+def least_balance(traces: SessionTraces, scenario: Scenario | None) -> Least:
+    """Return the lowest balance over every port that decides, and the session's verdict.
+
+    The links alone do not decide: a server that decodes a step late, or a compensation that
+    stretches a wave, generates energy behind a passive link.
+    """
+    found = passivity(traces, scenario, budget(traces, scenario))
+    ports = [finding for finding in found.findings if finding.decides and finding.judged_s]
+    if not ports:
+        return Least(None, None, None)
+    worst = min(ports, key=lambda finding: finding.least_j)
+    owner = "" if worst.part == SERVER else f"{worst.owner}: "
+    part = f"{owner}{part_words(worst)}" if worst.least_j < 0.0 else None
+    return Least(worst.least_j, part, found.session)
 
 
 @dataclass

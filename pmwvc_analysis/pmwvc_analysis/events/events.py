@@ -28,9 +28,9 @@ from typing import Any
 
 from pmwvc_analysis.events import environment, links, membership, safety
 from pmwvc_analysis.events.event import Event, event
-from pmwvc_analysis.events.faults import faults
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import changes_of
+from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
@@ -80,3 +80,23 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
             f"({hole.missing} {unit})"
         )
         yield event(hole.start_s, "recorder", "recording", what)
+
+
+REPLACED = ("environment", "coupling")  # by a damper, in the steps that failed
+LINKS = "links"
+
+
+def kept(traces: SessionTraces) -> dict[str, Any]:
+    """Return the faults of a simulated session as metadata records of its recording."""
+    return {name: traces.metadata[name] for name in (*REPLACED, LINKS) if name in traces.metadata}
+
+
+def faults(traces: SessionTraces) -> Iterator[Event]:
+    """Yield an event for whatever failed, with its count and the last reason."""
+    for what in REPLACED:
+        if fault := traces.metadata.get(what):
+            steps = count(int(fault["contained_steps"]), "step")
+            text = f"a damper replaced the {what} in {steps}: {fault['last_fault']}"
+            yield event(None, "server", "environment", text)
+    for link, text in traces.metadata.get(LINKS, {}).items():
+        yield event(None, f"link {link}", "link", text)

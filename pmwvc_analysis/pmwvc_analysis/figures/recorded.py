@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Users, time span and holes of a recorded session, as figures show them."""
+"""Users, time span, holes and numbered events of a recorded session, as figures show them."""
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,3 +68,38 @@ def pauses(time_s: Array, period_s: float) -> list[Span]:
     """Return where neighbouring rows are further apart than ``LEAST_PAUSE_S`` [s]."""
     indices = np.flatnonzero(np.diff(time_s) > max(LEAST_PAUSE_S, 1.5 * period_s))
     return [(float(time_s[row]), float(time_s[row + 1])) for row in indices]
+
+
+ALARMING = ("release", "stall", "limit", "stranger", "recording", "restart")
+
+
+class Event(NamedTuple):
+    """One event; ``time_s`` is None where it is not known."""
+
+    number: str
+    time_s: float | None
+    who: str
+    kind: str
+    what: str
+
+    @property
+    def alarming(self) -> bool:
+        """Tell whether the kind of event is a reason to look closer."""
+        return self.kind in ALARMING
+
+
+def numbered(traces: SessionTraces) -> list[Event]:
+    """Return the events in the order of time, those without a time first; list and figures show
+    the same numbers.
+    """
+    order = sorted(traces.events, key=lambda e: (e["time_s"] is not None, e["time_s"] or 0.0))
+    return [
+        Event(
+            str(index),
+            event["time_s"],
+            str(event.get("who", "")),
+            str(event.get("kind", "")),
+            str(event.get("what", "")),
+        )
+        for index, event in enumerate(order, start=1)
+    ]

@@ -6,13 +6,15 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_analysis.delays.long_delay import is_long, opened
-from pmwvc_analysis.models import modes, rigid, stability
+from pmwvc_analysis.models import rigid, stability
 from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import linearize
 from pmwvc_analysis.models.multirate import transitions
+from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -99,7 +101,7 @@ def _frequency_hz(scenario: Scenario, value: complex, *, live: bool) -> float | 
     for name in ("xd", "f"):  # of a motion that no device takes part in, its force
         seen = linear.outputs[name][0].reshape(-1, ticks, dof, states)
         seen = seen.swapaxes(1, 2).reshape(-1, ticks, states)  # each axis of each user
-        found = modes.frequency_hz(value, vectors[:, nearest], seen, scenario.tick_s)
+        found = frequency_hz(value, vectors[:, nearest], seen, scenario.tick_s)
         if found is not None:
             return found
     return None
@@ -133,3 +135,39 @@ def sentences(found: dict[str, Any]) -> list[str]:
         f"{count(found['rigid_body_modes'], 'rigid-body mode')} removed"
     )
     return lines + [f"  note: {note}" for note in found["notes"]]
+
+
+CLEAR = 0.5  # of the strongest harmonic's power: what another may have at most
+
+
+def frequency_hz(
+    value: complex, vector: NDArray[np.complex128], rows: Array, tick_s: float
+) -> float | None:
+    """Return the frequency of a motion; None where nothing of it is seen or two are as strong.
+
+    The eigenvalue over a hyperperiod of N ticks gives it up to multiples of 1/(N T_c). The motion
+    within decides: y(k) lambda^(-k/N) has period N, and its largest harmonic j gives
+    (arg lambda + 2 pi j)/(2 pi N T_c).
+
+    Parameters
+    ----------
+    value, vector
+        Eigenvalue over the hyperperiod, and eigenvector.
+    rows
+        ``(signals, ticks, states)``: what is looked at, at every tick of the hyperperiod.
+    """
+    ticks = rows.shape[1]
+    seen = rows @ vector  # (signals, ticks)
+    sizes = np.abs(seen).max(axis=1, keepdims=True)
+    if value == 0.0 or not sizes.any():
+        return None
+    angle = float(np.angle(value))
+    fade = np.exp(-(np.log(np.abs(value)) + 1j * angle) * np.arange(ticks) / ticks)
+    power = np.sum(np.abs(np.fft.fft(seen * fade, axis=1)) ** 2, axis=0)
+    harmonics = np.fft.fftfreq(ticks, 1.0 / ticks)
+    hertz = np.abs(angle + 2.0 * np.pi * harmonics) / (2.0 * np.pi * ticks * tick_s)
+    best = int(np.argmax(power))
+    others = np.abs(hertz - hertz[best]) > 1e-9 * (1.0 / tick_s)
+    if np.any(power[others] > CLEAR * power[best]):
+        return None
+    return float(hertz[best])

@@ -23,7 +23,7 @@ from pmwvc_core.errors import ScenarioError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params.names import flat_mapping
 from pmwvc_core.runtime.messages import NS_PER_S
-from pmwvc_core.runtime.parameter_names import CHANGED_AT_STEP
+from pmwvc_core.runtime.parameter_values import CHANGED_AT_STEP
 from pmwvc_core.scenario.names import shared_specs, spec_of, split_user, user_specs
 from pmwvc_core.traces import ServerTraces
 

@@ -12,7 +12,7 @@ from pmwvc_analysis.charts import chart_svg
 from pmwvc_analysis.charts.chart import Chart, Panel, Span
 from pmwvc_analysis.charts.chart_data import payload
 from pmwvc_analysis.figures import recorded
-from pmwvc_analysis.figures.event_list import Event
+from pmwvc_analysis.figures.recorded import Event
 from pmwvc_core.traces import SessionTraces
 
 

@@ -13,7 +13,7 @@ from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.charts import chart_svg
 from pmwvc_analysis.charts.chart import Chart
-from pmwvc_analysis.figures import event_list
+from pmwvc_analysis.figures.recorded import numbered
 from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_analysis.report import figure_blocks
 from pmwvc_analysis.report.loop_blocks import blocks, rendered
@@ -46,7 +46,7 @@ def render(
     """
     found = passivity(cut.until(traces, summary["judged_until_s"]), scenario, energies)
     traces = replace(traces, events=summary["events"])
-    events = event_list.numbered(traces)
+    events = numbered(traces)
     chart_data, complete = figure_blocks.data(charts, traces, events)
     return filled(
         TEMPLATE,

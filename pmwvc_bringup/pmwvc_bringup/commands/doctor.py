@@ -63,8 +63,8 @@ def _of_recording(folder: Path, mend_into: str | None) -> "list[RecordingFinding
         return check_recording(target)
     if not folder.exists():
         raise PmwvcError(f"{folder}: there is no such session folder")
-    from pmwvc_analysis.compare.on_disk import is_comparison
-    from pmwvc_analysis.compare.on_disk import session_folders as sessions_of
+    from pmwvc_analysis.compare.files import is_comparison
+    from pmwvc_analysis.compare.files import session_folders as sessions_of
 
     if not is_comparison(folder):
         return check_recording(folder)

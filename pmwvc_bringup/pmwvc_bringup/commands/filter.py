@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> Result:
     for line in sentences(result):
         print(line)
     if arguments.out:
-        from pmwvc_analysis.charts.files import write
+        from pmwvc_analysis.charts.chart_png import write
         from pmwvc_analysis.figures.model_charts import velocity_filter
 
         folder = Path(arguments.out)

@@ -56,7 +56,7 @@ def _reported(
 ) -> list[str]:
     """Write summary, reports and tables; return the lines for a terminal."""
     from pmwvc_analysis.compare.measures import Entry, measured
-    from pmwvc_analysis.replay.differences import FORCE_N, POSITION_M, reproduced
+    from pmwvc_analysis.replay.run import FORCE_N, POSITION_M, reproduced
     from pmwvc_analysis.report.comparison_report import write
     from pmwvc_analysis.session_files import finish, write_summary
     from pmwvc_analysis.verdicts.check import state_text

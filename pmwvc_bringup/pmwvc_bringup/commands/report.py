@@ -21,7 +21,7 @@ examples:
 
 def run(arguments: argparse.Namespace) -> Result:
     """Judge the recording and write its report."""
-    from pmwvc_analysis.compare.on_disk import is_comparison
+    from pmwvc_analysis.compare.files import is_comparison
 
     folder = Path(arguments.folder)
     if is_comparison(folder):

@@ -14,7 +14,7 @@ from pmwvc_bringup.session.terminal import announce, finish, prepared
 def run(arguments: argparse.Namespace) -> Result:
     """Simulate, record and report."""
     scenario, folder = prepared(arguments)
-    from pmwvc_analysis.events.faults import faults, kept
+    from pmwvc_analysis.events.events import faults, kept
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_core.simulation.session import simulate
 

@@ -115,7 +115,7 @@ def _write(
     live: bool,
 ) -> None:
     """Write curves, figure and numbers."""
-    from pmwvc_analysis.charts.files import write
+    from pmwvc_analysis.charts.chart_png import write
     from pmwvc_analysis.figures.model_charts import transparency as chart
     from pmwvc_analysis.transparency.answer import NAME, arrays_of, write_arrays
 

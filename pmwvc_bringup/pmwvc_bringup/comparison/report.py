@@ -52,7 +52,7 @@ def printed(
 
 def again(folder: Path, console: Console) -> Result:
     """Judge the sessions of a comparison anew and write its report."""
-    from pmwvc_analysis.compare.on_disk import read_comparison, read_entries
+    from pmwvc_analysis.compare.files import read_comparison, read_entries
 
     before = read_comparison(folder)
     title, notes = str(before["title"]), list(before.get("notes", []))

@@ -10,9 +10,9 @@ import sys
 
 from rich.console import Console
 
-from pmwvc_bringup.session.interrupts import Interrupts
 from pmwvc_bringup.session.page import show
 from pmwvc_bringup.session.plan import MODULES, Page
+from pmwvc_bringup.session.processes import Interrupts
 from pmwvc_bringup.session.runner import PAGE
 from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment, running_domains
 from pmwvc_core.errors import PmwvcError

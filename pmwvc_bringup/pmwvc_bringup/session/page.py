@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 from rich.console import Console
 
-from pmwvc_bringup.session.interrupts import Interrupts
+from pmwvc_bringup.session.processes import Interrupts
 from pmwvc_core.errors import PmwvcError
 from pmwvc_view import SNAPSHOT_S
 from pmwvc_view.access import new_token

@@ -22,9 +22,8 @@ from rich.live import Live
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.disturber import Disturber
-from pmwvc_bringup.session.interrupts import Interrupts
 from pmwvc_bringup.session.page import show
-from pmwvc_bringup.session.processes import Children, Ending
+from pmwvc_bringup.session.processes import Children, Ending, Interrupts
 from pmwvc_bringup.session.status import Status
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
 from pmwvc_core.errors import PmwvcError

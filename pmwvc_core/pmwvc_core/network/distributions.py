@@ -6,7 +6,9 @@ A packet's jitter is the quantile of its random number, so that the marginal dis
 whatever correlation the numbers have.
 """
 
+import bisect
 import functools
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,7 +18,6 @@ import numpy as np
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.network.delay_trace import load_delay_trace
-from pmwvc_core.network.quantiles import Quantiles, quantiles_of
 from pmwvc_core.params import LinkParams
 
 Quantile = Callable[[float], float]  # of a number in [0, 1); seconds
@@ -24,6 +25,56 @@ STANDARD_NORMAL = NormalDist()
 LEAST = 1e-17  # in place of 0, whose normal quantile is infinite
 TAIL = 3.0  # usual tail index of Pareto, as in the tables of Linux
 USUAL_SHAPES = {"gamma": 2.0, "lognormal": 0.5, "pareto": TAIL, "paretonormal": TAIL}
+
+
+FORM = "must be probability:seconds from 0 to 1, rising, separated by blanks"
+
+
+@dataclass(frozen=True)
+class Quantiles:
+    """Probabilities from 0 to 1, and the value at each [s]."""
+
+    probability: tuple[float, ...]
+    value_s: tuple[float, ...]
+
+    def at(self, u: float) -> float:
+        """Return the quantile [s] of a number in [0, 1]."""
+        p, x = self.probability, self.value_s
+        k = min(bisect.bisect_right(p, u), len(p) - 1) - 1
+        return x[k] + (x[k + 1] - x[k]) * (u - p[k]) / (p[k + 1] - p[k])
+
+    @functools.cached_property
+    def moments(self) -> tuple[float, float]:
+        """Return mean and standard deviation [s]."""
+        mean = square = 0.0
+        points = itertools.pairwise(zip(self.probability, self.value_s, strict=True))
+        for (p, x), (q, y) in points:
+            mean += (q - p) * (x + y) / 2.0
+            square += (q - p) * (x * x + x * y + y * y) / 3.0
+        return mean, math.sqrt(max(square - mean * mean, 0.0))
+
+
+@functools.lru_cache(maxsize=64)
+def quantiles_of(text: str) -> Quantiles:
+    """Read the quantiles of ``link.jitter_quantiles``.
+
+    Raises
+    ------
+    ParameterError
+        If the text gives none; with its value and what it must be.
+    """
+    refused = ParameterError(f"jitter_quantiles = {text!r}: {FORM}")
+    try:
+        pairs = [tuple(map(float, word.split(":"))) for word in text.split()]
+        probability, value_s = (tuple(column) for column in zip(*pairs, strict=True))
+    except ValueError:
+        raise refused from None
+    rising = all(a < b for a, b in itertools.pairwise(probability))
+    right = rising and probability[0] == 0.0 and probability[-1] == 1.0
+    growing = all(a <= b for a, b in itertools.pairwise(value_s))
+    if not right or not growing or not 0.0 <= value_s[0] <= value_s[-1] <= 60.0:
+        raise refused
+    return Quantiles(probability, value_s)
 
 
 @dataclass(frozen=True)
@@ -34,8 +85,8 @@ class Distribution:
     ----------
     words
         What it is, for sentences.
-    quantile
-        Makes the quantile function for the settings of a link.
+    at
+        Quantile of a number in [0, 1), for the settings of a link [s].
     moments
         Mean and standard deviation for the settings of a link [s].
     conflict
@@ -51,13 +102,17 @@ class Distribution:
     """
 
     words: str
-    quantile: Callable[[LinkParams], Quantile]
+    at: Callable[[LinkParams, float], float]
     moments: Callable[[LinkParams], tuple[float, float]]
     conflict: Callable[[LinkParams], str] = lambda params: ""
     check: Callable[[LinkParams], object] = lambda params: None
     sized: bool = True
     half_width: bool = False
     linux: bool = False
+
+    def quantile(self, params: LinkParams) -> Quantile:
+        """Return the quantile function for the settings of a link."""
+        return functools.partial(self.at, params)
 
 
 def normal(u: float) -> float:
@@ -94,41 +149,11 @@ def _mixed(tail: float) -> float:
     return math.sqrt(10.0 + 6.0 * float(together))
 
 
-def _uniform(params: LinkParams) -> Quantile:
-    size = params.jitter_s
-    return lambda u: size * (2.0 * u - 1.0)
-
-
-def _normal(params: LinkParams) -> Quantile:
-    size = params.jitter_s
-    return lambda u: size * normal(u)
-
-
-def _pareto(params: LinkParams) -> Quantile:
-    size, tail = params.jitter_s, shape_of(params)
-    return lambda u: size * pareto(u, tail)
-
-
-def _pareto_normal(params: LinkParams) -> Quantile:
-    size, tail = params.jitter_s, shape_of(params)
-    return lambda u: size * pareto_normal(u, tail)
-
-
-def _gamma(params: LinkParams) -> Quantile:
+def _gamma(params: LinkParams, u: float) -> float:
     from scipy.special import gammaincinv  # takes long to import, and only this needs it
 
     shape = shape_of(params)
-    scale = params.jitter_s / shape
-    return lambda u: scale * float(gammaincinv(shape, u))
-
-
-def _lognormal(params: LinkParams) -> Quantile:
-    median, sigma = params.jitter_s, shape_of(params)
-    return lambda u: median * math.exp(sigma * normal(u))
-
-
-def _gamma_moments(params: LinkParams) -> tuple[float, float]:
-    return params.jitter_s, params.jitter_s / math.sqrt(shape_of(params))
+    return params.jitter_s / shape * float(gammaincinv(shape, u))
 
 
 def _lognormal_moments(params: LinkParams) -> tuple[float, float]:
@@ -146,18 +171,9 @@ def _samples(params: LinkParams) -> tuple[float, ...]:
     return trace.delays_s
 
 
-def _table(params: LinkParams) -> Quantile:
-    samples = _samples(params)
-    return lambda u: samples[int(u * len(samples))]
-
-
 def _table_moments(params: LinkParams) -> tuple[float, float]:
     samples = np.array(_samples(params))
     return float(samples.mean()), float(samples.std())
-
-
-def _quantiles(params: LinkParams) -> Quantiles:
-    return quantiles_of(params.jitter_quantiles)
 
 
 def _tail_conflict(params: LinkParams) -> str:
@@ -171,7 +187,7 @@ def _tail_conflict(params: LinkParams) -> str:
 
 def _quantiles_conflict(params: LinkParams) -> str:
     try:
-        _quantiles(params)
+        quantiles_of(params.jitter_quantiles)
     except ParameterError as error:
         return str(error)
     return ""
@@ -187,35 +203,47 @@ def file_conflict(params: LinkParams) -> str:
 DISTRIBUTIONS = {
     "uniform": Distribution(
         "evenly spread",
-        _uniform,
-        lambda params: (0.0, params.jitter_s / math.sqrt(3.0)),
+        lambda p, u: p.jitter_s * (2.0 * u - 1.0),
+        lambda p: (0.0, p.jitter_s / math.sqrt(3.0)),
         half_width=True,
     ),
-    "normal": Distribution("normally distributed", _normal, _centred, linux=True),
-    "pareto": Distribution(
-        "Pareto distributed", _pareto, _centred, conflict=_tail_conflict, linux=True
+    "normal": Distribution(
+        "normally distributed", lambda p, u: p.jitter_s * normal(u), _centred, linux=True
     ),
-    "paretonormal": Distribution(
-        "a quarter normal and three quarters Pareto",
-        _pareto_normal,
+    "pareto": Distribution(
+        "Pareto distributed",
+        lambda p, u: p.jitter_s * pareto(u, shape_of(p)),
         _centred,
         conflict=_tail_conflict,
         linux=True,
     ),
-    "gamma": Distribution("longer by a gamma distribution", _gamma, _gamma_moments),
+    "paretonormal": Distribution(
+        "a quarter normal and three quarters Pareto",
+        lambda p, u: p.jitter_s * pareto_normal(u, shape_of(p)),
+        _centred,
+        conflict=_tail_conflict,
+        linux=True,
+    ),
+    "gamma": Distribution(
+        "longer by a gamma distribution",
+        _gamma,
+        lambda p: (p.jitter_s, p.jitter_s / math.sqrt(shape_of(p))),
+    ),
     "lognormal": Distribution(
-        "longer by a log-normal distribution", _lognormal, _lognormal_moments
+        "longer by a log-normal distribution",
+        lambda p, u: p.jitter_s * math.exp(shape_of(p) * normal(u)),
+        _lognormal_moments,
     ),
     "quantiles": Distribution(
         "longer by a distribution given by quantiles",
-        lambda params: _quantiles(params).at,
-        lambda params: _quantiles(params).moments,
+        lambda p, u: quantiles_of(p.jitter_quantiles).at(u),
+        lambda p: quantiles_of(p.jitter_quantiles).moments,
         conflict=_quantiles_conflict,
         sized=False,
     ),
     "table": Distribution(
         "longer by delays drawn from a file",
-        _table,
+        lambda p, u: _samples(p)[int(u * len(_samples(p)))],
         _table_moments,
         conflict=file_conflict,
         check=_samples,

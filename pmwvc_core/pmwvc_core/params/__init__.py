@@ -3,15 +3,28 @@
 """Parameters as frozen dataclasses: one source for defaults, units, ranges and descriptions."""
 
 from pmwvc_core.params.baselines import BaselineParams
-from pmwvc_core.params.environment import ActiveWallParams, HuntCrossleyParams
 from pmwvc_core.params.fields import Spec, Validated, groups, specs, whole_ratio
-from pmwvc_core.params.local_model import LocalModelParams
 from pmwvc_core.params.master import FilterParams, MasterParams
 from pmwvc_core.params.network import LinkParams
-from pmwvc_core.params.port_filters import BankParams, PositionParams, VelocityFilterParams
-from pmwvc_core.params.remote_hand import RemoteHandParams
-from pmwvc_core.params.server import ContactParams, ServerParams
-from pmwvc_core.params.user import DeviceParams, OperatorParams, SafetyParams, TaskParams
+from pmwvc_core.params.port_filters import (
+    BankParams,
+    LocalModelParams,
+    PositionParams,
+    VelocityFilterParams,
+)
+from pmwvc_core.params.server import (
+    ActiveWallParams,
+    ContactParams,
+    HuntCrossleyParams,
+    ServerParams,
+)
+from pmwvc_core.params.user import (
+    DeviceParams,
+    OperatorParams,
+    RemoteHandParams,
+    SafetyParams,
+    TaskParams,
+)
 
 __all__ = [
     "ActiveWallParams",

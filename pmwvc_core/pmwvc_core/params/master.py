@@ -7,9 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_core.params.fields import Validated, group, parameter
-from pmwvc_core.params.local_model import LocalModelParams
 from pmwvc_core.params.matrix import matrix_conflicts
-from pmwvc_core.params.port_filters import BankParams, PositionParams, VelocityFilterParams
+from pmwvc_core.params.port_filters import (
+    BankParams,
+    LocalModelParams,
+    PositionParams,
+    VelocityFilterParams,
+)
 
 FILTER_KINDS = ("none", "first_order", "butterworth", "integrate_and_dump")
 

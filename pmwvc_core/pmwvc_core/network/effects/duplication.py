@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The duplication of packets."""
 
-from pmwvc_core.network.correlation import Correlated
 from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, no_time
 from pmwvc_core.network.in_flight import Fate
+from pmwvc_core.network.streams import Correlated
 from pmwvc_core.params import LinkParams
 
 

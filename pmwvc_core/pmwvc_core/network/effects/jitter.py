@@ -5,7 +5,6 @@
 from typing import Any
 
 from pmwvc_core.errors import ParameterError, RecordingError
-from pmwvc_core.network.correlation import Correlated
 from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
 from pmwvc_core.network.distributions import (
     DISTRIBUTIONS,
@@ -15,6 +14,7 @@ from pmwvc_core.network.distributions import (
 )
 from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform
 from pmwvc_core.network.in_flight import Fate
+from pmwvc_core.network.streams import Correlated
 from pmwvc_core.params import LinkParams
 
 SLOT = 2  # among the numbers that every packet draws
@@ -120,22 +120,6 @@ def _recorded_amount(params: LinkParams) -> str:
     return f"{text}, {mean_ms:.3g} ms on the mean and {longest_ms:.3g} at most{lost}"
 
 
-def _label(params: LinkParams) -> str:
-    return f"{params.jitter} jitter"
-
-
-def _conflict(params: LinkParams) -> str:
-    return DISTRIBUTIONS[params.jitter].conflict(params)
-
-
-def _check(params: LinkParams) -> None:
-    DISTRIBUTIONS[params.jitter].check(params)
-
-
-def _follows(params: LinkParams) -> None:
-    _read(params)
-
-
 def _record(name: str, words: str, **own: Any) -> LinkEffect:
     """Return the record of one value of ``jitter``."""
     return LinkEffect(
@@ -143,7 +127,7 @@ def _record(name: str, words: str, **own: Any) -> LinkEffect:
         words=words,
         linear="delay",
         spreads=True,
-        label=_label,
+        label=lambda params: f"{params.jitter} jitter",
         off="none",
         **own,
     )
@@ -161,8 +145,8 @@ def _drawn(name: str, distribution: Distribution) -> LinkEffect:
         spread_s=_spread_s,
         mean_s=_mean_s,
         amount=_amount,
-        conflict=_conflict,
-        check=_check,
+        conflict=distribution.conflict,
+        check=distribution.check,
     )
 
 
@@ -178,5 +162,5 @@ TRACE = _record(
     mean_s=_recorded_mean_s,
     amount=_recorded_amount,
     conflict=file_conflict,
-    check=_follows,
+    check=_read,
 )

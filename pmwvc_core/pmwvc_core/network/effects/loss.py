@@ -4,9 +4,9 @@
 
 from typing import Any
 
-from pmwvc_core.network.correlation import Correlated
 from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, no_time
 from pmwvc_core.network.in_flight import Fate
+from pmwvc_core.network.streams import Correlated
 from pmwvc_core.params import LinkParams
 
 RECEIVED, WITHIN_BURST, IN_BURST, ISOLATED = 1, 2, 3, 4  # states; lost in the last two

@@ -147,4 +147,4 @@ class LinkEffect(Record):
     label: Callable[[LinkParams], str] = no_text
     off: Any = ""
     conflict: Callable[[LinkParams], str] = no_text
-    check: Callable[[LinkParams], None] = usable
+    check: Callable[[LinkParams], object] = usable
