@@ -43,6 +43,11 @@ class ByFile(LoadScopeScheduling):
         return "live" if Path(file).parts[1] in LIVE else file
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """Return one worker more than processors: the one with live nodes mostly waits."""
+    return len(os.sched_getaffinity(0)) + 1
+
+
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> ByFile:
     """Return what deals the tests out to several workers."""
     return ByFile(config, log)

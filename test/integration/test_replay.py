@@ -63,16 +63,17 @@ def test_replay_reproduces_the_recorded_forces(recorded, tmp_path, hand):
 def test_a_simulation_with_other_packet_fates_does_not(recorded):
     """The control: other fates of the packets move the devices by more than the tolerance.
 
-    One seed alone may lose the same packets that matter, so several are taken.
+    One seed alone may lose the same packets that matter, so more are taken until one does not.
     """
     traces, scenario = read_session(recorded), read_scenario(recorded)
-    gaps = []
-    for seed in range(1, 9):
+
+    def differs(seed):
         other = simulate_one(replace(scenario, seed=seed))
         for one, two in zip(traces.users, other.users, strict=True):
             shared = min(len(one.tick), len(two.tick))
-            gaps.append(np.abs(one.x_m[:shared] - two.x_m[:shared]).max())
-    assert max(gaps) > POSITION_M
+            yield np.abs(one.x_m[:shared] - two.x_m[:shared]).max() > POSITION_M
+
+    assert any(any(differs(seed)) for seed in range(1, 9))
 
 
 def test_a_replay_with_another_impedance_is_a_session_of_its_own(recorded, tmp_path):

@@ -9,19 +9,14 @@ import subprocess
 
 import pytest
 from support.sessions import ROOT, Running
+from support.simulated import judged
 
 from pmwvc_analysis.recording.reader import read_session
+from pmwvc_bringup.scenarios import load
 
 pytestmark = pytest.mark.integration
 USERS = ("user1", "user2")
-
-
-@pytest.fixture(scope="module")
-def simulated(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("simulated") / "session"
-    words = ["simulate", "carry_16ms", "--duration", "4", "--out", folder, "--json"]
-    result = subprocess.run([ROOT / "pmwvc", *words], capture_output=True, text=True, check=True)
-    return json.loads(result.stdout)
+KILLED = {"user2": "user2 master"}  # as the session names it
 
 
 def test_a_session_ends_well_with_a_report(carried):
@@ -72,11 +67,11 @@ def test_the_loops_run_at_their_rates(carried):
         assert link["lost"] == 0
 
 
-def test_a_live_session_does_what_the_simulated_one_does(carried, simulated):
+def test_a_live_session_does_what_the_simulated_one_does(carried):
     """Forces within 0.1 N of 1 N, avatars within 0.5 mm: the live loop has 4 ms more round trip,
     which moves a device by 0.08 mm per newton, and wakes up late now and then.
     """
-    live = carried.summary()
+    live, simulated = carried.summary(), judged(load("carry_16ms", duration_s=4.0))
     assert live["object"]["position_final_m"] == pytest.approx(
         simulated["object"]["position_final_m"], abs=0.0005
     )
@@ -87,54 +82,45 @@ def test_a_live_session_does_what_the_simulated_one_does(carried, simulated):
         assert one["passive"] is other["passive"] is True
 
 
-def test_the_session_folder_holds_what_is_needed_to_run_it_again(carried, tmp_path):
+def test_the_session_folder_holds_what_is_needed_to_run_it_again(carried):
     names = {path.name for path in (carried.folder / "nodes").iterdir()}
     for node in carried.seen:
         assert {f"{node}.yaml", f"{node}.log"} <= names
-    words = [
-        "simulate",
-        carried.folder / "scenario.yaml",
-        "--duration",
-        "0.1",
-        "--out",
-        tmp_path / "again",
-    ]
-    assert subprocess.run([ROOT / "pmwvc", *words], capture_output=True).returncode == 0
+    again = load(str(carried.folder / "scenario.yaml"))
+    assert again == load("carry_16ms", duration_s=4.0)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_session_that_is_interrupted_ends_with_a_report(tmp_path, number):
+def test_a_session_that_is_terminated_ends_with_a_report(tmp_path):
+    """By SIGTERM; ``test_strangers`` interrupts one by SIGINT."""
     with Running(tmp_path / "session", "carry_16ms", "--duration", 600) as session:
         session.await_ticks()
-        session.process.send_signal(number)
+        session.process.send_signal(signal.SIGTERM)
         assert session.end() == 0, session.output()
         assert session.nodes() == {}
         assert session.events() == []
         assert 0.5 < session.summary()["duration_s"] < 60.0
 
 
-@pytest.mark.parametrize(
-    ("node", "name"),
-    [
-        ("user2", "user2 master"),
-        ("netem", "netem"),
-        ("server", "server"),
-        ("recorder", "recorder"),
-    ],
-)
-def test_a_node_that_is_killed_is_named_and_the_others_go_on(tmp_path, node, name):
+@pytest.mark.parametrize("nodes", [("user2", "server", "netem"), ("recorder",)], ids=",".join)
+def test_nodes_that_are_killed_are_named_and_the_others_go_on(tmp_path, nodes):
     with Running(tmp_path / "session", "carry_16ms", "--duration", 5) as session:
-        for _ in range(2):  # 3 s: a recorder keeps whole chunks of a second
+        for _ in range(1 + ("recorder" in nodes)):  # 3 s: it keeps whole chunks of a second
             session.await_ticks()
-        os.kill(session.nodes()[node], signal.SIGKILL)
+        left = session.nodes()
+        for node in nodes:
+            os.kill(left.pop(node), signal.SIGKILL)
+            session.await_line(f"{KILLED.get(node, node)} was ended by SIGKILL")
+            assert session.nodes() == left
         assert session.end() == 0, session.output()
+        names = [KILLED.get(node, node) for node in nodes]
         events = session.events()
-        assert [event["who"] for event in events] == [name], (events, session.output())
-        assert events[0]["signal"] == "SIGKILL"
+        assert [event["who"] for event in events] == names, (events, session.output())
+        assert {event["signal"] for event in events} == {"SIGKILL"}
         report = (session.folder / "report.html").read_text("utf-8")
-        assert f"{name}" in report and "ended by SIGKILL" in report
+        for name in names:
+            assert f"{name}" in report and "ended by SIGKILL" in report
         assert session.nodes() == {}
-        if node != "recorder":
+        if "recorder" not in nodes:
             assert session.summary()["duration_s"] > 4.5
 
 

@@ -4,11 +4,10 @@
 
 import json
 
-import numpy as np
 import pytest
 from std_srvs.srv import Trigger
 from support.processes import NodeProcess, ros
-from support.sessions import Running
+from support.starts import everybody_was_there
 
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_core.runtime.matched import PUBLISHERS, SUBSCRIPTIONS, unmatched
@@ -40,23 +39,6 @@ def test_a_node_that_waits_states_what_it_has_matched():
         peer.until(lambda: unmatched(said(), ends) == [])
 
 
-@pytest.fixture(params=["session of 4 s", 1, 2])
-def folder(request, tmp_path):
-    """Three sessions that have begun; one of them others read as well."""
-    if isinstance(request.param, str):
-        return request.getfixturevalue("carried").folder
-    with Running(tmp_path / "session", "carry_16ms", "--duration", 1) as session:
-        assert session.end() == 0, session.output()
-    return session.folder
-
-
-def test_first_packet_of_every_end_arrives(folder):
-    traces = read_session(folder)
-    assert not any("not_relayed" in count for count in traces.counts.values())
-    assert set(traces.fates) == {f"user{n}/{way}" for n in (1, 2) for way in ("up", "down")}
-    for link, fates in traces.fates.items():
-        numbers = np.unique(fates.seq)
-        assert numbers.tolist() == list(range(1, len(numbers) + 1)), link
-    for topic, packets in traces.packets.items():
-        assert packets.seq[0] == 1, topic
-    assert traces.server.step[0] == 1
+def test_first_packet_of_every_end_arrives(carried):
+    """So it is in the sessions of ``test_controllers``."""
+    everybody_was_there(read_session(carried.folder))

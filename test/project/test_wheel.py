@@ -23,7 +23,6 @@ from pmwvc_analysis.recording.format.schemas import OUR_TYPES, hash_of, schema_t
 
 ROOT = Path(__file__).resolve().parents[2]
 BIN = Path(sys.prefix, "bin")
-pytestmark = pytest.mark.xdist_group("wheel")  # built and installed once
 
 
 def run(*words, cwd, code=0, **environment):

@@ -5,7 +5,7 @@
 import dataclasses
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pmwvc_core.master import SafetyLimiter, WaveMaster
@@ -105,6 +105,7 @@ def test_an_untouched_force_leaves_the_wave_bit_for_bit(impedance, shape, seed):
     assert np.all(np.abs(account.balance) <= tolerance(account))
 
 
+@settings(max_examples=50)  # each of 300 ticks
 @given(impedances, shapes, seeds, limits, st.sampled_from([0.05, 0.5, 2.0]))
 def test_the_limits_themselves_are_paid_for(impedance, shape, seed, params, speed):
     account, rng = Account(impedance), np.random.default_rng(seed)
@@ -155,6 +156,7 @@ def test_stalls_of_any_length_are_paid_for_and_make_no_step(
         before = force
 
 
+@settings(max_examples=50)
 @given(shapes, seeds, limits)
 def test_an_impedance_that_changes_while_it_runs_is_paid_for_over_its_whole_range(
     shape, seed, params

@@ -169,6 +169,7 @@ def test_lossy_late_and_silent_links_leave_only_what_the_hold_owes(
 
 
 @pytest.mark.parametrize("kind", PAID)
+@settings(max_examples=50)  # each of 320 ticks
 @given(st.data(), shapes, seeds, st.floats(0.05, 20.0), st.floats(1.0, 20000.0))
 def test_limits_of_force_and_slew_leave_only_their_own_debt(kind, data, shape, seed, force, slew):
     ends = Ends(data.draw(masters(kind)), shape, seed)

@@ -48,8 +48,8 @@ def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc,
 
 
 def test_a_controller_of_another_package_is_compared(pmwvc, tmp_path):
-    over = ["--controllers", "pmwvc,soft", "--duration", "4", "--json", "--out", tmp_path / "all"]
-    result = pmwvc("compare", "carry_16ms", *over)
+    over = ["--controllers", "pmwvc,soft", "--duration", "4", "--json", "--no-figures"]
+    result = pmwvc("compare", "carry_16ms", *over, "--out", tmp_path / "all")
     assert result.returncode == 0, result.stderr
     waves, soft = json.loads(result.stdout)["sessions"]
     assert soft["settings"] == {"controller": "soft"}

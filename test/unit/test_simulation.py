@@ -64,6 +64,7 @@ def test_another_seed_gives_another_session():
 def test_a_batch_equals_its_single_runs(dof, coupling, contact):
     base = SHORT | {
         "dof": dof,
+        "duration_s": 1.5 if dof == 1 else 0.75,
         "link": {"delay_s": 0.008, "loss": 0.05},
         "server": {"coupling": coupling, "contact": contact},
         "master": {"filter": {"kind": "first_order"}},
