@@ -31,7 +31,7 @@ lint: setup  ## format, lint and type checks
 bench: setup  ## timing of the loop and of the core, with numbers
 	@$(PY) test/bench/run.py
 
-benchmark: setup  ## controllers and channels on every network (long; BENCHMARK=short: minutes)
+benchmark: setup  ## controllers and channels on every network (hours; BENCHMARK=short: minutes)
 	@PYTHONPATH=tools $(PY) -m benchmark $(BENCHMARK)
 
 figures: setup  ## the dissertation's figures and numbers, computed again (minutes)

@@ -50,6 +50,7 @@ METHODS = {
     for method in (
         Method("strict", ("controller=pmwvc", "channel=strict"), WAVES),
         Method("plain", ("controller=pmwvc", "channel=plain"), WAVES),
+        Method("zeroing", ("controller=pmwvc", "channel=zeroing"), WAVES),
         _baseline("direct"),
         _baseline("virtual_coupling", ("stiffness", 30.0, 2000.0), ("damping", 0.3, 15.0)),
         _baseline(

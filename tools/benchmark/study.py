@@ -4,14 +4,15 @@
 all presets with seeds that the search has not met.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from benchmark.kept import Kept
 from benchmark.methods import METHODS, Settings
+from benchmark.probe import Probe, Rendered, rendered
 from benchmark.trial import Outcome, Trial, run
-from pmwvc_analysis.maps.workers import finished
 from pmwvc_core.network.presets import PRESETS
 
 TRAINING = ("thesis_lan_16", "wifi_campus", "lte", "lan", "continental")
@@ -33,6 +34,8 @@ class Plan:
         The same of the sessions that judge.
     duration_s
         Of each session.
+    probes, hold_s
+        Seeds per network of the sessions that measure what is rendered, and duration of a hold.
     """
 
     candidates: int
@@ -41,27 +44,33 @@ class Plan:
     networks: tuple[str, ...]
     seeds: int
     duration_s: float = 10.0
+    probes: int = 1
+    hold_s: float = 60.0
     methods: tuple[str, ...] = tuple(METHODS)
 
     @property
-    def sessions(self) -> int:
-        """Return how many sessions are run."""
+    def items(self) -> int:
+        """Return how many sessions and probes are run."""
         training = self.candidates * len(self.training) * self.training_seeds
-        return len(self.methods) * (training + len(self.networks) * self.seeds)
+        return len(self.methods) * (training + len(self.networks) * (self.seeds + self.probes))
 
 
-FULL = Plan(60, TRAINING, 2, tuple(PRESETS), 10)
-SHORT = Plan(6, TRAINING[:3], 1, tuple(PRESETS), 3)
+FULL = Plan(60, TRAINING, 2, tuple(PRESETS), 10, probes=3)
+MEDIUM = Plan(12, TRAINING[:4], 1, tuple(PRESETS), 4, hold_s=20.0)
+SHORT = Plan(6, TRAINING[:3], 1, tuple(PRESETS), 3, hold_s=10.0)
 
 
 @dataclass(frozen=True)
 class Study:
-    """What a study found: the settings of each method, and the sessions that judge them."""
+    """What a study found: the settings of each method, the sessions that judge them, and what the
+    probes measured.
+    """
 
     plan: Plan
     seed: int
     chosen: dict[str, Settings]
     judged: Results
+    probed: dict[Probe, Rendered]
 
     @property
     def held_out(self) -> tuple[str, ...]:
@@ -79,33 +88,25 @@ class Study:
             for name in networks
         ]
 
+    def measured(self, method: str, networks: Sequence[str]) -> list[list[Rendered]]:
+        """Return what was rendered by a method, a list per network, by seed."""
+        found = sorted(self.probed.items(), key=lambda pair: pair[0].seed)
+        return [
+            [one for probe, one in found if (probe.method, probe.network) == (method, name)]
+            for name in networks
+        ]
 
-def study(
-    plan: Plan,
-    seed: int,
-    *,
-    workers: int | None = None,
-    dask: str | None = None,
-    done: Callable[[], None] = lambda: None,
-) -> Study:
+
+def study(plan: Plan, seed: int, kept: Kept) -> Study:
     """Tune and judge every method.
 
     Parameters
     ----------
     plan, seed
         What is run; the same give the same results.
-    workers, dask
-        As for :func:`pmwvc_analysis.maps.workers.finished`.
-    done
-        Called after every session.
+    kept
+        What is finished already, and what computes the rest.
     """
-
-    def outcomes(trials: list[Trial]) -> Results:
-        found: Results = {}
-        for trial, outcome in finished(run, trials, workers=workers, dask=dask):
-            found[trial] = outcome
-            done()
-        return {trial: found[trial] for trial in trials}
 
     def trials(
         settings: dict[str, list[Settings]], networks: tuple[str, ...], first: int, count: int
@@ -119,7 +120,8 @@ def study(
         ]
 
     tried = {name: METHODS[name].candidates(plan.candidates, seed) for name in plan.methods}
-    training = outcomes(trials(tried, plan.training, seed, plan.training_seeds))
+    searched = trials(tried, plan.training, seed, plan.training_seeds)
+    training = kept.results(run, searched, Outcome)
     chosen = {name: _best(name, tried[name], training) for name in plan.methods}
     judging = trials(
         {name: [settings] for name, settings in chosen.items()},
@@ -127,7 +129,14 @@ def study(
         seed + HELD_OUT_SEED,
         plan.seeds,
     )
-    return Study(plan, seed, chosen, outcomes(judging))
+    probes = [
+        Probe(name, chosen[name], network, seed + HELD_OUT_SEED + number, plan.hold_s)
+        for network in plan.networks
+        for number in range(plan.probes)
+        for name in plan.methods
+    ]
+    judged = kept.results(run, judging, Outcome)
+    return Study(plan, seed, chosen, judged, kept.results(rendered, probes, Rendered))
 
 
 def _best(method: str, candidates: list[Settings], results: Results) -> Settings:

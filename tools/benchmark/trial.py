@@ -15,6 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmark.methods import Settings
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.compare.measures import measures
 from pmwvc_analysis.traces.reductions import COUPLED, rms
 from pmwvc_bringup import scenarios as files
@@ -27,6 +29,8 @@ TASK = ("grip_s=0.5", "grip_rise_s=0.5", "move_s=1.5", "move_rise_s=2", "rest_s=
 JND_M, JND_N, PATH_M = 1e-3, 0.2, 5e-3  # anchors of the cost
 FAILED_COST, RESTLESS_COST = 100.0, 10.0
 RESTLESS = "sustained oscillation"
+OF_DEVICE = ("device_kinetic", "device_damping")
+OF_SERVER = ("contact_damping", "contact_stored", "object_kinetic", "object_damping")
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,12 @@ class Outcome:
         Verdict of all ports, and their lowest balance [J]; None: not known.
     coherency_m, force_error_n, path_error_m
         RMS of device less avatar, of rendered less contact force, of the cube less its target.
+    peak_n
+        Largest force rendered.
+    grip_lost
+        Share of the time since both hands first touched the cube in which they did not.
+    kept_back
+        Energy that stayed between hands and cube, per work that the hands did.
     """
 
     failure: str
@@ -63,6 +73,9 @@ class Outcome:
     coherency_m: float
     force_error_n: float
     path_error_m: float
+    peak_n: float
+    grip_lost: float
+    kept_back: float
 
     @property
     def cost(self) -> float:
@@ -78,21 +91,22 @@ class Outcome:
 
 def scenario_of(trial: Trial) -> Scenario:
     """Return the scenario of a trial."""
-    hand = np.random.default_rng((trial.seed, 1)).uniform(-1.0, 1.0, 4)
-    varied = (
+    texts = (*hands(trial.seed), f"link.preset={trial.network}", f"seed={trial.seed}")
+    return files.load(
+        SCENARIO, settings_texts=(*texts, *trial.settings), duration_s=trial.duration_s
+    )
+
+
+def hands(seed: int) -> Settings:
+    """Return the settings of hands and task that a seed stands for."""
+    hand = np.random.default_rng((seed, 1)).uniform(-1.0, 1.0, 4)
+    return (
+        *(f"task.{text}" for text in TASK),
         f"operator.stiffness={120.0 * (1.0 + 0.25 * hand[0]):.6g}",
         f"operator.damping={15.0 * (1.0 + 0.25 * hand[1]):.6g}",
         f"operator.squeeze={2.0 * (1.0 + 0.25 * hand[2]):.6g}",
         f"task.distance_m={0.05 * (1.0 + 0.3 * hand[3]):.6g}",
     )
-    texts = (
-        *(f"task.{text}" for text in TASK),
-        *varied,
-        f"link.preset={trial.network}",
-        f"seed={trial.seed}",
-        *trial.settings,
-    )
-    return files.load(SCENARIO, settings_texts=texts, duration_s=trial.duration_s)
 
 
 def run(trial: Trial) -> Outcome:
@@ -101,11 +115,18 @@ def run(trial: Trial) -> Outcome:
     traces = simulate_one(scenario)
     found = measures(traces, scenario)
     path_m = path_error_m(traces, scenario)
-    measured = (found["coherency_rms_m"], found["force_error_rms_n"], path_m)
+    measured = (
+        found["coherency_rms_m"],
+        found["force_error_rms_n"],
+        path_m,
+        found["force_peak_n"],
+        grip_lost(traces),
+        kept_back(traces, scenario),
+    )
     errors = [np.inf if error is None else float(error) for error in measured]
     failure = _failure(found["instability"], path_m, scenario)
     if failure or not np.isfinite(errors).all():
-        failure, errors = failure or "not measured", [np.inf] * 3
+        failure, errors = failure or "not measured", [np.inf] * len(errors)
     restless = not failure and not found["stable"]
     return Outcome(failure, restless, found["passive"], found["energy_min_j"], *errors)
 
@@ -123,6 +144,34 @@ def path_error_m(traces: SessionTraces, scenario: Scenario) -> float | None:
     moving = server.time_s >= server.time_s[together[0]] + scenario.task.move_s
     apart = (server.x_o - server.target)[moving]
     return rms(apart) if len(apart) else None
+
+
+def grip_lost(traces: SessionTraces) -> float | None:
+    """Return the share of steps in which not all hands touched the cube, since they first did;
+    None where they never did.
+    """
+    if traces.server is None:
+        return None
+    touching = np.all(traces.server.contact, axis=0)
+    held = np.flatnonzero(touching)
+    return float(1.0 - touching[held[0] :].mean()) if len(held) else None
+
+
+def kept_back(traces: SessionTraces, scenario: Scenario) -> float | None:
+    """Return the energy that neither devices nor contacts nor cube had at the end, per work of the
+    hands, None where it is not known.
+    """
+    found = budget(traces, scenario)
+    if found is None:
+        return None
+    work = sum(float(np.diff(sums).clip(0.0).sum()) for sums in found.hands.values())
+    parts = [
+        float(sums[-1])
+        for owner, each in found.parts.items()
+        for part, sums in each.items()
+        if part not in (OF_SERVER if owner == SERVER else OF_DEVICE)
+    ]
+    return sum(parts) / work if work > 0.0 else None
 
 
 def _failure(instability: str | None, path_m: float | None, scenario: Scenario) -> str:

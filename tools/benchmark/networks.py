@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The energy of the channels of waves on every network: sessions of a minute with their defaults.
+
+The least balance of every port of every session at every step of the server: of each way of the
+channel and from hand to server. Where packets meet no chance a network's sessions differ in their
+hands only, and are run as one batch.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmark.kept import Kept
+from benchmark.trial import Trial, scenario_of
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.traces.reductions import position_error
+from pmwvc_core.network.presets import PRESETS
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.session import simulate
+from pmwvc_core.traces import SessionTraces
+
+TABLE = "networks.md"
+LEAST_J = -1e-9  # a balance below it is a violation, by whatever amount
+ROUNDING_J = 1e-15  # shown as 0
+TOGETHER = 5  # seeds of an item
+END_S = 0.5
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The size of a sweep: channels with seeds per network, networks, and duration."""
+
+    seeds: tuple[tuple[str, int], ...]
+    networks: tuple[str, ...] = tuple(PRESETS)
+    duration_s: float = 60.0
+
+    @property
+    def items(self) -> int:
+        """Return how many groups of sessions are run."""
+        return len(list(_groups(self, 0)))
+
+
+FULL = Plan((("strict", 100), ("plain", 100)))
+SHORT = Plan((("strict", 2), ("plain", 1)))
+
+
+@dataclass(frozen=True)
+class Group:
+    """Sessions on one network, a seed each."""
+
+    channel: str
+    network: str
+    seeds: tuple[int, ...]
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """Numbers of each session of a group: least balance, device less avatar in the last half
+    second (the larger of both users), largest force.
+    """
+
+    least_j: list[float]
+    apart_m: list[float]
+    peak_n: list[float]
+
+
+Sweep = dict[Group, Found]
+
+
+def sweep(plan: Plan, seed: int, kept: Kept) -> Sweep:
+    """Run a sweep; ``seed`` is the first of every network."""
+    return kept.results(found_in, list(_groups(plan, seed)), Found)
+
+
+def found_in(group: Group) -> Found:
+    """Run the sessions of a group."""
+    settings = ("controller=pmwvc", f"channel={group.channel}")
+    scenarios = [
+        scenario_of(Trial(group.channel, settings, group.network, seed, group.duration_s))
+        for seed in group.seeds
+    ]
+    numbers = simulate(scenarios, keep=lambda traces: numbers_of(traces, scenarios[0]))
+    return Found(*(list(column) for column in zip(*numbers, strict=True)))
+
+
+def numbers_of(traces: SessionTraces, scenario: Scenario) -> tuple[float, float, float]:
+    """Return least balance [J], distance at the end [m] and largest force [N] of a session."""
+    balances = [
+        balance.minimum_j
+        for user in user_energies(traces, scenario)
+        for balance in (user.up, user.down, user.joint)
+        if balance is not None
+    ]
+    apart = [0.0]
+    for index, user in enumerate(traces.users):
+        found = position_error(user, traces.server, index) if traces.server else None
+        if found is not None:
+            late = found[0] >= traces.duration_s - END_S
+            apart.append(float(np.linalg.norm(found[1][late].mean(axis=0))))
+    peaks = [float(np.abs(user.f_applied).max()) for user in traces.users]
+    return min(balances), max(apart), max(peaks)
+
+
+def table(found: Sweep) -> str:
+    """Return a row for each network and channel."""
+    lines = [
+        "| network | channel | sessions | least balance | below -1 nJ | apart at the end, median "
+        "(largest) [mm] | peak force, median (largest) [N] |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for network in dict.fromkeys(group.network for group in found):
+        for channel in dict.fromkeys(group.channel for group in found):
+            of = [one for g, one in found.items() if (g.network, g.channel) == (network, channel)]
+            least = np.concatenate([one.least_j for one in of])
+            apart = 1e3 * np.concatenate([one.apart_m for one in of])
+            peak = np.concatenate([one.peak_n for one in of])
+            cells = (
+                network,
+                f"`{channel}`",
+                len(least),
+                f"{1e3 * least.min():.3g} mJ" if least.min() < -ROUNDING_J else "0",
+                int(np.sum(least < LEAST_J)),
+                f"{np.median(apart):.2f} ({apart.max():.2f})",
+                f"{np.median(peak):.2f} ({peak.max():.2f})",
+            )
+            lines.append(f"| {' | '.join(map(str, cells))} |")
+    return "\n".join(lines) + "\n"
+
+
+def _groups(plan: Plan, seed: int) -> Iterator[Group]:
+    """Yield the groups, the first seeds of all networks first."""
+    for start in range(0, max(count for _, count in plan.seeds), TOGETHER):
+        for network in plan.networks:
+            for channel, count in plan.seeds:
+                numbers = range(seed + start, seed + min(start + TOGETHER, count))
+                if numbers:
+                    yield Group(channel, network, tuple(numbers), plan.duration_s)
