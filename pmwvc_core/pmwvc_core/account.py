@@ -1,14 +1,20 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The energy account of a block [J], stated beside the block's law from the signals at its ends.
+"""The energy accounts of blocks [J], stated beside each block's law.
+
+::
 
     taken = given + stored + dissipated + residual
 
+One of two ways: drawn up from the signals at the ends of a block (:class:`Account`), or kept by
+the block while it runs, where no signal shows it (:class:`Entry`).
+
 Signals are those of one step, or the rows of a trace ``(..., n, dof)``: then every row is a step,
-and energies are ``(..., n, 1)``. Nothing here runs in a loop that controls; accounts are drawn up
-from what was recorded.
+and energies are ``(..., n, 1)``. No loop that controls draws an account up; that is done from what
+was recorded.
 """
 
+import enum
 from typing import NamedTuple
 
 from pmwvc_core.numeric import Value, squared
@@ -41,6 +47,38 @@ class Account(NamedTuple):
     def residual(self) -> Value:
         """Energy that storage and dissipation, computed independently, do not explain [J]."""
         return self.kept - self.stored - self.dissipated
+
+
+class Role(enum.Enum):
+    """What a kept account is in the balance of its owner."""
+
+    TAKEN = enum.auto()  # taken in and not given on, less what was given out again
+    GIVEN = enum.auto()  # given out
+    WITHIN = enum.auto()  # contained in other accounts
+    LEVEL = enum.auto()  # how much is held, owed or allowed: no part of the balance
+    SHOWN = enum.auto()  # follows from signals as well
+
+
+class Entry(NamedTuple):
+    """An account that a block keeps while it runs, as its ``accounts`` name it.
+
+    Attributes
+    ----------
+    words
+        The account in a figure's legend.
+    part
+        Its block in an energy budget; the same words by default.
+    """
+
+    name: str
+    words: str
+    role: Role
+    part: str = ""
+
+    @property
+    def sign(self) -> int:
+        """1 or -1 for a part of an energy budget, 0 for none."""
+        return {Role.TAKEN: 1, Role.GIVEN: -1}.get(self.role, 0)
 
 
 def wave_energy(wave: Value, dt: float) -> Value:

@@ -148,6 +148,9 @@ class Records(Generic[R]):
     ) -> None:
         self.kind = kind
         self.library: Mapping[str, R] = {record.name: record for record in library}
+        self.met: dict[str, R] = dict(
+            self.library
+        )  # with those of other packages asked for so far
         self.plugins = PluginGroup(group, parameter, what, calls=(), own=tuple(self.library))
 
     def installed(self) -> tuple[str, ...]:
@@ -171,6 +174,7 @@ class Records(Generic[R]):
         if name in self.library:
             return self.library[name]
         record: R = imported(self, name)
+        self.met[name] = record
         return record
 
 

@@ -77,9 +77,9 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         else:
             found = {n: sums.between_blocks(s) for n, s in accounted(user.accounts).items()}
             link = np.asarray(Account(port.given, at_server[0] - at_server[1]).kept)
+            if found:
+                unknown.add("link")
             found["link"] = link - sum_of([0.0 * link, *found.values()])
-        if "tdpa_dissipated" in user.accounts:
-            unknown.add("link")
         hands[user.name] = np.asarray(device.taken)
         parts[user.name] = {
             "device_kinetic": np.asarray(device.stored),

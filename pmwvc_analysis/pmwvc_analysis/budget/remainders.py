@@ -10,6 +10,7 @@ found. *Unchecked* are traces that nothing else on record confirms.
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
+from pmwvc_core.account import Role
 from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
@@ -20,10 +21,12 @@ HIDES: Mapping[str, str] = {
     "device_damping": "damping and friction of the device, and errors of its sensors",
     "filter_and_hold": "what velocity filter, bank and position feedback accounted for",
     "bank": "what the local model accounted as stored and dissipated",
-    "link": "what the passivity controller accounted as dissipated",
+    "link": "what the controller accounted for itself",
     "integration": "the energy of the contacts' springs and the heat of their dampers",
     "environment_heat": "how what the environment took divides into stored and heat",
 }
+OWN = "what a controller accounts for itself and no signal shows"
+LEVEL = "a level that the balance does not use"
 
 
 class Remainder(NamedTuple):
@@ -58,36 +61,21 @@ def unchecked(scenario: Scenario) -> dict[str, str]:
 def _unchecked(scenario: Scenario) -> Iterator[tuple[str, str]]:
     waves = has_waves(scenario.controller)
     masters = [user.master for user in scenario.users]
-    around = any(
-        m.velocity_filter.kind != "none" or m.bank.kind != "none" or m.position.is_on
-        for m in masters
-    )
-    own = "what a controller accounts for itself and no signal shows"
-    level = "a level that the balance does not use"
-    record = record_of(scenario.controller)
-    for names, why in ((record.remainder_accounts, own), (record.level_accounts, level)):
-        for name in names:
-            yield f"accounts.{name}", why
-            yield f"server.accounts.{name}", why
+    accounts = [*record_of(scenario.controller).accounts]
+    if scenario.coupling.black_box:
+        accounts += COMPENSATIONS.of(scenario.server.compensation).accounts
+    for entry in accounts:
+        if entry.role is not Role.SHOWN:
+            why = LEVEL if entry.role is Role.LEVEL else OWN
+            yield f"accounts.{entry.name}", why
+            yield f"server.accounts.{entry.name}", why
     if not waves:
         yield "f_m", "nothing but the limits stands between it and the force applied"
-    elif around:
-        answered = any(m.velocity_filter.kind != "none" or m.bank.kind != "none" for m in masters)
-        if answered:
-            yield "f_m", "parts that answer a shortened wave change v_m with it"
-        for name in ("velocity_filter", "force_velocity_filter", "position_spent"):
-            yield f"accounts.{name}", own
-        for name in ("local_stored", "local_dissipated"):
-            yield f"accounts.{name}", own
-        for name in ("bank_low_in", "bank_low_out", "bank_high_in", "bank_high_out"):
-            yield f"accounts.{name}", own
-        for name in ("position_surplus", "position_discarded", "position_owed"):
-            yield f"accounts.{name}", level
+    elif any(m.velocity_filter.kind != "none" or m.bank.kind != "none" for m in masters):
+        yield "f_m", "parts that answer a shortened wave change v_m with it"
     if scenario.strict:
         yield "u_m_lp", "packets are not its samples"
         yield "energy.v_rx", "packets and playout are compared without it"
-        for name in ("node", "playout_given", "playout_free", "playout_discarded"):
-            yield f"accounts.{name}", level
     kinds = {m.filter.kind for m in masters}
     if waves and (any(m.position.is_on for m in masters) or "integrate_and_dump" in kinds):
         yield "u_m_lp", "packets are not its samples"
@@ -97,5 +85,3 @@ def _unchecked(scenario: Scenario) -> Iterator[tuple[str, str]]:
     if scenario.coupling.black_box:
         for name in ("x_o", "xd_o", "kinetic"):
             yield f"server.{name}", "what the environment shows, and no account uses"
-        for name in COMPENSATIONS.of(scenario.server.compensation).level_accounts:
-            yield f"server.accounts.{name}", level

@@ -16,6 +16,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.criterion import Finding, judge, tolerance
 from pmwvc_analysis.budget.remainders import Remainder
+from pmwvc_analysis.budget.words import accounted
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_core.numeric import Array
 
@@ -25,7 +26,6 @@ SMALLEST_J = 1e-12
 SERVER = "server"
 # What pays for one another, in this order.
 AROUND = ("velocity_filter", "bank", "filter", "filter_and_hold", "rate_drop")
-OBSERVED = ("link", "tdpa_dissipated")
 ENVIRONMENT = ("environment_stored", "environment_heat")
 PAID = ("position_spent", *AROUND, "link_down")
 PAID_PORT = ("late_decoding", "withheld", *ENVIRONMENT)
@@ -98,7 +98,8 @@ class Budget:
             if owner in self.at_frames:
                 time_s, exact = self.at_frames[owner]
                 known |= {part: Series(time_s, sums) for part, sums in exact.items()}
-            for group in (AROUND, OBSERVED, ENVIRONMENT):
+            linked = ("link", *accounted(parts)) if "link" in parts else ()  # without waves
+            for group in (AROUND, linked, ENVIRONMENT):
                 members = [part for part in group if part in known]
                 if len(members) > 1:
                     series = [known.pop(part) for part in members]

@@ -16,6 +16,7 @@ force and motion are solved together). The price is B, felt at both ends.
 
 from collections.abc import Mapping, Sequence
 
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.baselines.avatar_end import AvatarEnd
 from pmwvc_core.baselines.device_end import DeviceEnd
 from pmwvc_core.baselines.modulated_spring import ModulatedSpring
@@ -24,6 +25,11 @@ from pmwvc_core.params import ServerParams
 from pmwvc_core.params.baselines import PspmParams
 from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.transport.packet import WavePacket
+
+ENTRIES = TANK, SPRING = (
+    Entry("pspm_tank", "energy tank of the set points", Role.LEVEL),
+    Entry("pspm_spring", "springs to the set points", Role.LEVEL),
+)
 
 
 class PspmServer(AvatarEnd):
@@ -39,8 +45,8 @@ class PspmServer(AvatarEnd):
     def accounts(self) -> Mapping[str, Value]:
         """Of all users together."""
         return {
-            "pspm_tank": sum((each.tank for each in self.springs), 0.0),
-            "pspm_spring": sum((each.spring for each in self.springs), 0.0),
+            TANK.name: sum((each.tank for each in self.springs), 0.0),
+            SPRING.name: sum((each.spring for each in self.springs), 0.0),
         }
 
     def join(self, i: int, position: Value) -> None:
@@ -89,7 +95,7 @@ class PspmMaster(DeviceEnd):
     @property
     def accounts(self) -> Mapping[str, Value]:
         """Energy of this end by account [J]."""
-        return {"pspm_tank": self.spring.tank, "pspm_spring": self.spring.spring}
+        return {TANK.name: self.spring.tank, SPRING.name: self.spring.spring}
 
     def account(self) -> Value:
         """Send the sum of what was above the cap."""

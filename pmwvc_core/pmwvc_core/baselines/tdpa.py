@@ -28,6 +28,7 @@ under the same observer (after Coelho et al. 2019).
 
 from collections.abc import Mapping, Sequence
 
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.baselines.arrivals import Arrivals
 from pmwvc_core.baselines.avatar_end import AvatarEnd
 from pmwvc_core.baselines.device_end import DeviceEnd
@@ -38,6 +39,15 @@ from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 
+ENTRIES = DISSIPATED, ALLOWANCE = (
+    Entry(
+        "tdpa_dissipated",
+        "dissipated by the passivity controller",
+        Role.TAKEN,
+        part="passivity controller",
+    ),
+    Entry("tdpa_allowance", "energy that may still be released", Role.LEVEL),
+)
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
 
 
@@ -90,8 +100,8 @@ class TdpaServer(AvatarEnd):
     def accounts(self) -> Mapping[str, Value]:
         """Of all users together."""
         return {
-            "tdpa_dissipated": sum((each.dissipated for each in self.observers), 0.0),
-            "tdpa_allowance": sum((each.allowance for each in self.observers), 0.0),
+            DISSIPATED.name: sum((each.dissipated for each in self.observers), 0.0),
+            ALLOWANCE.name: sum((each.allowance for each in self.observers), 0.0),
         }
 
     def _meet(self, i: int, position: Value, velocity: Value) -> None:
@@ -154,8 +164,8 @@ class TdpaMaster(DeviceEnd):
     def accounts(self) -> Mapping[str, Value]:
         """Energy dissipated by the controller, and energy it may still give out [J]."""
         return {
-            "tdpa_dissipated": self.observer.dissipated,
-            "tdpa_allowance": self.observer.allowance,
+            DISSIPATED.name: self.observer.dissipated,
+            ALLOWANCE.name: self.observer.allowance,
         }
 
     def account(self) -> Value:

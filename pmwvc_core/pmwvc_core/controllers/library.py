@@ -6,9 +6,11 @@ A laboratory adds a controller by installing a package of its own that names a r
 (:class:`.record.Controller`) in that group; nothing here changes.
 """
 
+from pmwvc_core.account import Entry
 from pmwvc_core.controllers import direct, pspm, tdpa, virtual_coupling, waves
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.plugins import Records
+from pmwvc_core.server.compensations import COMPENSATIONS
 
 RECORDS: Records[Controller] = Records(
     Controller,
@@ -19,6 +21,15 @@ RECORDS: Records[Controller] = Records(
 )
 STRICT, PLAIN, ZEROING = CHANNELS = ("strict", "plain", "zeroing")
 LIBRARY, names, record_of = RECORDS.library, RECORDS.names, RECORDS.of
+
+
+def entries() -> dict[str, Entry]:
+    """Return every account by name that a controller or a compensation keeps: of the library, and
+    of those of other packages that were asked for.
+    """
+    kept = [record.accounts for record in RECORDS.met.values()]
+    kept += [record.accounts for record in COMPENSATIONS.met.values()]
+    return {entry.name: entry for accounts in kept for entry in accounts}
 
 
 def has_waves(controller: str) -> bool:

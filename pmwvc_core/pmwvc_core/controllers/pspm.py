@@ -3,7 +3,7 @@
 """The record of ``pspm``: passive set-position modulation."""
 
 from pmwvc_core.baselines import tuning
-from pmwvc_core.baselines.pspm import PspmMaster, PspmServer
+from pmwvc_core.baselines.pspm import ENTRIES, PspmMaster, PspmServer
 from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.params import BaselineParams, MasterParams
 
@@ -23,5 +23,5 @@ RECORD = Controller(
     coupling=HELD,
     rule=Rule("pspm", tuning.pspm, tuning.check_pspm),
     storage_j=storage_j,
-    level_accounts=("pspm_tank", "pspm_spring"),
+    accounts=ENTRIES,
 )

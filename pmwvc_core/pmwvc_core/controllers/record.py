@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from pmwvc_core.account import Entry
 from pmwvc_core.baselines.tuning import Loop, Proposal
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.controller import MasterController
@@ -86,11 +87,9 @@ class Controller(Record):
     coupling
         How the controller's own server end couples avatars and object; None: as
         ``server.coupling`` selects (waves only).
-    remainder_accounts
-        Accounts that an end books itself and no signal shows: the energy budget closes whatever
-        they are.
-    level_accounts
-        Accounts that are levels, which the balance does not use.
+    accounts
+        Every account that an end may keep. Those that no signal shows are remainders: the energy
+        budget closes whatever they are.
     """
 
     waves: bool
@@ -101,8 +100,7 @@ class Controller(Record):
     rule: Rule | None = None
     storage_j: Callable[[MasterParams, BaselineParams], float] = no_storage
     coupling: Coupling | None = None
-    remainder_accounts: tuple[str, ...] = ()
-    level_accounts: tuple[str, ...] = ()
+    accounts: tuple[Entry, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse properties that contradict one another."""

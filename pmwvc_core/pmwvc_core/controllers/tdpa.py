@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from pmwvc_core.baselines import tuning
-from pmwvc_core.baselines.tdpa import TdpaMaster, TdpaServer
+from pmwvc_core.baselines.tdpa import ENTRIES, TdpaMaster, TdpaServer
 from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.server.couplings.record import forward
 
@@ -19,6 +19,5 @@ RECORD = Controller(
     linear="direct",  # without dissipation
     rule=Rule("tdpa", tuning.tdpa, tuning.check_tdpa),
     coupling=replace(HELD, moves=forward),
-    remainder_accounts=("tdpa_dissipated",),
-    level_accounts=("tdpa_allowance",),
+    accounts=ENTRIES,
 )

@@ -5,9 +5,11 @@
 from collections.abc import Sequence
 
 from pmwvc_core.controllers.record import Controller
+from pmwvc_core.master import filter_bank, local_model, position, strict_port, velocity_filter
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.master.strict_port import StrictMaster
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
+from pmwvc_core.server.black_box import port as black_box
 from pmwvc_core.server.black_box.containment import Call
 from pmwvc_core.server.black_box.interface import BlackBox
 from pmwvc_core.server.black_box.port import BlackBoxServer
@@ -38,4 +40,12 @@ RECORD = Controller(
     make_black_box=_black_box,
     linear="pmwvc",
     storage_j=storage_j,
+    accounts=(
+        *velocity_filter.ENTRIES,
+        *filter_bank.ENTRIES,
+        *local_model.ENTRIES,
+        *position.ENTRIES,
+        *strict_port.ENTRIES,
+        *black_box.ENTRIES,
+    ),
 )

@@ -28,6 +28,7 @@ Equations: docs/theory.md 8.4.
 
 from collections.abc import Callable, Mapping
 
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.master.local_model import LocalPort
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import MasterParams
@@ -35,6 +36,13 @@ from pmwvc_core.state import Stateful
 from pmwvc_core.wave.cascade import Cascade
 from pmwvc_core.wave.design.bank_design import bank_filters
 from pmwvc_core.wave.ledger import EnergyLedger
+
+ENTRIES = LOW_IN, LOW_OUT, HIGH_IN, HIGH_OUT = (
+    Entry("bank_low_in", "to the server, behind the bank", Role.WITHIN),
+    Entry("bank_low_out", "from the server, before the bank", Role.WITHIN),
+    Entry("bank_high_in", "to the local model", Role.WITHIN),
+    Entry("bank_high_out", "from the local model", Role.WITHIN),
+)
 
 
 class FilterBank(Stateful):
@@ -95,10 +103,10 @@ class FilterBank(Stateful):
     def accounts(self) -> Mapping[str, Value]:
         """Energy of the waves of either branch, to and from server and local model [J]."""
         return {
-            "bank_low_in": self._low_in.energy_j,
-            "bank_low_out": self._low_out.energy_j,
-            "bank_high_in": self._high_in.energy_j,
-            "bank_high_out": self._high_out.energy_j,
+            LOW_IN.name: self._low_in.energy_j,
+            LOW_OUT.name: self._low_out.energy_j,
+            HIGH_IN.name: self._high_in.energy_j,
+            HIGH_OUT.name: self._high_out.energy_j,
             **self._local.accounts,
         }
 

@@ -26,12 +26,18 @@ from typing import Protocol
 
 import numpy as np
 
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.master.plugin_model import PluginModel
 from pmwvc_core.numeric import Flag, Value, squared, where
 from pmwvc_core.params import LocalModelParams, MasterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of
 from pmwvc_core.wave.reflection import reflection
+
+ENTRIES = STORED, DISSIPATED = (
+    Entry("local_stored", "spring of the local model", Role.TAKEN),
+    Entry("local_dissipated", "damping of the local model", Role.TAKEN),
+)
 
 
 class Model(Protocol):
@@ -159,7 +165,7 @@ class LocalPort(Stateful):
     @property
     def accounts(self) -> Mapping[str, Value]:
         """Energy stored and energy dissipated by the model [J]."""
-        return {"local_stored": self.model.stored, "local_dissipated": self.model.dissipated}
+        return {STORED.name: self.model.stored, DISSIPATED.name: self.model.dissipated}
 
     def _touching(self) -> Flag:
         x = self._position()

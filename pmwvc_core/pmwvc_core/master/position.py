@@ -16,12 +16,18 @@ start, and the port is passive with this storage.
 from collections.abc import Mapping
 from typing import Protocol
 
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.master.energy_tank import EnergyTank
-from pmwvc_core.master.position_correction import PositionCorrection
+from pmwvc_core.master.position_correction import SPENT, PositionCorrection
 from pmwvc_core.master.position_error import PositionError, PositionResidual
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import MasterParams
 from pmwvc_core.transport.packet import WavePacket
+
+SURPLUS = Entry("position_surplus", "energy tank of the position feedback", Role.LEVEL)
+DISCARDED = Entry("position_discarded", "energy above the cap of the tank, discarded", Role.LEVEL)
+OWED = Entry("position_owed", "returned by the hold before its packet arrived", Role.LEVEL)
+ENTRIES = (SPENT, SURPLUS, DISCARDED, OWED)
 
 
 class PositionFeedback(Protocol):
@@ -86,7 +92,7 @@ class _AsPublished(PositionCorrection):
 
     @property
     def accounts(self) -> Mapping[str, Value]:
-        return {"position_spent": self._spent}
+        return {SPENT.name: self._spent}
 
 
 class _Budgeted(PositionCorrection):
@@ -122,10 +128,10 @@ class _Budgeted(PositionCorrection):
     @property
     def accounts(self) -> Mapping[str, Value]:
         return {
-            "position_spent": self._tank.spent_j,
-            "position_surplus": self._tank.free_j,
-            "position_discarded": self._tank.discarded_j,
-            "position_owed": self._tank.owed_j,
+            SPENT.name: self._tank.spent_j,
+            SURPLUS.name: self._tank.free_j,
+            DISCARDED.name: self._tank.discarded_j,
+            OWED.name: self._tank.owed_j,
         }
 
 

@@ -11,6 +11,7 @@ Equations: docs/theory.md 9.1, 9.8.
 
 from typing import Any
 
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.master.position_error import PositionError
 from pmwvc_core.numeric import Value, root, truth
 from pmwvc_core.params import MasterParams
@@ -18,6 +19,7 @@ from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.impedance import impedance_of
 
+SPENT = Entry("position_spent", "released by the position feedback", Role.GIVEN)
 ADAPTED = 0.5  # c = K_p tau/sqrt(2b) of an adapted gain
 
 

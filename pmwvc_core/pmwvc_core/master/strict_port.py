@@ -28,6 +28,7 @@ Equations: docs/theory.md 17.4, 17.5.
 
 from collections.abc import Mapping
 
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.master.counts import BetweenCounts
 from pmwvc_core.master.device_port import DevicePort
 from pmwvc_core.master.strict_position import StrictPosition
@@ -39,6 +40,17 @@ from pmwvc_core.wave.playout import Playout
 KEPT_J = 1e-3  # at the node where a packet does not need it: a tick is paid for when it is over
 LIMIT_J = 2e-3
 SPARED_J = 1e-3  # left to the playout for catching up when the node takes what is free there
+
+NODE = Entry(
+    "node",
+    "not paid to packets yet, at the device's node",
+    Role.LEVEL,
+    part="account of the device's node",
+)
+GIVEN = Entry("playout_given", "given out by the playout", Role.LEVEL)
+FREE = Entry("playout_free", "in the playout, beyond what its wave needs", Role.LEVEL)
+DISCARDED = Entry("playout_discarded", "in the playout beyond its cap, discarded", Role.LEVEL)
+ENTRIES = (NODE, GIVEN, FREE, DISCARDED)
 
 
 class StrictMaster(DevicePort):
@@ -98,10 +110,10 @@ class StrictMaster(DevicePort):
         """Energies at the node and in the playout, and those of what is around the port [J]."""
         playout = self._playout
         return {
-            "node": self.node_j,
-            "playout_given": playout.given_j,
-            "playout_free": playout.free_j,
-            "playout_discarded": playout.discarded_j,
+            NODE.name: self.node_j,
+            GIVEN.name: playout.given_j,
+            FREE.name: playout.free_j,
+            DISCARDED.name: playout.discarded_j,
             **super().accounts,
             **(self._position.accounts if self._position else {}),
         }

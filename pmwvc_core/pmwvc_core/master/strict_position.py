@@ -16,7 +16,7 @@ import dataclasses
 from collections.abc import Mapping
 
 from pmwvc_core.master.energy_tank import SPREAD_S
-from pmwvc_core.master.position_correction import PositionCorrection
+from pmwvc_core.master.position_correction import SPENT, PositionCorrection
 from pmwvc_core.master.position_error import PositionError, PositionResidual
 from pmwvc_core.numeric import Value, maximum
 from pmwvc_core.params import FilterParams, MasterParams
@@ -72,7 +72,7 @@ class StrictPosition(PositionCorrection):
     @property
     def accounts(self) -> Mapping[str, Value]:
         """Energy spent [J]."""
-        return {"position_spent": self.spent_j}
+        return {SPENT.name: self.spent_j}
 
     def down(self, v: Value, x: Value, free_j: Value) -> Value:
         """Return the wave for the device at ``x`` [m], with as much of the feedback as is free."""

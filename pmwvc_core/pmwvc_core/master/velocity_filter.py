@@ -27,6 +27,7 @@ Equations: docs/theory.md 7.1, 7.2, 7.3.
 from collections.abc import Mapping
 from typing import Any
 
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Value, dot, squared
 from pmwvc_core.params import MasterParams
@@ -35,8 +36,16 @@ from pmwvc_core.wave.cascade import Cascade
 from pmwvc_core.wave.design.velocity_filter_design import high_pass, low_pass
 from pmwvc_core.wave.transform import WavePort
 
-ACCOUNT = "velocity_filter"
-AT_DEVICE = "force_velocity_filter"
+IN_WAVE = Entry(
+    "velocity_filter", "kept by the velocity filter", Role.TAKEN, part="velocity filter"
+)
+IN_FORCE = Entry(
+    "force_velocity_filter",
+    "kept by the velocity filter of the force",
+    Role.WITHIN,
+    part="velocity filter of the force",
+)
+ENTRIES = (IN_WAVE, IN_FORCE)
 
 
 class ExactVelocityFilter(Stateful):
@@ -72,7 +81,7 @@ class ExactVelocityFilter(Stateful):
     @property
     def accounts(self) -> Mapping[str, Value]:
         """Energy kept, less than none where the low-pass filter has to pay [J]."""
-        return {ACCOUNT: self._kept}
+        return {IN_WAVE.name: self._kept}
 
 
 class ComplementaryVelocityFilter(Stateful):
@@ -116,7 +125,7 @@ class ComplementaryVelocityFilter(Stateful):
     @property
     def accounts(self) -> Mapping[str, Value]:
         """Energy kept, never less than none [J]."""
-        return {ACCOUNT: self._kept}
+        return {IN_WAVE.name: self._kept}
 
 
 class EquivalentVelocityFilter(Stateful):
@@ -148,7 +157,7 @@ class EquivalentVelocityFilter(Stateful):
     @property
     def accounts(self) -> Mapping[str, Value]:
         """Energy kept, less than none where the device gave less than left on the wave [J]."""
-        return {AT_DEVICE: self._kept}
+        return {IN_FORCE.name: self._kept}
 
 
 def force_filter_kept(f_m: Value, xd: Value, v_m: Value, port: WavePort, dt: float) -> Value:

@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.numeric import Array, Flag, Value, dot, squared, where
 from pmwvc_core.params import ServerParams
@@ -37,6 +38,23 @@ from pmwvc_core.server.fixed_body import FixedBody
 from pmwvc_core.server.user_ports import ServerController, UserPort
 from pmwvc_core.wave.impedance import MatrixImpedance, smallest
 from pmwvc_core.wave.reflection import reflection
+
+ENTRIES = (
+    Entry("environment", "taken by the environment", Role.SHOWN),
+    Entry("late_decoding", "decoding with the force of the previous step", Role.SHOWN),
+    Entry(
+        "withheld",
+        "withheld by the compensation",
+        Role.SHOWN,
+        part="compensation of the server port",
+    ),
+    Entry(
+        "contained",
+        "dissipated in place of a failed environment",
+        Role.SHOWN,
+        part="damper in place of a failed environment",
+    ),
+)
 
 
 class BlackBoxServer(ServerController):
@@ -75,9 +93,7 @@ class BlackBoxServer(ServerController):
         self._shape: tuple[int, ...] = (1,)  # of one user's signal
         self._plain = True  # one axis, one run: floats
         self._stored: Value | None = None
-        self._sums: dict[str, Value] = dict.fromkeys(
-            ("environment", "late_decoding", "withheld", "contained"), 0.0
-        )
+        self._sums: dict[str, Value] = dict.fromkeys((entry.name for entry in ENTRIES), 0.0)
 
     @property
     def accounts(self) -> Mapping[str, Value]:

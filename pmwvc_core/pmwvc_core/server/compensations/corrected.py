@@ -20,9 +20,12 @@ Equations: docs/theory.md 5.7.
 
 from collections.abc import Mapping, Sequence
 
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.numeric import Value, maximum, minimum, root, squared, where
 from pmwvc_core.server.compensations.record import Compensation, Wave
 from pmwvc_core.state import Stateful
+
+DEBT = Entry("debt", "deficit, recovered from later waves", Role.LEVEL)
 
 
 class Corrected(Stateful):
@@ -37,7 +40,7 @@ class Corrected(Stateful):
     @property
     def accounts(self) -> Mapping[str, Value]:
         """``debt``: what later waves still have to pay; below zero: credit."""
-        return {"debt": self._period * self._debt}
+        return {DEBT.name: self._period * self._debt}
 
     def step(self, waves: Sequence[Wave], stored: Value | None) -> list[Value]:
         """Return the waves made shorter."""
@@ -57,5 +60,5 @@ RECORD = Compensation(
     linear="none",
     make=lambda params, users: Corrected(period=params.period_s),
     limits=True,
-    level_accounts=("debt",),
+    accounts=(DEBT,),
 )

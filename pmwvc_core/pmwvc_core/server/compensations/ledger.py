@@ -23,10 +23,15 @@ Equations: docs/theory.md 5.8.
 
 from collections.abc import Mapping, Sequence
 
+from pmwvc_core.account import Entry, Role
 from pmwvc_core.numeric import Value, maximum, minimum, root, squared, where
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.compensations.record import Compensation, Wave
 from pmwvc_core.state import Stateful
+
+TANK = Entry("tank", "energy tank of the server port", Role.LEVEL)
+GRANTED = Entry("granted", "taken from the allowance", Role.LEVEL)
+CAPPED = Entry("capped", "received above the cap, not stored", Role.LEVEL)
 
 
 class JointLedger(Stateful):
@@ -61,7 +66,7 @@ class JointLedger(Stateful):
         """``tank``: may still be given back; ``granted``: taken from the allowance; ``capped``:
         received, but not kept.
         """
-        return {"tank": self._tank, "granted": self._granted, "capped": self._capped}
+        return {TANK.name: self._tank, GRANTED.name: self._granted, CAPPED.name: self._capped}
 
     def step(self, waves: Sequence[Wave], stored: Value | None) -> list[Value]:
         """Return the waves, shorter where the tank does not pay for them."""
@@ -102,5 +107,5 @@ RECORD = Compensation(
     limits=True,
     passive=_passive,
     allowance_j=_allowance_j,
-    level_accounts=("tank", "granted", "capped"),
+    accounts=(TANK, GRANTED, CAPPED),
 )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from pmwvc_core.account import Entry
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import ServerParams
 from pmwvc_core.plugins import Record
@@ -61,12 +62,12 @@ class Compensation(Record):
         Tells whether the port returns no more energy than it received, whatever the environment.
     allowance_j
         Energy that it may give out without having received it [J].
-    level_accounts
-        Its accounts that are levels, which the balance does not use.
+    accounts
+        Every account that it keeps.
     """
 
     make: Callable[[ServerParams, int], Treatment]
     limits: bool = False
     passive: Callable[[ServerParams], bool] = never
     allowance_j: Callable[[ServerParams], float] = nothing
-    level_accounts: tuple[str, ...] = ()
+    accounts: tuple[Entry, ...] = ()
