@@ -11,7 +11,7 @@ from pmwvc_core.frame.server_step import Presence
 from pmwvc_core.master.safety_states import SafetyState
 from pmwvc_core.network import FateKind
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.wave.impedance import first_axis
+from pmwvc_core.wave.impedance import MatrixImpedance
 from pmwvc_view import controls
 
 
@@ -72,7 +72,6 @@ def _user(user: User, scenario: Scenario, remote: bool) -> dict[str, Any]:
         "name": user.name,
         "side": user.side,
         "remote": remote,
-        "impedance": float(first_axis(user.impedance)),
         "stiffness": user.contact.contact_stiffness,
         "force_limit": user.safety.max_force,
         "workspace_m": user.device.workspace_m,
@@ -89,12 +88,14 @@ def place(position: tuple[float, ...] | None, scenario: Scenario, user: str) -> 
 
 
 def lags(scenario: Scenario, *, live: bool) -> dict[str, float | None]:
-    """Return the round trip by the model of every user, by column [s]; None where the distance of
-    device and avatar is not decided by it.
+    """Return the round trip by the model [s] and the wave impedance [N s/m] of every user, by
+    column: F tau/(2b) is the distance of device and avatar at rest. None: not decided by them, or
+    an impedance that is a matrix.
     """
-    return {
-        f"{user.name}.lag": lag_s(user, scenario, live=live)
-        if proofs_hold(scenario.controller) and lag_decides(user, scenario)
-        else None
-        for user in scenario.users
-    }
+    found: dict[str, float | None] = {}
+    for user in scenario.users:
+        decides = proofs_hold(scenario.controller) and lag_decides(user, scenario)
+        found[f"{user.name}.lag"] = lag_s(user, scenario, live=live) if decides else None
+        matrix = isinstance(user.impedance, MatrixImpedance)
+        found[f"{user.name}.impedance"] = None if matrix else user.master.impedance
+    return found

@@ -18,7 +18,7 @@ import numpy as np
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.accounts import Accounts
-from pmwvc_view.feed_user import FeedUser
+from pmwvc_view.feed_user import LAG, FeedUser, brake_of
 from pmwvc_view.protocol.snapshot import PACKET, Layout
 from pmwvc_view.shaking import Shaking
 from pmwvc_view.snapshots import Snapshot
@@ -58,7 +58,10 @@ class Feed:
         scenario: Scenario | None = None,
     ) -> None:
         self._layout = layout
-        self._users = {name: FeedUser(layout, name, Shaking(scenario, name)) for name in users}
+        self._users = {
+            name: FeedUser(layout, name, Shaking(scenario, name), brake_of(scenario, name))
+            for name in users
+        }
         self._every = list(self._users.values())
         self._period_ns = period_ns
         self._steps: deque[Step] = deque()
@@ -168,8 +171,10 @@ class Feed:
         if self._step is not None:
             row[self._object_at] = self._step.object.ravel()
         for index, (name, one) in enumerate(self._users.items()):
-            lag_s = self.others.get(f"{name}.lag")
-            one.follow_lag(math.nan if lag_s is None else lag_s)
+            one.follow_lag(*(self.others.get(f"{name}.{column}") for column in LAG))
+            if one.aims(self.others.get(f"{name}.target")):
+                for other in self._every:
+                    other.shaking.on_purpose(due_ns)
             one.write(row, due_ns, self._step, index)
         self._layout.set(row, self.others)
         packets, self._packets = self._packets, []

@@ -6,17 +6,22 @@ row.
 
 import math
 from collections import deque
+from typing import Any
 
 import numpy as np
 
 from pmwvc_core.master.safety_states import SafetyState
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.accounts import Accounts
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.shaking import Shaking
-from pmwvc_view.traces import AVATAR, F_APPLIED, SIGNALS, Block, Step
+from pmwvc_view.traces import AVATAR, F_APPLIED, F_H, SIGNALS, XD_M, Block, Step
 
 LOADED_N = 0.1  # force from which a device counts as loaded
+MOVED_M = 5e-4  # by which a target moves on purpose
+OPEN_N = 1e-6  # force of an open hand beyond its brake's
+LAG = ("lag", "impedance")
 ENERGIES = [
     f"energy_{way}_{amount}" for way in ("up", "down", "hand") for amount in ("in", "out", "min")
 ]
@@ -33,6 +38,8 @@ class FeedUser:
         Of the user.
     shaking
         Judges its device.
+    brake
+        Of its hand where it is open [N s/m]; None where its targets do not come from outside.
 
     Attributes
     ----------
@@ -41,12 +48,12 @@ class FeedUser:
     state, reason, waves
         Of the newest tick in a row; state None: there was none.
     loaded_change
-        Whether the lag changed under load since the device was coupled.
+        Whether tau/(2b) changed under load since the device was coupled.
     delays_s
         Mean delay of the newest packets, up and down [s].
     """
 
-    def __init__(self, layout: Layout, name: str, shaking: Shaking) -> None:
+    def __init__(self, layout: Layout, name: str, shaking: Shaking, brake: float | None) -> None:
         self.blocks: deque[Block] = deque()
         self.shaking = shaking
         self.in_contact = False
@@ -57,7 +64,9 @@ class FeedUser:
         self.reason = ""
         self.waves = False
         self.delays_s = [math.nan, math.nan]
-        self._lag_s = math.nan  # by the model
+        self._give = math.nan  # tau/(2b) by the model [m/N]
+        self._brake = brake
+        self._anchor: Array | None = None  # where the target was when it moved last
         self._missed = math.nan
         self._signals: Array = np.full((len(SIGNALS), layout.dof), math.nan)  # newest tick
         self._signals_at = layout.together(name, SIGNALS)
@@ -107,13 +116,32 @@ class FeedUser:
             row[self._avatar_at] = step.avatars[:, index].ravel()
             row[self._server_at] = step.state[index], step.contact[index]
 
-    def follow_lag(self, lag_s: float) -> None:
-        """Note the lag of a row [s], and whether it changed under load."""
+    def aims(self, target: Any) -> bool:
+        """Tell whether the hand moves on purpose, given the target of a row [m]; None: no page
+        holds it.
+        """
+        if self._brake is None:
+            return False
+        anchor = self._anchor
+        if target is None:
+            self._anchor = None
+            own = self._signals[F_H] + self._brake * self._signals[XD_M]
+            held = bool(np.abs(own).max() > OPEN_N)  # by another program
+            return held or anchor is not None
+        place = np.atleast_1d(np.asarray(target, dtype=np.float64))
+        if anchor is not None and np.linalg.norm(place - anchor) < MOVED_M:
+            return False
+        self._anchor = place
+        return True
+
+    def follow_lag(self, lag_s: float | None, impedance: float | None) -> None:
+        """Note lag [s] and impedance [N s/m] of a row, and whether they changed under load."""
+        give = lag_s / (2.0 * impedance) if lag_s is not None and impedance else math.nan
         if self.state != SafetyState.COUPLED:
             self.loaded_change = False
-        elif abs(lag_s - self._lag_s) > 1e-9 and self._force_n() > LOADED_N:
+        elif abs(give - self._give) > 1e-9 and self._force_n() > LOADED_N:
             self.loaded_change = True
-        self._lag_s = lag_s
+        self._give = give
 
     def _force_n(self) -> float:
         return math.hypot(*self._signals[F_APPLIED].tolist())
@@ -130,3 +158,11 @@ class FeedUser:
         if not self.waves:
             ways = [math.nan] * len(ways)
         return [*ways, hand.in_j, hand.out_j, hand.least_j]
+
+
+def brake_of(scenario: Scenario | None, name: str) -> float | None:
+    """Return what brakes a user's open hand; None where its targets do not come from outside."""
+    for user in scenario.users if scenario else ():
+        if user.name == name and user.operator.kind == "remote" and not user.operator.file:
+            return user.operator.remote.brake
+    return None

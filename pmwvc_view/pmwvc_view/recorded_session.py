@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.master.safety_states import SafetyState
 from pmwvc_core.scenario.scenario import Scenario
@@ -64,15 +65,25 @@ class RecordedSession(Session):
         self._rows = rows_of(traces, scenario, self.layout, period_s=snapshot_s)
         self._packets = packets_of(traces, scenario)
         live = traces.source == "live"
-        lags = description.lags(scenario, live=live)
-        for name, value in lags.items():
-            self._rows[:, self.layout.slices[name]] = np.nan if value is None else value
+        self._write_lags(live=live)
         self._clock, self._period_s = clock, snapshot_s
         super().__init__(Predictor(live=live))
         self._time_s, self._at_s = 0.0, clock()
         self._ratio, self._paused = 1.0, True
         self._shown = -1  # row shown last
         self._seq = 0
+
+    def _write_lags(self, *, live: bool) -> None:
+        """Write lags and impedances as far as they stayed what they were: under load the distance
+        of device and avatar keeps a part of the former ones.
+        """
+        parts = stages(self._traces, self._scenario)
+        every = [description.lags(part.scenario, live=live) for part in parts]
+        for name, value in every[0].items():
+            same = [each[name] == value for each in every]
+            until_s = np.inf if all(same) else parts[same.index(False)].start_s
+            known = self._rows[:, 1] < until_s
+            self._rows[known, self.layout.slices[name]] = np.nan if value is None else value
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""

@@ -7,11 +7,15 @@ The criterion is the report's (:mod:`pmwvc_analysis.verdicts.oscillation`) on th
 does not die out. It needs about a second of shaking. Slower oscillation is not found, nor that of
 the object alone.
 
+A person with a pointer moves up to 10 Hz. Once no target of a hand has moved for ``STILL_S``, what
+is faster than ``STILL_HZ`` and the simulated hands is no purpose either.
+
 The band is that of the scenario's hands; where they close, that of closing, at any time. Contact
 that is made or lost begins the judgement anew, unless it comes and goes faster than on purpose.
 """
 
 from collections import deque
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +27,8 @@ from pmwvc_view.traces import NS
 
 SPAN_S = 3.0
 JUDGED_NS = NS // 2  # between two judgements
+STILL_S = 1.5  # without a move on purpose: what moves then is no hand
+STILL_HZ = 2.0  # least band of what moves then: cubes that coast, hands that come to rest
 ROWS = 4096  # of memory at least
 LATE_S = 1.0  # newest part, of which the amount is told
 
@@ -95,11 +101,14 @@ class Shaking:
         users = {user.name: user for user in scenario.users} if scenario else {}
         user = users.get(name)
         self._band_hz, self._images = oscillation.DEFAULT_BAND_HZ, 0.0
+        self._still = self._band_hz, self._images
+        self._moved_ns = 0  # when somebody moved on purpose last
         if scenario is not None:
             closing = scenario.task.kind != "free" and any(
                 each.operator.kind == "hand" for each in users.values()
             )
             self._band_hz, self._images = oscillation.bands(scenario, closing=closing)
+            self._still = still_bands(scenario, (self._band_hz, self._images))
         self._noise_m_s = oscillation.encoder_noise_m_s(user)
         self._most_n = user.safety.max_force if user is not None else np.inf
         self._span = _Span()
@@ -113,6 +122,10 @@ class Shaking:
     def contact(self, at_ns: int) -> None:
         """Note that contact was made or lost."""
         self._contacts.append(at_ns)
+
+    def on_purpose(self, at_ns: int) -> None:
+        """Note that somebody took, moved or let go of a hand."""
+        self._moved_ns = at_ns
 
     def block(self, start_ns: int, period_ns: int, velocity: Array, force: Array) -> None:
         """Take in consecutive ticks; judge where that is due."""
@@ -136,43 +149,61 @@ class Shaking:
         self.limit_n = self._most_n if at_limit else None
         # The span is the second half of a time line that begins at zero, as the report judges it.
         zero_s = end_ns / NS - 2.0 * SPAN_S
+        moved_s = self._moved_ns / NS - zero_s
+        still = 2.0 * SPAN_S - moved_s >= STILL_S
+        band_hz, images = self._still if still else (self._band_hz, self._images)
         motion = oscillation.Motion(
             "device",
             times - zero_s,
             period_s,
             velocity,
-            self._band_hz,
+            band_hz,
             self._noise_m_s,
-            self._images,
-            self._disturbed_s(zero_s),
+            images,
+            max(self._disturbed_s(zero_s, band_hz), moved_s if still else 0.0),
         )
         found = oscillation.strength(motion, 2.0 * SPAN_S)
         shakes = oscillation.lasts(found, motion) and found.settled
         if shakes:
-            self.shake = self._amount(velocity[late], force, period_s)
+            self.shake = self._amount(velocity[late], force, period_s, band_hz)
             strongest = self._seen[0] if self._seen else self.shake
             self._seen = max(strongest, self.shake), end_ns
         else:
             self.shook, self._seen = self._seen or self.shook, None
             self.shake = None
 
-    def _disturbed_s(self, zero_s: float) -> float:
+    def _disturbed_s(self, zero_s: float, band_hz: float) -> float:
         """Return when contact was made or lost last; 0 where it comes and goes too often for a
         motion within the band.
         """
-        if not 0 < len(self._contacts) <= max(oscillation.CHATTER, self._band_hz * SPAN_S):
+        if not 0 < len(self._contacts) <= max(oscillation.CHATTER, band_hz * SPAN_S):
             return 0.0
         return self._contacts[-1] / NS - zero_s
 
-    def _amount(self, velocity: Array, force: Array, period_s: float) -> Shake:
+    def _amount(self, velocity: Array, force: Array, period_s: float, band_hz: float) -> Shake:
         rows = len(velocity)
         whole = force[-rows:]
-        part = oscillation.beyond(force, period_s, self._band_hz)[-rows:]
+        part = oscillation.beyond(force, period_s, band_hz)[-rows:]
         swing = np.minimum(np.ptp(whole, axis=0), np.ptp(part, axis=0))
-        fast = oscillation.beyond(velocity, period_s, self._band_hz)
+        fast = oscillation.beyond(velocity, period_s, band_hz)
         power = np.abs(np.fft.rfft(fast * np.hanning(rows)[:, np.newaxis], axis=0)) ** 2
         strongest = int(np.argmax(power.sum(axis=-1)))
         return Shake(
             float(swing.max()) / 2.0,
             float(np.fft.rfftfreq(rows, period_s)[strongest]),
         )
+
+
+def still_bands(scenario: Scenario, moving: tuple[float, float]) -> tuple[float, float]:
+    """Return band [Hz] and ratio of images while every hand that is moved from outside rests;
+    those of moving hands where that is not told.
+    """
+    remote = [user for user in scenario.users if user.operator.kind == "remote"]
+    if not remote or any(user.operator.file for user in remote):
+        return moving
+    resting = tuple(
+        replace(user, operator=replace(user.operator, kind="none")) if user in remote else user
+        for user in scenario.users
+    )
+    band_hz, images = oscillation.bands(replace(scenario, users=resting), closing=False)
+    return (max(band_hz, STILL_HZ), images) if band_hz < moving[0] else moving

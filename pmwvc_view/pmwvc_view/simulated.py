@@ -33,16 +33,24 @@ _COLUMNS = [SIGNALS.index(name) for name in traces.SIGNALS]
 
 
 class PageTargets:
-    """The targets that a page gives to a hand: the newest one, once."""
+    """The targets that a page gives to a hand: the newest one, once.
+
+    Attributes
+    ----------
+    newest
+        The newest target [m]; None: the hand is open.
+    """
 
     early = True
 
     def __init__(self) -> None:
         self._new: list[Target] = []
+        self.newest: Target = None
 
     def give(self, target: Target) -> None:
         """Note a target; None lets go."""
         self._new.append(target)
+        self.newest = target
 
     def take(self) -> Sequence[Target]:
         """Return what came since the last tick."""
@@ -117,11 +125,13 @@ class Simulation:
 
     def places(self) -> dict[str, Value | None]:
         """Return the target of every remote hand that is closed, by column [m]."""
-        return {
-            f"{user.settings.name}.target": user.operator.target if user.operator.holding else None
-            for user in self._users
-            if isinstance(user.operator, RemoteHand)
-        }
+        found: dict[str, Value | None] = {}
+        for user in self._users:
+            if isinstance(user.operator, RemoteHand):
+                source = self.targets.get(user.settings.name)
+                followed = user.operator.target if source is None else source.newest
+                found[f"{user.settings.name}.target"] = followed if user.operator.holding else None
+        return found
 
     def _link(self, user: int, way: int) -> SimulatedLink:
         return self._users[user].down if way else self._users[user].up

@@ -147,7 +147,7 @@ def _note(feed: Feed, user: str) -> str:
         return "a node was started again: its energy is counted and no longer judged"
     if feed.loaded_change(user):
         return (
-            "the delay changed under load: until it is coupled anew, the distance to the avatar "
-            "need not be F tau/2b"
+            "delay or impedance changed under load: until it is coupled anew, the distance to the "
+            "avatar need not be F tau/2b"
         )
     return ""

@@ -148,3 +148,4 @@ def test_drag_with_three_axes_moves_in_plane_of_screen(visit):
         away = np.cross(right, up)
         assert moved @ right < -0.005 and moved @ up > 0.005
         assert abs(moved @ away) < 0.1 * np.linalg.norm(moved)
+        expect(page.locator("[data-user=user1] .price")).to_contain_text("mm from its avatar")

@@ -91,6 +91,30 @@ def test_state_is_read_out_and_no_motion_where_none_is_wanted(visit):
         assert len(pictures) > 1  # the control: packets on their way
 
 
+PLACES = """(delay_s) => import("/packets.js").then(({ PacketFlow, SLOWER }) => {
+  const flow = new PacketFlow(true), from_s = 100.0, travel_s = SLOWER * delay_s;
+  const places = [], late_s = flow.late_s;
+  flow.take([{ link: 0, sent: 5.0, arrived: 5.0 + delay_s }], from_s, 5.0);
+  const context = new Proxy({}, { get: (_, name) => (...given) => {
+    if (name === "arc") places.push(given[0]);
+  }, set: () => true });
+  return [0.25, 0.5, 0.75, 1.001].map((way) => {
+    places.length = 0;
+    flow.draw(context, 0, "red", 3, [0, 0], [1000, 0], from_s + late_s + way * travel_s);
+    return Math.max(-1, ...places);
+  });
+})"""
+
+
+def test_packet_is_drawn_as_far_on_its_way_as_its_delay_has_passed(visit):
+    """25 times slower than it is; after its delay it has arrived."""
+    with served(users=1) as live:
+        page = visit(live.address)
+        for delay_s in (0.016, 0.08):
+            places = page.evaluate(PLACES, delay_s)
+            assert places == pytest.approx([250.0, 500.0, 750.0, -1.0])
+
+
 def test_recorded_session_is_played_and_sought(visit):
     scenario = load("carry_16ms", duration_s=6.0)
     traces = simulated(scenario)

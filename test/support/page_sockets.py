@@ -33,6 +33,7 @@ class HandmadeSession(Session):
         self.peaks: dict[int, float] = {}  # poll -> f_max of user1
         self.targets: queue.Queue = queue.Queue()
         self._news = threading.Condition()
+        self.expected = 0  # times that questions were expected
 
     def description(self):
         return {"users": [{"name": name, "remote": True} for name in self.names]}
@@ -55,6 +56,9 @@ class HandmadeSession(Session):
 
     async def pause(self, paused):
         return Answer(True, "paused")
+
+    def expect_questions(self):
+        self.expected += 1
 
     def close(self):
         pass

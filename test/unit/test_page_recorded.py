@@ -21,11 +21,11 @@ SCENARIO = replace(load("carry_16ms"), duration_s=6.0)
 class Player:
     """A recorded session under a clock of the test's own."""
 
-    def __init__(self, traces=None, summary=None):
+    def __init__(self, traces=None, summary=None, scenario=SCENARIO):
         self.now_s = 0.0
         self.session = RecordedSession(
             traces or simulated(SCENARIO),
-            SCENARIO,
+            scenario,
             summary or judged(SCENARIO),
             snapshot_s=PERIOD_S,
             clock=lambda: self.now_s,
@@ -97,6 +97,19 @@ def test_recorded_targets_are_shown_while_they_held():
         row = player.after(0.0)[-1]
         np.testing.assert_equal(row[at["user1.held"]], [held])
         np.testing.assert_equal(row[at["user1.target"]], [place])
+
+
+def test_lag_is_told_until_it_changes_and_only_that_users():
+    changed = replace(SCENARIO, changes="3 user1.link.delay_s=0.03; 4 link.loss=0.1")
+    at, rows = {}, {}
+    for name, scenario in (("still", SCENARIO), ("changed", changed)):
+        player = Player(scenario=scenario)
+        at, rows[name] = player.session.layout.slices, player.session._rows
+    still, later = rows["still"][:, at["user1.lag"]], rows["changed"][:, at["user1.lag"]]
+    begun = rows["still"][:, 1] < 3.0
+    assert np.isfinite(still).all() and (later[begun] == still[begun]).all()
+    assert np.isnan(later[~begun]).all()
+    assert np.isfinite(rows["changed"][:, at["user2.lag"]]).all()
 
 
 def test_recording_of_other_users_is_refused():

@@ -14,6 +14,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from pmwvc_view.access import Access
 from pmwvc_view.allowance import Allowance
+from pmwvc_view.handling import SETTLED
 from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ
 from pmwvc_view.protocol.requests import ProtocolError, Request, Target, read
 
@@ -205,6 +206,17 @@ def test_page_that_does_not_look_is_sent_no_more_than_its_credit_then_the_presen
     packets = newest[session.layout.size :].reshape(-1, 5)
     numbers = packets[:, 0]
     assert np.array_equal(numbers, np.arange(sent[-1][0] + 1, newest[0] + 1))
+
+
+def test_model_is_made_ready_once_when_a_page_has_been_shown_for_a_while(server):
+    with server.page() as page:
+        for shown, expected in ((SETTLED - 1, 0), (2, 1), (SETTLED, 1)):
+            for _ in range(shown):
+                page.send("seen", seq=0)
+            page.send("pause", paused=True, id=1)
+            while not isinstance(page.receive(), dict):
+                pass
+            assert server.session.expected == expected
 
 
 def test_session_that_ends_tells_its_pages():

@@ -45,7 +45,7 @@ def told(name, seconds, settings_texts=(), targets=None, change=None):
             simulation.change(scenario, following)
             scenario = following
         simulation.run(tick)
-        feed.others = lags(scenario, live=False)
+        feed.others = {**lags(scenario, live=False), **simulation.places()}
         feed.rows(tick * MS)
         if tick % 128 == 0:
             found.append(verdict(feed, names, storage_j={}, exact_hands=names, notices=[]))
@@ -91,6 +91,19 @@ def test_person_who_taps_three_times_a_second_or_lets_go_does_not_shake_the_devi
     assert all("shakes" not in each["verdict"] and not each["notices"] for each in found)
 
 
+SLOW = ("operator.kind=remote", "controller=direct", "link.delay_s=0.03")
+
+
+def test_slow_shaking_is_named_once_no_hand_moves_on_purpose():
+    """Within the band of a person with a pointer, who holds still."""
+    _, found = told("wall", 5, SLOW, lambda time_s: None if time_s < 1.0 else -0.005)
+    shakes = [each["verdict"] for each in found if "user1 shakes" in each["verdict"]]
+    assert shakes and found[-1]["verdict"] == shakes[-1]
+    assert all(2.0 < float(each.split()[-2]) < 10.0 for each in shakes)
+    _, found = told("wall", 5, SLOW[:1], lambda time_s: None if time_s < 1.0 else -0.005)
+    assert found[-1]["level"] == "good"  # with waves the same hand rests
+
+
 def test_force_that_stays_at_its_limit_is_said():
     settings_texts = ("operator.kind=remote", "safety.max_force=0.3")
     _, found = told("wall", 4, settings_texts, lambda _: 0.0)
@@ -115,7 +128,7 @@ def test_delay_that_changes_under_load_is_noted_until_the_device_is_coupled_anew
     _, found = told("wall", 7, change=(5.0, "link.delay_s", 0.04))
     notes = [each["users"]["user1"]["note"] for each in found]
     assert notes[: 5000 // 128] == [""] * (5000 // 128)
-    assert notes[-1].startswith("the delay changed under load")
+    assert notes[-1].startswith("delay or impedance changed under load")
     _, found = told("wall", 3, change=(1.0, "link.delay_s", 0.04))  # before it touches
     assert {each["users"]["user1"]["note"] for each in found} == {
         "",

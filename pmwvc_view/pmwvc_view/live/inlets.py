@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
+from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import misfit
 from pmwvc_core.runtime.polling import TRACE_QOS, Polled
 from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
@@ -18,6 +19,7 @@ from pmwvc_view.feed import Feed
 from pmwvc_view.live.fates import link_number, packets_of
 from pmwvc_view.live.graph import Graph
 from pmwvc_view.live.readers import MasterReader, ServerReader
+from pmwvc_view.traces import NS
 
 SLOW_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 ROUND_TRIP = "round trip [ms]"
@@ -61,6 +63,7 @@ class Inlets:
         self._steps = Polled(node, ServerTrace, f"{prefix}/server/trace", TRACE_QOS, raw=True)
         self._fates = Polled(node, PacketFate, f"{prefix}/netem/fates", TRACE_QOS)
         self._health = Polled(node, DiagnosticArray, "/diagnostics", SLOW_QOS)
+        self._delays_s: dict[int, float] = {}  # by link: mean of the newest packets
         self._events = Polled(node, ParameterEvent, "/parameter_events", SLOW_QOS)
         self.round_trips: dict[str, float | None] = {}
         self.heard_s = time.monotonic()
@@ -95,17 +98,30 @@ class Inlets:
             packets = packets_of(message)
             if len(packets) and abs(packets[-1, 1] - feed.zero_ns) < NEAR_NS + self._age_ns(feed):
                 feed.on_packets(number, packets)
+                self._time_round_trip(number, packets)
         self._take_health()
         self._take_events()
 
     def _age_ns(self, feed: Feed) -> int:
         return abs(self.now_ns() - (feed.zero_ns or 0))
 
+    def _time_round_trip(self, number: int, packets: Array) -> None:
+        """Note the delay of a link's newest packets, and with it the round trip."""
+        arrived = packets[packets[:, 2] > 0]
+        if not len(arrived):
+            return
+        self._delays_s[number] = float((arrived[:, 2] - arrived[:, 1]).mean()) / NS
+        user, other_s = self._graph.users[number // 2], self._delays_s.get(number ^ 1)
+        if other_s is not None:
+            self.round_trips[f"{user}.round_trip"] = self._delays_s[number] + other_s
+
     def _take_health(self) -> None:
+        """Take what masters report; with an emulator the packets tell more often."""
         owners = {self._graph.master(user): user for user in self._graph.users}
         while (message := self._health.take()) is not None:
             for status in message.status:
-                if (user := owners.get(status.name)) is not None:
+                user = owners.get(status.name)
+                if user is not None and not self._graph.emulated:
                     values = {pair.key: pair.value for pair in status.values}
                     self.round_trips[f"{user}.round_trip"] = _seconds(values)
 

@@ -74,17 +74,25 @@ export class Users {
   }
 }
 
-/** The price of the delay: device ahead of its avatar, and at rest what F tau/(2b) says of it. */
-function priceOf(session, { name, impedance, side }) {
-  const ahead_m = -side * (session.value(`${name}.x_m`) - session.value(`${name}.x_s`));
-  if (!Number.isFinite(ahead_m)) return [];
+/** The price of the delay: device ahead of its avatar, and at rest what F tau/(2b) says of it; with
+ * several axes both along the line from avatar to device. */
+function priceOf(session, { name, side }) {
+  const column = (which) => session.vector(`${name}.${which}`);
+  const [place, avatar, force] = [column("x_m"), column("x_s"), column("f_applied")];
+  const offset = place.map((each, axis) => each - avatar[axis]);
+  const length = Math.hypot(...offset);
+  if (!Number.isFinite(length)) return [];
+  const onto = session.dof < 2 ? [-side] : offset.map((each) => each / (length || 1));
+  const along = (vector) => vector.reduce((sum, each, axis) => sum + each * onto[axis], 0);
+  const ahead_m = session.dof < 2 ? along(offset) : length;
   const amount = document.createElement("b");
   amount.textContent = `${milli(Math.abs(ahead_m))} mm`;
-  const found = ["device ", amount, ahead_m < 0 ? " behind its avatar" : " ahead of its avatar"];
+  const where = session.dof > 1 ? "from" : ahead_m < 0 ? "behind" : "ahead of";
+  const found = ["device ", amount, ` ${where} its avatar`];
   const moving = Math.max(session.size(`${name}.xd_m`), session.size(`${name}.xd_s`)) > REST_M_S;
-  const shaking = session.value(`${name}.f_max`) - session.value(`${name}.f_min`) > REST_N;
-  const force_n = session.value(`${name}.f_applied`), tau_s = session.value(`${name}.lag`);
-  const expected_m = (-side * force_n * tau_s) / (2 * impedance);
-  if (Number.isFinite(expected_m) && !moving && !shaking) found.push(`; F\u202f\u03c4/2b says ${milli(expected_m)} mm`);
+  const swings = column("f_max").map((each, axis) => each - column("f_min")[axis]);
+  const expected_m = (along(force) * session.value(`${name}.lag`)) / (2 * session.value(`${name}.impedance`));
+  const still = !moving && !swings.some((each) => each > REST_N);
+  if (Number.isFinite(expected_m) && still) found.push(`; F\u202f\u03c4/2b says ${milli(expected_m)} mm`);
   return found;
 }

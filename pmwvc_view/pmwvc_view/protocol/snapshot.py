@@ -51,11 +51,10 @@ _NUMBERS = (
     ("energy_hand_out", "J"),
     ("energy_hand_min", "J"),
     ("lag", "s"),
+    ("impedance", "N s/m"),
     ("round_trip", "s"),
     ("delay_up", "s"),
     ("delay_down", "s"),
-    ("playout_up", "s"),
-    ("playout_down", "s"),
     ("lateness", "s"),
     ("missed", "-"),
 )
