@@ -4,6 +4,7 @@
 
 import json
 import math
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,8 @@ SUMMARY = "summary.json"
 BUDGET = "budget.json"
 REPORT = "report.html"
 PLOTS = "plots"
+REPLAY = "replay.html"
+Player = Callable[[SessionTraces, Scenario, Mapping[str, Any]], str | None]
 
 
 def finish(
@@ -23,6 +26,7 @@ def finish(
     scenario: Scenario | None = None,
     *,
     out: str | Path | None = None,
+    player: Player | None = None,
 ) -> dict[str, Any]:
     """Write ``summary.json``, ``budget.json``, ``plots/`` and ``report.html``; return the summary.
 
@@ -34,6 +38,9 @@ def finish(
         Read from the folder's ``scenario.yaml`` when not given; may be missing altogether.
     out
         Where to write instead of into the session folder, such as when its disk is full.
+    player
+        Makes the page that plays the session, ``replay.html``, of traces, scenario and summary;
+        None: there is none.
 
     Raises
     ------
@@ -66,7 +73,13 @@ def finish(
             write_summary(target, tables.summary(energies), name=BUDGET)
         drawn = charts(traces, scenario)
         write_all(drawn, traces, target / PLOTS)
-        report = render(traces, scenario, result, drawn, energies, folder=str(folder))
+        page = player(traces, scenario, result) if player and scenario else None
+        if page is not None:
+            (target / REPLAY).write_text(page, encoding="utf-8")
+        replay = None if page is None else REPLAY
+        report = render(
+            traces, scenario, result, drawn, energies, folder=str(folder), replay=replay
+        )
         (target / REPORT).write_text(report, encoding="utf-8")
     except OSError as error:
         raise RecordingError(

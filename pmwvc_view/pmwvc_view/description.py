@@ -12,7 +12,8 @@ from pmwvc_core.master.safety_states import SafetyState
 from pmwvc_core.network import FateKind
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import MatrixImpedance
-from pmwvc_view import controls
+from pmwvc_view import controls, protocol
+from pmwvc_view.session import Session
 
 
 def describe(
@@ -61,6 +62,39 @@ def describe(
             "server": [state.name.lower() for state in Presence],
             "fate": [kind.name.lower() for kind in FateKind],
         },
+    }
+
+
+def message(
+    session: Session, *, holders: Mapping[str, str | None], snapshot_s: float
+) -> dict[str, Any]:
+    """Return the session message.
+
+    Parameters
+    ----------
+    session
+        Described.
+    holders
+        Who holds each user's handle.
+    snapshot_s
+        Period of the snapshots [s].
+    """
+    found = session.description()
+    return {
+        "kind": "session",
+        "version": protocol.VERSION,
+        **found,
+        "users": [{**user, "holder": holders.get(user["name"])} for user in found["users"]],
+        "can": sorted(session.can),
+        "snapshot_s": snapshot_s,
+        "limits": {
+            "heartbeat_s": protocol.HEARTBEAT_S,
+            "silence_s": protocol.SILENCE_S,
+            "credits": protocol.CREDITS,
+            "message_bytes": protocol.MESSAGE_BYTES,
+            "messages_hz": protocol.MESSAGES_HZ,
+        },
+        "layout": session.layout.to_page(),
     }
 
 

@@ -133,7 +133,9 @@ def _balance(rows: Array, layout: Layout, times: Array, balance: Balance, name: 
 def _delays(
     rows: Array, layout: Layout, times: Array, traces: SessionTraces, scenario: Scenario
 ) -> None:
-    """Write the mean delay of the packets that came out within ``DELAY_S`` before a row."""
+    """Write the mean delay of the packets that came out within ``DELAY_S`` before a row, and their
+    sum as the round trip.
+    """
     packets = packets_of(traces, scenario)
     for index, user in enumerate(scenario.users):
         for way, name in enumerate(("delay_up", "delay_down")):
@@ -146,3 +148,5 @@ def _delays(
             some = last > first
             mean = (sums[last] - sums[first])[some] / (last - first)[some]
             rows[some, layout.slices[f"{user.name}.{name}"]] = mean.reshape(-1, 1)
+        up, down = (rows[:, layout.slices[f"{user.name}.delay_{way}"]] for way in ("up", "down"))
+        rows[:, layout.slices[f"{user.name}.round_trip"]] = up + down

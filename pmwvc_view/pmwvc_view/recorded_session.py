@@ -11,6 +11,7 @@ import numpy as np
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.master.safety_states import SafetyState
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_view import controls, description
@@ -119,13 +120,23 @@ class RecordedSession(Session):
         begin, end = np.searchsorted(sent_s, [since_s, until_s], side="right")
         return Snapshot(row, self._packets[begin:end])
 
+    def whole(self) -> tuple[Array, Array, list[tuple[int, dict[str, Any]]]]:
+        """Return all rows and packets, and the texts with the rows from which they hold."""
+        texts: list[tuple[int, dict[str, Any]]] = []
+        for index in range(len(self._rows)):
+            text = self._text(index)
+            if not texts or text != texts[-1][1]:
+                texts.append((index, text))
+        return self._rows, self._packets, texts
+
     def news(self) -> Mapping[str, Mapping[str, Any]]:
         """Return the recorded verdict with the states of now, and where time is."""
         time_s = self._time_s if self._paused else None  # the rows tell
         play = {"paused": self._paused, "time_s": time_s, "ratio": self._ratio}
-        return {"text": self._text(), "play": play}
+        return {"text": self._text(max(self._shown, 0)), "play": play}
 
-    def _text(self) -> dict[str, Any]:
+    def _text(self, index: int) -> dict[str, Any]:
+        """Return the recorded verdict with the states at a row."""
         lines = self._summary["verdict"]
         wrong = [line["text"] for line in lines if line["ok"] is False]
         open_ = [line["text"] for line in lines if line["ok"] is None]
@@ -134,17 +145,17 @@ class RecordedSession(Session):
         return {
             "verdict": f"The whole session: {sentence}",
             "level": level,
-            "users": {user: self._state(user) for user in self._names},
+            "users": {user: self._state(user, index) for user in self._names},
             "notices": [line["text"] for line in lines if line["text"] != sentence],
         }
 
-    def _state(self, user: str) -> dict[str, str]:
-        state = float(self._rows[max(self._shown, 0), self.layout.slices[f"{user}.state"]][0])
+    def _state(self, user: str, index: int) -> dict[str, str]:
+        state = float(self._rows[index, self.layout.slices[f"{user}.state"]][0])
         word = SafetyState(int(state)).name.lower() if np.isfinite(state) else "no data"
         reason = ""
         for one in self._traces.users:
             if one.name == user and np.isfinite(state):
-                at = np.searchsorted(one.block_time_s, self._rows[self._shown, 1], side="right")
+                at = np.searchsorted(one.block_time_s, self._rows[index, 1], side="right")
                 reason = one.reason[max(int(at) - 1, 0)]
         return {"state": word, "reason": reason, "note": ""}
 

@@ -16,7 +16,7 @@ from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.http11 import Request as HttpRequest
 from websockets.http11 import Response
 
-from pmwvc_view import access, protocol
+from pmwvc_view import access, description, protocol
 from pmwvc_view.client import Client
 from pmwvc_view.handling import Handling
 from pmwvc_view.opening import answered
@@ -177,25 +177,11 @@ class PageServer:
 
     def _description(self, client: Client) -> dict[str, Any]:
         """Return the session message for a page."""
-        message = self._session.description()
-        holders = {each["name"]: each["holder"] for each in self._handling.holders(client)}
-        users = [{**user, "holder": holders[user["name"]]} for user in message["users"]]
-        return {
-            "kind": "session",
-            "version": protocol.VERSION,
-            **message,
-            "users": users,
-            "can": sorted(self._session.can),
-            "snapshot_s": self._snapshot_s,
-            "limits": {
-                "heartbeat_s": protocol.HEARTBEAT_S,
-                "silence_s": protocol.SILENCE_S,
-                "credits": protocol.CREDITS,
-                "message_bytes": protocol.MESSAGE_BYTES,
-                "messages_hz": protocol.MESSAGES_HZ,
-            },
-            "layout": self._session.layout.to_page(),
-        }
+        return description.message(
+            self._session,
+            holders={each["name"]: each["holder"] for each in self._handling.holders(client)},
+            snapshot_s=self._snapshot_s,
+        )
 
     def _request(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
         """Answer a request for a file; let a socket through that may connect."""

@@ -9,6 +9,7 @@ from support.simulated import judged, simulated
 
 from pmwvc_bringup.scenarios import load
 from pmwvc_view.recorded_session import RecordedSession
+from pmwvc_view.replay_page import replay_page
 
 CONNECT = """(address) => new Promise((resolve) => {
   const socket = new WebSocket(address);
@@ -135,3 +136,25 @@ def test_recorded_session_is_played_and_sought(visit):
         page.locator("#setting-controller").select_option("direct")
         expect(page.locator("#answer")).to_contain_text("not stable")
         expect(page.locator("#apply")).to_be_hidden()  # what was recorded stays as it was
+
+
+def test_file_beside_the_report_plays_the_session_without_a_server(visit, tmp_path):
+    scenario = load("carry_16ms", duration_s=6.0)
+    traces = simulated(scenario)
+    file = tmp_path / "replay.html"
+    file.write_text(replay_page(traces, scenario, judged(scenario)), "utf-8")
+    recorded_n = abs(float(traces.users[0].f_applied[4192, 0]))
+    complaints, requests = [], []
+    page = visit("about:blank", shown=False)
+    page.on("console", lambda message: complaints.append(message.text))
+    page.on("request", lambda request: requests.append(request.url.split(":")[0]))
+    page.goto(file.as_uri())
+    time = page.locator("#seek-time")
+    expect(time).to_have_text("0.0 of 6.0 s")
+    page.locator("#seek").fill("4.2")
+    expect(time).to_have_text("4.2 of 6.0 s")
+    expect(page.locator("[data-user=user1] .state")).to_have_text(f"coupled · {recorded_n:.2f} N")
+    expect(page.locator("#verdict")).to_contain_text("The whole session: Stable")
+    page.locator("#play").click()
+    expect(time).not_to_have_text("4.2 of 6.0 s")
+    assert set(requests) <= {"file", "data", "blob"} and complaints == []

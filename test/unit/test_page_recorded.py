@@ -3,6 +3,9 @@
 """A recorded session on the page: played, stopped, moved along its time line."""
 
 import asyncio
+import base64
+import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +15,7 @@ from support.simulated import judged, simulated
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.traces import HandTargets
+from pmwvc_view import replay_page
 from pmwvc_view.recorded_session import RecordedSession
 
 PERIOD_S = 0.016
@@ -115,3 +119,31 @@ def test_lag_is_told_until_it_changes_and_only_that_users():
 def test_recording_of_other_users_is_refused():
     with pytest.raises(RecordingError, match="nothing was recorded of the users"):
         Player(replace(simulated(SCENARIO), users=[]))
+
+
+@pytest.mark.parametrize("rows", [4000, 50])
+def test_page_in_a_file_holds_the_session_and_loads_nothing(monkeypatch, rows):
+    monkeypatch.setattr(replay_page, "ROWS", rows)
+    monkeypatch.setattr(replay_page, "PACKETS", 20 * rows)
+    lossy = replace(SCENARIO, users=tuple(_lossy(user) for user in SCENARIO.users))
+    text = replay_page.replay_page(simulated(lossy), lossy, judged(lossy))
+    assert not re.search(r"(src|href)=.(?!data:)|https?://(?!www.w3.org)", text)
+    found = json.loads(re.search(r'id="recording">(.*?)</script>', text)[1])
+    layout = found["declared"]["layout"]
+    width = sum(count for _, count, _ in layout["columns"])
+    played = np.frombuffer(base64.b64decode(found["rows"]), "<f4").reshape(-1, width)
+    assert len(played) <= rows + 1
+    assert played[-1, 1] == pytest.approx(6.0, abs=2.0 * found["declared"]["snapshot_s"])
+    packets = np.frombuffer(base64.b64decode(found["packets"]), "<f4").reshape(-1, 5)
+    recorded = Player(simulated(lossy), judged(lossy), lossy).session._packets
+    assert np.isnan(packets[:, 3]).sum() == np.isnan(recorded[:, 3]).sum() > 50  # the lost ones
+    assert (len(packets) == len(recorded)) == (rows == 4000)
+
+
+def _lossy(user):
+    return replace(user, link_up=replace(user.link_up, loss=0.05))
+
+
+def test_session_of_other_users_has_no_page_in_a_file():
+    nobody = replace(simulated(SCENARIO), users=[])
+    assert replay_page.replay_page(nobody, SCENARIO, judged(SCENARIO)) is None

@@ -39,10 +39,12 @@ def render(
     energies: Budget | None = None,
     *,
     folder: str = "",
+    replay: str | None = None,
 ) -> str:
     """Return the report as HTML; parts that the session does not have are left out.
 
-    ``folder`` is the session's, for the command that plays it on the page.
+    ``folder`` is the session's, for the command that plays it on the page, ``replay`` the page's
+    file beside the report.
     """
     found = passivity(cut.until(traces, summary["judged_until_s"]), scenario, energies)
     traces = replace(traces, events=summary["events"])
@@ -53,6 +55,7 @@ def render(
         title=scenario.name if scenario else "recorded session",
         description=scenario.description if scenario else "",
         folder=folder,
+        replay=replay,
         summary=summary,
         story=story(traces, scenario, summary, energies),
         loops=_loops(traces, scenario, energies),

@@ -101,10 +101,7 @@ class LiveSession:
             (self.folder / "scenario.yaml").write_text(to_yaml(self.scenario), "utf-8")
             (self.folder / "nodes").mkdir()
         except OSError as error:
-            raise StartError(
-                f"cannot write into {self.folder}: {error.strerror or error}; "
-                "choose another folder with --out"
-            ) from None
+            raise self._not_written(error) from None
         with (
             self.interrupts.caught(),
             own_domain(os.environ) as domain,
@@ -123,7 +120,10 @@ class LiveSession:
             logs = self.folder / "nodes"
             environment = node_environment(os.environ, domain=domain, log_folder=logs / "ros")
             try:
-                self._start_nodes(logs, environment)
+                try:
+                    self._start_nodes(logs, environment)
+                except OSError as error:  # the folder was taken away meanwhile
+                    raise self._not_written(error) from None
                 # rclpy starts threads that a fork would copy half: only after the last child
                 os.environ.update(environment)
                 from pmwvc_bringup.session.monitor import watching
@@ -139,6 +139,12 @@ class LiveSession:
                     self.children.kill()
                     self._write_events()
         return begun
+
+    def _not_written(self, error: OSError) -> StartError:
+        return StartError(
+            f"cannot write into {self.folder}: {error.strerror or error}; "
+            "choose another folder with --out"
+        )
 
     def _write_events(self) -> None:
         try:

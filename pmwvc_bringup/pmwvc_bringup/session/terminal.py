@@ -52,8 +52,9 @@ def finish(
     """
     from pmwvc_analysis.session_files import REPORT, SUMMARY
     from pmwvc_analysis.session_files import finish as finish_files
+    from pmwvc_view.replay_page import replay_page
 
-    summary = finish_files(folder, scenario=scenario, out=out)
+    summary = finish_files(folder, scenario=scenario, out=out, player=replay_page)
     target = out or folder
     lines = verdict_lines(summary)
     lines += [f"  {outcome['text']}" for outcome in summary["outcomes"]]

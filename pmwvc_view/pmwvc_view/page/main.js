@@ -7,6 +7,7 @@ import { gamepad } from "./gamepad.js";
 import { Hand } from "./hand.js";
 import { keyboard, leaving, pointers } from "./inputs.js";
 import { PacketFlow } from "./packets.js";
+import { Recording } from "./recording.js";
 import { Scene } from "./scene.js";
 import { Session } from "./session.js";
 import { Settings } from "./settings.js";
@@ -35,6 +36,7 @@ class Page {
     this.spoken = new Spoken(session);
     this.events = new AbortController();
     const { signal } = this.events;
+    at("help").hidden = !session.can.includes("take");
     if (session.can.includes("take")) {
       pointers(at("scene"), this.scene, this.hand, session, signal);
       keyboard(at("scene"), this.scene, this.hand, session, signal);
@@ -85,7 +87,8 @@ function connection(state, text) {
   at("connection").textContent = text;
 }
 
-const socket = new Socket({
+const held = at("recording"); // a page that is a file holds its session
+const handlers = {
   open: () => connection("waiting", "connected"),
   session: (declared) => {
     page?.close();
@@ -109,7 +112,8 @@ const socket = new Socket({
     connection("closed", tries || page ? "not connected" : "connecting");
     if (tries > 1 && !page) at("verdict").textContent = "No session here: either it is over, or the address lacks its token.";
   },
-});
+};
+const socket = held ? new Recording(handlers, JSON.parse(held.textContent)) : new Socket(handlers);
 
 function frame(now_ms) {
   page?.draw(now_ms);
