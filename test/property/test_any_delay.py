@@ -15,7 +15,7 @@ from pmwvc_analysis.transparency.transparency import untouched
 from pmwvc_core.scenario.names import varied
 
 STRUCTURES = 42
-RUNS = 24  # numbers for each: 1,008 scenarios
+RUNS = 12  # numbers for each: 504 scenarios
 FRAMES = ((0, 0), (0, 1), (1, 1), (2, 3), (6, 5), (14, 14))  # of delay up and down
 FILTERS = (
     {"kind": "integrate_and_dump"},
@@ -122,12 +122,12 @@ def judged():
 
 
 def test_nothing_proved_is_unstable_at_any_delay(judged):
-    assert len(judged) >= 1000
+    assert len(judged) >= 500
     proved = [row for row in judged if row[0].proved]
     assert len(proved) > 150
     assert max(touching for _, touching, _, _ in proved) <= 1.0 + ROUNDING
     free = [free for proof, _, free, _ in proved if not proof.touching]
-    assert len(free) > 40
+    assert len(free) > 20
     assert max(free) <= 1.0 + ROUNDING
 
 

@@ -3,6 +3,7 @@
 """The proposal of impedance, filter and hold, against the exact model and closed forms."""
 
 import dataclasses
+import functools
 import json
 import math
 import subprocess
@@ -16,14 +17,17 @@ from hypothesis import strategies as st
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import relative
 from pmwvc_analysis.transparency.transparency import transparency, untouched
+from pmwvc_analysis.tune import search
 from pmwvc_analysis.tune.criteria import Choice, cost_of, noise_n, rated
-from pmwvc_analysis.tune.search import best_impedance, bounds_of, propose, simulated
+from pmwvc_analysis.tune.search import best_impedance, bounds_of, simulated
 from pmwvc_analysis.tune.words import answer, costs, sentences
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import FilterParams
 from pmwvc_core.simulation.session import simulate_one
+
+propose = functools.cache(search.propose)  # of a scenario: once
 
 
 def wall(**settings_by_name):
