@@ -20,7 +20,7 @@ from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate, simulate_one
 
-TICKS, TICK_S = 450, 0.001
+TICKS, TICK_S = 320, 0.001
 AXIS_BY_AXIS = ("pmwvc", "direct", "virtual_coupling")  # the others have one energy for all axes
 VARIANTS = [
     *({"controller": name} for name in LIBRARY),
