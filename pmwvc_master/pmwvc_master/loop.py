@@ -3,21 +3,21 @@
 """The force loop in real time: one thread, one tick per millisecond, one packet per frame.
 
 :class:`pmwvc_core.frame.force_loop.ForceLoop` has the protocol; this file gives it samples,
-packets and times on the grid of the monotonic clock that all processes of a machine share, and
-publishes the trace of a frame while the next one is under way. No ROS here: the wires to the
-outside are an argument.
+packets and times on the grid of the monotonic clock that all processes of a machine share. No ROS
+here: the wires to the outside are an argument.
 """
 
 import threading
 import time
 from collections.abc import Callable
 
-from pmwvc_core.frame.force_loop import ForceLoop, FrameReport
+from pmwvc_core.frame.force_loop import ForceLoop
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time
+from pmwvc_master.blocks import TraceBlocks
 from pmwvc_master.device_work import DeviceWork
 from pmwvc_master.devices import HapticDevice
-from pmwvc_master.loop_wires import Block, Wires
+from pmwvc_master.loop_wires import Wires
 
 PRIORITY = 20
 
@@ -57,7 +57,9 @@ class MasterLoop:
         self.report: RealTimeReport | None = None
         self._trace_tick, self._motion_tick = (min(k, protocol.rate_drop - 1) for k in (1, 2))
         self._clock = clock
-        self._block, self._done = (Block(protocol.rate_drop, dof) for _ in range(2))
+        self._trace = TraceBlocks(
+            protocol.rate_drop, dof, self.work, lambda block: wires.publish_trace(block, self)
+        )
         self._first: int | None = None  # grid number of the first tick
         self._coupled = False
 
@@ -76,8 +78,8 @@ class MasterLoop:
             self.device.stop()
         finally:
             self.link.send(self.protocol.leave(self._clock()))
-            self._close_block(self.protocol.report())
-            self._publish_block(self._done)
+            self._trace.close(self.protocol.report())
+            self._trace.publish()
 
     def tick(self, tick: Tick) -> None:
         """Run one tick of the grid."""
@@ -91,36 +93,21 @@ class MasterLoop:
         self.samples += sample.fresh
         self.work.moved(protocol.x, sample)
         if tick.skipped and not protocol.starts_frame(tick.grid):
-            self._close_block(protocol.report())
+            self._trace.close(protocol.report())
         packets = self.link.take()
         f, packet, row = protocol.tick(tick.grid, self._clock(), sample, packets)
         self.device.write(f)
         if packet is not None:
             self.link.send(packet)
-            self._close_block(protocol.ended)
+            self._trace.close(protocol.ended)
         if protocol.coupled and not self._coupled:
             self._coupled = True
             self.device.couple()
         self.work.held = f, sample.f_h
         if tick_in_frame == self._trace_tick:
-            self._publish_block(self._done)
+            self._trace.publish()
         if tick_in_frame == self._motion_tick:
             self.wires.publish_motion(sample, f, tick.due_ns)
-        block = self._block
-        if not block.count:
-            block.first_tick, block.start_ns = tick.grid - self._first, tick.due_ns
         compute_ns = self._clock() - tick.woke_ns
         self.health.add(tick.lateness_ns, compute_ns)
-        block.put(*row, tick.lateness_ns * 1e-9, compute_ns * 1e-9)
-
-    def _close_block(self, report: FrameReport | None) -> None:
-        """Set the current block aside for publishing and go on with the other one."""
-        if self._block.count and report is not None:
-            self._publish_block(self._done)  # still there only after a skip
-            self._block.close(report, self.work)
-            self._block, self._done = self._done, self._block
-
-    def _publish_block(self, block: Block) -> None:
-        if block.count:
-            self.wires.publish_trace(block, self)
-            block.clear()
+        self._trace.put(tick.grid - self._first, tick, row, compute_ns)

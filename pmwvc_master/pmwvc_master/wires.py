@@ -20,9 +20,9 @@ from pmwvc_core.runtime.polling import TRACE_QOS, offered
 from pmwvc_core.runtime.wave_topics import WaveTopics
 from pmwvc_core.transport.admission import Admission
 from pmwvc_core.transport.token import Token
+from pmwvc_master.blocks import Block
 from pmwvc_master.devices import DeviceSample
 from pmwvc_master.loop import MasterLoop
-from pmwvc_master.loop_wires import Block
 
 
 class RosWires:

@@ -8,14 +8,11 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.frame.force_loop import SIGNALS, FrameReport
-from pmwvc_core.frame.server_step import ServerRow
+from pmwvc_core.frame.server_step import ServerRow, ServerStep
 from pmwvc_core.numeric import Array, Value, where
 from pmwvc_core.simulation.columns import Columns
 from pmwvc_core.simulation.event_schedule import LoopTimes
-from pmwvc_core.traces import (
-    ServerTraces,
-    UserTraces,
-)
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
 OBJECT = ("x_o", "xd_o")
@@ -165,3 +162,18 @@ def _put(
     """Write a row of energies whose names are known only once they come."""
     for name, value in values.items():
         store.setdefault(name, np.zeros(shape))[row] = value
+
+
+def add_faults(traces: SessionTraces, server: ServerStep) -> None:
+    """Add how often an environment, or the solution of a step, failed, and why at last."""
+    faults = server.server.faults
+    if faults is None or not faults.steps:
+        return
+    if faults.replaced:
+        traces.metadata[faults.what] = {
+            "contained_steps": str(faults.steps),
+            "last_fault": faults.text,
+        }
+        return
+    what = f"{faults.steps} steps: {faults.text}"
+    traces.events.append({"time_s": None, "who": "server", "kind": "environment", "what": what})

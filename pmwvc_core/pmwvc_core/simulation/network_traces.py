@@ -1,16 +1,68 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Packets on both sides of the simulated network and their fates, as traces."""
+"""The traces of a simulated network: packets on both sides of it, their fates and receptions."""
 
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.links import SimulatedLink
-from pmwvc_core.traces import FateTraces, PacketTraces
+from pmwvc_core.simulation.user import SimulatedUser
+from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, SessionTraces
 from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.transport.reception import Passage, counts, fields
+
+
+class NetworkTraces:
+    """What the network of a batch leaves behind; all runs share fates and receptions.
+
+    Parameters
+    ----------
+    users, server
+        Both ends of the links, after the session.
+    """
+
+    def __init__(
+        self, users: Sequence[SimulatedUser], server: ServerStep, *, runs: int, dof: int
+    ) -> None:
+        self._tables: list[PacketTable] = []
+        self._fates: dict[str, FateTraces] = {}
+        self._receptions: dict[str, ReceptionTraces] = {}
+        self._faults: dict[str, str] = {}
+        for user in users:
+            name = user.settings.name
+            for way, link, sender, receiver, end in (
+                ("up", user.up, f"/{name}", f"/server/{name}", server),
+                ("down", user.down, f"/server/{name}", f"/{name}", user.loop),
+            ):
+                sent = [(packet, packet.sent_ns) for packet in link.sent]
+                for seen, side in ((sent, sender), (link.arrived, receiver)):
+                    table = PacketTable(seen, f"{side}/wave_{way}", runs=runs, dof=dof)
+                    self._tables.append(table)
+                which, inbox = f"{name}/{way}", link.receiver
+                self._fates[which] = fate_traces(link, which)
+                self._receptions[which] = ReceptionTraces(
+                    which,
+                    receivers=1,
+                    counts=counts(inbox, other_controller=end.other_controller),
+                    passage=fields(Passage.of(inbox.path.estimate())),
+                )
+                if link.link.faults.count:  # of plug-ins
+                    self._faults[which] = str(link.link.faults)
+
+    def add_to(self, traces: SessionTraces, run: int) -> None:
+        """Add what one run sent, and what all share."""
+        if self._faults:
+            traces.metadata["links"] = dict(self._faults)
+        traces.receptions = dict(self._receptions)
+        traces.fates = dict(self._fates)
+        for table in self._tables:
+            packets = table.run(run)
+            traces.packets[table.topic] = packets
+            traces.counts[table.topic] = {"messages": len(packets.seq), "missing": 0}
 
 
 class PacketTable:

@@ -21,15 +21,14 @@ import numpy as np
 from pmwvc_core.frame.assembly import server_step_of
 from pmwvc_core.scenario.changes import over_time
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.buffers import ServerBuffer, UserBuffer
+from pmwvc_core.simulation.buffers import ServerBuffer, UserBuffer, add_faults
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.event_schedule import EventKind, Steps, events, groups
 from pmwvc_core.simulation.garbage import no_garbage
-from pmwvc_core.simulation.network_traces import PacketTable, fate_traces
+from pmwvc_core.simulation.network_traces import NetworkTraces
 from pmwvc_core.simulation.stacking import batches, stack_scenarios
 from pmwvc_core.simulation.user import SimulatedUser
-from pmwvc_core.traces import FateTraces, ReceptionTraces, SessionTraces
-from pmwvc_core.transport.reception import Passage, counts, fields
+from pmwvc_core.traces import SessionTraces
 
 R = TypeVar("R")
 LARGEST_BATCH = 512  # bounds the memory of the traces: 330 MB per user and ten seconds
@@ -197,74 +196,14 @@ class SessionBatch:
             traces.server.time_s = self.steps.tick.astype(np.float64) * self.tick_s
             late_ns = self.steps.ran_ns - self.steps.tick * self.tick_ns
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
-        faults = self.server.server.faults
-        if faults is not None and faults.steps and not faults.replaced:
-            what = f"{faults.steps} steps: {faults.text}"
-            event = {"time_s": None, "who": "server", "kind": "environment", "what": what}
-            traces.events.append(event)
-        elif faults is not None and faults.steps:
-            traces.metadata[faults.what] = {
-                "contained_steps": str(faults.steps),
-                "last_fault": faults.text,
-            }
-        if failed := self._link_faults:
-            traces.metadata["links"] = failed
-        traces.receptions = self._receptions
-        tables, found = self._network
-        traces.fates = dict(found)
-        for table in tables:
-            packets = table.run(run)
-            traces.packets[table.topic] = packets
-            traces.counts[table.topic] = {"messages": len(packets.seq), "missing": 0}
+        add_faults(traces, self.server)
+        self._network.add_to(traces, run)
         return traces
 
-    @property
-    def _receptions(self) -> dict[str, ReceptionTraces]:
-        """What every receiver has received; the runs share one network."""
-        ends = [
-            (f"{user.settings.name}/{way}", link.receiver, refused.other_controller)
-            for user in self.users
-            for way, link, refused in (
-                ("up", user.up, self.server),
-                ("down", user.down, user.loop),
-            )
-        ]
-        return {
-            link: ReceptionTraces(
-                link,
-                receivers=1,
-                counts=counts(inbox, other_controller=others),
-                passage=fields(Passage.of(inbox.path.estimate())),
-            )
-            for link, inbox, others in ends
-        }
-
-    @property
-    def _link_faults(self) -> dict[str, str]:
-        """How often the plug-ins of each link failed, and why at last."""
-        links = {
-            f"{user.settings.name}/{way}": link.link.faults
-            for user in self.users
-            for way, link in (("up", user.up), ("down", user.down))
-        }
-        return {name: str(faults) for name, faults in links.items() if faults.count}
-
     @cached_property
-    def _network(self) -> tuple[list[PacketTable], dict[str, FateTraces]]:
-        """The packets on both sides of the network, and the fates that all runs share."""
+    def _network(self) -> NetworkTraces:
         runs, dof = len(self.scenarios), self.scenarios[0].dof
-        tables, found = [], {}
-        for user in self.users:
-            name = user.settings.name
-            for way, link, sender, receiver in (
-                ("up", user.up, f"/{name}", f"/server/{name}"),
-                ("down", user.down, f"/server/{name}", f"/{name}"),
-            ):
-                sent = [(packet, packet.sent_ns) for packet in link.sent]
-                for seen, side in ((sent, sender), (link.arrived, receiver)):
-                    tables.append(PacketTable(seen, f"{side}/wave_{way}", runs=runs, dof=dof))
-                found[f"{name}/{way}"] = fate_traces(link, f"{name}/{way}")
-        return tables, found
+        return NetworkTraces(self.users, self.server, runs=runs, dof=dof)
 
 
 def _of_run(value: object, run: int) -> int:
