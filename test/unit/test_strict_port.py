@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pmwvc_core.master import WaveMaster
-from pmwvc_core.master.strict_port import LIMIT_J, StrictMaster
+from pmwvc_core.master.strict_port import LIMIT_J, MORE, MUCH_J, StrictMaster
 from pmwvc_core.params import FilterParams, MasterParams
 from pmwvc_core.wave.playout import Playout
 
@@ -101,3 +101,37 @@ def test_a_node_that_owes_lets_the_returning_wave_wait():
     assert port.v_m == 0.0
     assert playout.waiting > 0.0  # and is not lost
     assert playout.given_j <= playout.received_j
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0, 5.0])
+def test_what_packets_are_owed_is_felt_as_damping_and_no_force_at_rest(share):
+    port = StrictMaster(MasterParams(impedance=B, rate_drop=M), Playout(most_repaid=0.1))
+    port.step(0.0, 0.0)
+    port.applied(0.0)
+    port.owed_j = share * MUCH_J
+    assert port.step(1e-9, 0.02) == pytest.approx((1.0 + min(share, 1.0) * MORE) * B * 0.02)
+    port.applied(0.0)
+    assert port.step(1e-9, 0.0) == 0.0
+
+
+def test_what_packets_lacked_behind_an_encoder_is_paid_with_the_next_ones():
+    """The force is held back for two frames; what is needed twice is there within a second."""
+    port = StrictMaster(MasterParams(impedance=B, rate_drop=M), Playout(most_repaid=0.1))
+    read = before = wave_j = 0.0
+    owed_j = []
+    for k in range(125 * M):
+        if k % M == 0:
+            port.measure(read, (read - before) / TICK_S)
+            wave_j += port.send() ** 2 * M * TICK_S / 2.0
+            owed_j.append(port.owed_j)
+        f = port.step(read, (read - before) / TICK_S)
+        port.applied(0.0 if 10 * M <= k < 12 * M else f)
+        before, read = read, float(np.floor(0.05 * (k + 1) * TICK_S / 55e-6) * 55e-6)
+    assert max(owed_j) > 5e-4
+    assert owed_j[-1] < 0.2 * max(owed_j)
+    assert port.account() >= wave_j
+
+
+def test_an_exact_device_is_owed_nothing():
+    for port, *_ in ends(3, limited=0.5):
+        assert port.owed_j == 0.0

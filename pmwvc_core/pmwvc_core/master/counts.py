@@ -6,20 +6,31 @@ A count that jumps once in a frame is a wave of sqrt(2b) q/T that nobody sent, a
 have to be paid for. So the position follows a velocity, and is kept within one count q of what was
 measured: it never drifts away. With e the position measured less the one expected::
 
-    x^ <- x^ + xd^ h + ALPHA e                 within x +- q
+    x^ <- x^ + xd^ h + a e                     within x +- q
 
-xd^ is the device's own velocity; where that is no more than the last jump of its counts,
-xd^ <- xd^ + BETA e/h instead (an alpha-beta tracker), and the force takes that one, too. The count
-is the smallest step seen; below ``LEAST_M`` a position counts as exact and is left alone.
+xd^ is the device's own velocity, and e counts only beyond half a count (a = ``OWN``). Where that
+velocity is no more than the last jump of the counts, xd^ <- xd^ + B e/h instead (an alpha-beta
+tracker, a = ``TRACKED``), never more than the counts allow: since the last of them the device has
+moved less than one. The force takes that velocity, too.
 
-Equations: docs/theory.md 17.6.
+The work of a force that follows the counts is biased: the force rises with the count that
+overshoots, and the next difference takes the overshoot back. A force of the tracker's velocity
+over the differences of x gives too little, over those of x^ nearly what is true; ``moved`` is of a
+position in between, ``COUNTED`` of the way from x^ to x.
+
+The count is the smallest step seen; below ``LEAST_M`` a position counts as exact and is left
+alone.
+
+Equations: docs/theory.md 17.6, 17.9.
 """
 
 from pmwvc_core.numeric import Flag, Value, absolute, maximum, minimum, truth, where
 from pmwvc_core.state import Stateful
 
-ALPHA = 0.3
-BETA = ALPHA * ALPHA / (2.0 - ALPHA)
+OWN = 0.3
+TRACKED = 0.5
+BETA = TRACKED * TRACKED / (2.0 - TRACKED)
+COUNTED = 0.25
 LEAST_M = 1e-7
 UNKNOWN_M = 1.0  # a count before any step was seen
 ROUNDING = 1e-6
@@ -30,22 +41,36 @@ class BetweenCounts(Stateful):
 
     Attributes
     ----------
-    dx
-        Change of the position over the last tick [m].
+    dx, moved
+        Change of the position over the last tick, as the wave has it and as the force's work
+        counts it [m].
     """
 
-    SIGNALS = "_x dx _xd"
-    MEMORY = "_seen _still_s _count _exact"
+    SIGNALS = "_x dx _xd moved _off"
+    MEMORY = "_seen _still_s _count _exact _rough"
 
     def __init__(self, tick_s: float) -> None:
         self._tick_s = tick_s
         self._x: Value = 0.0
         self.dx: Value = 0.0
+        self.moved: Value = 0.0
         self._xd: Value = 0.0  # followed
+        self._off: Value = 0.0  # of the position of the work, from the one measured
         self._seen: Value = 0.0  # position measured last
         self._still_s: Value = 0.0  # since the last count
         self._count: Value = UNKNOWN_M
         self._exact = False  # on every axis, in every run
+        self._rough: Flag = False  # a velocity that is the jump of the counts
+
+    @property
+    def counts(self) -> bool:
+        """Whether any position may be that of counts."""
+        return not self._exact
+
+    @property
+    def rough(self) -> Value:
+        """The count, where the velocity is the jump of the counts; else zero [m]."""
+        return where(self._rough, self._count, 0.0)
 
     def place(self, x: Value) -> None:
         """Begin at a position."""
@@ -62,23 +87,29 @@ class BetweenCounts(Stateful):
         before = self._x
         if self._exact:
             self._x, self.dx = x, x - before
+            self.moved = x - self._seen
+            self._seen = x
             return xd
         jump, self._seen = x - self._seen, x
-        step = absolute(jump)
+        h, step = self._tick_s, absolute(jump)
         self._count = where((step > 0.0) & (step < self._count), step, self._count)
         exact = (self._count < LEAST_M) | (self._count >= UNKNOWN_M)
         self._exact = truth(self._count < LEAST_M)
-        h = self._tick_s
-        rough: Flag = (absolute(xd * h - jump) <= ROUNDING * step) & (exact ^ True)
+        shown = (step > 0.0) | (absolute(xd) > 0.0)
+        is_jump = (absolute(xd * h - jump) <= ROUNDING * step) & (exact ^ True)
+        self._rough = rough = (shown & is_jump) | ((shown ^ True) & self._rough)
         expected = before + where(rough, self._xd, xd) * h
         count = where(exact, 0.0, self._count)
         error = x - expected
-        half = 0.5 * count
+        half = where(rough, 0.0, 0.5 * count)
         error = error - maximum(minimum(error, half), -half)
-        self._still_s = where(step > 0.0, h, self._still_s + h)
-        fastest = count / self._still_s
+        self._still_s = where(step > 0.0, 0.0, self._still_s + h)
+        fastest = (count + step) / maximum(self._still_s, h)
         followed = maximum(minimum(self._xd + (BETA / h) * error, fastest), -fastest)
         self._xd = where(rough, followed, xd)
-        self._x = maximum(minimum(expected + ALPHA * error, x + count), x - count)
+        found = expected + where(rough, TRACKED, OWN) * error
+        self._x = maximum(minimum(found, x + count), x - count)
         self.dx = self._x - before
+        off = where(rough, (1.0 - COUNTED) * (self._x - x), 0.0)
+        self.moved, self._off = jump + off - self._off, off
         return self._xd

@@ -8,11 +8,11 @@ Per tick of length h, with F the force really applied and dx the motion really m
     F_m = b xd - sqrt(2b) v_m                  asked of the device
     u   = sqrt(2b) dx/h - v_m                  known when the tick is over;   U <- U + u h
                                                (u_m is its estimate, sqrt(2b) xd - v_m)
-    node <- node + |v|^2 h/2 + F dx            what came in from both sides
+    node <- node + |v|^2 h/2 + F dx            what came in from both sides (dx: ``counts.moved``)
 
 and per packet, for the mean wave w of its frame::
 
-    paid = all of the node but KEPT_J, and of that what w needs, |w|^2 T/2
+    paid  = all of the node but KEPT_J, and of that what w needs, |w|^2 T/2
     J <- J + paid,   node <- node - paid
 
 So the energy J sent never exceeds what channel and hand gave, whatever safety limits, velocity
@@ -21,9 +21,13 @@ the displacement U + V = sqrt(2b) x. Where a force that went on pushing out took
 below ``-LIMIT_J``, v waits until the hand has paid: the port is a damper. The packet carries w: no
 anti-aliasing filter, which passivity does not need here.
 
+Behind an encoder whose differences are the velocity, packets always lack some energy. That is
+owed, ``TWICE`` its amount, since to make the displacement up takes as much again, and the hand
+pays it by moving: F_m gets up to ``MORE`` of b xd on top, all of it from ``MUCH_J`` owed on.
+
 Not here: limits (``safety``), packets, time.
 
-Equations: docs/theory.md 17.4, 17.5.
+Equations: docs/theory.md 17.4, 17.5, 17.10.
 """
 
 from collections.abc import Mapping
@@ -39,6 +43,11 @@ from pmwvc_core.wave.playout import Playout
 
 KEPT_J = 1e-3  # at the node where a packet does not need it: a tick is paid for when it is over
 LIMIT_J = 2e-3
+MORE = 0.3  # of the damper b, while packets are owed energy
+MUCH_J = 1e-3
+MOST_OWED_J = 0.01
+TWICE = 2.0
+WITHHELD = 1.0  # of b q^2/h: so far ahead of the true work the one counted may be at first
 SPARED_J = 1e-3  # left to the playout for catching up when the node takes what is free there
 
 NODE = Entry(
@@ -68,16 +77,21 @@ class StrictMaster(DevicePort):
     ----------
     node_j
         Energy that came in from both sides and is not paid to a packet yet [J].
+    owed_j
+        Energy that packets needed and have not been paid with yet [J].
     """
 
     BLOCKS = "_place _position"
     SIGNALS = "_integral v_m _xd"
-    MEMORY = "node_j energy_u_m energy_u_tx energy_v_m _due_j _v _f _settled _begun"
+    MEMORY = (
+        "node_j owed_j energy_u_m energy_u_tx energy_v_m _due_j _v _f _withheld_j _settled _begun"
+    )
 
     def __init__(self, params: MasterParams, playout: Playout) -> None:
         super().__init__(params)
         self._position = StrictPosition(params, playout) if params.position.is_on else None
         self.node_j: Value = self._position.stored_j if self._position else 0.0
+        self.owed_j: Value = 0.0
         self.energy_u_m: Value = 0.0
         self.energy_u_tx: Value = 0.0
         self.energy_v_m: Value = 0.0
@@ -86,6 +100,7 @@ class StrictMaster(DevicePort):
         self._due_j: Value = 0.0  # what the next packet needs at most
         self._v: Value = 0.0  # of the playout
         self._f: Value = 0.0
+        self._withheld_j: Value = 0.0
         self._place = BetweenCounts(params.tick_s)
         self._xd: Value = 0.0  # for the force
         self._begun = False
@@ -150,7 +165,7 @@ class StrictMaster(DevicePort):
         v = self._playout.step(self._tick_s)
         if anywhere(self.node_j < 0.0):
             self.node_j = self.node_j + self._playout.release(-self.node_j)
-        short = self.node_j < -LIMIT_J
+        short = self.node_j < -LIMIT_J - self._withheld_j
         if anywhere(short):
             unused = where(short, v, 0.0)
             self._playout.take_back(unused, self._tick_s)
@@ -165,7 +180,11 @@ class StrictMaster(DevicePort):
         self.u_m = self._port.u(xd, v)
         if self._velocity:
             xd = self._velocity.step(xd, self._port.b)
-        self.f_m = f_m = self._port.force(xd, v)
+        f_m = self._port.force(xd, v)
+        if anywhere(self.owed_j > 0.0):
+            more = minimum(self.owed_j * (MORE / MUCH_J), MORE)
+            f_m = f_m + more * (self._port.b * self._xd)
+        self.f_m = f_m
         return f_m
 
     def applied(self, f: Value) -> None:
@@ -182,7 +201,7 @@ class StrictMaster(DevicePort):
                 self._place.place(x)
             return
         self._settled = self._begun = True
-        dx, h = x - self._x, self._tick_s
+        h = self._tick_s
         self._x = x
         self._xd = self._place.step(x, xd)
         u = self._port.u(self._place.dx * self._rate, self.v_m)
@@ -193,7 +212,9 @@ class StrictMaster(DevicePort):
             self._due_j = self._due_j + squared(u) * self._half_s
         self.u_m_lp = u
         self._integral = self._integral + u * h
-        self.node_j = self.node_j + squared(self._v) * self._half_s + dot(self._f, dx)
+        self.node_j = (
+            self.node_j + squared(self._v) * self._half_s + dot(self._f, self._place.moved)
+        )
 
     def send(self) -> Value:
         """Return the mean wave since the last packet [sqrt(W)], and pay for it."""
@@ -201,14 +222,34 @@ class StrictMaster(DevicePort):
         self._integral = 0.0 * self._integral
         self._packets += 1
         needed, kept = squared(wave) * (0.5 * self._frame_s), KEPT_J
+        lent: Value = 0.0
+        if self._place.counts:
+            self._withhold(self._place.rough)
         if self._position:
+            lent = self._position.stored_j
             self._position.send(wave, self._packets)
             self._due_j = 0.0 * self._due_j
-            kept = kept + self._position.stored_j
+            kept = kept + lent
             short = maximum(kept - self.node_j, 0.0)
             self.node_j = self.node_j + self._playout.release(short, beyond=SPARED_J)
         paid = maximum(minimum(self.node_j, needed), self.node_j - kept)
+        if self._place.counts:
+            paid = maximum(paid, minimum(self.node_j - lent, needed + self.owed_j))
         paid = maximum(paid, 0.0)
+        if self._place.counts:
+            self._owe(needed - paid)
         self.energy_u_tx = self.energy_u_tx + paid
         self.node_j = self.node_j - paid
         return wave
+
+    def _owe(self, short: Value) -> None:
+        """Note what a packet was short of, or brought beyond its own need [J]."""
+        owed = self.owed_j + short + (TWICE - 1.0) * maximum(short, 0.0)
+        owed = minimum(maximum(owed, 0.0), MOST_OWED_J)
+        self.owed_j = where(self._withheld_j > 0.0, owed, 0.0)
+
+    def _withhold(self, count: Value) -> None:
+        """Keep back what the work over rough counts may be off [m]."""
+        withheld = dot(self._port.b * count, count) * (WITHHELD * self._rate)
+        self.node_j = self.node_j + self._withheld_j - withheld
+        self._withheld_j = withheld

@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The strict channel behind an encoder whose differences are the velocity: the grip holds, and the
+work that is counted is hardly more than the true one.
+"""
+
+import numpy as np
+import pytest
+from support.simulated import simulated
+
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.master.counts import BetweenCounts
+from pmwvc_core.simulation.session import simulate_one
+
+STEP_M, TICK_S = 55e-6, 0.001
+COARSE = (f"device.encoder_step_m={STEP_M}", "device.velocity=euler")
+
+
+class AsMeasured(BetweenCounts):
+    """The control: position and velocity as measured."""
+
+    def step(self, x, xd):
+        self.dx = self.moved = x - self._seen
+        self._x = self._seen = x
+        return xd
+
+
+def carry(*settings):
+    return files.load("carry_16ms", settings_texts=["channel=strict", *settings], duration_s=12.0)
+
+
+def held(traces, user=0):
+    """Grip force [N], and distance of device and avatar [m], in the last second."""
+    x_s = np.repeat(np.asarray(traces.server.x_s[user])[:, 0], 8)
+    x_m, f = traces.users[user].x_m[:, 0], traces.users[user].f_applied[:, 0]
+    return np.abs(f[-1000:]).mean(), np.abs(x_m - x_s[: len(x_m)])[-1000:].mean()
+
+
+@pytest.mark.parametrize("impedance", [10.0, 25.0])
+def test_the_grip_holds_behind_a_coarse_encoder(impedance):
+    setting = f"master.impedance={impedance}"
+    force_n, apart_m = held(simulated(carry(setting)))
+    scenario = carry(setting, *COARSE)
+    traces = simulated(scenario)
+    for i, energy in enumerate(user_energies(traces, scenario)):
+        coarse_n, coarse_m = held(traces, i)
+        assert coarse_n > 0.9 * force_n
+        assert coarse_m < apart_m + 1e-3
+        assert min(energy.up.minimum_j, energy.down.minimum_j) >= -1e-9
+        assert energy.joint.minimum_j >= -0.1 * impedance * STEP_M**2 / TICK_S  # true motion
+    assert budget(traces, scenario).closes
+    assert inconsistencies(traces, scenario) == []
+
+
+def test_a_force_of_the_difference_quotient_loses_the_grip(monkeypatch):
+    """The control."""
+    monkeypatch.setattr("pmwvc_core.master.strict_port.BetweenCounts", AsMeasured)
+    force_n, apart_m = held(simulate_one(carry(*COARSE)))
+    assert force_n < 0.5 * held(simulated(carry()))[0]
+    assert apart_m > 5e-3
+
+
+def test_an_exact_device_feels_no_more_damping():
+    traces = simulated(carry())
+    for user in traces.users:
+        damper = 25.0 * user.xd_m - np.sqrt(50.0) * user.v_m
+        assert np.abs(user.f_m - damper).max() < 1e-9
+
+
+def works(steps, *, seed):
+    """Work [J] of a damper of 25 N s/m behind counts, on a hand's motion of some cm/s: the true
+    one; that of the positions counted, followed and in between.
+    """
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(steps) * TICK_S
+    tones = rng.uniform(0.2, 2.0, 4), rng.uniform(0.0, 2.0 * np.pi, 4)
+    x = sum(0.006 * np.sin(2.0 * np.pi * f * time_s + p) for f, p in zip(*tones, strict=True))
+    place, found, force, before = BetweenCounts(TICK_S), np.zeros(4), 0.0, None
+    for k, true_m in enumerate(x):
+        read = float(np.floor(true_m / STEP_M + 0.5) * STEP_M)
+        if before is None:
+            place.place(read)
+        else:
+            xd = place.step(read, (read - before[1]) / TICK_S)
+            moved = np.array([true_m - before[0], read - before[1], place.dx, place.moved])
+            found += force * moved
+            force = 25.0 * xd
+        before = (x[k], read)
+    return found
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_work_counted_is_biased_least_in_between(seed):
+    true, counted, followed, between = works(20_000, seed=seed)
+    assert counted < true - 5e-3  # half a milliwatt and more
+    assert between < true
+    assert abs(between - true) < 0.5 * abs(counted - true)
+    assert counted < between < followed
