@@ -52,7 +52,7 @@ class Netem:
             for relayed, inlet in zip(self._links, inlets, strict=True)
         }
         self._publishers = publishers_of(node)
-        self._faults: dict[str, int] = {}  # of plug-ins, told already
+        self._faults: dict[str, int] = {}  # of plug-ins, reported already
         self._running_s: float | None = None  # since when
         publish_health(node, self._health)
         self._relay.memory = hold_memory()

@@ -35,10 +35,10 @@ def peek_wave(message: bytes) -> tuple[int, int] | None:
     return epoch, seq
 
 
-def flipped(message: bytes, place: float) -> bytes:
-    """Return a message with a bit flipped, at a place in [0, 1) of what is not encapsulation."""
+def flipped(message: bytes, fraction: float) -> bytes:
+    """Return a message with a bit flipped at a fraction in [0, 1) of what is not encapsulation."""
     bits = bytearray(message)
-    number = int(place * 8 * (len(message) - ENCAPSULATION))
+    number = int(fraction * 8 * (len(message) - ENCAPSULATION))
     if number < 8 * (len(message) - ENCAPSULATION):
         bits[ENCAPSULATION + number // 8] ^= 1 << number % 8
     return bytes(bits)
@@ -46,7 +46,7 @@ def flipped(message: bytes, place: float) -> bytes:
 
 @dataclass(slots=True)
 class Timing:
-    """Delays [ns] of what went out since this object was put in place."""
+    """Delays [ns] of what went out since this object was created."""
 
     count: int = 0
     delay_sum_ns: int = 0

@@ -29,7 +29,7 @@ def test_a_session_ends_well_with_a_report(carried):
 
 def test_a_session_is_announced_with_a_prediction_and_ends_with_a_verdict(carried):
     text = carried.output()
-    assert "feels like a spring" in text
+    assert "acts like a spring" in text
     assert "carry_16ms: stable" in text
     assert f"report: {carried.folder}/report.html" in text
 

@@ -44,7 +44,7 @@ def test_a_controller_of_another_package_is_simulated_judged_and_reported(pmwvc,
     assert pmwvc("report", out).returncode == 0
     text = (out / "report.html").read_text("utf-8")
     assert "Waves that are damped at the master" in text
-    assert "the link feels like" not in text
+    assert "the link acts like" not in text
 
 
 def test_a_controller_of_another_package_is_compared(pmwvc, tmp_path):

@@ -56,7 +56,7 @@ def test_a_coupling_of_another_package_is_simulated_judged_and_reported(pmwvc, t
     assert summary["prediction"]["k_felt"] is None
     text = (out / "report.html").read_text("utf-8")
     assert "mean of the last two forces" in text
-    assert "the link feels like" not in text
+    assert "the link acts like" not in text
 
 
 def test_a_coupling_of_another_package_is_compared(pmwvc, tmp_path):

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.charts.chart import Chart, Panel, Span
-from pmwvc_analysis.charts.decimate import Places, envelope, segments
+from pmwvc_analysis.charts.decimate import Indices, envelope, segments
 from pmwvc_core.numeric import Array
 
 MOST_NUMBERS = 320_000  # in all figures together: 1.7 MB of text
@@ -72,7 +72,7 @@ def _longest(lengths: Iterable[int]) -> int:
     return max(waiting, default=0)
 
 
-def thinned(x: Array, y: Array, *, period: float, most: int) -> Places:
+def thinned(x: Array, y: Array, *, period: float, most: int) -> Indices:
     """Return the indices of at most ``most`` points or so, extremes and ends of gaps included."""
     if len(x) <= most:
         return np.arange(len(x))

@@ -63,13 +63,13 @@ def panel_svg(
     y = Axis(*panel.y_span(), bottom, TOP, panel.y_log)
     soft, grid = paint("soft"), paint("grid")
     out = [f'<g style="fill:{soft}">']
-    for place, text in zip(*_ticks(y, round(panel.height / 36)), strict=True):
-        out.append(f'<path class="grid" style="stroke:{grid}" d="M{LEFT:g} {place:.1f}H{x.end}"/>')
-        out.append(f'<text x="{LEFT - 6}" y="{place + 4:.1f}" text-anchor="end">{text}</text>')
-    for place, text in zip(*_ticks(x, 10, panel.x_names), strict=True):
-        out.append(f'<path class="grid" style="stroke:{grid}" d="M{place:.1f} {TOP:g}V{bottom}"/>')
+    for at, text in zip(*_ticks(y, round(panel.height / 36)), strict=True):
+        out.append(f'<path class="grid" style="stroke:{grid}" d="M{LEFT:g} {at:.1f}H{x.end}"/>')
+        out.append(f'<text x="{LEFT - 6}" y="{at + 4:.1f}" text-anchor="end">{text}</text>')
+    for at, text in zip(*_ticks(x, 10, panel.x_names), strict=True):
+        out.append(f'<path class="grid" style="stroke:{grid}" d="M{at:.1f} {TOP:g}V{bottom}"/>')
         out += [
-            f'<text x="{place:.1f}" y="{bottom + 15 + NAME * row}" text-anchor="middle">'
+            f'<text x="{at:.1f}" y="{bottom + 15 + NAME * row}" text-anchor="middle">'
             f"{escape(line)}</text>"
             for row, line in enumerate(text.split("\n") if labelled else ())
         ]
@@ -133,9 +133,9 @@ def _path(across: Array, up: Array) -> str:
 
 
 def _dots(dots: Dots, x: Axis, y: Axis, paint: Paint) -> str:
-    places = np.column_stack([x.at(dots.x), y.at(dots.y)])
+    points = np.column_stack([x.at(dots.x), y.at(dots.y)])
     grid = {"dot": 1.5, "ring": 0.1}.get(dots.mark, 4.5)
-    kept = np.unique(np.round(places[np.isfinite(places).all(axis=1)] / grid), axis=0) * grid
+    kept = np.unique(np.round(points[np.isfinite(points).all(axis=1)] / grid), axis=0) * grid
     mark = MARKS[dots.mark]
     path = "".join(f"M{a:.1f} {b:.1f}{mark}" for a, b in kept.tolist())
     return f'<path class="dots {dots.mark}" style="stroke:{paint(dots.tint)}" d="{path}"/>'
@@ -190,10 +190,10 @@ def _ticks(axis: Axis, wanted: int, names: Sequence[str] = ()) -> tuple[list[flo
 def hatches(paint: Paint = variable) -> str:
     """Return the patterns that areas refer to."""
     return "".join(
-        f'<pattern id="hatch{place}" width="8" height="8" patternUnits="userSpaceOnUse">'
+        f'<pattern id="hatch{index}" width="8" height="8" patternUnits="userSpaceOnUse">'
         f'<path d="{path}" style="stroke:{paint("paper")};fill:none" stroke-width="1.2" '
         'opacity=".5"/></pattern>'
-        for place, path in enumerate(HATCHES)
+        for index, path in enumerate(HATCHES)
         if path
     )
 
@@ -224,12 +224,12 @@ def entries(panel: Panel) -> list[Line | Dots | Layer]:
 def file_svg(chart: Chart, span: Span | None = None) -> str:
     """Return a figure as a file of its own: title, panels with legends, note; on white."""
     out, top = [], HEAD
-    for place, panel in enumerate(chart.panels):
-        labelled = chart.labelled(place)
+    for index, panel in enumerate(chart.panels):
+        labelled = chart.labelled(index)
         key, rows = _key(panel)
         inner = panel_svg(
             panel,
-            span=chart.x_span(place, span),
+            span=chart.x_span(index, span),
             events=chart.events,
             labelled=labelled,
             paint=literal,
@@ -265,9 +265,9 @@ def _key(panel: Panel) -> tuple[str, int]:
         need = 38.0 + LETTER * len(each.label)
         if across + need > WIDTH:
             across, row = 28.0, row + 1
-        place = f"translate({across:g} {8 + KEY * row:g})"
+        shift = f"translate({across:g} {8 + KEY * row:g})"
         out.append(
-            f'<g transform="{place}">{sample(each, literal)}'
+            f'<g transform="{shift}">{sample(each, literal)}'
             f'<text x="31" y="10">{escape(each.label)}</text></g>'
         )
         across += need

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array
 
-Places = NDArray[np.int64]
+Indices = NDArray[np.int64]
 
 
-def segments(x: Array, y: Array, *, longest_step: float) -> list[Places]:
+def segments(x: Array, y: Array, *, longest_step: float) -> list[Indices]:
     """Return the indices of each uninterrupted stretch; NaN and steps beyond ``longest_step``
     interrupt (0: only NaN does).
     """
@@ -25,7 +25,7 @@ def segments(x: Array, y: Array, *, longest_step: float) -> list[Places]:
     return np.split(rows, np.flatnonzero(breaks) + 1)
 
 
-def envelope(x: Array, y: Array, rows: Places, *, column: float) -> Places:
+def envelope(x: Array, y: Array, rows: Indices, *, column: float) -> Indices:
     """Return which of ``rows`` to draw where a column of the picture is ``column`` wide."""
     if len(rows) <= 4 or column <= 0.0:
         return rows
@@ -39,11 +39,11 @@ def envelope(x: Array, y: Array, rows: Places, *, column: float) -> Places:
     for extreme in (np.argmin, np.argmax):
         pairs = zip(starts, ends, strict=True)
         kept.append(np.array([start + extreme(values[start:end]) for start, end in pairs]))
-    found: Places = rows[np.unique(np.concatenate(kept))]
+    found: Indices = rows[np.unique(np.concatenate(kept))]
     return found
 
 
-def reduced(x: Array, y: Array, *, period: float, column: float) -> list[Places]:
+def reduced(x: Array, y: Array, *, period: float, column: float) -> list[Indices]:
     """Return the indices of each stretch to draw; a gap narrower than a column is none."""
     step = max(1.5 * period, column) if period > 0.0 else 0.0
     return [envelope(x, y, part, column=column) for part in segments(x, y, longest_step=step)]

@@ -274,5 +274,5 @@ def _steady_age(line: Line) -> bool:
 
 
 def _steady_answers(line: Line) -> bool:
-    """Tell whether a position feedback hears of the avatar equally late at every tick."""
+    """Tell whether a position feedback gets the avatar's position equally late at every tick."""
     return line.answer.period == 1 and line.serve.period == 1

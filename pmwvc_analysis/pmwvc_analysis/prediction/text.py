@@ -70,7 +70,7 @@ def _rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]
         return [f"{head}; the rendered stiffness is not known."]
     free = lag_s(user, scenario, live=live, touching=False)
     found = [
-        f"{head}; the link feels like a spring of {2 * b / tau:.0f} N/m and a mass of "
+        f"{head}; the link acts like a spring of {2 * b / tau:.0f} N/m and a mass of "
         f"{b * free / 2:.2f} kg (rendered stiffness {rendered_stiffness(user, tau):.0f} N/m)."
     ]
     if isinstance(user.impedance, MatrixImpedance):

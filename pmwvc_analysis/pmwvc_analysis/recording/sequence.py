@@ -152,13 +152,13 @@ class GapCounter:
         self.messages: dict[str, int] = {}
         self.streams: dict[str, dict[str, StreamCount]] = {}
 
-    def add(self, topic: str, place: Numbered | None) -> None:
-        """Count one message; ``place`` is None where it carries no number."""
+    def add(self, topic: str, numbers: Numbered | None) -> None:
+        """Count one message; ``numbers`` is None where it carries no number."""
         self.messages[topic] = self.messages.get(topic, 0) + 1
-        if place is not None:
+        if numbers is not None:
             streams = self.streams.setdefault(topic, {})
-            if place.stream in streams or len(streams) < MOST_STREAMS:
-                streams.setdefault(place.stream, StreamCount()).add(place.first, place.count)
+            if numbers.stream in streams or len(streams) < MOST_STREAMS:
+                streams.setdefault(numbers.stream, StreamCount()).add(numbers.first, numbers.count)
 
     def topic(self, name: str) -> None:
         """Name a topic that is expected, so that it is counted even when nothing comes."""

@@ -46,9 +46,9 @@ def remote_hand(
     rows = np.searchsorted(loop.ran_ns[ran], np.rint(found.time_s * 1e9))
     taken = rows < len(ran)
     ticks = (ran[rows[taken]] - ran[0]).tolist()
-    places: list[Target] = [
+    targets: list[Target] = [
         signal(point[:dof].tolist(), dof) if np.isfinite(point[:dof]).all() else None
         for point in found.position[taken]
     ]
-    hand.source = GivenTargets(zip(ticks, places, strict=True), early=True)
+    hand.source = GivenTargets(zip(ticks, targets, strict=True), early=True)
     return hand

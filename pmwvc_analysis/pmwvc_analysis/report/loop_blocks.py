@@ -128,7 +128,7 @@ def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
     free = lag_s(user, scenario, live=live, touching=False)
     spring = f"{2.0 * b / tau:.0f}"
     return (
-        f"{text}; the link feels like {article(spring)} {spring} N/m spring and a "
+        f"{text}; the link acts like {article(spring)} {spring} N/m spring and a "
         f"{b * free / 2.0:.2f} kg mass. Rendered stiffness, in series with the contact: "
         f"{stiffness:.0f} N/m."
     )

@@ -67,8 +67,8 @@ def drawing(found: Mapping[str, Block], *, name: str, waves: bool) -> str:
     )
 
 
-def _box(place: Box, block: Block, *, shared: bool) -> str:
-    middle = place.left + place.width / 2
+def _box(box: Box, block: Block, *, shared: bool) -> str:
+    middle = box.left + box.width / 2
     rows = [(escape(block.title), "loop-title")]
     rows += [(escape(line), "") for line in block.lines]
     if block.energy_j is not None:
@@ -79,14 +79,14 @@ def _box(place: Box, block: Block, *, shared: bool) -> str:
         rows.append((f"{'gives' if gives else 'E ='} {text}", tone))
         if shared:
             rows.append(("of all users", "loop-soft"))
-    top = place.top + place.height / 2 - 8.5 * (len(rows) - 1) + 4
+    top = box.top + box.height / 2 - 8.5 * (len(rows) - 1) + 4
     texts = "".join(
         f'<text x="{middle:g}" y="{top + 17 * row:g}" class="{kind}">{text}</text>'
         for row, (text, kind) in enumerate(rows)
     )
     return (
-        f'<rect x="{place.left:g}" y="{place.top:g}" width="{place.width:g}" '
-        f'height="{place.height:g}" rx="6"/>{texts}'
+        f'<rect x="{box.left:g}" y="{box.top:g}" width="{box.width:g}" '
+        f'height="{box.height:g}" rx="6"/>{texts}'
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from pmwvc_analysis.charts.colours import DARK, LIGHT, css_variables
 from pmwvc_analysis.charts.text import cell, quantity
-from pmwvc_analysis.verdicts.links import told
+from pmwvc_analysis.verdicts.links import count_texts
 
 
 def filled(template: str, **values: Any) -> str:
@@ -24,7 +24,7 @@ def filled(template: str, **values: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(cell=cell, quantity=quantity, told=told)
+    environment.filters.update(cell=cell, quantity=quantity, count_texts=count_texts)
     colours = {"light": css_variables(LIGHT), "dark": css_variables(DARK)}
     return environment.get_template(template).render(**colours, **values)
 

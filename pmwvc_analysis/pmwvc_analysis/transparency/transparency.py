@@ -17,7 +17,7 @@ of them and the others are free: x/f is the entry of the admittance matrix on it
   once around (docs/theory.md);
 * damping: slope of Im(f/x) over w at low frequency, pressing [N s/m];
 * mass: -Re(f/x)/w^2 at low frequency with nothing touched, device included [kg]; the link's own
-  share is b tau/2.
+  part is b tau/2.
 
 All three are limits at rest, extrapolated from four low frequencies.
 """

@@ -28,7 +28,7 @@ def link_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
     return sorted(found, key=lambda entry: str(entry["name"]))
 
 
-TOLD = (
+COUNTED = (
     ("lost", "lost"),
     ("dropped", "dropped by a full queue"),
     ("duplicated", "delivered twice"),
@@ -37,9 +37,9 @@ TOLD = (
 )
 
 
-def told(link: Mapping[str, Any]) -> str:
+def count_texts(link: Mapping[str, Any]) -> str:
     """Return in words what a link did to its packets."""
-    found = [f"{link[name]} {words}" for name, words in TOLD if link[name]]
+    found = [f"{link[name]} {text}" for name, text in COUNTED if link[name]]
     return f"of {count(link['sent'], 'packet')} {', '.join(found) or 'none was changed'}"
 
 

@@ -32,7 +32,7 @@ def run(arguments: argparse.Namespace) -> Result:
     from pmwvc_analysis.recording.from_traces import record_traces
     from pmwvc_analysis.recording.reader import read_session
     from pmwvc_analysis.replay.run import replay, scenario_of
-    from pmwvc_bringup.comparison.report import printed
+    from pmwvc_bringup.comparison.report import print_report
     from pmwvc_bringup.session.surroundings import new_folder
 
     source = Path(arguments.folder)
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> Result:
     folder = new_folder(f"{recorded.name}-replay", arguments.out)
     record_traces(folder, result.replayed, result.scenario, metadata=result.metadata())
     texts = _reported(result, source, folder, times_real_time, figures=figures)
-    return printed(folder, texts, console, figures=figures)
+    return print_report(folder, texts, console, figures=figures)
 
 
 def _reported(

@@ -38,10 +38,10 @@ def report(
     """Write tables and report, print table and notes; the document is ``comparison.json``."""
     about = {"kind": "comparison", "lead": "", "notes": notes}
     found = write(folder, title, entries, about, figures=figures)
-    return printed(folder, [*lines(found), *notes], console, figures=figures)
+    return print_report(folder, [*lines(found), *notes], console, figures=figures)
 
 
-def printed(
+def print_report(
     folder: Path, texts: Sequence[str], console: Console, *, figures: bool = True
 ) -> Result:
     """Print lines and where the report is; the document is ``comparison.json``."""

@@ -24,7 +24,7 @@ from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 class DeviceEnd(Stateful, ABC):
     """A master's end without waves, at rest at first."""
 
-    MEMORY = "_x _xd _heard energy_u_m energy_v_m"
+    MEMORY = "_x _xd _newest energy_u_m energy_v_m"
     flags = FLAG_DIRECT
     u_m: Value = 0.0
     u_m_lp: Value = 0.0
@@ -34,7 +34,7 @@ class DeviceEnd(Stateful, ABC):
         self._tick_s = tick_s
         self._x: Value = 0.0
         self._xd: Value = 0.0
-        self._heard: WavePacket | None = None
+        self._newest: WavePacket | None = None
         self.energy_u_m: Value = 0.0  # [J] from the device into the controller
         self.energy_v_m: Value = 0.0  # [J] from the controller into the device
 
@@ -71,7 +71,7 @@ class DeviceEnd(Stateful, ABC):
 
     def on_packet(self, packet: WavePacket) -> None:
         """Note the newest packet."""
-        self._heard = packet
+        self._newest = packet
 
     def account(self) -> Value | None:
         """Keep no energy of its own."""

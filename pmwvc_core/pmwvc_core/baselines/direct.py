@@ -25,9 +25,9 @@ class DirectServer(AvatarEnd):
     def _meet(self, i: int, position: Value, velocity: Value) -> None:
         """Put the avatar where the device is and form the force."""
         port = self.ports[i]
-        place = position + port.offset
-        lost = port.contact.slide(place - self._place(port))
-        port.x_s, port.xd_s = place, velocity
+        x_s = position + port.offset
+        lost = port.contact.slide(x_s - self._place(port))
+        port.x_s, port.xd_s = x_s, velocity
         rate = velocity - self.body.xd
         port.f_s = port.contact.force(rate)
         self._book(port, rate, lost)

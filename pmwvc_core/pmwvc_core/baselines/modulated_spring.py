@@ -81,9 +81,9 @@ class ModulatedSpring(Stateful):
 
     def divide(self) -> None:
         """Send the peer what is above the cap."""
-        surplus = maximum(self.tank - self._cap, 0.0)
-        self.tank = self.tank - surplus
-        self.sent = self.sent + surplus
+        excess = maximum(self.tank - self._cap, 0.0)
+        self.tank = self.tank - excess
+        self.sent = self.sent + excess
 
     def let_go(self, x: Value) -> None:
         """Put the set point where this end is; what the spring holds is dropped."""

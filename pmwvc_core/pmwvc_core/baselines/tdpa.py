@@ -17,7 +17,7 @@ damper (impedance type), at the avatar by giving way (admittance type),
 
     F += a xd,   a = min(dE/(h |xd|^2), damping_max),        xd_s -= (dE/(h |f|^2)) f
 
-At the device the work of a tick is booked when it is done, f_{k-1} . (x_k - x_{k-1}): the force is
+At the device the work of a tick is counted when done, f_{k-1} . (x_k - x_{k-1}): the force is
 held while the velocity changes, and with an encoder the velocity at the tick belongs to the way
 before. The damper is chosen from the velocity at the tick and can fall short (at rest, at its
 limit, by what the velocity changes); what is missing stays in the observer and is dissipated

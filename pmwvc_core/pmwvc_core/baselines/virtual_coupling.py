@@ -29,8 +29,8 @@ class VirtualCouplingServer(AvatarEnd):
         """Pull the avatar towards the device."""
         port = self.ports[i]
         coupling = port.baseline.virtual_coupling
-        place = position + port.offset
-        self._pull(port, place, velocity, coupling.stiffness, coupling.damping)
+        x_s = position + port.offset
+        self._pull(port, x_s, velocity, coupling.stiffness, coupling.damping)
 
     def _answer(self, port: UserPort) -> Value:
         """Return where the avatar is, in the device's frame [m]."""
@@ -59,7 +59,7 @@ class VirtualCouplingMaster(DeviceEnd):
 
     def on_packet(self, packet: WavePacket) -> None:
         """Take the avatar's velocity from the way it went since the packet before."""
-        before = self._heard
+        before = self._newest
         super().on_packet(packet)
         if before is None or before.epoch != packet.epoch or not self._coupled:
             self._pd = 0.0 * packet.wave

@@ -171,19 +171,19 @@ class Link(InFlight):
         fate.cause = cause if isinstance(cause, Cause) else Cause.LOSS
         return fate
 
-    def _copy(self, fate: Fate, place: int) -> Fate:
+    def _copy(self, fate: Fate, copy: int) -> Fate:
         self.counters.duplicated += 1
         kind, cause = FateKind.DUPLICATE, Cause.DUPLICATION
-        return Fate(fate.number, fate.time_in_ns, 0, kind, cause, fate.size, place)
+        return Fate(fate.number, fate.time_in_ns, 0, kind, cause, fate.size, copy)
 
     def _dropped(self, fate: Fate) -> Fate:
         self.counters.dropped += 1
         fate.kind, fate.cause = FateKind.DROPPED_QUEUE, Cause.QUEUE_FULL
         return fate
 
-    def _flip(self, fate: Fate, place: float) -> None:
+    def _flip(self, fate: Fate, fraction: float) -> None:
         self.counters.corrupted += 1
-        fate.cause, fate.flip = Cause.CORRUPTION, place
+        fate.cause, fate.flip = Cause.CORRUPTION, fraction
 
     def _travel(self, payload: Any, fate: Fate) -> Fate:
         """Send a packet or copy on its way, or drop it."""
@@ -194,8 +194,8 @@ class Link(InFlight):
                 return self._dropped(fate)
             ready_ns = left_ns
         for corrupts in self._corrupts:
-            if (place := corrupts(fate)) is not None:
-                self._flip(fate, place)
+            if (fraction := corrupts(fate)) is not None:
+                self._flip(fate, fraction)
         at_once = any([hook(fate) for hook in self._at_once])
         total_s = 0.0
         for delay_s in self._delays:
@@ -213,24 +213,24 @@ class Link(InFlight):
         if lost:
             return [self._lost(fate, Cause.LOSS)]
         fates = [fate]
-        place = netem.corrupts(fate)
+        fraction = netem.corrupts(fate)
         if netem.full(fate.time_in_ns):
             return [self._dropped(fate)]
         if copied:
             copy = self._copy(fate, 1)
             fates.append(copy)
             copy_lost, _ = netem.judge(copy, may_copy=False)
-            copy_place = netem.corrupts(copy) if not copy_lost else None
+            copy_fraction = netem.corrupts(copy) if not copy_lost else None
             if copy_lost:
                 self._lost(copy, Cause.LOSS)
             elif netem.full(fate.time_in_ns):
                 self._dropped(copy)
             else:
-                self._put(netem, payload, copy, copy_place)
-        self._put(netem, payload, fate, place)
+                self._put(netem, payload, copy, copy_fraction)
+        self._put(netem, payload, fate, fraction)
         return fates
 
-    def _put(self, netem: NetemMode, payload: Any, fate: Fate, place: float | None) -> None:
-        if place is not None:
-            self._flip(fate, place)
+    def _put(self, netem: NetemMode, payload: Any, fate: Fate, fraction: float | None) -> None:
+        if fraction is not None:
+            self._flip(fate, fraction)
         self._enter(payload, fate, netem.send_ns(fate))

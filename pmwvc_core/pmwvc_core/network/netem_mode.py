@@ -26,11 +26,11 @@ FULL = 1 << 32
 SCALE = 8192  # of a table entry: one standard deviation
 ENTRIES = 4096
 LIMIT = 1000  # packets, where there is no rate limit
-DUPLICATE, LOSS, LOSS_TOO, CORRUPT, PLACE, REORDER, DELAY, SLOT = range(8)  # numbers of a packet
+DUPLICATE, LOSS, LOSS_TOO, CORRUPT, BIT, REORDER, DELAY, SLOT = range(8)  # numbers of a packet
 GOOD, WITHIN_BURST, IN_BURST, ISOLATED = 1, 2, 3, 4
 
 
-def share(probability: float) -> int:
+def as_u32(probability: float) -> int:
     """Return a probability as a whole number of 32 bit."""
     return round(probability * (FULL - 1))
 
@@ -140,7 +140,7 @@ class NetemMode:
         copied = False
         if may_copy and p.duplicate:
             number = self._number(fate, DUPLICATE, p.duplicate_correlation)
-            copied = share(p.duplicate) >= number
+            copied = as_u32(p.duplicate) >= number
         lost = self._loses(fate)
         return lost and not copied, copied and not lost
 
@@ -149,8 +149,8 @@ class NetemMode:
         p = self._params
         if not p.corrupt:
             return None
-        hit = share(p.corrupt) >= self._number(fate, CORRUPT, p.corrupt_correlation)
-        return self._stream(fate, PLACE) if hit else None
+        hit = as_u32(p.corrupt) >= self._number(fate, CORRUPT, p.corrupt_correlation)
+        return self._stream(fate, BIT) if hit else None
 
     def full(self, now_ns: int) -> bool:
         """Tell whether the queue, with all that waits for its delay, takes no more."""
@@ -166,7 +166,7 @@ class NetemMode:
         p, now_ns = self._params, fate.time_in_ns
         if p.reorder and self._counter >= p.reorder_gap - 1:
             number = self._number(fate, REORDER, p.reorder_correlation)
-            if share(p.reorder) >= number:
+            if as_u32(p.reorder) >= number:
                 self._counter = 0
                 return now_ns
         delay_ns = self._delay_ns(fate)
@@ -198,7 +198,7 @@ class NetemMode:
         value = int(self._stream(fate, which) * FULL)
         if not rho:
             return value
-        weight = share(rho) + 1
+        weight = as_u32(rho) + 1
         value = (value * (FULL - weight) + self._last[which] * weight) >> 32
         self._last[which] = value
         return value
@@ -206,7 +206,7 @@ class NetemMode:
     def _loses(self, fate: Fate) -> bool:
         p = self._params
         if p.markov_p13 or p.markov_p14:
-            return self._four_states(share(self._stream(fate, LOSS)))
+            return self._four_states(as_u32(self._stream(fate, LOSS)))
         if p.ge_p or p.ge_good:
             change, chance = (self._stream(fate, each) for each in (LOSS, LOSS_TOO))
             if self._state == GOOD:
@@ -214,12 +214,12 @@ class NetemMode:
                 return chance < p.ge_good
             self._state = GOOD if change < p.ge_r else WITHIN_BURST
             return chance < p.ge_bad
-        return bool(p.loss) and share(p.loss) >= self._number(fate, LOSS, p.loss_correlation)
+        return bool(p.loss) and as_u32(p.loss) >= self._number(fate, LOSS, p.loss_correlation)
 
     def _four_states(self, number: int) -> bool:
         p = self._params
         p13, p31, p32, p23, p14 = (
-            share(each)
+            as_u32(each)
             for each in (p.markov_p13, p.markov_p31, p.markov_p32, p.markov_p23, p.markov_p14)
         )
         if self._state == GOOD:

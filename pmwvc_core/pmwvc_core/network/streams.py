@@ -36,12 +36,12 @@ class Stream:
         """Return a number of a packet or copy."""
         if fate.copy:
             return self.each(fate, index)
-        block, place = divmod(fate.number - 1, BLOCK)
+        block, row = divmod(fate.number - 1, BLOCK)
         held = self._blocks.get(index)
         if held is None or held[0] != block:
             rng = np.random.default_rng((*self._key, OWN + index, block))
             held = self._blocks[index] = block, rng.random(BLOCK).tolist()
-        return held[1][place]
+        return held[1][row]
 
     def each(self, fate: Fate, index: int = 0) -> float:
         """Return a number of a packet or copy from a generator of its own."""

@@ -59,8 +59,8 @@ def tc_line(params: LinkParams, *, device: str = "DEV", seed: int | None = None)
 
 def not_in_tc(params: LinkParams) -> list[str]:
     """Return what of a link the command leaves out or does otherwise, in words."""
-    told = amounts(params)
-    left = [told[record.name] for record in active(params) if not record.linux]
+    texts = amounts(params)
+    left = [texts[record.name] for record in active(params) if not record.linux]
     if len(_models(params)) > 1:
         left.append("all but the first model of loss")
     if params.queue_bytes and params.rate_limit_bps:

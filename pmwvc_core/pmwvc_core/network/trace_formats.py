@@ -24,7 +24,7 @@ UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
 TIME_NAMES = ("pub_time", "time", "t", "sent", "send_time")
 DELAY_NAMES = ("delay", "rtt", "latency")
 RECEIVED_NAMES = ("received", "receive_time")
-LOST_WORDS = ("", "lost", "-", "none", "null")
+LOST_TEXTS = ("", "lost", "-", "none", "null")
 PING_ROW = re.compile(r"icmp_seq[=\s](\d+).*?time[=<]\s*([0-9.]+)\s*(us|ms|s)\b")
 PING_LOST = re.compile(r"(?:no answer yet for|timeout for) icmp_seq[=\s](\d+)", re.IGNORECASE)
 PING_STAMP = re.compile(r"^\[(\d+\.\d+)\]")
@@ -133,15 +133,15 @@ def _columns(path: str, text: str, column: str) -> Rows:
     mark = next((mark for mark in ",;" if mark in lines[0]), None)
     rows = [[cell.strip() for cell in line.split(mark)] for line in lines]
     header = any(
-        re.search("[A-DF-Za-df-z]", cell) and cell.lower() not in LOST_WORDS
+        re.search("[A-DF-Za-df-z]", cell) and cell.lower() not in LOST_TEXTS
         for cell in rows[0][:2]
     )
-    places = _places(path, rows[0], column) if header else _Places(0, 1, 1.0, received=False)
-    found = list(_cells(path, rows, places, int(header)))
+    layout = _layout(path, rows[0], column) if header else _Layout(0, 1, 1.0, received=False)
+    found = list(_cells(path, rows, layout, int(header)))
     return Rows([time for time, _ in found], [delay for _, delay in found])
 
 
-class _Places(NamedTuple):
+class _Layout(NamedTuple):
     time: int
     delay: int
     unit_s: float  # of time
@@ -149,24 +149,24 @@ class _Places(NamedTuple):
 
 
 def _cells(
-    path: str, rows: list[list[str]], places: _Places, header: int
+    path: str, rows: list[list[str]], layout: _Layout, header: int
 ) -> Iterator[tuple[float, float | None]]:
     for number, row in enumerate(rows[header:], start=header + 1):
         try:
-            time_s = float(row[places.time]) * places.unit_s
-            lost = row[places.delay].lower() in LOST_WORDS
-            delay = None if lost else float(row[places.delay])
+            time_s = float(row[layout.time]) * layout.unit_s
+            lost = row[layout.delay].lower() in LOST_TEXTS
+            delay = None if lost else float(row[layout.delay])
         except (ValueError, IndexError):
             raise RecordingError(
-                f"{path}: row {number} has no number in column {places.time + 1} (time) "
-                f"or {places.delay + 1} (delay): {' '.join(row)}"
+                f"{path}: row {number} has no number in column {layout.time + 1} (time) "
+                f"or {layout.delay + 1} (delay): {' '.join(row)}"
             ) from None
-        if delay is not None and places.received:
-            delay = delay * places.unit_s - time_s
+        if delay is not None and layout.received:
+            delay = delay * layout.unit_s - time_s
         yield time_s, delay
 
 
-def _places(path: str, first: list[str], column: str) -> _Places:
+def _layout(path: str, first: list[str], column: str) -> _Layout:
     """Return the columns of time and delay by their names."""
     named = [
         re.fullmatch(r"(.*?)(?:[\s_(\[]+(ns|us|ms|s)[)\]]?)?", cell.lower()) for cell in first
@@ -190,5 +190,5 @@ def _places(path: str, first: list[str], column: str) -> _Places:
     delay, received = find(wanted), find(RECEIVED_NAMES) if not column else None
     if delay is None and received is None:
         raise missing(wanted)
-    place = received if delay is None else delay
-    return _Places(time, place or 0, unit_s, received=delay is None)
+    at = received if delay is None else delay
+    return _Layout(time, at or 0, unit_s, received=delay is None)

@@ -18,7 +18,7 @@ from pmwvc_core.plant.task import Task
 __all__ = ["OPERATORS", "Operator", "make_operator"]
 
 
-class Place(NamedTuple):
+class Setting(NamedTuple):
     """Position and side of an operator, and the rate at which it acts."""
 
     side: int
@@ -32,15 +32,15 @@ def _force(kind: type[Constant | Sinusoid | Chirp]) -> "Maker":
     return lambda params, task, at: kind(params, tick_s=at.tick_s, dof=at.dof)
 
 
-def _nobody(params: OperatorParams, task: TaskParams, at: Place) -> Operator:
+def _no_hand(params: OperatorParams, task: TaskParams, at: Setting) -> Operator:
     return NoHand(tick_s=at.tick_s, dof=at.dof)
 
 
-def _hand(params: OperatorParams, task: TaskParams, at: Place) -> Operator:
+def _hand(params: OperatorParams, task: TaskParams, at: Setting) -> Operator:
     return Hand(params, Task(task), **at._asdict())
 
 
-def _remote(params: OperatorParams, task: TaskParams, at: Place) -> Operator:
+def _remote(params: OperatorParams, task: TaskParams, at: Setting) -> Operator:
     hand = RemoteHand(params, start=at.start, tick_s=at.tick_s, dof=at.dof)
     if params.file:
         hand.source = targets_from(params, tick_s=at.tick_s, dof=at.dof)
@@ -49,19 +49,19 @@ def _remote(params: OperatorParams, task: TaskParams, at: Place) -> Operator:
     return hand
 
 
-def _recorded_force(params: OperatorParams, task: TaskParams, at: Place) -> Operator:
+def _recorded_force(params: OperatorParams, task: TaskParams, at: Setting) -> Operator:
     return RecordedForce(
         _recording(params, at), repeat=params.repeat, tick_s=at.tick_s, dof=at.dof
     )
 
 
-def _recorded_motion(params: OperatorParams, task: TaskParams, at: Place) -> Operator:
+def _recorded_motion(params: OperatorParams, task: TaskParams, at: Setting) -> Operator:
     return RecordedHand(
         params, _recording(params, at), start=at.start, tick_s=at.tick_s, dof=at.dof
     )
 
 
-def _recording(params: OperatorParams, at: Place) -> Array:
+def _recording(params: OperatorParams, at: Setting) -> Array:
     recording = load_recording(
         params.file,
         columns=params.columns,
@@ -81,9 +81,9 @@ def _recording(params: OperatorParams, at: Place) -> Array:
     return recording
 
 
-Maker = Callable[[OperatorParams, TaskParams, Place], Operator]
+Maker = Callable[[OperatorParams, TaskParams, Setting], Operator]
 OPERATORS: Mapping[str, Maker] = {
-    "none": _nobody,
+    "none": _no_hand,
     "constant": _force(Constant),
     "sinusoid": _force(Sinusoid),
     "chirp": _force(Chirp),
@@ -126,4 +126,4 @@ def make_operator(
     RecordingError
         If a recording cannot be used.
     """
-    return OPERATORS[params.kind](params, task, Place(side, half_width, start, tick_s, dof))
+    return OPERATORS[params.kind](params, task, Setting(side, half_width, start, tick_s, dof))

@@ -31,20 +31,20 @@ class Table:
 
     def column(self, name: str) -> Array:
         """Return one column ``(rows, 1)``."""
-        place = self._place(name)
+        index = self._index(name)
         values = np.empty((len(self.rows), 1))
         for number, row in enumerate(self.rows):
             try:
-                values[number] = row[place]
+                values[number] = row[index]
             except (IndexError, ValueError) as error:
-                text = row[place] if place < len(row) else "nothing"
+                text = row[index] if index < len(row) else "nothing"
                 raise RecordingError(
                     f"{self.file}: row {number} (from 0) of column {name} holds {text!r}, not a "
                     "number; choose another column or repair the file"
                 ) from error
         return values
 
-    def _place(self, name: str) -> int:
+    def _index(self, name: str) -> int:
         if name in self.names:
             return self.names.index(name)
         if name.isdecimal() and int(name) < len(self.names):

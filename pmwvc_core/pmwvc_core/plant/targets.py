@@ -85,8 +85,8 @@ class TaskTargets(Stateful):
         closed = self._task.closing(time_s)[0] if due else 0.0
         if closed == 0.0:
             return ()
-        place = self._start + closed * (self._pressed - self._start)
-        return (place + self._task.place(time_s, dof=self._dof),)
+        position = self._start + closed * (self._pressed - self._start)
+        return (position + self._task.place(time_s, dof=self._dof),)
 
 
 def targets_from(params: OperatorParams, *, tick_s: float, dof: int) -> GivenTargets:
@@ -113,9 +113,9 @@ def targets_from(params: OperatorParams, *, tick_s: float, dof: int) -> GivenTar
         raise RecordingError(
             f"{params.file}: {params.time_column} must be finite and must not go back"
         )
-    places = params.scale * values + params.offset
+    rows = params.scale * values + params.offset
     ticks = np.ceil(times / tick_s - 1e-6).astype(int).tolist()
-    return GivenTargets((tick, _target(row, dof)) for tick, row in zip(ticks, places, strict=True))
+    return GivenTargets((tick, _target(row, dof)) for tick, row in zip(ticks, rows, strict=True))
 
 
 def _target(row: np.ndarray[tuple[int, ...], np.dtype[np.float64]], dof: int) -> Target:

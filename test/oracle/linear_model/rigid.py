@@ -147,7 +147,7 @@ def _translations_without_waves(loop: Loop) -> list[Family]:
 def _drifting(loop: Loop) -> list[Family]:
     """Return the uniform motions: of all that hang together, and of users by themselves.
 
-    A virtual coupling pulls back what moves on: it only hears of the other end late.
+    A virtual coupling pulls back what moves on: it gets the other end's position late.
     """
     if not all(line.port.drifts for line in loop.lines):
         return []
@@ -173,7 +173,7 @@ def _common_drift(
     """Return the uniform motion of the object with all users who touch it, where none is braked.
 
     The two ends of a wave link move as sqrt(b of the server / b of the master). A position
-    feedback hears of the avatar in steps: only with a packet at every tick is there no force.
+    feedback gets the avatar's position in steps: without force only where every tick has a packet.
     """
     mask = ~(column(loop.scenario.server.object_damping) > 0.0)
     x, xd = [], []
@@ -206,5 +206,5 @@ def _steady_age(line: Line) -> bool:
 
 
 def _steady_answers(line: Line) -> bool:
-    """Tell whether a position feedback hears of the avatar equally late at every tick."""
+    """Tell whether a position feedback gets the avatar's position equally late at every tick."""
     return line.answer.period == 1 and line.serve.period == 1

@@ -45,8 +45,8 @@ def _message_folders(package: str) -> Iterator[Path]:
     for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
         if prefix:
             yield Path(prefix) / "share" / package / "msg"
-    for place in (Path(sys.prefix), *here.parents):
-        yield place / "share" / package / "msg"
+    for folder in (Path(sys.prefix), *here.parents):
+        yield folder / "share" / package / "msg"
 
 
 @functools.cache

@@ -107,9 +107,9 @@ class McapWriter:
         packed = self._compressor.compress(bytes(self._chunk))
         crc = zlib.crc32(self._chunk)
         chunk = _bytes(mcap.Chunk(COMPRESSION, packed, last, first, crc, size))
-        places, indexes = {}, bytearray()
+        offsets, indexes = {}, bytearray()
         for channel, entries in self._index.items():
-            places[channel] = self._offset + len(chunk) + len(indexes)
+            offsets[channel] = self._offset + len(chunk) + len(indexes)
             indexes += PREFIX.pack(Opcode.MESSAGE_INDEX, MESSAGE_INDEX.size + len(entries))
             indexes += MESSAGE_INDEX.pack(channel, len(entries)) + entries
             self._counts[channel] += len(entries) // ENTRY.size
@@ -121,7 +121,7 @@ class McapWriter:
             uncompressed_size=size,
             message_start_time=first,
             message_end_time=last,
-            message_index_offsets=places,
+            message_index_offsets=offsets,
             message_index_length=len(indexes),
         )
         self._put(chunk + indexes)

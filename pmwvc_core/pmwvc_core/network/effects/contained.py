@@ -41,20 +41,20 @@ def _instant(value: Any) -> int | None:
     return None if value is None else int(value)
 
 
-def _place(value: Any) -> float | None:
+def _fraction(value: Any) -> float | None:
     if value is None:
         return None
-    place = _finite(value)
-    if not 0.0 <= place < 1.0:
-        raise ValueError(f"a place of {place}")
-    return place
+    fraction = _finite(value)
+    if not 0.0 <= fraction < 1.0:
+        raise ValueError(f"a flip at {fraction} of the packet")
+    return fraction
 
 
 ANSWERS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
     {
         "loses": bool,
         "copies": operator.index,
-        "corrupts": _place,
+        "corrupts": _fraction,
         "at_once": bool,
         "departs_ns": _instant,
         "delay_s": _finite,

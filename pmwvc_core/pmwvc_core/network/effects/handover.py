@@ -9,7 +9,7 @@ from pmwvc_core.network.effects.record import Effect, LinkEffect
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind
 from pmwvc_core.params import LinkParams
 
-STEP, OUTAGE, LENGTH, LOSS = range(4)  # places of the random numbers; the last is a packet's
+STEP, OUTAGE, LENGTH, LOSS = range(4)  # indices of the random numbers; the last is a packet's
 
 
 class Handover(Effect):
@@ -37,9 +37,9 @@ class Handover(Effect):
             return 0.0
         return self.params.handover_step_s * (2.0 * self._number(count, STEP) - 1.0)
 
-    def _number(self, count: int, place: int) -> float:
+    def _number(self, count: int, index: int) -> float:
         """Return a random number of a hand-over, in [0, 1)."""
-        return self.uniform(Fate(count, 0, 0, FateKind.DELIVERED, Cause.NONE, 0), place)
+        return self.uniform(Fate(count, 0, 0, FateKind.DELIVERED, Cause.NONE, 0), index)
 
 
 def lost_ratio(params: LinkParams) -> float:

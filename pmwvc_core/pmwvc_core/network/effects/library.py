@@ -142,10 +142,10 @@ def amounts(params: LinkParams) -> dict[str, str]:
 
     A plug-in that gives no amount is named.
     """
-    told = {record.name: record.amount(params) for record in active(params)}
+    texts = {record.name: record.amount(params) for record in active(params)}
     for record in plugins_of(params.effects):
-        told[record.name] = told[record.name] or f"link effect {record.name}"
-    return {name: text for name, text in told.items() if text}
+        texts[record.name] = texts[record.name] or f"link effect {record.name}"
+    return {name: text for name, text in texts.items() if text}
 
 
 def conflicts(params: LinkParams) -> Iterator[str]:
@@ -195,7 +195,7 @@ def _steps(params: LinkParams) -> Iterator[tuple[str, LinkParams]]:
     try:
         entries = timeline_of(params.schedule).entries if params.schedule else ()
     except ParameterError:
-        return  # said of the timeline itself
+        return  # checked with the timeline itself
     for entry in entries:
         for direction in (0, 1):
             step = replace(entry.applied(params, direction), schedule="")

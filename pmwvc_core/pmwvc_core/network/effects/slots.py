@@ -29,12 +29,12 @@ class Slots(Effect):
     def arrives_ns(self, fate: Fate, due_ns: int) -> int:
         """Return the first instant with room, at ``due_ns`` or later."""
         self._reach(due_ns)
-        place = bisect.bisect_left(self._ends_ns, due_ns)
+        index = bisect.bisect_left(self._ends_ns, due_ns)
         params = self.params
         while True:
-            if place == len(self._ends_ns):
+            if index == len(self._ends_ns):
                 self._reach(self._ends_ns[-1] + 1)
-            instant_ns = self._ends_ns[place]
+            instant_ns = self._ends_ns[index]
             held = self._held.setdefault(instant_ns, [0, 0])
             fits = not params.slot_packets or held[0] < params.slot_packets
             if fits and params.slot_bytes and held[0]:
@@ -43,7 +43,7 @@ class Slots(Effect):
                 held[0] += 1
                 held[1] += fate.size
                 return instant_ns
-            place += 1
+            index += 1
 
     def _reach(self, time_ns: int) -> None:
         """Draw instants until one is at this time or later; forget those long past."""
