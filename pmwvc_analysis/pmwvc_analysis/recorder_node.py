@@ -11,13 +11,11 @@ loops: a busy machine delays the recording and does not thin it out.
 """
 
 import bisect
-import importlib
 import sys
 import threading
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -31,7 +29,7 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
 from pmwvc_core.runtime.pacing import request_priority, request_reception
 from pmwvc_core.runtime.parameters import declare_names, declare_value
-from pmwvc_core.runtime.polling import Polled
+from pmwvc_core.runtime.polling import Polled, message_class
 from pmwvc_core.runtime.process import ERROR, OK, publish_health, run_node
 
 POLL_S = 0.01  # far below what the subscriptions' queues hold
@@ -162,12 +160,7 @@ def _subscribed(node: Node, topic: Topic) -> Polled:
     qos = QoSProfile(depth=DEPTH, reliability=policy, durability=DurabilityPolicy.VOLATILE)
     # A session may be in a namespace, which is the recorder's, too; in the file it has none.
     name = topic.name if topic.name in GLOBAL else topic.name.lstrip("/")
-    return Polled(node, _message_class(topic.type_name), name, qos, raw=True)
-
-
-def _message_class(type_name: str) -> Any:
-    package, _, name = type_name.partition("/msg/")
-    return getattr(importlib.import_module(f"{package}.msg"), name)
+    return Polled(node, message_class(topic.type_name), name, qos, raw=True)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pmwvc_core.errors import RecordingError
+from pmwvc_core.errors import file_errors
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
@@ -66,7 +66,8 @@ def finish(
     energies = budget(judged, scenario)
     result = summary(traces, scenario, energies)
     target = folder if out is None else Path(out)
-    try:
+    elsewhere = f"'pmwvc report {folder} --out FOLDER' writes the report elsewhere"
+    with file_errors(f"write into {target}", f"; what was recorded is kept: {elsewhere}"):
         target.mkdir(parents=True, exist_ok=True)
         write_summary(target, result)
         if energies is not None:
@@ -81,11 +82,6 @@ def finish(
             traces, scenario, result, drawn, energies, folder=str(folder), replay=replay
         )
         (target / REPORT).write_text(report, encoding="utf-8")
-    except OSError as error:
-        raise RecordingError(
-            f"cannot write into {target}: {error.strerror or error}; what was recorded is kept: "
-            f"'pmwvc report {folder} --out FOLDER' writes the report elsewhere"
-        ) from error
     return result
 
 

@@ -47,14 +47,11 @@ def terminal() -> Console:
 
 
 @contextlib.contextmanager
-def progress(
-    console: Console, text: str, *, shown: bool = True
-) -> Iterator[Callable[[float], None]]:
+def progress(console: Console, text: str) -> Iterator[Callable[[float], None]]:
     """Yield a function that moves a progress bar to a ratio, where the console is a terminal."""
     from rich.progress import Progress
 
-    hidden = not (shown and console.is_terminal)
-    with Progress(console=console, transient=True, disable=hidden) as bar:
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(text, total=1.0)
         yield lambda ratio: bar.update(task, completed=ratio)
 

@@ -15,6 +15,9 @@ and dropped.
     └── DeviceError           a device cannot be opened, calibrated or read
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class PmwvcError(Exception):
     """Base of everything this project raises on purpose."""
@@ -48,6 +51,15 @@ class RecordingError(PmwvcError):
 
 class DeviceError(PmwvcError):
     """A device cannot be used; the message gives cause and remedy."""
+
+
+@contextmanager
+def file_errors(doing: str, remedy: str = "") -> Iterator[None]:
+    """Raise ``RecordingError``, "cannot DOING: why", where the system refuses a file or folder."""
+    try:
+        yield
+    except OSError as error:
+        raise RecordingError(f"cannot {doing}: {error.strerror or error}{remedy}") from error
 
 
 # What a plug-in may raise; its sys.exit() must not end the session either.

@@ -9,14 +9,12 @@ the last word counts: a change of ``link.up.delay_s`` goes to all users, and a `
 all settings of all users.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib import import_module
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 
 from pmwvc_core.errors import ParameterError, RecordingError
 from pmwvc_core.network import effects
@@ -25,7 +23,13 @@ from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams, Spec, Validated, specs
 from pmwvc_core.params.fields import parameter
 from pmwvc_core.runtime.parameter_values import values_of
-from pmwvc_core.runtime.parameters import ParameterBinding, declare_names, declare_value
+from pmwvc_core.runtime.parameters import (
+    ParameterBinding,
+    declare_names,
+    declare_value,
+    set_together,
+)
+from pmwvc_core.runtime.polling import message_class
 
 DIRECTIONS = ("up", "down")
 WAVE = "pmwvc_msgs/msg/Wave"
@@ -146,7 +150,7 @@ class Settings:
         }
         agreed = replace(common, **shared)
         self._all[prefix.rsplit(".", 1)[1]] = agreed
-        self._set(values_of(prefix, agreed))
+        set_together(self._node, values_of(prefix, agreed))
         return agreed
 
     def _pass_on(self, direction: str, new: LinkParams) -> None:
@@ -154,7 +158,8 @@ class Settings:
         old, self._all[direction] = self._all[direction], new
         changed = {n: v for n, v in values_of("", new).items() if v != getattr(old, n)}
         for user in self.users:
-            self._set({f"{user}.link.{direction}.{n}": v for n, v in changed.items()})
+            own = {f"{user}.link.{direction}.{n}": v for n, v in changed.items()}
+            set_together(self._node, own)
 
     def _use_preset(self, new: PresetParams) -> None:
         if new.preset == "none":
@@ -162,15 +167,7 @@ class Settings:
         for direction in DIRECTIONS if self.users else ():
             params = getattr(PRESETS[new.preset], direction)
             for start in ("", *(f"{user}." for user in self.users)):
-                self._set(values_of(f"{start}link.{direction}", params))
-
-    def _set(self, values: Mapping[str, Any]) -> None:
-        if not values:
-            return
-        wanted = [Parameter(name, value=value) for name, value in values.items()]
-        result = self._node.set_parameters_atomically(wanted)
-        if not result.successful:
-            self._node.get_logger().warning(result.reason)
+                set_together(self._node, values_of(f"{start}link.{direction}", params))
 
 
 def _check(prefix: str, params: LinkParams) -> None:
@@ -187,8 +184,7 @@ def _declared_type(node: Node, name: str) -> tuple[str, Any]:
     spec = Spec(str, description="type of the messages: package/msg/Name")
     full = declare_value(node, name, spec, WAVE)
     try:
-        package, _, message = full.partition("/msg/")
-        return full, getattr(import_module(f"{package}.msg"), message)
+        return full, message_class(full)
     except (ImportError, AttributeError, ValueError):
         raise ParameterError(
             f"{name} = {full!r}: must be package/msg/Name of a message package that is installed"

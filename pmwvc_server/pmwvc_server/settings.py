@@ -38,6 +38,7 @@ from pmwvc_core.runtime.parameters import (
     declare,
     declare_names,
     declare_value,
+    set_together,
 )
 from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP
@@ -226,14 +227,8 @@ class _ForAll:
         """Hand what changed for all users to each of them."""
         old, self.contact = values_of("server", self.contact), new
         changed = {n: v for n, v in values_of("server", new).items() if v != old[n]}
-        wanted = [
-            Parameter(f"{user}.{name}", value=value)
-            for user in self._users
-            for name, value in changed.items()
-        ]
-        result = self._node.set_parameters_atomically(wanted)
-        if not result.successful:
-            self._node.get_logger().warning(result.reason)
+        each = {f"{user}.{n}": v for user in self._users for n, v in changed.items()}
+        set_together(self._node, each)
 
     def check_change(self, old: ContactParams, new: ContactParams) -> None:
         """Refuse what a black box would not notice."""

@@ -11,11 +11,12 @@ import pytest
 from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.charts.text import article, count, listed
+from pmwvc_analysis.charts.text import article
 from pmwvc_analysis.report.loop_blocks import blocks, rendered
 from pmwvc_analysis.report.loop_drawing import PLACES, drawing
 from pmwvc_analysis.report.story import story
 from pmwvc_analysis.verdicts.verdicts import summary
+from pmwvc_core.plural import count, listed
 from pmwvc_core.simulation.session import simulate_one
 
 OWN = ("device", "port", "filter", "hold", "up", "down")

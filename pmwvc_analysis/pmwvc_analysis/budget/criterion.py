@@ -29,6 +29,7 @@ from pmwvc_core.numeric import Array
 
 TOLERANCE_J = 1e-6
 TOLERANCE_RELATIVE = 1e-6
+MOST_SHOWN = 3  # intervals not judged
 
 
 @dataclass(frozen=True)
@@ -127,14 +128,14 @@ def together(findings: Sequence[Finding]) -> bool | None:
     return None if None in verdicts or not verdicts else True
 
 
-def unjudged_text(unjudged: Sequence[Unjudged], *, most: int = 3) -> str:
+def unjudged_text(unjudged: Sequence[Unjudged]) -> str:
     """Return the times that are not judged and why, in words."""
     shown = [
         f"not judged from {each.start_s:.2f} to {each.end_s:.2f} s: {each.why}"
-        for each in unjudged[:most]
+        for each in unjudged[:MOST_SHOWN]
     ]
-    if len(unjudged) > most:
-        shown.append(f"{len(unjudged) - most} more intervals not judged")
+    if len(unjudged) > MOST_SHOWN:
+        shown.append(f"{len(unjudged) - MOST_SHOWN} more intervals not judged")
     return "; ".join(shown)
 
 

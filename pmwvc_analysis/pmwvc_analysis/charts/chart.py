@@ -123,11 +123,11 @@ class Panel:
             return -0.5, len(self.x_names) - 0.5
         return _span([x for x, _ in self.curves()], log=self.x_log, margin=0.0)
 
-    def y_span(self, within: Span | None = None) -> Span:
-        """Return the range of the vertical axis, of the curves ``within`` a horizontal range."""
+    def y_span(self) -> Span:
+        """Return the range of the vertical axis."""
         if self.y_range is not None:
             return self.y_range
-        values = [y[_inside(x, within)] for x, y in self.curves()]
+        values = [y for _, y in self.curves()]
         values += [np.array([level.y]) for level in self.levels]
         if self.with_zero:
             values.append(np.zeros(1))
@@ -160,12 +160,6 @@ class Chart:
             return time
         spans = [each.x_span() for each in self.panels if each.x_label == panel.x_label]
         return min(low for low, _ in spans), max(high for _, high in spans)
-
-
-def _inside(x: Array, within: Span | None) -> np.typing.NDArray[np.bool_]:
-    if within is None:
-        return np.ones(len(x), dtype=bool)
-    return (x >= within[0]) & (x <= within[1])
 
 
 def _span(values: Sequence[Array], *, log: bool, margin: float) -> Span:

@@ -3,7 +3,6 @@
 """Numbers as people write them."""
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 from pmwvc_core.plural import count
@@ -12,7 +11,7 @@ _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 NOTHING = "–"
 
 
-def quantity(value: float | None, unit: str, digits: int = 3) -> str:
+def quantity(value: float | None, unit: str) -> str:
     """Return a number with an SI prefix that leaves 1..999 in front of the unit."""
     if value is None or not math.isfinite(value):
         return NOTHING
@@ -20,7 +19,7 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> str:
     if size < 1e-12:
         return f"0 {unit}"
     factor, prefix = next((p for p in _PREFIXES if size >= p[0]), _PREFIXES[-1])
-    return f"{value / factor:.{digits}g} {prefix}{unit}"
+    return f"{value / factor:.3g} {prefix}{unit}"
 
 
 def users(number: int) -> str:
@@ -33,13 +32,6 @@ def article(number: str) -> str:
     whole = number.partition(".")[0]
     eleven = whole[:2] in ("11", "18") and len(whole) % 3 == 2
     return "an" if whole.startswith("8") or eleven else "a"
-
-
-def listed(texts: Sequence[str]) -> str:
-    """Return texts as a list in a sentence: ``a``, ``a and b``, ``a, b and c``."""
-    if len(texts) < 2:
-        return "".join(texts)
-    return f"{', '.join(texts[:-1])} and {texts[-1]}"
 
 
 def cell(value: Any, scale: float = 1.0, digits: int = 3) -> str:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 
 from pmwvc_analysis.compare.measures import Entry
 from pmwvc_core.network.effects import amounts
+from pmwvc_core.plural import listed
 from pmwvc_core.scenario.scenario import Scenario
 
 CONTROLLER = "controller"
@@ -196,6 +197,4 @@ def _joined(words: Sequence[str] | dict[str, None], last: str = "and") -> str:
     names = list(words)
     if len(names) > MOST_NAMED:
         names = [*names[: MOST_NAMED - 1], f"{len(names) - MOST_NAMED + 1} more"]
-    if len(names) < 2:
-        return "".join(names)
-    return f"{', '.join(names[:-1])} {last} {names[-1]}"
+    return listed(names, last)

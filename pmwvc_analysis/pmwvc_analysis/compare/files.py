@@ -18,7 +18,7 @@ from pmwvc_analysis.compare.conclusion import conclusion
 from pmwvc_analysis.compare.measures import MEASURES, Entry, measured
 from pmwvc_analysis.compare.settings import parameters_of, tuning_of
 from pmwvc_analysis.recording.reader import read_scenario, read_session
-from pmwvc_core.errors import RecordingError
+from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.numeric import Array
 
 JSON, TABLE = "comparison.json", "comparison.csv"
@@ -47,13 +47,11 @@ def write_tables(
     """
     about = {**about, "conclusion": conclusion(entries) if about["kind"] == "comparison" else []}
     result = {"title": title, **about, "sessions": [row(entry) for entry in entries]}
-    try:
+    with file_errors(f"write into {folder}"):
         text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
         (folder / JSON).write_text(text + "\n", encoding="utf-8")
         _write_table(folder / TABLE, entries)
         _write_arrays(folder, entries)
-    except OSError as error:
-        raise RecordingError(f"cannot write into {folder}: {error.strerror or error}") from error
     return result
 
 

@@ -111,23 +111,20 @@ class Entry:
     rendered: Rendered | None = None
 
 
-def measured(entry: Entry, *, stiffness: bool = True) -> Entry:
-    """Fill in the measures of an entry and return it; without ``stiffness`` what comes from models
-    stays None.
-    """
+def measured(entry: Entry) -> Entry:
+    """Fill in the measures of an entry and return it."""
     entry.measures = measures(entry.traces, entry.scenario)
-    if stiffness:
-        live = _is_live(entry.traces)
-        entry.measures["k_max"] = largest_stiffness(entry.scenario, live=live)
-        if entry.measures["stable"]:
-            entry.rendered = rendering(entry.traces, entry.scenario, live=live)
-            entry.measures["k_felt"] = entry.rendered.k_felt
-            entry.measures["first_peak_hz"] = entry.rendered.first_peak_hz
-        free = free_space(entry.scenario)
-        if free is not None:
-            entry.measures["mass_free_kg"] = free.mass_kg
-            entry.measures["damping_free_n_s_m"] = free.damping_n_s_m
-            entry.measures["free_hz"] = free.frequency_hz
+    live = _is_live(entry.traces)
+    entry.measures["k_max"] = largest_stiffness(entry.scenario, live=live)
+    if entry.measures["stable"]:
+        entry.rendered = rendering(entry.traces, entry.scenario, live=live)
+        entry.measures["k_felt"] = entry.rendered.k_felt
+        entry.measures["first_peak_hz"] = entry.rendered.first_peak_hz
+    free = free_space(entry.scenario)
+    if free is not None:
+        entry.measures["mass_free_kg"] = free.mass_kg
+        entry.measures["damping_free_n_s_m"] = free.damping_n_s_m
+        entry.measures["free_hz"] = free.frequency_hz
     return entry
 
 

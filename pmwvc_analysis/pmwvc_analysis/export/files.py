@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.export.tables import Table, by_axis, tables
-from pmwvc_core.errors import PmwvcError, RecordingError
+from pmwvc_core.errors import PmwvcError, file_errors
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
@@ -52,10 +52,8 @@ def export(
             for name, value in scenario.flat().items()
         }
     path = Path(target)
-    try:
+    with file_errors(f"write {path}"):
         KINDS[kind](path, tables(traces), about)
-    except OSError as error:
-        raise RecordingError(f"cannot write {path}: {error.strerror or error}") from error
 
 
 def _write_csv(folder: Path, found: Sequence[Table], about: About) -> None:

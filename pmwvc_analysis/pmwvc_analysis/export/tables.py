@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 
 class Column(NamedTuple):
@@ -104,8 +104,9 @@ def tables(traces: SessionTraces) -> list[Table]:
         found += _of_user(user)
     if traces.server is not None:
         found += _of_server(traces.server)
-    found += [_of_packets(packets) for packets in traces.packets.values()]
-    found += [_of_fates(fates) for fates in traces.fates.values()]
+    for packets in traces.packets.values():
+        found.append(_table(f"packets_{packets.topic.strip('/')}", packets, PACKETS))
+    found += [_table(f"fates_{fates.link}", fates, FATES) for fates in traces.fates.values()]
     return found
 
 
@@ -132,14 +133,6 @@ def _of_server(server: ServerTraces) -> Iterator[Table]:
         columns["contact"] = columns["contact"].astype(np.uint8)
         columns = {"time_s": server.time_s, **columns}
         yield Table(plain(f"server_{user}"), columns, {"time_s": _TIME, **AVATARS})
-
-
-def _of_packets(packets: PacketTraces) -> Table:
-    return _table(f"packets_{packets.topic.strip('/')}", packets, PACKETS)
-
-
-def _of_fates(fates: FateTraces) -> Table:
-    return _table(f"fates_{fates.link}", fates, FATES)
 
 
 def _table(name: str, traces: object, columns: Mapping[str, Column]) -> Table:

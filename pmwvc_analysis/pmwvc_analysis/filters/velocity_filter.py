@@ -67,8 +67,8 @@ class VelocityFilter:
         return [name for name, holds in met.items() if not holds]
 
 
-def judge(scenario: Scenario, *, user: int = 0) -> VelocityFilter:
-    """Return the velocity filter of a user and its margins; of a user without one, that of
+def judge(scenario: Scenario) -> VelocityFilter:
+    """Return the velocity filter of the first user and its margins; of a user without one, that of
     the exact form with the same numbers.
 
     Raises
@@ -80,7 +80,7 @@ def judge(scenario: Scenario, *, user: int = 0) -> VelocityFilter:
         raise PmwvcError(
             f"controller = {scenario.controller}: has no velocity filter; must be pmwvc"
         )
-    master = scenario.users[user].master
+    master = scenario.users[0].master
     if master.velocity_filter.kind == "none":
         own = dataclasses.replace(master.velocity_filter, kind="exact")
         master = dataclasses.replace(master, velocity_filter=own)
@@ -123,12 +123,12 @@ def _switching(master: MasterParams) -> float:
     return switching_gain(np.abs(low), own.share * np.abs(high))
 
 
-def answer(scenario: Scenario, found: VelocityFilter, *, user: int = 0) -> dict[str, Any]:
+def answer(scenario: Scenario, found: VelocityFilter) -> dict[str, Any]:
     """Return the document of ``--json``."""
     own, of = found.master.velocity_filter, found.margins
     return {
         "scenario": scenario.name,
-        "user": scenario.users[user].name,
+        "user": scenario.users[0].name,
         "kind": own.kind,
         "order": own.order,
         "share": float(own.share),

@@ -53,7 +53,6 @@ def linearize(
     *,
     live: bool = False,
     weights: Sequence[int] = (),
-    inputs: bool = False,
     outputs: bool = False,
 ) -> Linear:
     """Return the linear model of a scenario; see :class:`Loop` for what is asked.
@@ -66,7 +65,7 @@ def linearize(
         If the hyperperiod is too long.
     """
     loop = Loop(scenario, live=live, weights=weights)
-    rows, read = loop.around(inputs=inputs)
+    rows, read = loop.around()
     return model_of(loop, rows, read if outputs else {})
 
 

@@ -153,11 +153,11 @@ def prediction(scenario: Scenario, *, live: bool) -> dict[str, Any]:
     return values
 
 
-def passive(scenario: Scenario, *, live: bool = False) -> bool:
+def passive(scenario: Scenario) -> bool:
     """Tell whether stability at any constant delay is proved from the gains of both ends, whether
     or not a server port has to limit its environment for it.
     """
-    found = any_delay(scenario, live=live)
+    found = any_delay(scenario)
     return found is not None and found.proved
 
 

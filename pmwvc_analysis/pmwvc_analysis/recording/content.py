@@ -21,7 +21,7 @@ from pmwvc_analysis.recording.mcap.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.own import Series, Topics, keep_own
 from pmwvc_analysis.recording.parameter_events import ParameterChange, parameter_change
 from pmwvc_analysis.recording.sequence import GapCounter, numbered
-from pmwvc_core.errors import RecordingError
+from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.transport.admission import intact
 
 Decode = Callable[[bytes, str], Any]
@@ -141,11 +141,9 @@ def _own(content: Content) -> Content:
 
 
 def _require_mcap(path: Path) -> None:
-    try:
+    with file_errors(f"read {path}"):
         with open(path, "rb") as stream:
             begin = stream.read(len(MAGIC))
-    except OSError as error:
-        raise RecordingError(f"cannot read {path}: {error.strerror or error}") from error
     if begin != MAGIC:
         what = (
             "is empty"

@@ -8,7 +8,7 @@ from pathlib import Path
 from pmwvc_analysis.recording.format.topics import Topic
 from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.writer import SessionWriter
-from pmwvc_core.errors import RecordingError
+from pmwvc_core.errors import RecordingError, file_errors
 
 COMPANIONS = ("scenario.yaml", "events.json", "nodes")
 
@@ -65,13 +65,11 @@ def mend(folder: str | Path, target: str | Path) -> str:
     if new.exists() and (not new.is_dir() or any(new.iterdir())):
         raise RecordingError(f"{new} is not empty: a mended session needs a folder of its own")
     salvage = recover(files[0], new)
-    try:
+    with file_errors(f"write into {new}"):
         for name in COMPANIONS if source.is_dir() else ():
             if (source / name).is_dir():
                 shutil.copytree(source / name, new / name)
             elif (source / name).is_file():
                 shutil.copy2(source / name, new / name)
-    except OSError as error:
-        raise RecordingError(f"cannot write into {new}: {error.strerror or error}") from error
     why = salvage.end or "the file was whole"
     return f"{salvage.messages} messages of {files[0]} are in {new} ({why})"

@@ -12,7 +12,7 @@ from pmwvc_analysis.compare.measures import Entry
 from pmwvc_analysis.compare.settings import parameters_of, tuning_of
 from pmwvc_analysis.figures.comparison_charts import draw_all
 from pmwvc_analysis.report.page import data_uri, filled
-from pmwvc_core.errors import RecordingError
+from pmwvc_core.errors import file_errors
 
 PAGE, TEMPLATE = "comparison.html", "comparison_template.html"
 COLUMNS = (  # measure, heading, factor
@@ -49,13 +49,9 @@ def write(
     """
     found = write_tables(folder, title, entries, about)
     if figures:
-        try:
+        with file_errors(f"write into {folder}"):
             drawn = draw_all(entries, folder / "plots")
             (folder / PAGE).write_text(render(title, entries, found, drawn), encoding="utf-8")
-        except OSError as error:
-            raise RecordingError(
-                f"cannot write into {folder}: {error.strerror or error}"
-            ) from error
     return found
 
 

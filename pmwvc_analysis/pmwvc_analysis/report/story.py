@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.budget.words import GROUPS
-from pmwvc_analysis.charts.text import listed, quantity
+from pmwvc_analysis.charts.text import quantity
 from pmwvc_analysis.figures import recorded
-from pmwvc_core.plural import count
+from pmwvc_core.plural import count, listed
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces
 

@@ -12,7 +12,7 @@ import numpy as np
 from pmwvc_analysis.transparency.frequency import Complex
 from pmwvc_analysis.transparency.measured import TRUSTED, Measured
 from pmwvc_analysis.transparency.transparency import Transparency
-from pmwvc_core.errors import PmwvcError
+from pmwvc_core.errors import file_errors
 from pmwvc_core.numeric import Array
 
 NAME = "transparency"
@@ -113,7 +113,7 @@ def write_arrays(folder: Path, arrays: dict[str, Array]) -> list[Path]:
     from scipy.io import savemat
 
     paths = [folder / f"{NAME}.npz", folder / f"{NAME}.mat"]
-    try:
+    with file_errors(f"write into {folder}"):
         folder.mkdir(parents=True, exist_ok=True)
         np.savez_compressed(paths[0], allow_pickle=False, **arrays)
         savemat(paths[1], arrays, do_compression=True)
@@ -128,6 +128,4 @@ def write_arrays(folder: Path, arrays: dict[str, Array]) -> list[Path]:
                         [f"{value:.10g}" for value in row]
                         for row in zip(*columns.values(), strict=True)
                     )
-    except OSError as error:
-        raise PmwvcError(f"cannot write into {folder}: {error.strerror or error}") from error
     return paths

@@ -138,11 +138,9 @@ def first_peak_hz(
     user: int = 0,
     forces: Sequence[float] | Array | None = None,
     axis: int = 0,
-    points: int = 800,
 ) -> float | None:
     """Return the lowest frequency [Hz] at which |x/f| has a maximum, None where there is none."""
-    highest = 0.5 / model.tick_s
-    frequency = np.geomspace(0.05, highest, points)
+    frequency = np.geomspace(0.05, 0.5 / model.tick_s, 800)
     size = np.abs(response(model, frequency, user=user, forces=forces, axis=axis))
     inner = size[1:-1]
     peaks = np.flatnonzero((inner > size[:-2]) & (inner > size[2:]))

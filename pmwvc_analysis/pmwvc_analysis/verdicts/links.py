@@ -69,27 +69,17 @@ def _rate_hz(times_ns: NDArray[np.int64]) -> float | None:
 
 def _from_states(link: str, states: dict[str, Array], duration_s: float) -> dict[str, Any]:
     """Return the last counts; percentiles of the delay are not known from them."""
-    last = {
-        name: int(states[name][-1]) if name in states else 0  # one that is new
-        for name in (
-            "in_count",
-            "out_count",
-            "lost",
-            "duplicated",
-            "reordered",
-            "corrupted",
-            "dropped",
-        )
-    }
+
+    def last(name: str) -> int:
+        return int(states[name][-1]) if name in states else 0  # one that is new
+
+    received = last("out_count")
+    others = ("lost", "duplicated", "reordered", "corrupted", "dropped")
     return {
         "name": link,
-        "sent": last["in_count"],
-        "received": last["out_count"],
-        "lost": last["lost"],
-        "duplicated": last["duplicated"],
-        "reordered": last["reordered"],
-        "corrupted": last["corrupted"],
-        "dropped": last["dropped"],
+        "sent": last("in_count"),
+        "received": received,
+        **{name: last(name) for name in others},
         "delay_s": {"p50": None, "p99": None, "max": number(states["delay_max"].max())},
-        "rate_hz": number(last["out_count"] / duration_s) if duration_s > 0.0 else None,
+        "rate_hz": number(received / duration_s) if duration_s > 0.0 else None,
     }

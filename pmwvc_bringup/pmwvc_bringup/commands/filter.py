@@ -8,7 +8,7 @@ from pathlib import Path
 from pmwvc_bringup.command import Command, Result
 from pmwvc_bringup.options import SCENARIO, USERS, json_document, out, scenario_of, settings
 from pmwvc_bringup.output import write_json
-from pmwvc_core.errors import PmwvcError
+from pmwvc_core.errors import file_errors
 
 EXAMPLES = """\
 examples:
@@ -43,12 +43,10 @@ def run(arguments: argparse.Namespace) -> Result:
         from pmwvc_analysis.figures.model_charts import velocity_filter
 
         folder = Path(arguments.out)
-        try:
+        with file_errors(f"write into {folder}"):
             folder.mkdir(parents=True, exist_ok=True)
             paths = write(velocity_filter(found, scenario), folder)
             write_json(folder / f"{NAME}.json", result)
-        except OSError as error:
-            raise PmwvcError(f"cannot write into {folder}: {error.strerror}") from error
         names = ", ".join([*(path.name for path in paths), f"{NAME}.json"])
         print(f"written: {folder} ({names})")
     return Result(document=result)

@@ -8,7 +8,7 @@ from typing import Any
 
 from pmwvc_bringup.command import Command, Result, argument
 from pmwvc_bringup.options import SCENARIO, USERS, json_document, out, scenario_of, settings
-from pmwvc_core.errors import PmwvcError
+from pmwvc_core.errors import file_errors
 from pmwvc_core.network.effects import amounts, check, mean_s
 from pmwvc_core.network.tc import not_in_tc, table_name, table_text, tc_line
 from pmwvc_core.params import LinkParams
@@ -60,12 +60,10 @@ def _entry(name: str, params: LinkParams, device: str) -> dict[str, Any]:
 
 
 def _write(folder: Path, tables: dict[str, str]) -> None:
-    try:
+    with file_errors(f"write into {folder}"):
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in tables.items():
             (folder / f"{name}.dist").write_text(text, "ascii")
-    except OSError as error:
-        raise PmwvcError(f"cannot write into {folder}: {error.strerror}") from error
     print(f"written: {folder} ({', '.join(f'{name}.dist' for name in tables) or 'none needed'})")
 
 

@@ -10,7 +10,7 @@ unit belongs here: the dataclasses are the only source.
 
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -116,6 +116,13 @@ class _Group:
     listener: Callable[[Any], None]
     check: Callable[[Any], None]
     check_change: Callable[[Any, Any], None]
+
+
+def set_together(node: Node, values: Mapping[str, Any]) -> None:
+    """Set parameters of a node by itself, all or none; a refusal is logged."""
+    wanted = [Parameter(name, value=value) for name, value in values.items()]
+    if wanted and not (result := node.set_parameters_atomically(wanted)).successful:
+        node.get_logger().warning(result.reason)
 
 
 class ParameterBinding:

@@ -7,6 +7,7 @@ An executor that serves the same node passes over them, so it never takes a mess
 loop.
 """
 
+from importlib import import_module
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
@@ -26,6 +27,12 @@ DEADLINE_PERIODS = 3
 TAKEN_QOS = QoSProfile(  # deep enough that a flood does not push out the packets of a sender
     depth=64, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
 )
+
+
+def message_class(type_name: str) -> Any:
+    """Return the class of messages of a type, ``package/msg/Name``."""
+    package, _, name = type_name.partition("/msg/")
+    return getattr(import_module(f"{package}.msg"), name)
 
 
 def offered(qos: QoSProfile, period_s: float) -> QoSProfile:

@@ -28,7 +28,7 @@ from pmwvc_analysis.recording.mcap.mcap_records import (
     records,
 )
 from pmwvc_analysis.recording.mcap.mcap_summary import Summary
-from pmwvc_core.errors import RecordingError
+from pmwvc_core.errors import file_errors
 
 MOST_PROBLEMS = 50
 COMPRESSIONS = ("", "lz4", "zstd")
@@ -58,10 +58,8 @@ def check_file(path: str | Path) -> Structure:
     RecordingError
         If it cannot be read at all.
     """
-    try:
+    with file_errors(f"read {path}"):
         data = Path(path).read_bytes()
-    except OSError as error:
-        raise RecordingError(f"cannot read {path}: {error.strerror or error}") from error
     return check_bytes(data)
 
 

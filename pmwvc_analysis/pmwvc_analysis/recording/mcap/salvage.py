@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pmwvc_core.errors import RecordingError
+from pmwvc_core.errors import file_errors
 
 
 @dataclass(frozen=True)
@@ -48,10 +48,8 @@ def messages(path: str | Path, salvage: Salvage) -> Iterator[RawMessage]:
     from mcap.stream_reader import CRCValidationError, StreamReader
     from zstandard import ZstdError
 
-    try:
+    with file_errors(f"read {path}"):
         stream = open(path, "rb")
-    except OSError as error:
-        raise RecordingError(f"cannot read {path}: {error.strerror or error}") from error
     channels: dict[int, mcap.Channel] = {}
     names: dict[int, str] = {}
     with stream:

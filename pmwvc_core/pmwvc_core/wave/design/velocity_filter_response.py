@@ -66,11 +66,11 @@ def slow_lags(params: MasterParams) -> tuple[float, float]:
     return (0.0, -4.0 * answered) if own.kind == "equivalent" else (answered, -answered)
 
 
-def noise_gain(params: MasterParams, *, points: int = 16384) -> float:
+def noise_gain(params: MasterParams) -> float:
     """Return the length of the noise that the difference of a rounded position makes in the
     force, beside that without a filter (rms; white rounding errors).
     """
-    turn = np.arange(points) / points
+    turn = np.arange(16384) / 16384
     power = 4.0 * np.sin(np.pi * turn) ** 2  # |1 - 1/z|^2, on average 2
     gain = velocity_gain(params, turn / params.tick_s)
     return float(np.sqrt(np.mean(np.abs(gain) ** 2 * power) / 2.0))
