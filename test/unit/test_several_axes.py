@@ -15,7 +15,7 @@ from pmwvc_bringup import scenarios
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params.server import COUPLINGS
-from pmwvc_core.plant.on_record import ForceOnRecord
+from pmwvc_core.plant.forces import ForceOnRecord
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.session import simulate, simulate_one

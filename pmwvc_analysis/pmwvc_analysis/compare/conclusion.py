@@ -111,7 +111,8 @@ def _stiffest(stable: Sequence[Entry]) -> list[str]:
         return ["No stiffness at rest is known."] if stable else []
     best, last = known[0], known[-1]
     tied = _tied(known, "k_felt")
-    found = [f"{_joined(tied)} {_renders(tied)} the stiffest contact, {_stiffness(best)}"]
+    renders = "renders" if len(tied) == 1 else "render"
+    found = [f"{_joined(tied)} {renders} the stiffest contact, {_stiffness(best)}"]
     if len(tied) < len(known):
         found[0] += f"; {_name(last)} the softest, {_stiffness(last)}"
     found[0] += "."
@@ -177,10 +178,6 @@ def _ranked(entries: Sequence[Entry], measure: str) -> list[Entry]:
 def _tied(ranked: Sequence[Entry], measure: str) -> list[str]:
     best = ranked[0].measures[measure]
     return [_name(e) for e in ranked if e.measures[measure] >= (1.0 - ALIKE) * best]
-
-
-def _renders(names: Sequence[str]) -> str:
-    return "renders" if len(names) == 1 else "render"
 
 
 def _stiffness(entry: Entry) -> str:

@@ -22,6 +22,7 @@ Not here: the exact model, which gives the same without a session where everythi
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -162,7 +163,8 @@ def _responses(
     first = scenario.users[0]
     forces = {name: force.reshape(len(force), -1) for name, force in forces.items()}
     hands: dict[str, Make] = {
-        name: _pushing(force, scenario.tick_s, scenario.dof) for name, force in forces.items()
+        name: partial(RecordedForce, force, repeat=False, tick_s=scenario.tick_s, dof=scenario.dof)
+        for name, force in forces.items()
     }
     of = dataclasses.replace(scenario, duration_s=duration_s)
     user = simulate_one(of, Conditions(hands=hands)).users[0]
@@ -174,7 +176,3 @@ def _responses(
     begin = int(begun[0]) - int(np.flatnonzero(wanted != 0.0)[0])
     rows = slice(begin, begin + len(wanted))
     return (applied[rows], x[rows]) if len(x[rows]) == len(wanted) else None
-
-
-def _pushing(force: Array, tick_s: float, dof: int) -> Make:
-    return lambda: RecordedForce(force, repeat=False, tick_s=tick_s, dof=dof)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.charts import chart_svg
-from pmwvc_analysis.charts.chart import Chart, Panel, Span
+from pmwvc_analysis.charts.chart import Chart, Span
 from pmwvc_analysis.charts.chart_data import payload
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.recorded import Event
@@ -69,7 +69,7 @@ def _panels(chart: Chart, span: Span) -> list[PanelBlock]:
                 panel.title,
                 panel.tint,
                 panel.y_label,
-                _legend(panel),
+                [Entry(each.label, chart_svg.sample(each)) for each in chart_svg.entries(panel)],
                 list(dict.fromkeys(band.label for band in panel.bands)),
                 list(dict.fromkeys(level.label for level in panel.levels)),
                 chart_svg.panel_height(panel, labelled=labelled),
@@ -77,10 +77,6 @@ def _panels(chart: Chart, span: Span) -> list[PanelBlock]:
             )
         )
     return found
-
-
-def _legend(panel: Panel) -> list[Entry]:
-    return [Entry(each.label, chart_svg.sample(each)) for each in chart_svg.entries(panel)]
 
 
 def data(

@@ -10,7 +10,7 @@ from pmwvc_analysis.prediction.environment import late_steps_s
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_analysis.traces.stages import Stage, text_of
 from pmwvc_core.network.effects import is_random
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import first_axis
 
 LEAST_FORCE_N = 0.2  # below that, an offset is not that of a grip
@@ -73,18 +73,14 @@ def outcomes(
         per_lag = force / (2.0 * first_axis(user.impedance))
         lag = lag_s(user, scenario, live=live)
         spread = late_steps_s(user, scenario)
-        if (scenario.strict or scenario.zeroing) and (live or _scatters(user)):
+        uneven = live or is_random(user.link_up) or is_random(user.link_down)
+        if uneven and (scenario.strict or scenario.zeroing):
             found.append(_offset_open(user.name, per_lag * lag, drift, strict=scenario.strict))
         elif spread:
             found.append(_offset_between(user.name, per_lag * lag, per_lag * spread, drift))
         else:
             found.append(_offset(user.name, per_lag * lag, drift))
     return found
-
-
-def _scatters(user: User) -> bool:
-    """Tell whether packets of a user come unevenly."""
-    return is_random(user.link_up) or is_random(user.link_down)
 
 
 def _offset_open(name: str, even_m: float, drift_m: float, *, strict: bool) -> Outcome:

@@ -134,3 +134,26 @@ def rows_of(recording: Array, dof: int) -> list[Value]:
 
 def _sine(value: Value) -> Value:
     return np.sin(value) if isinstance(value, np.ndarray) else math.sin(value)
+
+
+class ForceOnRecord(Operator):
+    """The force of a recorded hand, one row per tick, ``(ticks, dof)`` [N]; none after its end.
+
+    It does not react: where the replayed device meets another force than the recorded one did,
+    nothing brings it back to where the hand would have held it. The recording knows itself when
+    the hand began, so time passes from the first tick, coupled or not. Rows that are not numbers
+    (not recorded) are no force.
+    """
+
+    def __init__(self, recording: Array, *, tick_s: float, dof: int) -> None:
+        super().__init__(tick_s=tick_s, dof=dof)
+        self._rows = rows_of(recording, dof)
+
+    def hold(self) -> Value:
+        """Return the recorded force of this tick [N]."""
+        f_h = self._force(0.0, 0.0)
+        self._ticks += 1
+        return f_h
+
+    def _force(self, x: Value, xd: Value) -> Value:
+        return self._rows[self._ticks] if self._ticks < len(self._rows) else 0.0 * self.axis
