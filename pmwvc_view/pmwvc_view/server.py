@@ -34,6 +34,7 @@ class Stop(Protocol):
 
 CLOSE_S = 1.0  # for a page to answer that its socket is closed
 UNSEEN_S = 0.128  # between two polls while there is no page: a node's traces wait as long
+LISTEN_S = 0.004  # between two polls at least: what pages sent must not wait for a busy session
 NEWS_EVERY = 4  # polls
 STARTED_LATE_S = 0.25  # a poll later than this does not catch up
 
@@ -145,7 +146,7 @@ class PageServer:
             polls += 1
             due_s = max(due_s + self._snapshot_s, now_s - STARTED_LATE_S)
             if self._clients:
-                await asyncio.sleep(max(due_s - loop.time(), 0.0))
+                await asyncio.sleep(max(due_s - loop.time(), LISTEN_S))
             else:
                 self._watched.clear()
                 with contextlib.suppress(TimeoutError):

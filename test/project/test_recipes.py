@@ -84,8 +84,8 @@ def test_every_recipe_is_followed_and_of_a_few_lines():
 )
 def test_page_with_the_code_of_a_recipe_is_followed_by_its_own_test(recipe, page):
     assert f"docs/{page}" in RECIPES[recipe]
-    name = f"test_{recipe.replace(' ', '_')}_plugins.py"
-    tests = (ROOT / "test" / "unit" / name).read_text("utf-8")
+    files = (ROOT / "test" / "unit").glob(f"test_{recipe.replace(' ', '_')}_*.py")
+    tests = "".join(file.read_text("utf-8") for file in files)
     assert page in tests and ("```python" in tests or "example_of(" in tests)
 
 

@@ -34,11 +34,14 @@ class HandmadeSession(Session):
         self.targets: queue.Queue = queue.Queue()
         self._news = threading.Condition()
         self.expected = 0  # times that questions were expected
+        self.busy: threading.Event | None = None  # polls wait for it
 
     def description(self):
         return {"users": [{"name": name, "remote": True} for name in self.names]}
 
     def poll(self):
+        if self.busy is not None:
+            assert self.busy.wait(PATIENCE_S)
         with self._news:
             self.polls += 1
             self._news.notify_all()
@@ -112,10 +115,12 @@ class Page:
 class Served:
     """A running server of a session."""
 
-    def __init__(self, session: Session, host: str = "127.0.0.1") -> None:
+    def __init__(
+        self, session: Session, host: str = "127.0.0.1", snapshot_s: float = 0.002
+    ) -> None:
         self.session = session
         self._stop, self._ready = threading.Event(), threading.Event()
-        self._server = PageServer(session, host=host, port=0, token=TOKEN, snapshot_s=0.002)
+        self._server = PageServer(session, host=host, port=0, token=TOKEN, snapshot_s=snapshot_s)
         self._thread = threading.Thread(
             target=self._server.run, args=(self._stop, self._ready.set)
         )

@@ -4,6 +4,7 @@
 
 import http.client
 import json
+import threading
 
 import numpy as np
 import pytest
@@ -217,6 +218,21 @@ def test_model_is_made_ready_once_when_a_page_has_been_shown_for_a_while(server)
             while not isinstance(page.receive(), dict):
                 pass
             assert server.session.expected == expected
+
+
+def test_session_that_is_busy_all_the_time_keeps_no_page_waiting():
+    """Its snapshots are never in time; the messages of many polls have come in meanwhile."""
+    session, many = HandmadeSession(), 450
+    with served(session, snapshot_s=1e-9) as server, server.page() as page:
+        page.ask("take", user="user1")
+        session.busy = threading.Event()
+        for number in range(many):
+            page.send("target", user="user1", position=[float(number)])
+        polls = session.polls
+        session.busy.set()
+        while session.targets.get(timeout=PATIENCE_S) != ("user1", (many - 1.0,)):
+            pass
+        assert session.polls - polls < 20
 
 
 def test_session_that_ends_tells_its_pages():

@@ -6,6 +6,8 @@
 import { energy, spaced } from "./words.js";
 
 const WAYS = { up: "up", down: "down", hand: "total" };
+const OF_WAYS = "energy into each direction less energy out of it; never below zero: passive";
+const OF_LINK = "energy into a user's link from both ends less energy out of it; never below zero: passive";
 const WRITE_MS = 120;
 const LEAST_J = 2e-3; // full length of a bar at least
 const ROUNDING_J = 1e-5; // below zero by less is arithmetic
@@ -40,6 +42,8 @@ export class Accounts {
     const most = Math.max(LEAST_J, ...found.map(({ now }) => (Number.isFinite(now) ? Math.abs(now) : 0)));
     if (most > this.full_j || most < 0.3 * this.full_j) this.full_j = 1.6 * most;
     found.forEach((each, i) => this.write(this.rows[i], each));
+    const ways = this.rows.some(({ root, way }) => way !== "hand" && !root.hidden);
+    document.getElementById("accounts-what").textContent = ways ? OF_WAYS : OF_LINK;
   }
 
   write({ root, level, output }, { now, least }) {
