@@ -34,14 +34,15 @@ class HandmadeSession(Session):
         self.targets: queue.Queue = queue.Queue()
         self._news = threading.Condition()
         self.expected = 0  # times that questions were expected
-        self.busy: threading.Event | None = None  # polls wait for it
+        self.busy: threading.Semaphore | None = None  # each poll is told with targets, and waits
 
     def description(self):
         return {"users": [{"name": name, "remote": True} for name in self.names]}
 
     def poll(self):
         if self.busy is not None:
-            assert self.busy.wait(PATIENCE_S)
+            self.targets.put(None)
+            assert self.busy.acquire(timeout=PATIENCE_S)
         with self._news:
             self.polls += 1
             self._news.notify_all()
