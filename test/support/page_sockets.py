@@ -9,6 +9,7 @@ import threading
 from collections.abc import Iterator
 
 import numpy as np
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from pmwvc_view.protocol.snapshot import Layout
@@ -102,7 +103,8 @@ class Page:
                 if found["kind"] == kind:
                     return found
             else:
-                self.send("seen", seq=int(found[0]))
+                with contextlib.suppress(ConnectionClosed):  # the server's last words can be read
+                    self.send("seen", seq=int(found[0]))
 
     def ask(self, kind: str, **fields):
         """Send a request and return its answer."""
