@@ -12,6 +12,7 @@
 
 import contextlib
 import ctypes
+import functools
 import os
 import re
 import signal
@@ -46,9 +47,14 @@ def isolate() -> int:
     if not _reservations:
         domain, reservation = _reserve(int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:]))
         _reservations.append(reservation)
-        log_folder = Path(tempfile.mkdtemp(prefix="pmwvc-test-log-"))
-        os.environ |= node_environment({}, domain=domain, log_folder=log_folder)
+        os.environ |= node_environment({}, domain=domain, log_folder=Path(_logs().name))
     return int(os.environ["ROS_DOMAIN_ID"])
+
+
+@functools.cache
+def _logs() -> "tempfile.TemporaryDirectory[str]":
+    """Return the folder of the nodes' logs, which is removed when this process ends."""
+    return tempfile.TemporaryDirectory(prefix="pmwvc-test-log-", ignore_cleanup_errors=True)
 
 
 def _reserve(first: int) -> tuple[int, socket.socket]:
