@@ -21,8 +21,8 @@ OTHERS = [
 ALLOWED = {
     "pmwvc_core.server.black_box.interface:Joins": "documents what a plug-in may have",
     "pmwvc_core.server.black_box.interface:Leaves": "documents what a plug-in may have",
-    "pmwvc_analysis.budget.remainders:unchecked": "the list in docs/file_format.md",
-    "pmwvc_analysis.budget.remainders:_unchecked": "the list in docs/file_format.md",
+    "pmwvc_analysis.budget.parts:unchecked": "the list in docs/file_format.md",
+    "pmwvc_analysis.budget.parts:_unchecked": "the list in docs/file_format.md",
     # used by tests alone, still
     "pmwvc_core.wave.transform:power": "",
     "pmwvc_analysis.models.stability:boundary": "",

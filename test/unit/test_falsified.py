@@ -11,7 +11,7 @@ import pytest
 
 from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.remainders import unchecked
+from pmwvc_analysis.budget.parts import unchecked
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.consistency.numbers import SMALLEST
 from pmwvc_analysis.verdicts import passivity_words

@@ -10,7 +10,7 @@ from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.budget.words import GROUPS, account_words, words_of
+from pmwvc_analysis.budget.parts import account_words, group_of, words_of
 from pmwvc_analysis.charts import chart_png, style
 from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
 from pmwvc_analysis.figures.figures import FIGURES, charts, write_all
@@ -29,7 +29,7 @@ def grouped(found):
     sums = {}
     for parts in found.parts.values():
         for part, series in parts.items():
-            name = next(name for name, members in GROUPS.items() if part in members)
+            name = group_of(part)
             sums[name] = sums.get(name, 0.0) + series
     return sums
 

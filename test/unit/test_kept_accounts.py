@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.words import account_words, accounted, words_of
+from pmwvc_analysis.budget.parts import account_words, accounted, words_of
 from pmwvc_bringup import scenarios
 from pmwvc_core.account import Entry, Role
 from pmwvc_core.controllers import LIBRARY, RECORDS, entries

@@ -11,7 +11,7 @@ is below zero has given out energy that it never got: it was *active*.
 The residual is what the parts, each computed for itself, do not explain. In a session of which
 nothing is missing it is rounding, ``TOLERANCE`` of the energy moved; ticks that were not recorded
 (live), and Coulomb friction where the motion turns, show: ``TOLERANCE_NOTED``. Parts that are not
-computed for themselves are named with what they hide: :mod:`.remainders`. Intervals that are not
+computed for themselves are named with what they hide: :mod:`.parts`. Intervals that are not
 on record are left out, and the budget ends where a master or the server was started again:
 :mod:`..traces.stretches`.
 
@@ -23,9 +23,8 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.energy import declared_storage_j
-from pmwvc_analysis.budget.remainders import Remainder, of_server
+from pmwvc_analysis.budget.parts import Remainder, accounted, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, sum_of
-from pmwvc_analysis.budget.words import accounted
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.stretches import stretches

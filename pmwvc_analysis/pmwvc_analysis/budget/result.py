@@ -15,8 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import Finding, judge, tolerance
-from pmwvc_analysis.budget.remainders import Remainder
-from pmwvc_analysis.budget.words import accounted
+from pmwvc_analysis.budget.parts import Remainder, accounted
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_core.numeric import Array
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import Finding
+from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.budget.words import words_of
 from pmwvc_core.numeric import Array
 
 DRAWN = 3  # active parts in a figure, which has no room for small ones

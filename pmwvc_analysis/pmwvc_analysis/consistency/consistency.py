@@ -8,7 +8,7 @@ of what they recorded, positions have to follow velocities, and what was sent ha
 packets. Of master and server: :mod:`.master`, :mod:`.server`; packets are compared here, where
 every one of a sender's life is on record. Where parameters changed in flight, a server is looked
 at stage by stage, a master up to its first change. Together with the energy budget they find every
-trace that was falsified but those in :func:`..budget.remainders.unchecked`.
+trace that was falsified but those in :func:`..budget.parts.unchecked`.
 """
 
 import itertools

@@ -27,6 +27,7 @@ from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array, root
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.wave.transform import WavePort
 
 LEAST_J = 1e-9  # below this a returning wave was not shortened
 WINDOW_S = 0.5
@@ -102,9 +103,9 @@ def words(entry: dict[str, float]) -> str:
 
 
 def _of_user(user: UserTraces, server: ServerTraces, index: int, known: User) -> Limited | None:
-    b, there = known.server_impedance, server.state[index] > 0
+    port, there = WavePort(known.server_impedance), server.state[index] > 0
     u, v = np.nan_to_num(server.u_s[index]), np.nan_to_num(server.v_s[index])
-    whole = u - root(2.0 / b) * np.nan_to_num(server.f_s[index])
+    whole = np.asarray(port.v(u, np.nan_to_num(server.f_s[index])))
     half = 0.5 * server.period_s
     withheld = np.where(there, half * np.sum(whole**2 - v**2, axis=-1), 0.0)
     energy = float(withheld.sum())

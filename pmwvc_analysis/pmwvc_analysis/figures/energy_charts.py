@@ -5,9 +5,9 @@
 import numpy as np
 
 from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.parts import account_words, group_of, words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.budget.tables import worth_drawing
-from pmwvc_analysis.budget.words import GROUPS, account_words, words_of
 from pmwvc_analysis.charts.chart import DASHES, Chart, Layer, Line, Panel
 from pmwvc_analysis.charts.colours import user_tint
 from pmwvc_analysis.figures import recorded
@@ -91,9 +91,7 @@ def _groups(found: Budget) -> dict[str, Array]:
     sums: dict[str, Array] = {}
     for parts in found.parts.values():
         for part, series in parts.items():
-            name = next(
-                (name for name, members in GROUPS.items() if part in members), "controller"
-            )
+            name = group_of(part)
             sums[name] = sums.get(name, 0.0) + series
     smallest = 1e-4 * max(float(np.abs(series).max()) for series in sums.values())
     return {name: series for name, series in sums.items() if np.abs(series).max() > smallest}

@@ -28,7 +28,6 @@ Equations: docs/theory.md 11.1, 11.2, 11.3, 11.4, 11.5.
 """
 
 import functools
-import math
 
 import numpy as np
 
@@ -50,6 +49,7 @@ from pmwvc_core.wave.design import aliasing
 from pmwvc_core.wave.design.velocity_filter_response import slow_lags
 from pmwvc_core.wave.filters import AntiAliasing
 from pmwvc_core.wave.impedance import first_axis, transformation
+from pmwvc_core.wave.transform import WavePort
 
 RATIO_TOLERANCE = 1e-9  # of impedances: below it the ends are equal
 SETTLED_TICKS = 1e-12  # change per frame at which a filter's response to steps is periodic
@@ -124,14 +124,14 @@ def step_lag_s(
     m, tick_s = master.rate_drop, master.tick_s
     stage = AntiAliasing(master.filter, tick_s=tick_s, rate_drop=m)
     moves = motion(device.mass, device.damping, tick_s)
-    left, root = 0.0, math.sqrt(2.0 * impedance)
+    left, port = 0.0, WavePort(impedance)
     xd: Value = 0.0
     for _ in range(MOST_FRAMES):
         before = left
         for tick in range(m):
             v = 0.5 * (m - 1) - (tick - phase) % m
-            stage.step(root * xd - v)
-            xd = moves.xd_xd * xd - moves.f_xd * (impedance * xd - root * v)
+            stage.step(port.u(xd, v))
+            xd = moves.xd_xd * xd - moves.f_xd * port.force(xd, v)
         left = float(flatten(stage.sample())[0])
         if abs(left - before) < SETTLED_TICKS:
             break

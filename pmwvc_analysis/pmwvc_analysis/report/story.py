@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.budget.parts import group_of
 from pmwvc_analysis.budget.result import Budget
-from pmwvc_analysis.budget.words import GROUPS
 from pmwvc_analysis.charts.text import quantity
 from pmwvc_analysis.figures import recorded
 from pmwvc_core.plural import count, listed
@@ -113,7 +113,7 @@ def _energy(energies: Budget) -> Iterator[str]:
     groups: dict[str, float] = {}
     for parts in energies.parts.values():
         for part, sums in parts.items():
-            name = next((g for g, members in GROUPS.items() if part in members), "controller")
+            name = group_of(part)
             groups[name] = groups.get(name, 0.0) + float(sums[-1])
     largest = sorted(groups.items(), key=lambda each: -each[1])[:3]
     least = LEAST_RATIO * max(abs(given), *(abs(value) for value in groups.values()))

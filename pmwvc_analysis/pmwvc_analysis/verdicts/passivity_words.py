@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from pmwvc_analysis.budget.criterion import Finding
+from pmwvc_analysis.budget.parts import words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.budget.words import words_of
 from pmwvc_analysis.verdicts.passivity import Passivity
 
 PORTS = {
@@ -112,7 +112,7 @@ def budget_lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, st
         ]
     hidden = {each.part: each.hides for each in found.remainders}
     for part, hides in hidden.items():
-        words = "given by the hand" if part == "hand" else words_of(part)
+        words = words_of(part)
         lines.append((None, f"Remainder, not computed for itself: {words}. It hides {hides}."))
     for port in judged.findings:
         if port.decides and port.passive is False:

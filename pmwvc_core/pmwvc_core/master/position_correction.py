@@ -9,15 +9,12 @@ and who pays for the change (:mod:`.position`, :mod:`.strict_position`).
 Equations: docs/theory.md 9.1, 9.8.
 """
 
-from typing import Any
-
 from pmwvc_core.account import Entry, Role
 from pmwvc_core.master.position_error import PositionError
-from pmwvc_core.numeric import Value, root, truth
+from pmwvc_core.numeric import Value, truth
 from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
-from pmwvc_core.wave.impedance import impedance_of
 
 SPENT = Entry("position_spent", "released by the position feedback", Role.GIVEN)
 ADAPTED = 0.5  # c = K_p tau/sqrt(2b) of an adapted gain
@@ -46,7 +43,6 @@ class PositionCorrection(Stateful):
         """Take other parameters over; what is known of error and round trip stays."""
         self._gain: Value = params.position.gain
         self._adapts = params.position.adapts
-        self._scale: Any = root(2.0 * impedance_of(params))
         self._error.configure(params)
 
     def on_packet(self, packet: WavePacket) -> None:
@@ -54,7 +50,7 @@ class PositionCorrection(Stateful):
         self._error.on_packet(packet)
         lag_s = self._error.round_trip_s
         if self._adapts and truth(lag_s > 0.0):
-            self._gain = (ADAPTED / lag_s) * self._scale
+            self._gain = (ADAPTED / lag_s) * self._error.scale
 
     def receive(self) -> None:
         """Note that the server is there."""

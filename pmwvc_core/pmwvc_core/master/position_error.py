@@ -39,6 +39,13 @@ class PositionError(Stateful):
     """x_m - x_s - x_ref, with x_s of the newest packet [m].
 
     Zero until an avatar's first packet, and where the echo is of a packet not remembered.
+
+    Attributes
+    ----------
+    scale
+        sqrt(2b): wave per distance [sqrt(N s/m)].
+    round_trip_s
+        Lag of slow motion once around [s]; 0: not known yet.
     """
 
     SIGNALS = "_place"
@@ -56,14 +63,14 @@ class PositionError(Stateful):
         self._fresh = False
         self._reference: Value | None = None
         self._newest = 0  # number of the packet last sent
-        self.round_trip_s: Value = 0.0  # lag of slow motion once around, 0: not known yet
+        self.round_trip_s: Value = 0.0
         self.configure(params)
 
     def configure(self, params: MasterParams) -> None:
         """Take other parameters over; the reference stays."""
         self._tick_s = params.tick_s
         self._frame_s = params.frame_s
-        self._scale: Any = root(2.0 * impedance_of(params))
+        self.scale: Any = root(2.0 * impedance_of(params))
         self._hold_s = hold_lag_s(params)
         self._filter_s = filter_lag_s(params)
 
@@ -127,7 +134,7 @@ class PositionError(Stateful):
         up = self._filter_s * self._y + self._since
         up = up + (self._integral - self._sent[packet.echo_seq])
         down = packet.wave * packet.period + self._hold_s * v
-        lag: Value = (up - down) / self._scale
+        lag: Value = (up - down) / self.scale
         return lag
 
 

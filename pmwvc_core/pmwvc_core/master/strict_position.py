@@ -37,7 +37,7 @@ class _Played(PositionError):
 
     def _lag(self, packet: WavePacket, v: Value) -> Value:
         up = self._since + (self._integral - self._sent[packet.echo_seq])
-        lag: Value = (up - self._playout.waiting) / self._scale
+        lag: Value = (up - self._playout.waiting) / self.scale
         return lag
 
 

@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The parts of an energy budget: words, group, and what those hide that are remainders.
+
+A *remainder* is a part of the budget that is not computed for itself: it is the difference
+that the others leave, so that the budget closes with it whatever it is. A false value there is not
+found. *Unchecked* are traces that nothing else on record confirms. The accounts that blocks keep
+(:class:`pmwvc_core.account.Entry`) are parts as well, with the words that they bring.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from pmwvc_core.account import Role
+from pmwvc_core.controllers import entries, has_waves, record_of
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.compensations import COMPENSATIONS
+
+
+class Part(NamedTuple):
+    """A part of a budget.
+
+    Attributes
+    ----------
+    words
+        Empty for those of the account of the same name.
+    group
+        Under which a figure adds it up; what is in none is the controller's own.
+    hides
+        Of a remainder: the quantity whose errors no check finds.
+    """
+
+    words: str
+    group: str = "controller"
+    hides: str = ""
+
+
+PARTS: Mapping[str, Part] = {
+    "hand": Part(
+        "given by the hand",
+        "hands",
+        hides="the work of the hand itself: its force was not recorded",
+    ),
+    "device_kinetic": Part("motion of the device", "devices"),
+    "device_damping": Part(
+        "damping of the device",
+        "devices",
+        hides="damping and friction of the device, and errors of its sensors",
+    ),
+    "sample_hold": Part("sampling and holding at the device", "sampling and safety"),
+    "safety": Part("safety limits", "sampling and safety"),
+    "filter": Part("anti-aliasing filter", "filters and holds"),
+    "rate_drop": Part("rate drop", "filters and holds"),
+    "hold": Part("hold", "filters and holds"),
+    "filter_and_hold": Part(
+        "anti-aliasing filter and hold",
+        "filters and holds",
+        hides="what velocity filter, bank and position feedback accounted for",
+    ),
+    "node": Part("", "filters and holds"),
+    "node_and_link_down": Part("", "filters and holds"),
+    "link_up": Part("link up with packets in flight", "links"),
+    "link_down": Part("link down with packets in flight", "links"),
+    "link": Part(
+        "link in both directions", "links", hides="what the controller accounted for itself"
+    ),
+    "late_decoding": Part("", "server's computation"),
+    "integration": Part(
+        "integration of the server",
+        "server's computation",
+        hides="the energy of the contacts' springs and the heat of their dampers",
+    ),
+    "withheld": Part("", "server's computation"),
+    "contained": Part("", "server's computation"),
+    "contact_damping": Part("damping of the contacts", "contacts"),
+    "contact_stored": Part("springs of the contacts", "contacts"),
+    "environment_stored": Part("stored by the environment", "contacts"),
+    "environment_heat": Part(
+        "dissipated in the environment",
+        "contacts",
+        hides="how what the environment took divides into stored and heat",
+    ),
+    "object_kinetic": Part("motion of the object", "object"),
+    "object_damping": Part("damping of the object", "object"),
+    "filter_and_rate_drop": Part("anti-aliasing filter and rate drop"),
+    "bank": Part(
+        "splitting and joining of the filter bank",
+        hides="what the local model accounted as stored and dissipated",
+    ),
+    "environment_stored_and_environment_heat": Part("environment"),
+}
+OTHERS = Part("")
+OWN = "what a controller accounts for itself and no signal shows"
+LEVEL = "a level that the balance does not use"
+
+
+def accounted(accounts: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the accounts that are parts of a budget, as energy taken in."""
+    signs = {name: entry.sign for name, entry in entries().items()}
+    return {name: signs[name] * sums for name, sums in accounts.items() if signs.get(name)}
+
+
+def words_of(part: str) -> str:
+    """Return a part in words, or several that are judged together."""
+    known = PARTS.get(part)
+    if known is not None and known.words:
+        return known.words
+    if "_and_" in part:
+        return ", ".join(words_of(each) for each in part.split("_and_"))
+    entry = entries().get(part)
+    return entry.part or entry.words if entry else part.replace("_", " ")
+
+
+def group_of(part: str) -> str:
+    """Return the group under which a part is added up."""
+    return PARTS.get(part, OTHERS).group
+
+
+def account_words(account: str) -> str:
+    """Return a controller's account in words."""
+    entry = entries().get(account)
+    return entry.words if entry else account.replace("_", " ")
+
+
+class Remainder(NamedTuple):
+    """A part that the budget does not compute for itself."""
+
+    owner: str
+    part: str
+
+    @property
+    def hides(self) -> str:
+        """The quantity whose errors no check finds."""
+        return PARTS[self.part].hides
+
+
+def of_server(scenario: Scenario) -> set[str]:
+    """Return the parts of the server that are remainders."""
+    coupling = scenario.coupling
+    if coupling.black_box:
+        return {"environment_heat"}
+    return set() if coupling.exact else {"integration"}
+
+
+def unchecked(scenario: Scenario) -> dict[str, str]:
+    """Return the traces of a session that nothing else on record confirms, and why.
+
+    Names as in :mod:`pmwvc_core.traces`, those of the server after ``server.``, an
+    account after ``accounts.``
+    """
+    return dict(_unchecked(scenario))
+
+
+def _unchecked(scenario: Scenario) -> Iterator[tuple[str, str]]:
+    waves = has_waves(scenario.controller)
+    masters = [user.master for user in scenario.users]
+    accounts = [*record_of(scenario.controller).accounts]
+    if scenario.coupling.black_box:
+        accounts += COMPENSATIONS.of(scenario.server.compensation).accounts
+    for entry in accounts:
+        if entry.role is not Role.SHOWN:
+            why = LEVEL if entry.role is Role.LEVEL else OWN
+            yield f"accounts.{entry.name}", why
+            yield f"server.accounts.{entry.name}", why
+    if not waves:
+        yield "f_m", "nothing but the limits stands between it and the force applied"
+    elif any(m.velocity_filter.kind != "none" or m.bank.kind != "none" for m in masters):
+        yield "f_m", "parts that answer a shortened wave change v_m with it"
+    if scenario.strict:
+        yield "u_m_lp", "packets are not its samples"
+        yield "energy.v_rx", "packets and playout are compared without it"
+    kinds = {m.filter.kind for m in masters}
+    if waves and (any(m.position.is_on for m in masters) or "integrate_and_dump" in kinds):
+        yield "u_m_lp", "packets are not its samples"
+    if "integration" in of_server(scenario):
+        yield "server.potential", PARTS["integration"].hides
+        yield "server.dissipated", PARTS["integration"].hides
+    if scenario.coupling.black_box:
+        for name in ("x_o", "xd_o", "kinetic"):
+            yield f"server.{name}", "what the environment shows, and no account uses"
