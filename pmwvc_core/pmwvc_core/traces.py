@@ -59,7 +59,7 @@ class ServerTraces:
     """The server: a row per step of the environment; lists per user in the order of ``users``."""
 
     users: list[str]
-    period_s: float
+    periods_s: Array  # (step,) [s] how long each step lasts
     time_s: Array  # (step,)
     step: Integers  # (step,)
     x_o: Array  # (..., step, dof)
@@ -79,6 +79,11 @@ class ServerTraces:
     dissipated: Array
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., step) [J]
 
+    @property
+    def period_s(self) -> float:
+        """Length of the longest step [s]: of all, where it did not change."""
+        return float(self.periods_s.max(initial=0.0))
+
 
 @dataclass
 class PacketTraces:
@@ -89,6 +94,7 @@ class PacketTraces:
     epoch: NDArray[np.uint64]
     seq: Integers
     sent_ns: Integers  # the sender's monotonic clock
+    period_s: Array  # time that each stands for
     wave: Array  # (packet, dof)
     integral: Array
     energy: Array

@@ -55,7 +55,18 @@ class TraceBlocks:
         self, rate_drop: int, dof: int, work: DeviceWork, publish: Callable[[Block], None]
     ) -> None:
         self._filled, self._waiting = (Block(rate_drop, dof) for _ in range(2))
+        self._dof = dof
         self._work, self._publish = work, publish
+
+    @property
+    def count(self) -> int:
+        """Ticks in the block that is being filled."""
+        return self._filled.count
+
+    def resize(self, rate_drop: int) -> None:
+        """Go on with blocks of so many ticks, before the first tick of one."""
+        if self._filled.ticks != rate_drop:
+            self._filled = Block(rate_drop, self._dof)
 
     def put(self, number: int, tick: Tick, row: Row, compute_ns: int) -> None:
         """Note a tick: its number from the first one, and its signals."""

@@ -20,6 +20,7 @@ from pmwvc_master.devices import HapticDevice
 from pmwvc_master.loop_wires import Wires
 
 PRIORITY = 20
+TRACE_TICK, MOTION_TICK = 1, 2  # of a frame, that publish; the last one of a shorter frame
 
 
 class MasterLoop:
@@ -55,7 +56,6 @@ class MasterLoop:
         self.samples = 0  # of the device, that were new
         self.memory = RealTimeReport()  # granted before the start
         self.report: RealTimeReport | None = None
-        self._trace_tick, self._motion_tick = (min(k, protocol.rate_drop - 1) for k in (1, 2))
         self._clock = clock
         self._trace = TraceBlocks(
             protocol.rate_drop, dof, self.work, lambda block: wires.publish_trace(block, self)
@@ -83,30 +83,34 @@ class MasterLoop:
 
     def tick(self, tick: Tick) -> None:
         """Run one tick of the grid."""
-        protocol, tick_in_frame = self.protocol, tick.grid % self.protocol.rate_drop
+        protocol = self.protocol
         if self._first is None:
-            if tick_in_frame:
+            if tick.grid % protocol.rate_drop:
                 return  # begin with a whole frame
             self._first = tick.grid
+        starts = protocol.starts_frame(tick.grid)
         self.missed += tick.skipped
         sample = self.device.read(tick.due_ns)
         self.samples += sample.fresh
         self.work.moved(protocol.x, sample)
-        if tick.skipped and not protocol.starts_frame(tick.grid):
+        if tick.skipped and not starts:
             self._trace.close(protocol.report())
         packets = self.link.take()
         f, packet, row = protocol.tick(tick.grid, self._clock(), sample, packets)
         self.device.write(f)
         if packet is not None:
             self.link.send(packet)
+        if starts:
             self._trace.close(protocol.ended)
+            self._trace.resize(protocol.rate_drop)
         if protocol.coupled and not self._coupled:
             self._coupled = True
             self.device.couple()
         self.work.held = f, sample.f_h
-        if tick_in_frame == self._trace_tick:
+        in_frame, last = self._trace.count, tick.grid + 1 == protocol.next_frame
+        if in_frame == TRACE_TICK or (last and in_frame < TRACE_TICK):
             self._trace.publish()
-        if tick_in_frame == self._motion_tick:
+        if in_frame == MOTION_TICK or (last and in_frame < MOTION_TICK):
             self.wires.publish_motion(sample, f, tick.due_ns)
         compute_ns = self._clock() - tick.woke_ns
         self.health.add(tick.lateness_ns, compute_ns)

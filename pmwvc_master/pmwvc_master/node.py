@@ -127,11 +127,12 @@ class Master:
         self.device.close()
         self._receptions.end()
         # A reader may forget what it has not yet taken of a writer that is gone.
-        time.sleep(FAREWELL_PERIODS * self.settings.period_s)
+        newest = self.loop.protocol.inbox.newest
+        time.sleep(FAREWELL_PERIODS * (newest.period if newest else self.settings.period_s))
 
     def _change_master(self, params: MasterParams) -> None:
-        controller = self.loop.protocol.controller
-        self.loop.protocol.hand_over(lambda: controller.configure(params))
+        protocol = self.loop.protocol
+        protocol.hand_over(lambda: protocol.configure(params))
         self._warn(params)
 
     def _change_safety(self, params: SafetyParams) -> None:

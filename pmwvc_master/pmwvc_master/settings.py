@@ -8,6 +8,7 @@ from typing import Any
 
 from rclpy.node import Node
 
+from pmwvc_core.controllers import is_strict
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.assembly import make_force_loop
 from pmwvc_core.frame.force_loop import ForceLoop
@@ -29,6 +30,7 @@ from pmwvc_core.params import (
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
 from pmwvc_core.runtime.session_token import declare_token
+from pmwvc_core.scenario.rates import NEEDS_STRICT
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP
 from pmwvc_core.transport.token import Token
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
@@ -54,6 +56,23 @@ class MasterSettings:
     task: TaskParams
     contact: ContactParams
     token: Token | None
+
+    @property
+    def strict(self) -> bool:
+        """Whether the waves run on the strict channel."""
+        return is_strict(self.controller, self.channel)
+
+    def check_deadband(self, master: MasterParams) -> None:
+        """Refuse a deadband that the channel or the receiver cannot do with.
+
+        Raises
+        ------
+        ParameterError
+            With the reason.
+        """
+        wrong = master.deadband.problem(strict=self.strict, timeout_s=self.safety.timeout_s)
+        if wrong:
+            raise ParameterError(f"master.deadband.{wrong}")
 
     def make_force_loop(self, epoch: int, info: DeviceInfo) -> ForceLoop:
         """Return this user's end of the protocol, for a device that declares this of itself."""
@@ -110,6 +129,12 @@ def declare_settings(
     def designed(master: MasterParams) -> None:
         WaveMaster(master)  # refuses a change that the force loop could not make
 
+    def allowed(old: MasterParams, new: MasterParams) -> None:
+        """Refuse a change of the packets that the channel cannot carry."""
+        if new.rate_drop != old.rate_drop and not settings.strict:
+            raise ParameterError(f"master.rate_drop = {new.rate_drop}: {NEEDS_STRICT}")
+        settings.check_deadband(new)
+
     binding = ParameterBinding(node)
     settings = MasterSettings(
         controller=value("controller", TOP["controller"], "pmwvc"),
@@ -119,7 +144,9 @@ def declare_settings(
         side=value("side", SIDE, -1),
         period_s=shared("period_s"),
         object_size_m=shared("object_size_m"),
-        master=binding.declare("master", MasterParams, on_master, check=designed),
+        master=binding.declare(
+            "master", MasterParams, on_master, check=designed, check_change=allowed
+        ),
         baseline=declare(node, "baseline", BaselineParams),
         safety=binding.declare("safety", SafetyParams, on_safety, check_change=check_change),
         device=declare(node, "device", DeviceParams),
@@ -130,6 +157,7 @@ def declare_settings(
     )
     if settings.side == 0:
         raise ParameterError("side = 0: must be -1 or 1")
+    settings.check_deadband(settings.master)
     wrong = matrix_conflicts(settings.master.impedance_matrix, settings.dof)
     if wrong:
         raise ParameterError(f"master.{wrong[0]}")

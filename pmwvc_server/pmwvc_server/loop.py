@@ -14,13 +14,15 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.frame.schedule import LIVE, next_on_grid
 from pmwvc_core.frame.server_step import Presence, ServerRow, ServerStep
+from pmwvc_core.params import ServerParams
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time
 from pmwvc_core.transport.packet import PacketLink
 
 PRIORITY = 20
+PHASE_NS = round(LIVE.server_s * 1e9)
 
 
 class Wires(Protocol):
@@ -57,12 +59,10 @@ class ServerLoop:
         protocol: ServerStep,
         *,
         wires: Wires,
-        period_s: float,
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         self.protocol = protocol
         self.wires = wires
-        self.period_s = period_s
         self.missed = 0
         self.health = Health()
         self.memory = RealTimeReport()  # granted before the start
@@ -70,18 +70,31 @@ class ServerLoop:
         self.changes: deque[tuple[int, Presence]] = deque(maxlen=1000)
         self._clock = clock
         self._links = wires.links
+        self._due_ns = 0  # of the present step
         self._before = tuple(protocol.presence)
 
     def run(self, stop: threading.Event) -> None:
         """Step in this thread until ``stop`` is set."""
         self.report = self.memory + request_real_time(PRIORITY)
-        phase_ns = round(LIVE.server_s * 1e9)
-        for tick in Pacer(round(self.period_s * 1e9), phase_ns=phase_ns).ticks(stop):
+        pacer = Pacer(self._period_ns, phase_ns=PHASE_NS)
+        for tick in pacer.ticks(stop):
             self.tick(tick)
+            if pacer.period_ns != self._period_ns:
+                pacer.retime(self._period_ns)
+
+    @property
+    def _period_ns(self) -> int:
+        return round(self.protocol.params.period_s * 1e9)
+
+    def configure(self, params: ServerParams) -> None:
+        """Take other parameters over in a step; with another period it ends on the new grid."""
+        ends_ns = next_on_grid(self._due_ns, round(params.period_s * 1e9), PHASE_NS)
+        self.protocol.configure(params, first_s=(ends_ns - self._due_ns) * 1e-9)
 
     def tick(self, tick: Tick) -> None:
         """Take in what has arrived, step, answer."""
         self.missed += tick.skipped
+        self._due_ns = tick.due_ns
         packets = [link.take() for link in self._links]
         answers, row = self.protocol.tick(self._clock(), packets)
         if row is None:

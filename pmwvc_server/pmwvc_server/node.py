@@ -68,7 +68,6 @@ class Server:
                 period_s=settings.server.period_s,
                 token=settings.token,
             ),
-            period_s=settings.server.period_s,
         )
         if node.get_parameter("paused").value:
             self._pause(PauseParams(paused=True))
@@ -109,7 +108,7 @@ class Server:
         self._receptions.end()
 
     def _change(self, params: ServerParams) -> None:
-        self._pending.append(partial(self.loop.protocol.server.configure, params))
+        self._pending.append(partial(self.loop.configure, params))
 
     def _change_contact(self, user: int, params: ContactParams) -> None:
         impedance = self.settings.users[user].impedance(params)

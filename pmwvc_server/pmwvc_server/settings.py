@@ -18,6 +18,7 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from pmwvc_core.controllers import is_strict
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.assembly import UserAtServer, make_server_step
 from pmwvc_core.frame.server_step import ServerStep
@@ -41,6 +42,7 @@ from pmwvc_core.runtime.parameters import (
     set_together,
 )
 from pmwvc_core.runtime.session_token import declare_token
+from pmwvc_core.scenario.rates import PERIOD, why_fixed
 from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP
 from pmwvc_core.scenario.server_times import ServerTimes
 from pmwvc_core.server.couplings import COUPLINGS
@@ -201,13 +203,16 @@ def declare_settings(
             )
             for number, name in enumerate(names)
         ),
-        server=binding.declare("server", ServerParams, on_server, check_change=_check_change),
+        server=binding.declare("server", ServerParams, on_server, check_change=for_all.check),
         watchdog=declare(node, "safety", WatchdogParams),
         task=declare(node, "task", TaskParams),
         token=declare_token(node, user=""),
     )
     for_all.black_box = COUPLINGS.of(settings.server.coupling).black_box
+    for_all.strict = is_strict(settings.controller, settings.channel)
+    for_all.timeout_s = settings.watchdog.timeout_s
     for user in settings.users:
+        for_all.check_deadband(user.contact)
         for group, given in (("master", user.port), ("server", user.contact)):
             wrong = matrix_conflicts(given.impedance_matrix, settings.dof)
             if wrong:
@@ -221,7 +226,8 @@ class _ForAll:
     def __init__(self, node: Node, users: list[str]) -> None:
         self._node, self._users = node, users
         self.contact = ContactParams()
-        self.black_box = False
+        self.black_box = self.strict = False
+        self.timeout_s = 0.0
 
     def pass_on(self, new: ContactParams) -> None:
         """Hand what changed for all users to each of them."""
@@ -234,15 +240,26 @@ class _ForAll:
         """Refuse what a black box would not notice."""
         if self.black_box and new != old:
             raise ParameterError(f"server: {BLACK_BOX}")
+        self.check_deadband(new)
 
+    def check_deadband(self, contact: ContactParams) -> None:
+        """Refuse a deadband that the channel or the receiver cannot do with."""
+        wrong = contact.deadband.problem(strict=self.strict, timeout_s=self.timeout_s)
+        if wrong:
+            raise ParameterError(f"server.deadband.{wrong}")
 
-def _check_change(old: ServerParams, new: ServerParams) -> None:
-    """Refuse changes around a black box, and a coupling that cannot be made."""
-    couplings = [COUPLINGS.of(params.coupling) for params in (old, new)]
-    if new != old and any(coupling.black_box for coupling in couplings):
-        raise ParameterError(f"server.coupling = {new.coupling!r}: {BLACK_BOX}")
-    if (new.coupling, new.integrator) != (old.coupling, old.integrator):
-        solver_of(couplings[1], new)
+    def check(self, old: ServerParams, new: ServerParams) -> None:
+        """Refuse changes around a black box, a coupling that cannot be made, and a period that
+        cannot change.
+        """
+        couplings = [COUPLINGS.of(params.coupling) for params in (old, new)]
+        if new != old and any(coupling.black_box for coupling in couplings):
+            raise ParameterError(f"server.coupling = {new.coupling!r}: {BLACK_BOX}")
+        if (new.coupling, new.integrator) != (old.coupling, old.integrator):
+            solver_of(couplings[1], new)
+        fixed = why_fixed(PERIOD, strict=self.strict, server=new, coupling=couplings[1])
+        if fixed and new.period_s != old.period_s:
+            raise ParameterError(f"{PERIOD} = {new.period_s:g}: {fixed}")
 
 
 def declare_changed(node: Node) -> Callable[[int], None]:

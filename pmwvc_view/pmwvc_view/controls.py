@@ -10,6 +10,7 @@ from pmwvc_core.controllers.library import RECORDS, record_of
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.scenario.names import resolved, spec_of, split_user
+from pmwvc_core.scenario.rates import PERIOD, RATE_DROP, why_fixed
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.scenario.scenario import TOP, Scenario, User
 
@@ -57,6 +58,8 @@ CONTROLS = (
     Control("server.object_damping", "damping of the object", "server", (0.0, 50.0)),
     Control("server.object_mass", "mass of the object", "server", (0.2, 5.0)),
     Control(IMPEDANCE, "wave impedance b", "master", (5.0, 100.0)),
+    Control(RATE_DROP, "ticks per packet M", "master", (1.0, 100.0)),
+    Control(PERIOD, "period of the server", "server", (0.001, 0.1)),
     Control(CONTROLLER, "controller", "master"),
     Control(CHANNEL, "channel of the waves", "master"),
 )
@@ -76,6 +79,21 @@ def control_of(path: str) -> Control:
     if found is None or (number and rest in AT_RESTART):
         raise ParameterError(f"{path}: cannot be changed here")
     return found
+
+
+def require_changeable(scenario: Scenario, control: Control) -> None:
+    """Refuse a change of what is fixed in a session of this scenario once it runs.
+
+    Raises
+    ------
+    ParameterError
+        With the reason.
+    """
+    fixed = why_fixed(
+        control.path, strict=scenario.strict, server=scenario.server, coupling=scenario.coupling
+    )
+    if fixed:
+        raise ParameterError(f"{control.path}: {fixed}")
 
 
 def changed(scenario: Scenario, values: Settings) -> Scenario:

@@ -7,7 +7,6 @@ As the simulator (:mod:`pmwvc_core.simulation.session`), frame start, server ste
 one instant; unlike it this session has no end, and its links change while it runs.
 """
 
-import math
 from collections.abc import Sequence
 from functools import partial
 
@@ -16,6 +15,7 @@ import numpy as np
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.frame.assembly import server_step_of
 from pmwvc_core.frame.force_loop import SIGNALS
+from pmwvc_core.frame.schedule import next_on_grid
 from pmwvc_core.frame.server_step import ServerRow
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.plant.remote_hand import RemoteHand, Target
@@ -29,6 +29,7 @@ from pmwvc_view.feed import Feed
 from pmwvc_view.traces import Block, Step
 
 CONDITIONS = Conditions()
+LONGEST = 8  # ticks at once, so that a page is shown often enough
 _COLUMNS = [SIGNALS.index(name) for name in traces.SIGNALS]
 
 
@@ -81,8 +82,7 @@ class Simulation:
             SimulatedUser(scenario, i, runs=1, server_inbox=inbox, conditions=CONDITIONS)
             for i, inbox in enumerate(self._server.inboxes)
         ]
-        self._every = scenario.period_ticks
-        self._chunk = math.gcd(self._every, *(user.times.rate_drop for user in self._users))
+        self._serve_at = 0  # tick of the server's next step
         self.tick_ns = round(scenario.tick_s * 1e9)
         self.targets: dict[str, PageTargets] = {}
         for user in self._users:
@@ -92,10 +92,13 @@ class Simulation:
         self.tick = 0
 
     def run(self, until_tick: int) -> None:
-        """Step up to a tick, in whole chunks."""
-        while self.tick + self._chunk <= until_tick:
-            self._step()
-            self.tick += self._chunk
+        """Step up to a tick, from one frame start or step of the server to the next."""
+        while self.tick < until_tick:
+            self._begin()
+            begins = [self._serve_at, *(user.loop.next_frame for user in self._users)]
+            after = min(*begins, self.tick + LONGEST, until_tick)
+            self._advance(after)
+            self.tick = after
 
     def change(self, old: Scenario, new: Scenario) -> None:
         """Change parameters of a running session.
@@ -107,7 +110,7 @@ class Simulation:
         """
         server = self._server
         if new.server != old.server:
-            server.hand_over(partial(server.server.configure, new.server))
+            server.hand_over(partial(self._configure_server, new))
         for index, (user, one, other) in enumerate(
             zip(self._users, old.users, new.users, strict=True)
         ):
@@ -115,6 +118,11 @@ class Simulation:
             if other.contact != one.contact:
                 port = index, other.contact, other.server_impedance
                 server.hand_over(partial(server.configure_user, *port))
+
+    def _configure_server(self, new: Scenario) -> None:
+        """Give the server other parameters in a step; it ends where the next one begins."""
+        ends = next_on_grid(self.tick, new.period_ticks)
+        self._server.configure(new.server, first_s=(ends - self.tick) * new.tick_s)
 
     def round_trips(self) -> dict[str, float | None]:
         """Return the measured round trip of every user, by column [s]."""
@@ -136,15 +144,19 @@ class Simulation:
     def _link(self, user: int, way: int) -> SimulatedLink:
         return self._users[user].down if way else self._users[user].up
 
-    def _step(self) -> None:
-        """Run one chunk: what is due at its first tick, then its ticks."""
+    def _begin(self) -> None:
+        """Run what is due at the present tick: frame starts, and the server's step."""
         tick, now_ns = self.tick, self.tick * self.tick_ns
         for user in self._users:
-            if tick % user.times.rate_drop == 0:
-                user.send(tick, now_ns)
-        if tick % self._every == 0:
+            user.send(tick, now_ns)
+        if tick == self._serve_at:
             self._serve(now_ns)
-        ticks = range(tick, tick + self._chunk)
+            every = round(self._server.params.period_s * 1e9) // self.tick_ns
+            self._serve_at = next_on_grid(tick, every)
+
+    def _advance(self, after: int) -> None:
+        """Run the ticks from the present one on."""
+        ticks = range(self.tick, after)
         times = [number * self.tick_ns for number in ticks]
         for name, user in zip(self._names, self._users, strict=True):
             values = user.advance(ticks, times)

@@ -160,6 +160,7 @@ class SimulatedSession(Session):
         """Change a parameter."""
         try:
             control = controls.control_of(path)
+            controls.require_changeable(self._wanted, control)
             wanted = controls.changed(self._wanted, {path: value})
         except PmwvcError as error:
             return Answer(False, str(error))

@@ -145,3 +145,32 @@ def test_at_the_server_a_user_has_what_all_have_until_set_otherwise():
 def test_a_wrong_value_is_named_with_its_user(values, text):
     with node(values) as given, pytest.raises(ParameterError, match=text):
         declare_server(given)
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "value"),
+    [("server", "server.period_s", 0.02), ("user1", "master.rate_drop", 4)],
+)
+def test_rates_change_on_the_strict_channel_and_are_refused_on_the_plain_one(
+    planned, kind, name, value
+):
+    declare = declare_server if kind == "server" else lambda n: declare_master(n, *[print] * 2)
+    for channel, words in (("plain", "can change on the strict channel only"), ("strict", "")):
+        with node(planned[1][kind] | {"channel": channel}) as made:
+            declare(made)
+            found = made.set_parameters_atomically([Parameter(name, value=value)])
+            assert found.successful == (channel == "strict")
+            assert words in found.reason
+
+
+@pytest.mark.parametrize("kind", ["server", "user1"])
+def test_a_deadband_needs_the_strict_channel_and_packets_before_the_silence(planned, kind):
+    name = "user1.server.deadband" if kind == "server" else "master.deadband"
+    declare = declare_server if kind == "server" else lambda n: declare_master(n, *[print] * 2)
+    for given, words in (
+        ({"channel": "plain"}, "needs channel = strict"),
+        ({"channel": "strict", f"{name}.longest_s": 0.03}, "must be < safety.timeout_s = 0.03 s"),
+    ):
+        with node(planned[1][kind] | given | {f"{name}.kind": "weber"}) as made:
+            with pytest.raises(ParameterError, match=words):
+                declare(made)

@@ -61,7 +61,7 @@ class Direction:
         self.of, self.receiver = schedule, receiver
         self.rng = np.random.default_rng(schedule["seed"])
         self.packer = Packer(1, period=PERIOD_S)
-        self.paid = self.given = self.out = self.moved = 0.0
+        self.paid = self.given = self.out = self.moved = self.paid_before = 0.0
         self.least = np.inf
         self.held_back = []
         self.now_ns = 0
@@ -69,7 +69,7 @@ class Direction:
     def run(self, packets=24):
         for k in range(packets):
             if self.of["restarts"] and k == packets // 2:
-                self.packer = Packer(2, period=PERIOD_S)
+                self.packer, self.paid_before = Packer(2, period=PERIOD_S), self.paid
                 self.step(100)
             for packet in self.network(k):
                 self.receiver.push(packet, self.now_ns)
@@ -84,7 +84,8 @@ class Direction:
         share = self.rng.random() if self.of["underpaid"] else 1.0
         self.paid = self.paid + share * squared(wave) * 0.5 * period_s
         self.moved += float(np.sum(squared(wave))) * 0.5 * period_s
-        packet = self.packer.pack(wave, 0.0 * wave, self.now_ns, energy=self.paid)
+        paid = self.paid - self.paid_before  # of this life of the sender
+        packet = self.packer.pack(wave, 0.0 * wave, self.now_ns, energy=paid)
         fate, late = of(self.of["fates"], k), self.held_back
         self.held_back = {"late": [packet], "held back": [*late, packet]}.get(fate, [])
         if fate == "held back":

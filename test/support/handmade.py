@@ -157,7 +157,7 @@ def _server(
     still = np.zeros((len(frames), dof))
     return ServerTraces(
         users=names,
-        period_s=FRAME_S,
+        periods_s=np.full(len(frames), FRAME_S),
         time_s=frames * FRAME_S,
         step=frames + 1,
         x_o=still.copy(),
@@ -200,6 +200,7 @@ def _add_network(
                 epoch=np.full(len(times), epoch, dtype=np.uint64),
                 seq=(frames + 1)[rows],
                 sent_ns=sent_ns[rows],
+                period_s=np.full(len(times), FRAME_S),
                 wave=wave[key][rows],
                 integral=(np.cumsum(wave[key], axis=0) * FRAME_S)[rows],
                 energy=_energy(wave[key], FRAME_S)[rows],

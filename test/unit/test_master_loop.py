@@ -5,6 +5,7 @@
 import math
 import sys
 import threading
+from dataclasses import replace
 
 import pytest
 from support.loop_rig import FRAME_S, TICK_NS, TICKS, Rig
@@ -23,6 +24,19 @@ def test_the_loop_begins_with_a_whole_frame():
     assert not rig.wires.sent and not rig.device.forces
     rig.tick(8)
     assert len(rig.wires.sent) == 1 and len(rig.device.forces) == 1
+
+
+def test_another_rate_begins_with_the_next_frame_and_lies_on_its_own_grid():
+    rig = Rig(rate_drop=8)
+    rig.ticks(*range(11))
+    protocol = rig.loop.protocol
+    wanted = replace(protocol.controller.params, rate_drop=20)
+    protocol.hand_over(lambda: protocol.configure(wanted))
+    rig.ticks(*range(11, 62))
+    assert [first for first, *_ in rig.wires.blocks] == [0, 8, 16, 20, 40]
+    assert [len(series["x"]) for *_, series in rig.wires.blocks] == [8, 8, 4, 20, 20]
+    periods = [round(packet.period * 1e3) for packet in rig.wires.sent]
+    assert periods == [8, 8, 8, 4, 20, 20]  # of the frame that ends
 
 
 @pytest.mark.parametrize("rate_drop", [1, 2, 8, 20])

@@ -66,6 +66,16 @@ def test_phase_shifts_the_grid(phase_ns: int, due_ns: int) -> None:
     assert pacer_on(InventedClock(7 * MS), phase_ns=phase_ns).wait().due_ns == due_ns
 
 
+def test_another_period_goes_on_with_the_first_point_of_its_grid() -> None:
+    pacer = pacer_on(InventedClock(), period_ns=8 * MS, phase_ns=2 * MS)
+    dues = [pacer.wait().due_ns // MS for _ in range(4)]
+    for period_ms, count in ((20, 3), (5, 3), (8, 2)):
+        pacer.retime(period_ms * MS)
+        dues += [pacer.wait().due_ns // MS for _ in range(count)]
+    assert dues == [2, 10, 18, 26, 42, 62, 82, 87, 92, 97, 98, 106]
+    assert pacer.missed == 0
+
+
 def test_loops_with_the_same_period_keep_the_same_deadlines_whenever_they_start() -> None:
     early, late = InventedClock(1_234_567), InventedClock(9_876_543)
     first, second = pacer_on(early), pacer_on(late)

@@ -50,7 +50,7 @@ def test_nested_groups_defaults_and_fixed_ones_are_reported():
     rows = rows_of(group_table("master", MasterParams))
     assert rows["master.filter.pole_rad_s"][2] == "null"
     assert rows["master.filter.kind"][2] == "integrate_and_dump"
-    assert rows["master.rate_drop"][4].endswith("fixed once running")
+    assert rows["master.tick_s"][4].endswith("fixed once running")
     assert rows_of(group_table("link.up", LinkParams))["link.up.keep_order"][2] == "true"
 
 

@@ -70,7 +70,7 @@ def test_zero_takes_an_optional_number_back():
 def test_what_is_fixed_at_the_start_stays():
     with ros() as peer:
         _, changes = bind(peer.node, "master", MasterParams)
-        assert "read-only" in change(peer.node, master__rate_drop=4)
+        assert "read-only" in change(peer.node, master__tick_s=0.002)
         assert changes == []
 
 

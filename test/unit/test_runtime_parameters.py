@@ -85,7 +85,8 @@ def test_a_type_and_an_inclusive_range_are_reported():
     with ros() as peer:
         bind(peer.node, "master", MasterParams)
         ticks = peer.node.describe_parameter("master.rate_drop")
-        assert (ticks.type, ticks.read_only) == (ParameterType.PARAMETER_INTEGER, True)
+        assert (ticks.type, ticks.read_only) == (ParameterType.PARAMETER_INTEGER, False)
+        assert peer.node.describe_parameter("master.tick_s").read_only
         assert [(r.from_value, r.to_value) for r in ticks.integer_range] == [(1, 1000)]
         impedance = peer.node.describe_parameter("master.impedance")
         assert (impedance.type, impedance.read_only) == (ParameterType.PARAMETER_DOUBLE, False)

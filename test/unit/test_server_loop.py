@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The steps of the server and their users on an invented grid: no clock, no ROS."""
 
+from functools import partial
+
 import pytest
 
 from pmwvc_core.frame.assembly import UserAtServer, make_server_step
@@ -65,7 +67,6 @@ class Rig:
                 idle_until_joined=True,
             ),
             wires=self.wires,
-            period_s=PERIOD_S,
             clock=lambda: self.now_ns,
         )
 
@@ -214,3 +215,21 @@ def test_a_pause_stands_still_without_energy_and_users_join_anew_after_it():
     rig.step(0, 1)
     assert rig.presence == ["COUPLED", "COUPLED"]
     assert [box.lost for box in protocol.inboxes] == [0, 0]
+
+
+def test_another_period_begins_with_the_next_step_and_lies_on_its_own_grid():
+    rig = Rig()
+    rig.step(0, 1, times=3)
+    changes = {42: 0.02, 82: 0.008, 98: 0.02}  # time of the step that takes it [ms], period [s]
+    lasted = {}
+    for due_ms in (42, 62, 82, 90, 98, 102, 122):
+        rig.now_ns = due_ms * 1_000_000
+        if due_ms in changes:
+            wanted = ServerParams(period_s=changes[due_ms])
+            rig.loop.protocol.hand_over(partial(rig.loop.configure, wanted))
+        rig.send(0)
+        rig.loop.tick(Tick(0, 0, rig.now_ns, rig.now_ns, 0, 0))
+        lasted[due_ms] = round(rig.loop.protocol.period_s * 1e3)
+    # Only the step at 98 ms is shorter: 102 ms is on the grid of 20 ms, 2 ms behind its points.
+    assert lasted == {42: 20, 62: 20, 82: 8, 90: 8, 98: 4, 102: 20, 122: 20}
+    assert [round(p.period * 1e3) for p in rig.wires.links[0].sent[-7:]] == list(lasted.values())

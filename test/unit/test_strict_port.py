@@ -10,10 +10,19 @@ from hypothesis import strategies as st
 from pmwvc_core.master import WaveMaster
 from pmwvc_core.master.strict_port import LIMIT_J, MORE, MUCH_J, StrictMaster
 from pmwvc_core.params import FilterParams, MasterParams
+from pmwvc_core.transport import Packer
 from pmwvc_core.wave.playout import Playout
 
 M, TICK_S, B = 8, 0.001, 25.0
 ROOT = np.sqrt(2.0 * B)
+
+
+def made(playout=None):
+    """Return a port at rest."""
+    packer = Packer(1, period=M * TICK_S)
+    return StrictMaster(
+        MasterParams(impedance=B, rate_drop=M), playout or Playout(most_repaid=0.1), packer
+    )
 
 
 def ends(seed, *, limited=1.0, count_m=0.0, ticks=400):
@@ -22,7 +31,7 @@ def ends(seed, *, limited=1.0, count_m=0.0, ticks=400):
     """
     rng = np.random.default_rng(seed)
     playout = Playout(most_repaid=0.1)
-    port = StrictMaster(MasterParams(impedance=B, rate_drop=M), playout)
+    port = made(playout)
     x = work = up = down = xd = 0.0
 
     def read():
@@ -90,7 +99,7 @@ def test_the_plain_port_loses_displacement():
 
 def test_a_node_that_owes_lets_the_returning_wave_wait():
     playout = Playout(most_repaid=0.1)
-    port = StrictMaster(MasterParams(impedance=B, rate_drop=M), playout)
+    port = made(playout)
     playout.add(0.1 * 0.1, 0.5 * 0.1**2 * 0.1, 0.1)
     x = 0.0
     for _ in range(20):  # a force that pushes along with the motion, which no wave pays for
@@ -105,7 +114,7 @@ def test_a_node_that_owes_lets_the_returning_wave_wait():
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0, 5.0])
 def test_what_packets_are_owed_is_felt_as_damping_and_no_force_at_rest(share):
-    port = StrictMaster(MasterParams(impedance=B, rate_drop=M), Playout(most_repaid=0.1))
+    port = made()
     port.step(0.0, 0.0)
     port.applied(0.0)
     port.owed_j = share * MUCH_J
@@ -116,7 +125,7 @@ def test_what_packets_are_owed_is_felt_as_damping_and_no_force_at_rest(share):
 
 def test_what_packets_lacked_behind_an_encoder_is_paid_with_the_next_ones():
     """The force is held back for two frames; what is needed twice is there within a second."""
-    port = StrictMaster(MasterParams(impedance=B, rate_drop=M), Playout(most_repaid=0.1))
+    port = made()
     read = before = wave_j = 0.0
     owed_j = []
     for k in range(125 * M):

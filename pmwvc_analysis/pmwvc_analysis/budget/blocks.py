@@ -124,12 +124,10 @@ def channel(
     includes what is in flight, and what becomes of packets at a server of another period. Where
     parts stand around the port, only the sum of filter and hold is seen in the signals.
     """
-    user, frame_s, (u_s, v_s) = sums.user, known.master.frame_s, at_server
+    user, (u_s, v_s) = sums.user, at_server
     u_m, v_m = _kept_sum(sums, "u_m"), _kept_sum(sums, "v_m")
-    u_tx = sums.of_blocks(user.energy["u_tx"], frame_s)
-    v_rx = sums.of_blocks(
-        user.energy["v_rx"], frame_s, after_s=(LIVE if live else AT_ONCE).answer_s
-    )
+    u_tx = sums.of_blocks(user.energy["u_tx"])
+    v_rx = sums.of_blocks(user.energy["v_rx"], after_s=(LIVE if live else AT_ONCE).answer_s)
     filtered = u_tx
     if known.master.filter.kind != "integrate_and_dump":
         filtered = sums.of_ticks(wave_energy(user.u_m_lp, user.tick_s))
@@ -162,7 +160,7 @@ def strict(
     user, (u_s, v_s) = sums.user, at_server
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
     work = sums.of_ticks(np.sum(user.f_applied * moved, axis=-1))
-    sent = paid(sums, known, live=live)
+    sent = paid(sums, live=live)
     found = {"link_up": Account(sent, u_s)}
     if alters_wave(known):
         found["node_and_link_down"] = Account(work + v_s, sent)
@@ -173,13 +171,12 @@ def strict(
     return Account(work, work, dissipated=0.0 * work), kept
 
 
-def paid(sums: UserSums, known: User, *, live: bool) -> Array:
+def paid(sums: UserSums, *, live: bool) -> Array:
     """Return the energy that the packets of the strict channel were paid with.
 
     A live block's sum is taken behind the packet that follows the block.
     """
-    frame_s = known.master.frame_s
-    return sums.of_blocks(sums.user.energy["u_tx"], frame_s, after_s=frame_s if live else 0.0)
+    return sums.of_blocks(sums.user.energy["u_tx"], after_s=np.inf if live else 0.0)
 
 
 def alters_wave(known: User) -> bool:
@@ -251,7 +248,7 @@ def server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> t
         np.nan_to_num(np.sum(f * xd, axis=-1))
         for f, xd in zip(server.f_s, server.xd_s, strict=True)
     ]
-    work = np.cumsum(sum(power)) * server.period_s
+    work = np.cumsum(sum(power) * server.periods_s)
     if found[0].scenario.coupling.black_box:
         own = server.accounts
         port = Account(into, work, dissipated=own["late_decoding"] + own["withheld"])
@@ -303,7 +300,7 @@ def _object(server: ServerTraces, found: Sequence[Stage]) -> Account:
         each = object_account(
             params.object_mass,
             params.object_damping,
-            server.period_s,
+            server.periods_s[rows, np.newaxis],
             np.diff(server.x_o, axis=0, prepend=server.x_o[:1])[rows],
             velocity[rows],
             (before if motion == "held_before" else force)[rows],

@@ -172,7 +172,7 @@ def _of_user(
     up = down = None
     if scenario is not None and scenario.strict and known is not None:
         live = traces.source == "live"
-        up = balance(paid(UserSums(user, times), known, live=live), u_s)
+        up = balance(paid(UserSums(user, times), live=live), u_s)
         if not alters_wave(known):
             v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
             down = balance(v_s, _at(times, user, v_m))

@@ -26,6 +26,7 @@
 ``force_noise_n``       RMS of the rendered force beyond 20 Hz in the second half, the largest of
                         the users [N]: hands do not move so fast on purpose
 ``force_peak_n``        largest rendered force [N]
+``left_out``            ratio of packets left out by deadbands, the mean of all that are on
 ======================  ===========================================================================
 """
 
@@ -40,6 +41,7 @@ from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.compare.probes import free_space
 from pmwvc_analysis.compare.rendered import Rendered, rendering
 from pmwvc_analysis.traces import reductions
+from pmwvc_analysis.traces.left_out import left_out
 from pmwvc_analysis.traces.reductions import COUPLED, position_error
 from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.oscillation import beyond
@@ -67,6 +69,7 @@ MEASURES = (
     "energy_min_j",
     "force_noise_n",
     "force_peak_n",
+    "left_out",
 )
 
 
@@ -138,6 +141,7 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
     """Return the numbers of one session; those from models are still None."""
     judged = stability.verdict(traces, scenario)
     least = least_balance(traces, scenario)
+    saved = left_out(traces, scenario)
     noise = [force_noise_n(user, traces.duration_s) for user in traces.users]
     peaks = [float(np.linalg.norm(user.f_applied, axis=-1).max()) for user in traces.users]
     return dict.fromkeys(MEASURES) | {
@@ -150,6 +154,7 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
         "energy_min_j": least.energy_j,
         "force_noise_n": max((n for n in noise if n is not None), default=None),
         "force_peak_n": reductions.number(max(peaks)) if peaks else None,
+        "left_out": float(np.mean(list(saved.values()))) if saved else None,
     }
 
 

@@ -20,6 +20,7 @@ from pmwvc_analysis.consistency.master import master
 from pmwvc_analysis.consistency.numbers import missing_from, no_numbers
 from pmwvc_analysis.consistency.server import server
 from pmwvc_analysis.traces import cut
+from pmwvc_analysis.traces.left_out import with_deadband
 from pmwvc_analysis.traces.stages import Stage, stages
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.scenario.scenario import Scenario
@@ -83,11 +84,14 @@ def _packets(traces: SessionTraces, scenario: Scenario | None, *, waves: bool) -
         return []
     found = []
     frames = {user.name: user.master.frame_s for user in scenario.users}
+    held_back = with_deadband(traces, scenario)
     for user in traces.users:
         sent = _whole(traces, f"/{user.name}/wave_up")
         if sent is not None and not (np.diff(user.tick) < 0).any():
-            known = np.sort(np.concatenate([[0.0], sent.energy]))
-            if (gap := missing_from(user.energy["u_tx"], known)) is not None:
+            sums, packets = user.energy["u_tx"], np.append(0.0, sent.energy)
+            if f"{user.name}/up" in held_back:  # sums of frames without a packet lie between
+                sums, packets = sent.energy[sent.energy <= sums[-1]], np.append(0.0, sums)
+            if (gap := missing_from(sums, np.sort(packets))) is not None:
                 found.append(
                     f"{user.name}: the energy of u_tx is not that of its packets, {gap:.3g} J off"
                 )

@@ -84,7 +84,7 @@ def _object(server: ServerTraces, scenario: Scenario) -> list[str]:
 
 def _flow(server: ServerTraces, index: int) -> list[str]:
     """Check what flowed to an avatar without waves against its force and velocity."""
-    own = np.sum(server.f_s[index] * server.xd_s[index], axis=-1) * server.period_s
+    own = np.sum(server.f_s[index] * server.xd_s[index], axis=-1) * server.periods_s
     recorded = np.diff(server.energy_u_s[index]) - np.diff(server.energy_v_s[index])
     rows = _together(server, index)[1:]
     if (gap := differs(own[1:][rows], recorded[rows])) is not None:
@@ -122,7 +122,8 @@ def _black_box(server: ServerTraces) -> list[str]:
     recorded = server.accounts["late_decoding"] + server.accounts["withheld"]
     next_to = np.diff(server.step, prepend=0) == 1
     found = []
-    if gap := differs((power * server.period_s)[next_to], np.diff(recorded, prepend=0.0)[next_to]):
+    accounted = np.diff(recorded, prepend=0.0)
+    if gap := differs((power * server.periods_s)[next_to], accounted[next_to]):
         found.append(
             f"server: late decoding and compensation are not as accounted, {gap:.3g} J off"
         )
@@ -141,7 +142,7 @@ def _server_sums(server: ServerTraces, index: int) -> list[str]:
     follows = np.diff(server.step, prepend=server.step[:1] - 1) == 1
     for wave, sums in (("u_s", server.energy_u_s), ("v_s", server.energy_v_s)):
         values = np.nan_to_num(getattr(server, wave)[index])
-        own = np.sum(values**2, axis=-1) * server.period_s / 2.0
+        own = np.sum(values**2, axis=-1) * server.periods_s / 2.0
         recorded = np.diff(sums[index], prepend=0.0)
         rows = follows & (server.state[index] == COUPLED)
         rows[0] = rows[0] and server.step[0] == 1

@@ -106,13 +106,13 @@ def _of_user(user: UserTraces, server: ServerTraces, index: int, known: User) ->
     port, there = WavePort(known.server_impedance), server.state[index] > 0
     u, v = np.nan_to_num(server.u_s[index]), np.nan_to_num(server.v_s[index])
     whole = np.asarray(port.v(u, np.nan_to_num(server.f_s[index])))
-    half = 0.5 * server.period_s
+    half = 0.5 * server.periods_s
     withheld = np.where(there, half * np.sum(whole**2 - v**2, axis=-1), 0.0)
     energy = float(withheld.sum())
     if not energy > LEAST_J:
         return None
     taken = np.where(there[:, np.newaxis], (v - whole) / root(2.0 * known.impedance), 0.0)
-    moved = server.period_s * np.cumsum(taken, axis=0)
+    moved = np.cumsum(server.periods_s[:, np.newaxis] * taken, axis=0)
     first = int(np.argmax(withheld > 0.01 * LEAST_J))
     return Limited(
         energy,

@@ -9,7 +9,7 @@ from pmwvc_core.controllers import has_waves, make_master
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.transport.packet import Packer, WavePacket
 from pmwvc_core.wave.playout import Playout
 
 AMPLE_J = 1.0  # beside a wave of 2^-40: the account never binds
@@ -39,8 +39,12 @@ class Line:
         self.played_up, self.played_down = (
             Playout(most_repaid=1.0) if scenario.strict else None for _ in range(2)
         )
+        self._packer = Packer(1, period=user.master.frame_s)
         self.controller = make_master(
-            scenario.controller, user.master, user.baseline, playout=self.played_down
+            scenario.controller,
+            user.master,
+            user.baseline,
+            strict=(self.played_down, self._packer) if self.played_down else None,
         )
         self.device = SimulatedDevice(user.device, tick_s=tick_s, dof=dof)
         self.frame, self.serve = Times(frame, 0), serve
@@ -52,14 +56,13 @@ class Line:
         read = (every, every) if scenario.strict else (serve, self.answer)
         self.up = Link(self.frame, read[0], delay=up, ticks=ticks)
         self.down = Link(serve, read[1], delay=self._delay_down, ticks=ticks)
-        self._sent = 0
 
     def send(self, tick: int) -> None:
         """Send the packet of a frame start."""
         controller = self.controller
         controller.measure(*self.device.read())
-        self._sent += 1
         self.up.send(tick, (controller.send(), controller.position()))
+        self._packer.seq += 1
 
     @property
     def playouts(self) -> dict[str, Playout]:
@@ -86,7 +89,7 @@ class Line:
         number, (wave, position) = self.down.take(tick)
         self.controller.on_packet(
             WavePacket(
-                1, NUMBERED + number, 0, self._period_s, wave, 0.0, 0.0, position, self._sent
+                1, NUMBERED + number, 0, self._period_s, wave, 0.0, 0.0, position, self._packer.seq
             )
         )
         self.controller.receive(wave)

@@ -137,6 +137,10 @@ def _of_user(user: User, *, strict: bool) -> Iterator[Element]:
         value = getattr(device, name)
         if np.any(np.asarray(value) > 0.0):
             yield Element(f"{user.name}.device.{name} = {value} {unit}", f"device.{name}", 0)
+    for group, port in (("master", user.master), ("server", user.contact)):
+        if port.deadband.is_on:
+            name = f"{group}.deadband.kind"
+            yield Element(f"{user.name}.{name} = {port.deadband.kind}", name, "none")
     for way, link in (("up", user.link_up), ("down", user.link_down)):
         for effect in active(link):
             if effect.linear is None:

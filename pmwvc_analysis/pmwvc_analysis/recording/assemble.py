@@ -161,7 +161,7 @@ def server_traces(
 
     traces = ServerTraces(
         users=names,
-        period_s=float(steps[-1].period),
+        periods_s=_column(steps, "period"),
         time_s=clock.seconds(starts[order], zero_ns),
         step=_whole(steps, "step"),
         x_o=_column(steps, "x_o"),
@@ -198,6 +198,7 @@ def packet_traces(
         epoch=_epochs(kept),
         seq=_whole(kept, "seq"),
         sent_ns=_whole(kept, "sent_ns"),
+        period_s=_column(kept, "period"),
         wave=_column(kept, "wave").reshape(-1, dof),
         integral=_column(kept, "integral").reshape(-1, dof),
         energy=_column(kept, "energy"),

@@ -196,7 +196,7 @@ def _server_steps(
             start_ns=_ns(time_s),
             epoch=SERVER_EPOCH,
             step=int(server.step[row]),
-            period=server.period_s,
+            period=float(server.periods_s[row]),
             dof=server.x_o.shape[-1],
             users=server.users,
             accounts={name: values[row] for name, values in server.accounts.items()},
@@ -215,8 +215,6 @@ def _packets(
 ) -> Iterator[Outgoing]:
     *_, owner, kind = packets.topic.split("/")
     up = kind == "wave_up"
-    master = next(user.master for user in scenario.users if user.name == owner)
-    period = master.frame_s if up else scenario.server.period_s
     positions = _positions(traces, owner, packets.sent_ns.astype(float) * 1e-9, up=up)
     flags = 0 if has_waves(scenario.controller) else FLAG_DIRECT
     for row, time_s in enumerate(packets.time_s):
@@ -225,7 +223,7 @@ def _packets(
             epoch=int(packets.epoch[row]),
             seq=int(packets.seq[row]),
             sent_ns=sent_ns,
-            period=period,
+            period=float(packets.period_s[row]),
             wave=packets.wave[row],
             integral=packets.integral[row],
             energy=float(packets.energy[row]),

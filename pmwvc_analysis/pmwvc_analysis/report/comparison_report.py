@@ -26,6 +26,7 @@ COLUMNS = (  # measure, heading, factor
     ("energy_min_j", "lowest energy balance of a port [mJ]", 1e3),
     ("force_noise_n", "force noise, RMS [mN]", 1e3),
     ("force_peak_n", "largest force [N]", 1.0),
+    ("left_out", "packets left out by a deadband [%]", 100.0),
 )
 
 

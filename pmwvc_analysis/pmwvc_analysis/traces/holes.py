@@ -96,7 +96,7 @@ def of_server(server: ServerTraces) -> list[Hole]:
         found.append(Hole(SERVER, 0.0, float(server.time_s[0]), int(server.step[0]) - 1))
     jumps = np.diff(server.step)
     for row in np.flatnonzero(jumps > 1).tolist():
-        start_s = float(server.time_s[row] + server.period_s)
+        start_s = float(server.time_s[row] + server.periods_s[row])
         found.append(Hole(SERVER, start_s, float(server.time_s[row + 1]), int(jumps[row]) - 1))
     return found
 

@@ -67,11 +67,15 @@ class UserSums:
         """Return the sum of an energy per tick that the master summed up as well."""
         return up_to(anchored(self.user, per_tick, at_block_ends), self.ticks)
 
-    def of_blocks(self, sums: Array, frame_s: float, *, after_s: float = 0.0) -> Array:
-        """Return a sum the master kept, which grows ``after_s`` into each of its frames."""
+    def of_blocks(self, sums: Array, *, after_s: float = 0.0) -> Array:
+        """Return a sum the master kept, which grows ``after_s`` into each of its blocks, that is,
+        behind the first tick of the block; infinity: with the end of the block.
+        """
         user, ends = self.user, self.user.block_time_s
-        starts = np.maximum(ends - frame_s, np.concatenate([[-np.inf], ends[:-1]]))
-        first = np.searchsorted(user.time_s, starts + after_s - 0.5 * user.tick_s)
+        begins = np.concatenate([[-np.inf], ends[:-1]]) - 0.5 * user.tick_s
+        first = np.minimum(np.searchsorted(user.time_s, begins), len(user.time_s) - 1)
+        starts = np.minimum(user.time_s[first] + after_s, ends)
+        first = np.searchsorted(user.time_s, starts - 0.5 * user.tick_s)
         grown_s = ran_s(user)[np.minimum(first, len(user.time_s) - 1)]
         return up_to(sums, np.searchsorted(grown_s, self.time_s + 0.001 * user.tick_s))
 

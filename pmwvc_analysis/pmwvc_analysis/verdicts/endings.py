@@ -64,7 +64,7 @@ def _last_s(traces: SessionTraces, who: str) -> float:
     """
     server = traces.server
     if who == "server" and server is not None and len(server.time_s):
-        return float(server.time_s[-1]) + server.period_s
+        return float(server.time_s[-1] + server.periods_s[-1])
     relayed = [
         float(packets.time_s[-1])
         for topic, packets in traces.packets.items()
@@ -112,7 +112,7 @@ def _of_server(traces: SessionTraces) -> Ending | None:
     server = traces.server
     if server is None or not len(server.time_s):
         return None
-    last_s = float(server.time_s[-1]) + server.period_s
+    last_s = float(server.time_s[-1] + server.periods_s[-1])
     if last_s > traces.duration_s - EARLY_S:
         return None
     sent = [

@@ -211,12 +211,12 @@ def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
     """Return what is judged of a session: the motion of every device and of the object."""
     server = traces.server
     band, images = DEFAULT_BAND_HZ, 0.0
-    if scenario is not None:
-        closing = _closing_ends_s(traces, scenario) > 0.5 * traces.duration_s
-        band, images = bands(scenario, closing=closing)
     since_s = _disturbed_s(traces)
     if scenario is not None:
-        since_s = max(since_s, stages(traces, scenario)[-1].start_s)
+        last = stages(traces, scenario)[-1]
+        since_s = max(since_s, last.start_s)
+        closing = _closing_ends_s(traces, scenario) > 0.5 * traces.duration_s
+        band, images = bands(last.scenario, closing=closing)
     known = {user.name: user for user in scenario.users} if scenario else {}
     found = [
         Motion(
@@ -232,7 +232,9 @@ def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
         for user in traces.users
     ]
     if server is not None:
-        moved = server.time_s, server.period_s, server.xd_o, band
+        periods_s = server.periods_s[server.time_s >= since_s]
+        period_s = float(periods_s[-1]) if len(periods_s) else server.period_s
+        moved = server.time_s, period_s, server.xd_o, band
         found.append(Motion("the object", *moved, images=images, since_s=since_s))
     return found
 

@@ -4,16 +4,23 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.prediction.environment import late_steps_s
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_analysis.traces.stages import Stage, text_of
 from pmwvc_core.network.effects import is_random
+from pmwvc_core.params import DeadbandParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import first_axis
 
 LEAST_FORCE_N = 0.2  # below that, an offset is not that of a grip
+UNEVEN = "A playout is as late as the latest packet that it met, which is not known before."
+TOO_LATE = (
+    "channel = zeroing loses the motion of packets that do not come in time, which is not known "
+    "before."
+)
 OFFSET_M = 0.3e-3  # tolerance of an offset, and
 OFFSET_RATIO = 0.15  # that of its prediction
 
@@ -55,6 +62,11 @@ def outcomes(
         return found
     live = summary["source"] == "live"
     entries = {entry["name"]: entry for entry in summary["users"]}
+    late = (
+        "After a change of rates a playout may keep more at hand than the new ones need."
+        if len(steady) > 1 and not _same_rates(steady)
+        else ""
+    )
     for user in scenario.users:
         entry = entries.get(user.name, {})
         force, drift = entry.get("force_final_n"), entry.get("drift_m")
@@ -74,8 +86,14 @@ def outcomes(
         lag = lag_s(user, scenario, live=live)
         spread = late_steps_s(user, scenario)
         uneven = live or is_random(user.link_up) or is_random(user.link_down)
-        if uneven and (scenario.strict or scenario.zeroing):
-            found.append(_offset_open(user.name, per_lag * lag, drift, strict=scenario.strict))
+        if user.master.deadband.is_on or user.contact.deadband.is_on:
+            reason = f"{_left_out(user.name, summary)}, so playouts are later than that."
+            found.append(_offset_open(user.name, per_lag * lag, drift, reason))
+        elif uneven and (scenario.strict or scenario.zeroing):
+            reason = UNEVEN if scenario.strict else TOO_LATE
+            found.append(_offset_open(user.name, per_lag * lag, drift, reason))
+        elif late:
+            found.append(_offset_open(user.name, per_lag * lag, drift, late))
         elif spread:
             found.append(_offset_between(user.name, per_lag * lag, per_lag * spread, drift))
         else:
@@ -83,16 +101,19 @@ def outcomes(
     return found
 
 
-def _offset_open(name: str, even_m: float, drift_m: float, *, strict: bool) -> Outcome:
-    """Say what was measured where packets that come unevenly decide: the lag of the playouts is
-    that of the latest one they met, and zeroing loses the motion of those that come too late.
-    """
-    reason = (
-        "A playout is as late as the latest packet that it met, which is not known before."
-        if strict
-        else "channel = zeroing loses the motion of packets that do not come in time, which is "
-        "not known before."
-    )
+def _left_out(name: str, summary: dict[str, Any]) -> str:
+    """Return how many packets of a user the deadbands of both ends left out, in words."""
+    saved = {entry["name"]: entry["left_out"] for entry in summary["receptions"]}
+    ways = [
+        f"{saved[link]:.0%} of the packets {way}"
+        for way in ("up", "down")
+        if saved.get(link := f"{name}/{way}") is not None
+    ]
+    return f"A deadband left out {' and '.join(ways) or 'packets'}"
+
+
+def _offset_open(name: str, even_m: float, drift_m: float, reason: str) -> Outcome:
+    """Say what was measured where something decides that is not known before."""
     text = (
         f"{name}: offset of the device from its avatar at the end: measured {drift_m * 1e3:+.2f} "
         f"mm; {even_m * 1e3:+.2f} mm are expected of the link. {reason}"
@@ -101,19 +122,34 @@ def _offset_open(name: str, even_m: float, drift_m: float, *, strict: bool) -> O
 
 
 def _same_lag(steady: Sequence[Stage]) -> bool:
-    """Tell whether impedances, links and coupling are those of the start in all stages."""
+    """Tell whether impedances, links and coupling are those of the start in all stages, rates and
+    deadbands left aside.
+    """
     first = steady[0].scenario.server
     servers = [stage.scenario.server for stage in steady]
     if any((s.coupling, s.integrator) != (first.coupling, first.integrator) for s in servers):
         return False
     return all(
-        one.master is two.master
+        _but_rates(one.master) == _but_rates(two.master)
         and one.link_up is two.link_up
         and one.link_down is two.link_down
         and one.server_impedance == two.server_impedance
         for stage in steady[1:]
         for one, two in zip(steady[0].scenario.users, stage.scenario.users, strict=True)
     )
+
+
+def _but_rates(master: MasterParams) -> MasterParams:
+    return replace(master, rate_drop=1, deadband=DeadbandParams())
+
+
+def _same_rates(steady: Sequence[Stage]) -> bool:
+    """Tell whether packets and steps came as often in all stages."""
+    rates = [
+        (each.server.period_s, *(user.master.rate_drop for user in each.users))
+        for each in (stage.scenario for stage in steady)
+    ]
+    return all(rate == rates[0] for rate in rates)
 
 
 def _stability(summary: dict[str, Any]) -> Outcome:

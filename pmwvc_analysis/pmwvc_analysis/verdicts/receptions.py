@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.recording.losses import came_out
+from pmwvc_analysis.traces.left_out import left_out
 from pmwvc_analysis.traces.reductions import number
 from pmwvc_core.network import Cause
 from pmwvc_core.plural import count
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, ReceptionTraces, SessionTraces
 
 OF_LINK = ("accepted", "lost", "duplicate", "reordered", "corrupted")
@@ -34,9 +36,11 @@ OF_SENDERS = {
 }
 
 
-def reception_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
+def reception_summaries(
+    traces: SessionTraces, scenario: Scenario | None = None
+) -> list[dict[str, Any]]:
     """Return the entries of ``receptions`` of a summary."""
-    found = []
+    found, saved = [], left_out(traces, scenario)
     for link, received in sorted(traces.receptions.items()):
         injected = done_by(traces.fates.get(link), received)
         passage = {name: number(value) for name, value in received.passage.items()}
@@ -49,11 +53,18 @@ def reception_summaries(traces: SessionTraces) -> list[dict[str, Any]]:
                 if injected is None
                 else all(injected[name] == received.counts[name] for name in OF_LINK),
                 "path": None if passage["round_trip"] is None else passage,
-                "text": counts_text(received, injected),
+                "left_out": saved.get(link),
+                "text": counts_text(received, injected) + _left_out_text(saved.get(link)),
                 "path_text": path_text(received.passage),
             }
         )
     return found
+
+
+def _left_out_text(ratio: float | None) -> str:
+    if ratio is None:
+        return ""
+    return f" The sender's deadband left out {ratio:.0%} of the packets; none of these is lost."
 
 
 def done_by(fates: FateTraces | None, received: ReceptionTraces) -> dict[str, int] | None:

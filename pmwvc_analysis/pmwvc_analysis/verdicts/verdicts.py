@@ -112,7 +112,7 @@ def summary(
             for user in traces.users
         ],
         "links": link_summaries(traces),
-        "receptions": reception_summaries(traces),
+        "receptions": reception_summaries(traces, scenario),
         "prediction": prediction(scenario, live=traces.source == "live")
         if scenario
         else dict.fromkeys(PREDICTION_KEYS),

@@ -23,6 +23,7 @@ COLUMNS = (  # heading, key of comparison.json, factor to the unit of the headin
     ("force err [N]", "force_error_rms_n", 1.0),
     ("balance [mJ]", "energy_min_j", 1e3),
     ("noise [mN]", "force_noise_n", 1e3),
+    ("left out [%]", "left_out", 100.0),
 )
 
 

@@ -14,6 +14,7 @@ from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.environments import make_black_box
 from pmwvc_core.server.factory import make_ports
 from pmwvc_core.server.user_ports import DEFAULT_BASELINE, ServerController
+from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave.impedance import Impedance
 from pmwvc_core.wave.playout import Playout
 
@@ -23,7 +24,7 @@ def make_master(
     params: MasterParams,
     baseline: BaselineParams = DEFAULT_BASELINE,
     *,
-    playout: Playout | None = None,
+    strict: tuple[Playout, Packer] | None = None,
 ) -> MasterController:
     """Return the master's end of a controller by name, at rest.
 
@@ -33,8 +34,8 @@ def make_master(
         Its name.
     params, baseline
         Of the master, and of other controllers than waves.
-    playout
-        Of the returning wave, for the strict channel; None on the plain one.
+    strict
+        On the strict channel: playout of the returning wave, sender of the outgoing one.
 
     Raises
     ------
@@ -42,8 +43,8 @@ def make_master(
         Naming the controllers there are.
     """
     record = record_of(controller)
-    if playout is not None and record.make_strict is not None:
-        return record.make_strict(params, playout)
+    if strict is not None and record.make_strict is not None:
+        return record.make_strict(params, *strict)
     return record.make_master(params, baseline)
 
 

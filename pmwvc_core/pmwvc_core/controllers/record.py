@@ -17,10 +17,11 @@ from pmwvc_core.server.black_box.interface import BlackBox
 from pmwvc_core.server.couplings import Coupling
 from pmwvc_core.server.couplings.record import backward
 from pmwvc_core.server.user_ports import ServerController, UserPort
+from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave.playout import Playout
 
 MasterMaker = Callable[[MasterParams, BaselineParams], MasterController]
-StrictMaker = Callable[[MasterParams, Playout], MasterController]
+StrictMaker = Callable[[MasterParams, Playout, Packer], MasterController]
 ServerMaker = Callable[[ServerParams, Sequence[UserPort]], ServerController]
 BlackBoxMaker = Callable[[ServerParams, Sequence[UserPort], BlackBox, Call], ServerController]
 
@@ -74,9 +75,10 @@ class Controller(Record):
     make_master, make_server
         Make the ends, at rest, with no user present.
     make_strict
-        Makes the master's end on the strict channel, around the playout of the returning wave;
-        None where the controller has none, and ``channel`` does not matter. At the server the
-        strict channel is the receiver's alone.
+        Makes the master's end on the strict channel, between the playout of the returning wave and
+        the sender of the outgoing one, which knows the packet that is next and its period; None
+        where the controller has none, and ``channel`` does not matter. At the server the strict
+        channel is that of receiver and sender alone.
     make_black_box
         Makes the server's end around a black box (``server.coupling = unknown``); None where a
         wave controller has none.

@@ -39,6 +39,7 @@ from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.scenario.server_times import ServerTimes, server_times
 from pmwvc_core.server.black_box.containment import Call, directly
+from pmwvc_core.transport.deadband import Deadband
 from pmwvc_core.transport.packet import Packer
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.strict_receiver import StrictReceiver
@@ -63,7 +64,7 @@ class UserAtServer:
     impedance
         Wave impedance of the port at the server [N s/m].
     frame_s
-        Interval of the user's packets [s].
+        Interval of the user's packets at the start [s].
     """
 
     side: int
@@ -112,9 +113,10 @@ def make_force_loop(
         period_s=server_period_s,
         timeout_s=safety.timeout_s,
     )
-    playout = inbox.playout if isinstance(inbox, StrictReceiver) else None
+    packer = Packer(epoch, period=master.frame_s, deadband=Deadband(master.deadband))
+    ends = (inbox.playout, packer) if isinstance(inbox, StrictReceiver) else None
     return ForceLoop(
-        make_master(controller, master, baseline, playout=playout),
+        make_master(controller, master, baseline, strict=ends),
         SafetyLimiter(
             safety,
             tick_s=master.tick_s,
@@ -123,9 +125,9 @@ def make_force_loop(
             resumes=strict,
         ),
         inbox=inbox,
-        packer=Packer(epoch, period=master.frame_s),
+        packer=packer,
         rate_drop=master.rate_drop,
-        answer_tick=schedule.answer_tick(tick_s=master.tick_s, rate_drop=master.rate_drop),
+        schedule=schedule,
         tick_s=master.tick_s,
         watched=watched,
     )
@@ -183,7 +185,11 @@ def make_server_step(
             )
             for user in users
         ],
-        packers=[Packer(epoch, period=server.period_s) for epoch in epochs],
+        packers=[
+            Packer(epoch, period=server.period_s, deadband=Deadband(user.contact.deadband))
+            for epoch, user in zip(epochs, users, strict=True)
+        ],
+        params=server,
         release_s=times.release_s,
         idle_until_joined=idle_until_joined,
     )

@@ -5,11 +5,12 @@ user.
 
 ::
 
-    tick 0 of a frame     the packet: the filter's output of the tick before
+    tick 0 of a frame     the packet: the filter's output of the tick before; changes
     every tick            packets to the receiver; motion -> controller -> limits -> force
     answer tick           the newest wave to the controller, once a frame
 
 A frame whose first ticks were skipped sends and takes its answer at the first tick that runs.
+Frames begin at the multiples of the rate drop; where that changes, one of them is shorter.
 Time is an argument: integer nanoseconds of any monotonic clock.
 """
 
@@ -19,10 +20,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from pmwvc_core.frame.device_sample import STALE_S, DeviceSample
+from pmwvc_core.frame.schedule import FrameSchedule, next_on_grid
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.master.safety_states import Integers
 from pmwvc_core.numeric import Value, truth
+from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import (
     FLAG_DIRECT,
@@ -61,8 +64,8 @@ class ForceLoop(Stateful):
         The receiver of the returning packets.
     packer
         Numbers the outgoing packets and keeps their running sums.
-    rate_drop, answer_tick
-        Ticks per frame, and the one of them that takes the answer.
+    rate_drop, schedule
+        Ticks per frame, and its phases.
     watched
         Whether the device marks fresh samples; without a fresh one for ``STALE_S``
         no force is rendered.
@@ -75,6 +78,8 @@ class ForceLoop(Stateful):
         Whether the server had answered and the soft start was over when an answer was taken.
     x
         Last valid position [m].
+    answer_tick
+        Tick of a frame that takes the answer.
     other_controller
         Packets of another kind of controller, which are ignored.
     """
@@ -93,7 +98,7 @@ class ForceLoop(Stateful):
         inbox: Receiver,
         packer: Packer,
         rate_drop: int,
-        answer_tick: int,
+        schedule: FrameSchedule,
         tick_s: float,
         watched: bool = False,
     ) -> None:
@@ -101,8 +106,8 @@ class ForceLoop(Stateful):
         self.safety = safety
         self.inbox = inbox
         self.packer = packer
-        self.rate_drop = rate_drop
-        self.answer_tick = answer_tick
+        self._tick_s, self._schedule = tick_s, schedule
+        self._set_rate(rate_drop)
         self.ended: FrameReport | None = None
         self.coupled = False
         self.x: Value = 0.0
@@ -126,9 +131,26 @@ class ForceLoop(Stateful):
         """
         return truth(self.safety.ready)
 
+    @property
+    def next_frame(self) -> int:
+        """Tick with which the next frame starts."""
+        return self._next_frame
+
     def hand_over(self, change: Callable[[], None]) -> None:
         """Have a change made at the next frame start, behind its packet; from any thread."""
         self._changes.append(change)
+
+    def configure(self, master: MasterParams) -> None:
+        """Take other parameters over at a frame start: those of the controller, the rate drop, the
+        deadband.
+        """
+        self.controller.configure(master)
+        self.packer.deadband.configure(master.deadband)
+        self._set_rate(master.rate_drop)
+
+    def _set_rate(self, rate_drop: int) -> None:
+        self.rate_drop = rate_drop
+        self.answer_tick = self._schedule.answer_tick(tick_s=self._tick_s, rate_drop=rate_drop)
 
     def starts_frame(self, tick: int) -> bool:
         """Tell whether a tick is the first of its frame to run."""
@@ -141,7 +163,8 @@ class ForceLoop(Stateful):
         return tick % self.rate_drop >= self.answer_tick
 
     def start_frame(self, tick: int, now_ns: int, sample: DeviceSample) -> WavePacket | None:
-        """Return the packet where a frame starts with this tick; None inside a frame.
+        """Return the packet where a frame starts with this tick; None inside a frame, and where
+        the deadband holds it back.
 
         ``tick`` does this itself. A caller whose answers come within the same instant calls it
         before: the packet leaves, the answer arrives, the tick begins.
@@ -149,13 +172,15 @@ class ForceLoop(Stateful):
         if tick < self._next_frame:
             return None
         start = tick - tick % self.rate_drop
-        self._next_frame = start + self.rate_drop
-        self._next_answer = self._next_event = start + self.answer_tick
         if sample.valid:
             self.controller.measure(sample.x, sample.xd)
-        packet = self._packed(now_ns, 0)
+        packet = self._packed(now_ns)
         while self._changes:
             self._changes.popleft()()
+        self._next_frame = next_on_grid(tick, self.rate_drop)
+        self._next_answer = min(start + self.answer_tick, self._next_frame - 1)
+        self._next_event = self._next_answer
+        self.packer.period = (self._next_frame - start) * self._tick_s
         return packet
 
     def tick(
@@ -201,7 +226,7 @@ class ForceLoop(Stateful):
 
     def leave(self, now_ns: int) -> WavePacket:
         """Return the last packet: the user leaves."""
-        return self._packed(now_ns, FLAG_LEAVING)
+        return self._pack(self.controller.send(), now_ns, FLAG_LEAVING)
 
     def report(self) -> FrameReport:
         """Return safety state and energies as they are now."""
@@ -241,16 +266,24 @@ class ForceLoop(Stateful):
             self._fresh_tick = tick
         return tick - self._fresh_tick > self._stale_ticks
 
-    def _packed(self, now_ns: int, flags: int) -> WavePacket:
-        """Return the next packet: the filter's output after the last tick."""
-        controller = self.controller
-        flags |= controller.flags
+    def _packed(self, now_ns: int) -> WavePacket | None:
+        """Return the next packet: the filter's output after the last tick; None where the deadband
+        holds it back.
+        """
+        flags, wave = 0, self.controller.send()
         events = self.safety.events
         if isinstance(events, int) and events != self._events_sent:
             self._events_sent = events
-            flags |= FLAG_LIMITED
+            flags = FLAG_LIMITED
+        if self.packer.holds_back(wave, flags | self.controller.flags):
+            return None
+        return self._pack(wave, now_ns, flags)
+
+    def _pack(self, wave: Value, now_ns: int, flags: int) -> WavePacket:
+        controller = self.controller
+        flags |= controller.flags
         return self.packer.pack(
-            controller.send(),
+            wave,
             controller.position(),
             now_ns,
             flags,

@@ -33,6 +33,16 @@ class FrameSchedule:
         return min(round(self.answer_s / tick_s), rate_drop - 1)
 
 
+def next_on_grid(now: int, every: int, phase: int = 0) -> int:
+    """Return the first point of a grid after a time, all in ticks or all in ns.
+
+    Frames and steps lie at the multiples of their own length, so that both ends keep their phases;
+    where a length changes, the frame or step that begins then is as long as it takes to the next
+    point of the new grid.
+    """
+    return now + every - (now - phase) % every
+
+
 AT_ONCE = FrameSchedule()  # virtual time
 # One machine: the server's step and two ways through the emulator fit between the phases.
 LIVE = FrameSchedule(server_s=0.002, answer_s=0.004)

@@ -9,12 +9,14 @@ Time is an argument: integer nanoseconds of any monotonic clock.
 """
 
 import enum
+import math
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from pmwvc_core.numeric import Flag, Value
-from pmwvc_core.params import ContactParams
+from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.task import ShownTarget
 from pmwvc_core.server.user_ports import ServerController
 from pmwvc_core.state import Stateful
@@ -73,6 +75,8 @@ class ServerStep(Stateful):
     ----------
     target
         Where the object is to be brought.
+    params
+        Of the server.
     inboxes, packers
         One receiver and one sender per user.
     idle_until_joined
@@ -80,6 +84,8 @@ class ServerStep(Stateful):
 
     Attributes
     ----------
+    params, period_s
+        Parameters of the server, and time of the present step [s].
     steps
         Steps made so far.
     presence
@@ -91,13 +97,14 @@ class ServerStep(Stateful):
     """
 
     BLOCKS = "server target inboxes packers"
-    MEMORY = "presence steps other_controller paused _idle _anew"
+    MEMORY = "presence steps other_controller paused period_s _idle _anew"
 
     def __init__(
         self,
         server: ServerController,
         target: ShownTarget,
         *,
+        params: ServerParams,
         inboxes: Sequence[Receiver],
         packers: Sequence[Packer],
         release_s: float,
@@ -105,6 +112,8 @@ class ServerStep(Stateful):
     ) -> None:
         self.server = server
         self.target = target
+        self.params = params
+        self.period_s = params.period_s
         self.inboxes = list(inboxes)
         self.packers = list(packers)
         self.release_s = release_s
@@ -130,9 +139,34 @@ class ServerStep(Stateful):
         """Have a change made before the next step; from any thread."""
         self._changes.append(change)
 
+    def configure(self, params: ServerParams, *, first_s: float) -> None:
+        """Take other parameters over before a step.
+
+        Parameters
+        ----------
+        params
+            Of the server.
+        first_s
+            Time of the step that begins [s]; another one than the period where that changes and
+            the steps after it lie on another grid.
+        """
+        self.params = params
+        regular = math.isclose(first_s, params.period_s)
+        self._last(params.period_s if regular else first_s)
+
+    def _last(self, period_s: float) -> None:
+        """Let the steps from here on last so long [s]."""
+        self.period_s = period_s
+        self.server.configure(replace(self.params, period_s=period_s))
+        self.target.period_s = period_s
+        for inbox, packer in zip(self.inboxes, self.packers, strict=True):
+            inbox.step_s = period_s
+            packer.period = period_s
+
     def configure_user(self, user: int, contact: ContactParams, impedance: Impedance) -> None:
-        """Take other parameters of a user's contact and port over."""
+        """Take other parameters of a user's contact, port and sender over."""
         self.server.configure_user(user, contact, impedance)
+        self.packers[user].deadband.configure(contact.deadband)
         waves = not self.server.flags & FLAG_DIRECT
         self.inboxes[user].max_wave = largest_wave(impedance, waves=waves)
 
@@ -149,9 +183,11 @@ class ServerStep(Stateful):
         Returns
         -------
         tuple
-            Each user's answer (None for an absent one), and the server after the step (None while
-            it waits for the first user, or is paused).
+            Each user's answer (None for an absent one, and where the deadband holds it back), and
+            the server after the step (None while it waits for the first user, or is paused).
         """
+        if self.period_s != self.params.period_s:
+            self._last(self.params.period_s)
         if self._changes:
             self.changed.append(self.steps + 1)
         while self._changes:
@@ -171,13 +207,11 @@ class ServerStep(Stateful):
         packed: list[WavePacket | None] = []
         server = self.server
         for user, answer in enumerate(server.step(self._received(now_ns))):
-            answered = None
-            if self.presence[user] is not ABSENT:
+            answered, flags = None, server.flags | self._anew[user]
+            packer, absent = self.packers[user], self.presence[user] is ABSENT
+            if not absent and not packer.holds_back(answer, flags):
                 port, echo = server.ports[user], self.inboxes[user].echo(now_ns)
-                flags = server.flags | self._anew[user]
-                answered = self.packers[user].pack(
-                    answer, port.x_s, now_ns, flags, echo, port.account
-                )
+                answered = packer.pack(answer, port.x_s, now_ns, flags, echo, port.account)
             packed.append(answered)
         self.target.step(together=self.presence.count(COUPLED) == len(self.presence))
         return packed, self._row()

@@ -47,7 +47,7 @@ class MasterController(Protocol):
         """Energy of the returning wave after the hold [J]."""
 
     def configure(self, params: MasterParams) -> None:
-        """Take other parameters over at a frame start; tick and rate drop stay."""
+        """Take other parameters over at a frame start; the tick stays."""
 
     @property
     def accounts(self) -> Mapping[str, Value]:

@@ -36,7 +36,7 @@ class DevicePort(Stateful, ABC):
     """
 
     BLOCKS = "_port_filters _velocity"
-    MEMORY = "u_m u_m_lp v_m f_m _x _held _gain _packets _before"
+    MEMORY = "u_m u_m_lp v_m f_m _x _held _gain _before"
     flags = 0
 
     def __init__(self, params: MasterParams) -> None:
@@ -50,17 +50,17 @@ class DevicePort(Stateful, ABC):
         self.u_m_lp: Value = 0.0
         self.v_m: Value = 0.0
         self.f_m: Value = 0.0
-        self._packets = 0  # sent, which is how their sender numbers them
         self._x: Value = 0.0
         self._held: Value = 0.0  # w: what is in v_m whatever u_m
         self._gain: Value = 0.0  # g
 
     def configure(self, params: MasterParams) -> None:
-        """Take other parameters over at a frame start; tick and rate drop stay.
+        """Take other parameters over at a frame start; the tick stays.
 
         Waves carry the same power whatever the impedance, so that may change at any time, and so
-        may position feedback and local model. Another filter, hold or part starts at zero: what
-        the old one held is lost, never gained.
+        may position feedback, local model, and what is the frame's: rate drop and deadband. Port
+        filters keep the design for the rate at which they began. Another filter, hold or part
+        starts at zero: what the old one held is lost, never gained.
         """
         old = self.params
         same = dataclasses.replace(
@@ -69,6 +69,8 @@ class DevicePort(Stateful, ABC):
             position=old.position,
             bank=old.bank,
             local_model=old.local_model,
+            rate_drop=old.rate_drop,
+            deadband=old.deadband,
         )
         if same == old:
             self.params = params
@@ -85,7 +87,6 @@ class DevicePort(Stateful, ABC):
         self.params = params
         self._match(params)
         self._tick_s, self._half_s = params.tick_s, 0.5 * params.tick_s
-        self._frame_s = params.frame_s
         self._begin_channel(params)
         self._port_filters = make_port_filters(params, self._bank)
         self._velocity = make_force_velocity(params)

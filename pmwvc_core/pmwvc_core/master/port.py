@@ -45,11 +45,12 @@ class WaveMaster(DevicePort):
     """
 
     BLOCKS = "_hold _filter _position"
-    MEMORY = "_xd debt_j energy_u_m energy_u_tx energy_v_rx energy_v_m"
+    MEMORY = "_packets _xd debt_j energy_u_m energy_u_tx energy_v_rx energy_v_m"
 
     def __init__(self, params: MasterParams) -> None:
         super().__init__(params)
         self._position = make_position_feedback(params)
+        self._packets = 0  # sent, which is how their sender numbers them
         self.debt_j: Value = 0.0
         self.energy_u_m: Value = 0.0
         self.energy_u_tx: Value = 0.0
@@ -58,6 +59,7 @@ class WaveMaster(DevicePort):
         self._xd: Value = 0.0
 
     def _begin_channel(self, params: MasterParams) -> None:
+        self._frame_s = params.frame_s
         self._hold = Hold(params.hold, ticks=params.rate_drop)
         self._filter = AntiAliasing(
             params.filter, tick_s=params.tick_s, rate_drop=params.rate_drop

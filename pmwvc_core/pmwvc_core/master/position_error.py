@@ -100,11 +100,14 @@ class PositionError(Stateful):
 
     def _time(self, packet: WavePacket) -> None:
         """Note how long a wave goes around: filter, packets that are not answered, hold."""
-        frames = self._newest - packet.echo_seq
-        waiting = self._filter_s + 0.5 * self._frame_s + frames * self._frame_s
-        now = waiting + packet.period + self._hold_s
+        now = self._waiting_s(packet) + packet.period + self._hold_s
         ratio = packet.period / SMOOTHED_S if truth(self.round_trip_s > 0.0) else 1.0
         self.round_trip_s = self.round_trip_s + min(ratio, 1.0) * (now - self.round_trip_s)
+
+    def _waiting_s(self, packet: WavePacket) -> Value:
+        """Return the time of filter and packets that a packet does not answer yet [s]."""
+        frames = self._newest - packet.echo_seq
+        return self._filter_s + 0.5 * self._frame_s + frames * self._frame_s
 
     def step(self, x: Value, v: Value) -> Value:
         """Return what is to be corrected, for the device at x; v is the hold's wave of the tick.

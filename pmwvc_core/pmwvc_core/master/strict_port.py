@@ -38,7 +38,7 @@ from pmwvc_core.master.device_port import DevicePort
 from pmwvc_core.master.strict_position import StrictPosition
 from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, squared, where
 from pmwvc_core.params import MasterParams
-from pmwvc_core.transport.packet import WavePacket
+from pmwvc_core.transport.packet import Packer, WavePacket
 from pmwvc_core.wave.playout import Playout
 
 KEPT_J = 1e-3  # at the node where a packet does not need it: a tick is paid for when it is over
@@ -72,6 +72,8 @@ class StrictMaster(DevicePort):
         have no part here.
     playout
         Of the returning wave; its receiver feeds it.
+    packer
+        Of the outgoing wave: number of the next packet, length of the frame that ends.
 
     Attributes
     ----------
@@ -87,8 +89,9 @@ class StrictMaster(DevicePort):
         "node_j owed_j energy_u_m energy_u_tx energy_v_m _due_j _v _f _withheld_j _settled _begun"
     )
 
-    def __init__(self, params: MasterParams, playout: Playout) -> None:
+    def __init__(self, params: MasterParams, playout: Playout, packer: Packer) -> None:
         super().__init__(params)
+        self._packer = packer
         self._position = StrictPosition(params, playout) if params.position.is_on else None
         self.node_j: Value = self._position.stored_j if self._position else 0.0
         self.owed_j: Value = 0.0
@@ -96,7 +99,7 @@ class StrictMaster(DevicePort):
         self.energy_u_tx: Value = 0.0
         self.energy_v_m: Value = 0.0
         self._playout = playout
-        self._integral: Value = 0.0  # of u since the last packet
+        self._integral: Value = 0.0  # of u since the frame began
         self._due_j: Value = 0.0  # what the next packet needs at most
         self._v: Value = 0.0  # of the playout
         self._f: Value = 0.0
@@ -217,17 +220,17 @@ class StrictMaster(DevicePort):
         )
 
     def send(self) -> Value:
-        """Return the mean wave since the last packet [sqrt(W)], and pay for it."""
-        wave = self._integral * (1.0 / self._frame_s)
+        """Return the mean wave of the frame [sqrt(W)], and pay for it."""
+        frame_s, number = self._packer.period, self._packer.seq + 1
+        wave = self._integral * (1.0 / frame_s)
         self._integral = 0.0 * self._integral
-        self._packets += 1
-        needed, kept = squared(wave) * (0.5 * self._frame_s), KEPT_J
+        needed, kept = squared(wave) * (0.5 * frame_s), KEPT_J
         lent: Value = 0.0
         if self._place.counts:
             self._withhold(self._place.rough)
         if self._position:
             lent = self._position.stored_j
-            self._position.send(wave, self._packets)
+            self._position.send(wave, number, frame_s)
             self._due_j = 0.0 * self._due_j
             kept = kept + lent
             short = maximum(kept - self.node_j, 0.0)

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 
 from pmwvc_core.master.energy_tank import SPREAD_S
 from pmwvc_core.master.position_correction import SPENT, PositionCorrection
-from pmwvc_core.master.position_error import PositionError, PositionResidual
+from pmwvc_core.master.position_error import KEPT, PositionError, PositionResidual
 from pmwvc_core.numeric import Value, maximum
 from pmwvc_core.params import FilterParams, MasterParams
 from pmwvc_core.transport.packet import WavePacket
@@ -26,14 +26,32 @@ from pmwvc_core.wave.playout import Playout
 
 
 class _Played(PositionError):
-    """The position error, with the playout in place of filter and hold."""
+    """The position error, with the playout in place of filter and hold, and packets that stand for
+    any time.
+    """
+
+    MEMORY = "_frame_s _time_s _times_s"
 
     def __init__(self, params: MasterParams, playout: Playout) -> None:
         self._playout = playout
+        self._time_s = 0.0  # that the packets so far stand for
+        self._times_s: dict[int, float] = {}  # up to each of them
         super().__init__(params)
 
     def configure(self, params: MasterParams) -> None:
         super().configure(dataclasses.replace(params, hold="zoh", filter=FilterParams()))
+
+    def lasts(self, frame_s: float, seq: int) -> None:
+        """Note the length of the frame [s] that goes with packet number ``seq``, perhaps with
+        others.
+        """
+        self._frame_s = frame_s
+        self._time_s += frame_s
+        self._times_s[seq] = self._time_s
+        self._times_s.pop(seq - KEPT, None)
+
+    def _waiting_s(self, packet: WavePacket) -> Value:
+        return 0.5 * self._frame_s + self._time_s - self._times_s[packet.echo_seq]
 
     def _lag(self, packet: WavePacket, v: Value) -> Value:
         up = self._since + (self._integral - self._sent[packet.echo_seq])
@@ -61,7 +79,8 @@ class StrictPosition(PositionCorrection):
     def __init__(self, params: MasterParams, playout: Playout) -> None:
         residual = params.position.feedback == "integral"
         self.spent_j: Value = 0.0
-        super().__init__(params, (_PlayedResidual if residual else _Played)(params, playout))
+        self._played = (_PlayedResidual if residual else _Played)(params, playout)
+        super().__init__(params, self._played)
 
     def configure(self, params: MasterParams) -> None:
         """Take other parameters over; what is known stays."""
@@ -88,6 +107,7 @@ class StrictPosition(PositionCorrection):
         """Note the wave of a tick that is over [sqrt(W)]."""
         self._error.take(u)
 
-    def send(self, wave: Value, seq: int) -> None:
-        """Note the wave of packet number ``seq`` [sqrt(W)]."""
-        self._error.send(wave, wave, seq)
+    def send(self, wave: Value, seq: int, frame_s: float) -> None:
+        """Note the wave of a frame [sqrt(W)] that goes with packet number ``seq``."""
+        self._played.lasts(frame_s, seq)
+        self._played.send(wave, wave, seq)

@@ -3,6 +3,7 @@
 """Parameters as frozen dataclasses: one source for defaults, units, ranges and descriptions."""
 
 from pmwvc_core.params.baselines import BaselineParams
+from pmwvc_core.params.deadband import DeadbandParams
 from pmwvc_core.params.fields import Spec, Validated, groups, specs, whole_ratio
 from pmwvc_core.params.master import FilterParams, MasterParams
 from pmwvc_core.params.network import LinkParams
@@ -31,6 +32,7 @@ __all__ = [
     "BankParams",
     "BaselineParams",
     "ContactParams",
+    "DeadbandParams",
     "DeviceParams",
     "FilterParams",
     "HuntCrossleyParams",

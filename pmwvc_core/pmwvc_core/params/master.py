@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmwvc_core.params.deadband import DeadbandParams
 from pmwvc_core.params.fields import Validated, group, parameter
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.params.port_filters import (
@@ -99,7 +100,11 @@ class MasterParams(Validated):
         read_only=True,
     )
     rate_drop: int = parameter(
-        8, "-", "force-loop ticks per packet, M", low=1, high=1000, read_only=True
+        8,
+        "-",
+        "force-loop ticks per packet, M; changes while running on the strict channel only",
+        low=1,
+        high=1000,
     )
     tick_s: float = parameter(
         0.001, "s", "period of the force loop, T_c", low=1e-4, high=0.02, read_only=True
@@ -115,6 +120,7 @@ class MasterParams(Validated):
     bank: BankParams = group(BankParams)
     local_model: LocalModelParams = group(LocalModelParams)
     position: PositionParams = group(PositionParams)
+    deadband: DeadbandParams = group(DeadbandParams)
 
     @property
     def frame_s(self) -> float:

@@ -6,6 +6,7 @@ contact.
 
 from dataclasses import dataclass
 
+from pmwvc_core.params.deadband import DeadbandParams
 from pmwvc_core.params.fields import Validated, group, parameter
 from pmwvc_core.params.matrix import matrix_conflicts
 
@@ -67,7 +68,11 @@ class ServerParams(Validated):
         read_only=True,
     )
     period_s: float = parameter(
-        0.008, "s", "time step of the environment, T_VE", low=1e-3, high=0.1, read_only=True
+        0.008,
+        "s",
+        "time step of the environment, T_VE; changes while running on the strict channel only",
+        low=1e-3,
+        high=1.0,
     )
     object_mass: float = parameter(2.0, "kg", "mass of the shared object", above=0.0)
     object_damping: float = parameter(0.0, "N s/m", "damping of the object to ground", low=0.0)
@@ -161,6 +166,7 @@ class ContactParams(Validated):
         low=0.0,
         read_only=True,
     )
+    deadband: DeadbandParams = group(DeadbandParams)
 
     @property
     def grips(self) -> bool:

@@ -96,7 +96,7 @@ class ShownTarget(Stateful):
     def __init__(self, task: Task, *, period_s: float, soft_start_s: float, dof: int = 1) -> None:
         self._task = task
         self._dof = dof
-        self._period_s = period_s
+        self.period_s = period_s
         self._time_s: float | None = None
         self._soft_start_s = soft_start_s
         self.position_m: Value = task.place(0.0, dof=dof)
@@ -104,7 +104,7 @@ class ShownTarget(Stateful):
     def step(self, *, together: bool) -> Value:
         """Return the position [m] for a step, given whether all users are present."""
         if self._time_s is not None:
-            self._time_s += self._period_s
+            self._time_s += self.period_s
         elif together:
             self._time_s = -self._soft_start_s
         self.position_m = self._task.place(self._time_s or 0.0, dof=self._dof)

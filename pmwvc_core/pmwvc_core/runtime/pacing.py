@@ -101,6 +101,7 @@ class Pacer:
         if recover_ns < 0:
             raise ParameterError(f"recover_ns = {recover_ns}: must be >= 0 ns")
         self.period_ns = period_ns
+        self._phase_ns = phase_ns
         self.phase_ns = phase_ns % period_ns
         self.recover_ns = recover_ns
         self.missed = 0
@@ -131,6 +132,13 @@ class Pacer:
         self._due_ns = due
         self._earliest_ns = now + (period + 1) // 2
         return tick
+
+    def retime(self, period_ns: int) -> None:
+        """Go on with another period: the next deadline is the first of its grid after the last."""
+        phase_ns = self._phase_ns % period_ns
+        if self._due_ns is not None:
+            self._due_ns -= (self._due_ns - phase_ns) % period_ns
+        self.period_ns, self.phase_ns = period_ns, phase_ns
 
     def ticks(self, stop: threading.Event) -> Iterator[Tick]:
         """Yield ticks until ``stop`` is set; the sleep under way is still slept to its end."""

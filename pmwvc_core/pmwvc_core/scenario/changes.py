@@ -18,6 +18,7 @@ from typing import Any
 
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.names import resolved, spec_of, varied
+from pmwvc_core.scenario.rates import why_fixed
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import MatrixImpedance
 
@@ -118,6 +119,11 @@ def _require_changeable(name: str, scenario: Scenario) -> None:
         raise ScenarioError("changes", [f"{name}: is fixed once a session runs"])
     if leaf.startswith("server.") and scenario.coupling.black_box:
         raise ScenarioError("changes", [f"{name}: {FIXED}"])
+    fixed = why_fixed(
+        leaf, strict=scenario.strict, server=scenario.server, coupling=scenario.coupling
+    )
+    if fixed:
+        raise ScenarioError("changes", [f"{name}: {fixed}"])
 
 
 def _value(name: str, text: str) -> Any:

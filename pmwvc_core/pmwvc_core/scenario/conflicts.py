@@ -11,6 +11,7 @@ from pmwvc_core.network import effects
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.scenario.disturbances import SHARED, disturbances_of
+from pmwvc_core.scenario.server_times import server_times
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS
 
@@ -44,6 +45,7 @@ def conflicts(scenario: "Scenario") -> list[str]:
         found.append(
             f"task.sideways_m = {scenario.task.sideways_m}: there is one axis only; raise dof"
         )
+    silence_s = server_times(user.safety for user in scenario.users).timeout_s
     for user in scenario.users:
         if scenario.zeroing and not math.isclose(period, user.master.frame_s):
             found.append(
@@ -57,7 +59,10 @@ def conflicts(scenario: "Scenario") -> list[str]:
                 f"{user.name}.master.position.feedback = printed: pays for nothing; must be "
                 "budgeted or integral with channel = strict"
             )
+        timeouts_s = {"master": silence_s, "server": user.safety.timeout_s}  # of the receivers
         for group, port in (("master", user.master), ("server", user.contact)):
+            text = port.deadband.problem(strict=scenario.strict, timeout_s=timeouts_s[group])
+            found += [f"{user.name}.{group}.deadband.{text}"] if text else []
             wrong = matrix_conflicts(port.impedance_matrix, scenario.dof)
             found += [f"{user.name}.{group}.{mistake}" for mistake in wrong]
         if user.operator.kind.startswith("playback") and not user.operator.file:

@@ -34,8 +34,8 @@ class Body(Protocol):
         """Kinetic energy [J]."""
         ...
 
-    def configure(self, mass: Value, damping: Value) -> None:
-        """Take other parameters over; the energy of motion stays."""
+    def configure(self, mass: Value, damping: Value, *, period: float) -> None:
+        """Take other parameters over [kg], [N s/m], [s]; the energy of motion stays."""
         ...
 
     def push(self, force: Value) -> tuple[Value, Value]:
@@ -71,19 +71,18 @@ class Cube(Stateful):
     def __init__(self, mass: Value, damping: Value, *, period: float) -> None:
         self.x: Value = 0.0
         self.xd: Value = 0.0
-        self._period = period
-        self._take(mass, damping)
+        self._take(mass, damping, period)
 
-    def _take(self, mass: Value, damping: Value) -> None:
-        self.mass, self.damping = mass, damping
+    def _take(self, mass: Value, damping: Value, period: float) -> None:
+        self.mass, self.damping, self._period = mass, damping, period
         self._inertance = 2.0 * mass / self._period  # [N s/m]
         self._motion = motion(mass, damping, self._period)
 
-    def configure(self, mass: Value, damping: Value) -> None:
+    def configure(self, mass: Value, damping: Value, *, period: float) -> None:
         """Go on with the velocity at which another mass has the same energy."""
         if np.any(mass != self.mass):
             self.xd = self.xd * root(self.mass / mass)
-        self._take(mass, damping)
+        self._take(mass, damping, period)
 
     @property
     def kinetic(self) -> Value:
@@ -115,7 +114,7 @@ class Cube(Stateful):
 def object_account(
     mass: Value,
     damping: Value,
-    period: float,
+    period: Value,
     moved: Value,
     velocity: Value,
     force: Value,

@@ -23,7 +23,7 @@ class FixedBody(Stateful):
         """Zero."""
         return 0.0
 
-    def configure(self, mass: Value, damping: Value) -> None:
+    def configure(self, mass: Value, damping: Value, *, period: float) -> None:
         """Stay."""
 
     def push(self, force: Value) -> tuple[Value, Value]:

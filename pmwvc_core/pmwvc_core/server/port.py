@@ -24,21 +24,27 @@ class WaveServer(ServerController):
 
     def __init__(self, params: ServerParams, ports: Sequence[UserPort]) -> None:
         super().__init__(make_body(params), ports)
-        self._half_period = 0.5 * params.period_s
         self._couple(params)
 
     def _couple(self, params: ServerParams) -> None:
-        self._coupling = params.coupling, params.integrator
+        self._coupling = params.coupling, params.integrator, params.period_s
+        self._half_period = 0.5 * params.period_s
         self._solver = solver_of(COUPLINGS.of(params.coupling), params)
         self.faults = self._solver.faults if isinstance(self._solver, Faulting) else None
 
     def configure(self, params: ServerParams) -> None:
-        """Take other parameters over; another coupling goes on from forces and velocities as they
-        are.
+        """Take other parameters over; another coupling, or one of another period, goes on from
+        forces and velocities as they are.
         """
         super().configure(params)
-        if (params.coupling, params.integrator) != self._coupling:
+        wanted = params.coupling, params.integrator, params.period_s
+        if wanted[:2] != self._coupling[:2]:
             self._couple(params)
+        elif wanted != self._coupling:
+            before = self.faults
+            self._couple(params)
+            if before and self.faults:
+                self.faults.restore(before.snapshot())
 
     def step(self, received: Sequence[Value]) -> list[Value]:
         """Go one step on with a wave ``(..., dof)`` [sqrt(W)] per user; return waves to send."""

@@ -122,7 +122,7 @@ class ServerController(Stateful, ABC):
 
     def configure(self, params: ServerParams) -> None:
         """Take other parameters of object and coupling over; no energy comes or goes."""
-        self.body.configure(params.object_mass, params.object_damping)
+        self.body.configure(params.object_mass, params.object_damping, period=params.period_s)
 
     def configure_user(self, i: int, contact: ContactParams, impedance: Impedance) -> None:
         """Take other parameters of user ``i`` over; the spring stores what it stored."""

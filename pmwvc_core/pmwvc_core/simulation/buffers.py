@@ -32,7 +32,8 @@ class UserBuffer:
         if loop.ran_ns is not None:
             ran &= loop.ran_ns[:ticks] >= 0
         self._ran = every[ran]
-        self._block_of = (every - loop.first) // loop.rate_drop
+        self._starts = loop.starts(ticks)
+        self._block_of = np.searchsorted(self._starts, every, side="right") - 1
         self._ends = np.zeros(ticks, dtype=np.bool_)
         self._ends[self._ran[np.diff(self._block_of[ran], append=-1) != 0]] = True
         self._last = frozenset(np.flatnonzero(self._ends).tolist())
@@ -67,9 +68,7 @@ class UserBuffer:
         """Return the traces of one run: of the ticks that the loop ran."""
         loop, ran = self._loop, self._ran
         ticks = len(self._ends)
-        ends = np.minimum(
-            loop.first + (self._block_of[self._ends] + 1) * loop.rate_drop, ticks
-        ).astype(np.float64)
+        ends = np.minimum(self._starts[self._block_of[self._ends] + 1], ticks).astype(np.float64)
         time_s = ran.astype(np.float64) * tick_s
         late_s = np.zeros(len(ran))
         if loop.ran_ns is not None:
@@ -124,8 +123,8 @@ class ServerBuffer:
         if row.accounts:
             _put(self._accounts, step, row.accounts, shape=self._shape)
 
-    def run(self, run: int, *, period_s: float) -> ServerTraces:
-        """Return the traces of one run."""
+    def run(self, run: int, *, time_s: Array, periods_s: Array) -> ServerTraces:
+        """Return the traces of one run, given when steps began and how long they lasted [s]."""
         numbers = np.arange(len(self._target), dtype=np.int64)
         each = range(len(self.users))
         signals = {name: self._signals.of(name, run).copy() for name in OBJECT}
@@ -141,8 +140,8 @@ class ServerBuffer:
         state = np.array(self._state, dtype=np.int64).reshape(len(numbers), len(self.users))
         return ServerTraces(
             users=self.users,
-            period_s=period_s,
-            time_s=numbers.astype(np.float64) * period_s,
+            periods_s=periods_s,
+            time_s=time_s,
             step=numbers + 1,
             contact=contact,
             state=[column.copy() for column in state.T],

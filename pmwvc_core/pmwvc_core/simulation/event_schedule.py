@@ -13,11 +13,15 @@ kinds form a group that is run at once.
 
 import enum
 import itertools
+import math
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pmwvc_core.frame.schedule import next_on_grid
 
 Integers = NDArray[np.int64]
 CHUNK = 8192  # groups unpacked at a time
@@ -42,6 +46,8 @@ class LoopTimes:
         Tick of the session with which its first frame starts.
     answer
         Tick of its frame at which it takes the answer.
+    changes
+        Other rate drops: tick of the session from which each holds, with the next frame start.
     ran_ns
         When each tick of the session ran, negative where it did not ``(ticks,)``; on the grid when
         not given.
@@ -50,7 +56,16 @@ class LoopTimes:
     rate_drop: int
     first: int = 0
     answer: int = 0
+    changes: Sequence[tuple[int, int]] = ()
     ran_ns: Integers | None = None
+
+    def starts(self, ticks: int) -> Integers:
+        """Return the first tick of every frame in a session of so many ticks, and of one behind
+        it.
+        """
+        first = self.first
+        grids = [(tick, every, first) for tick, every in self.changes]
+        return on_grids(first, ticks, self.rate_drop, first, grids)
 
 
 @dataclass(frozen=True)
@@ -61,10 +76,50 @@ class Steps:
     ran_ns: Integers
 
     @classmethod
-    def on_grid(cls, *, every: int, first: int, ticks: int, tick_ns: int) -> "Steps":
-        """Return steps every so many ticks."""
-        tick = np.arange(first, ticks, every, dtype=np.int64)
+    def on_grid(
+        cls,
+        *,
+        every: int,
+        first: int,
+        ticks: int,
+        tick_ns: int,
+        changes: Sequence[tuple[int, int, int]] = (),
+    ) -> "Steps":
+        """Return steps every so many ticks; for ``changes`` see :func:`on_grids`."""
+        tick = on_grids(first, ticks, every, first, changes)
+        tick = tick[tick < ticks]
         return cls(tick, tick * tick_ns)
+
+
+def on_grids(
+    first: int, ticks: int, every: int, phase: int, changes: Sequence[tuple[int, int, int]]
+) -> Integers:
+    """Return the points of a grid that changes, one at ``ticks`` or later among them.
+
+    Parameters
+    ----------
+    first, ticks
+        First point, and end [ticks].
+    every, phase
+        Distance and phase of the points at first.
+    changes
+        Tick from which, at the next point, another grid holds; its distance and phase.
+    """
+    points, pending = [first], deque(changes)
+    while points[-1] < ticks:
+        now = points[-1]
+        while pending and pending[0][0] <= now:
+            _, every, phase = pending.popleft()
+        if not pending:
+            rest = np.arange(next_on_grid(now, every, phase), ticks + every, every)
+            return np.concatenate([points, rest]).astype(np.int64)
+        points.append(next_on_grid(now, every, phase))
+    return np.array(points, dtype=np.int64)
+
+
+def first_tick(time_s: float, tick_ns: int) -> int:
+    """Return the first tick at a time or later."""
+    return math.ceil(time_s * 1e9 / tick_ns)
 
 
 EventGroup = tuple[int, int, list[int], list[int]]  # kind, user, times [ns], ticks
@@ -121,13 +176,16 @@ def _of_loop(loop: LoopTimes, who: int, *, ticks: int, tick_ns: int) -> list[Int
 def frame_events(
     loop: LoopTimes, tick_in_frame: int, *, ticks: int, tick_ns: int
 ) -> tuple[Integers, Integers]:
-    """Return tick and time [ns] of the first tick of every frame at ``tick_in_frame`` or later.
+    """Return tick and time [ns] of the first tick of every frame at ``tick_in_frame`` or later, of
+    a shorter frame the last one.
 
     A loop sends at 0 and takes the answer at ``loop.answer``.
     """
     tick, times = _ran(loop, ticks=ticks, tick_ns=tick_ns)
-    frame, within = np.divmod(tick - loop.first, loop.rate_drop)
-    may = within >= tick_in_frame
+    starts = loop.starts(ticks)
+    frame = np.searchsorted(starts, tick, side="right") - 1
+    lengths = np.diff(starts, append=starts[-1] + loop.rate_drop)
+    may = tick - starts[frame] >= np.minimum(tick_in_frame, lengths[frame] - 1)
     begins = np.diff(frame[may], prepend=-1) > 0  # frames come in their order, from 0
     return tick[may][begins], times[may][begins]
 

@@ -93,6 +93,7 @@ class PacketTable:
         self._epoch = np.array([packet.epoch for packet in packets], dtype=np.uint64)
         self._seq = np.array([packet.seq for packet in packets], dtype=np.int64)
         self._sent_ns = np.array([packet.sent_ns for packet in packets], dtype=np.int64)
+        self._period_s = np.array([packet.period for packet in packets], dtype=float)
         self._wave, self._integral = of("wave", dof), of("integral", dof)
         self._energy = of("energy", 1)
 
@@ -104,6 +105,7 @@ class PacketTable:
             epoch=self._epoch,
             seq=self._seq,
             sent_ns=self._sent_ns,
+            period_s=self._period_s,
             wave=self._wave[:, run].copy(),
             integral=self._integral[:, run].copy(),
             energy=self._energy[:, run, 0].copy(),

@@ -19,11 +19,13 @@ from typing import Any, TypeVar
 import numpy as np
 
 from pmwvc_core.frame.assembly import server_step_of
+from pmwvc_core.frame.schedule import next_on_grid
+from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.changes import over_time
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.buffers import ServerBuffer, UserBuffer, add_faults
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.event_schedule import EventKind, Steps, events, groups
+from pmwvc_core.simulation.event_schedule import EventKind, Steps, events, first_tick, groups
 from pmwvc_core.simulation.garbage import no_garbage
 from pmwvc_core.simulation.network_traces import NetworkTraces
 from pmwvc_core.simulation.stacking import batches, stack_scenarios
@@ -91,15 +93,31 @@ class SessionBatch:
         tick_s, dof = scenario.tick_s, scenario.dof
         self.tick_s, self.tick_ns = tick_s, round(tick_s * 1e9)
         self.ticks = round(scenario.duration_s / tick_s)
+        changes = over_time(scenario)
         self.server = server_step_of(scenario)
         self.users = [
-            SimulatedUser(scenario, i, runs=runs, server_inbox=inbox, conditions=conditions)
+            SimulatedUser(
+                scenario,
+                i,
+                runs=runs,
+                server_inbox=inbox,
+                conditions=conditions,
+                rates=[
+                    (first_tick(change.time_s, self.tick_ns), new.users[i].master.rate_drop)
+                    for change, new in changes
+                ],
+            )
             for i, inbox in enumerate(self.server.inboxes)
         ]
-        every = scenario.period_ticks
-        phase = conditions.schedule.server_tick(tick_s=tick_s, period_ticks=every)
         self.steps = conditions.steps or Steps.on_grid(
-            every=every, first=phase, ticks=self.ticks, tick_ns=self.tick_ns
+            every=scenario.period_ticks,
+            first=self._phase(scenario),
+            ticks=self.ticks,
+            tick_ns=self.tick_ns,
+            changes=[
+                (first_tick(change.time_s, self.tick_ns), new.period_ticks, self._phase(new))
+                for change, new in changes
+            ],
         )
         self.server_buffer = ServerBuffer(
             [user.name for user in scenario.users],
@@ -107,8 +125,10 @@ class SessionBatch:
             runs=runs,
             dof=dof,
         )
-        self._changes = deque(over_time(scenario))
+        self._changes = deque(changes)
         self._present = scenario
+        self._step = 0  # number of the server's step, from 0
+        self._periods_s: list[float] = []
         self.user_buffers = [
             UserBuffer(user.settings.name, user.times, ticks=self.ticks, runs=runs, dof=dof)
             for user in self.users
@@ -143,7 +163,7 @@ class SessionBatch:
         old, self._present = self._present, new
         server = self.server
         if new.server is not old.server:
-            server.hand_over(partial(server.server.configure, new.server))
+            server.hand_over(partial(self._configure_server, new))
         for index, (user, one, other) in enumerate(
             zip(self.users, old.users, new.users, strict=True)
         ):
@@ -151,6 +171,17 @@ class SessionBatch:
             if other.contact is not one.contact:
                 port = index, other.contact, other.server_impedance
                 server.hand_over(partial(server.configure_user, *port))
+
+    def _phase(self, scenario: Scenario) -> int:
+        """Return the tick of its period at which the server of a scenario steps."""
+        schedule, every = self.conditions.schedule, scenario.period_ticks
+        return schedule.server_tick(tick_s=self.tick_s, period_ticks=every)
+
+    def _configure_server(self, new: Scenario) -> None:
+        """Give the server other parameters in a step; it ends where the next one begins."""
+        tick = int(self.steps.tick[self._step])
+        ends = next_on_grid(tick, new.period_ticks, self._phase(new))
+        self.server.configure(new.server, first_s=(ends - tick) * self.tick_s)
 
     def _send(self, who: int, time_ns: list[int], tick: list[int]) -> None:
         self.users[who].send(tick[0], time_ns[0])
@@ -167,17 +198,17 @@ class SessionBatch:
 
     def _serve(self, who: int, time_ns: list[int], tick: list[int]) -> None:
         """Step the server on what has arrived; send its answers."""
-        now_ns = time_ns[0]
+        now_ns, self._step = time_ns[0], tick[0]
         answers, row = self.server.tick(now_ns, [user.up.collect(now_ns) for user in self.users])
         for user, answer in zip(self.users, answers, strict=True):
             if answer is not None:
                 user.down.send(answer, now_ns)
         if row is not None:
             self.server_buffer.write(tick[0], row)
+            self._periods_s.append(self.server.period_s)
 
     def traces(self, run: int) -> SessionTraces:
         """Return what one run of the batch leaves behind."""
-        scenario = self.scenarios[run]
         traces = SessionTraces(
             source="simulated",
             duration_s=self.ticks * self.tick_s,
@@ -189,16 +220,29 @@ class SessionBatch:
                 )
                 for user, buffer in zip(self.users, self.user_buffers, strict=True)
             ],
-            server=self.server_buffer.run(run, period_s=scenario.server.period_s),
+            server=self.server_buffer.run(run, **self._server_times),
         )
-        prescribed = self.conditions.steps or self.conditions.schedule.server_s
-        if traces.server is not None and prescribed:
-            traces.server.time_s = self.steps.tick.astype(np.float64) * self.tick_s
+        if self._prescribed:
             late_ns = self.steps.ran_ns - self.steps.tick * self.tick_ns
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
         add_faults(traces, self.server)
         self._network.add_to(traces, run)
         return traces
+
+    @property
+    def _prescribed(self) -> bool:
+        """Whether steps run at other times than from the first tick on, evenly."""
+        return bool(self.conditions.steps or self.conditions.schedule.server_s)
+
+    @property
+    def _server_times(self) -> dict[str, Array]:
+        """When steps began and how long they lasted [s]."""
+        periods_s = np.array(self._periods_s, dtype=np.float64)
+        if self._prescribed or len(set(self._periods_s)) > 1:
+            time_s = self.steps.tick.astype(np.float64) * self.tick_s
+        else:
+            time_s = np.arange(len(periods_s), dtype=np.float64) * periods_s
+        return {"time_s": time_s, "periods_s": periods_s}
 
     @cached_property
     def _network(self) -> NetworkTraces:

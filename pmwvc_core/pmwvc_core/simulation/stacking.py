@@ -52,7 +52,11 @@ def structure_of(scenario: Scenario) -> Hashable:
     random = any(
         is_random(link) for user in scenario.users for link in (user.link_up, user.link_down)
     )
+    deadband = any(
+        end.deadband.is_on for user in scenario.users for end in (user.master, user.contact)
+    )
     return (
+        scenario if deadband else None,  # which packets are sent depends on every number
         scenario.seed if random else None,
         scenario.duration_s,
         scenario.controller,

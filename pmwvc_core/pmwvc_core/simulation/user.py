@@ -30,6 +30,8 @@ class SimulatedUser:
         Number of the user, from 0.
     conditions
         Whatever does not come from the scenario.
+    rates
+        Rate drops that come later: tick of the session from which each holds, with the next frame.
     """
 
     def __init__(
@@ -40,6 +42,7 @@ class SimulatedUser:
         runs: int,
         server_inbox: Receiver,
         conditions: Conditions,
+        rates: Sequence[tuple[int, int]] = (),
     ) -> None:
         user, dof, tick_s = scenario.users[index], scenario.dof, scenario.tick_s
         self.settings = user
@@ -48,6 +51,7 @@ class SimulatedUser:
             user.master.rate_drop,
             first=conditions.first.get(user.name, 0),
             answer=self.loop.answer_tick,
+            changes=rates,
             ran_ns=conditions.ran_ns.get(user.name),
         )
         # As live: packets come in at every tick, and the hand begins the tick after an answer.
@@ -95,7 +99,7 @@ class SimulatedUser:
         """Take over what is another object than before; a recorded link stays as recorded."""
         loop = self.loop
         if new.master is not old.master:
-            loop.hand_over(partial(loop.controller.configure, new.master))
+            loop.hand_over(partial(loop.configure, new.master))
         if new.safety is not old.safety:
             loop.hand_over(partial(loop.safety.configure, new.safety))
         if new.link_up is not old.link_up:

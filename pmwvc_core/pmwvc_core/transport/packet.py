@@ -3,7 +3,8 @@
 """The packet: one sample of a wave with the running sums of all samples before it.
 
 The sums make every packet contain all earlier ones, so a receiver can see (and a strict one
-repair) loss, duplication and reordering. How a packet becomes a message is not known here.
+repair) loss, duplication and reordering. A sample that is held back takes no number: the packet
+behind it stands for the time of both. How a packet becomes a message is not known here.
 """
 
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ from typing import Protocol
 
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.state import Stateful
+from pmwvc_core.transport.deadband import Deadband
 from pmwvc_core.transport.verdict import Verdict
 
 FLAG_DIRECT = 1  # no wave: a velocity (up), a force or a position (down); see ``content``
@@ -64,17 +66,46 @@ class Packer(Stateful):
     epoch
         Number of this life of the sender, different from all others.
     period
-        Time one sample stands for [s].
+        Time one sample stands for [s]; may change between two of them.
+    deadband
+        Decides which samples need no packet of their own; none by default.
+
+    Attributes
+    ----------
+    frames
+        Samples so far: packets, and those held back.
     """
 
-    MEMORY = "seq integral energy"
+    BLOCKS = "deadband"
+    MEMORY = "period seq frames integral energy _flags _held_s _sent"
 
-    def __init__(self, epoch: int, *, period: float) -> None:
+    def __init__(self, epoch: int, *, period: float, deadband: Deadband | None = None) -> None:
         self.epoch = epoch
         self.period = period
+        self.deadband = deadband or Deadband()
         self.seq = 0
+        self.frames = 0
         self.integral: Value = 0.0
         self.energy: Value = 0.0
+        self._flags = 0  # of the last packet
+        self._held_s = 0.0  # time of the samples held back since the last packet
+        self._sent: Value = 0.0  # integral up to them
+
+    def holds_back(self, wave: Value, flags: int = 0) -> bool:
+        """Hold a sample back where the deadband says so: the next packet stands for it, too."""
+        period = self.period
+        if flags != self._flags or not self.deadband.holds_back(wave, self._held_s, period):
+            return False
+        if not self._held_s:
+            self._sent = self.integral
+        self.frames += 1
+        self._held_s += period
+        self._add(wave)
+        return True
+
+    def _add(self, wave: Value) -> None:
+        self.integral = self.integral + wave * self.period
+        self.energy = self.energy + squared(wave) * (0.5 * self.period)
 
     def pack(
         self,
@@ -90,7 +121,8 @@ class Packer(Stateful):
         Parameters
         ----------
         wave
-            Sample to send [sqrt(W)], float or ``(..., dof)``.
+            Sample to send [sqrt(W)], float or ``(..., dof)``; with those held back before it, the
+            packet carries their mean.
         position
             Position of this end [m].
         now_ns
@@ -105,15 +137,21 @@ class Packer(Stateful):
         period = self.period
         echo_seq, echo_sent_ns, echo_hold_ns = echo
         self.seq = seq = self.seq + 1
-        self.integral = integral = self.integral + wave * period
-        self.energy = self.energy + squared(wave) * (0.5 * period)
+        self.frames += 1
+        self._flags = flags
+        self._add(wave)
+        if self._held_s:
+            period += self._held_s
+            wave = (self.integral - self._sent) * (1.0 / period)
+            self._held_s = 0.0
+        self.deadband.sent(wave)
         return WavePacket(
             self.epoch,
             seq,
             now_ns,
             period,
             wave,
-            integral,
+            self.integral,
             self.energy if energy is None else energy,
             position,
             echo_seq,

@@ -60,6 +60,8 @@ class Receiver(Stateful):
         Delay and jitter of the packets, both ways.
     came_ns
         When the newest packet reached this end, which may be before it was taken.
+    step_s
+        Time for which a wave is given out [s], where it is played out.
     """
 
     BLOCKS = "path"
@@ -84,6 +86,7 @@ class Receiver(Stateful):
         self.accepted_ns = 0
         self.came_ns = 0
         self.path = Path()
+        self.step_s = period_s
         self._waiting = 0
         self._first = 0  # number at which this baseline began
         self._seen = 0  # bit i: number newest.seq - i has come
@@ -222,7 +225,7 @@ class Receiver(Stateful):
 
     def _believed(self, packet: WavePacket, verdict: Verdict, now_ns: int) -> bool:
         """Tell whether a packet that is out of place becomes the new baseline."""
-        run = self.others.add(packet.epoch, packet.seq, now_ns)
+        run = self.others.add(packet.epoch, packet.seq, now_ns, packet.period)
         if verdict is not Verdict.STRANGER:
             return run.count >= INSIST and self.silent(now_ns)
         if self.newest is not None and self.newest.flags & FLAG_LEAVING:
@@ -236,13 +239,13 @@ class Receiver(Stateful):
                 self._retired = [*self._retired[-RETIRED + 1 :], before.epoch]
             self._seen = 1
             self._first = packet.seq
-            self._own = self.others.followed(packet.epoch, packet.seq, now_ns)
+            self._own = self.others.followed(packet.epoch, packet.seq, now_ns, packet.period)
         elif before is not None:
             ahead = packet.seq - before.seq
             self.lost += ahead - 1
             self._seen = (self._seen << (ahead if ahead < WINDOW else WINDOW) | 1) & KNOWN
             if self._own is not None:
-                self._own.add(packet.seq, now_ns)
+                self._own.add(packet.seq, now_ns, packet.period)
         if self._own is not None and self._own.credible:
             self._own = None
         if self.others.runs:

@@ -6,11 +6,12 @@ A packet contains all earlier ones, so the newest one is enough: the difference 
 and two energies is a segment for the playout (:mod:`pmwvc_core.wave.playout`), over the time of
 all packets in between. Loss joins segments, duplicates and stragglers add nothing, and packets may
 stand for any time. A segment's length is counted in packets, not by the sender's clock: a sender
-that wakes late has not sent another wave. The energy counts up to what the longest legal wave
-carries in that time: a sender that claims more adds no more.
+that wakes late has not sent another wave. Only where packets stood for different times its clock
+tells, within their bounds, how long lost ones were. The energy counts up to what the longest legal
+wave carries in that time: a sender that claims more adds no more.
 
-The time of silence follows what packets do: three of their intervals, and beyond the lateness that
-they usually have, what the playout keeps at hand.
+The time of silence follows what packets do: three of their intervals (a longer one counts at
+once), and beyond the lateness that they usually have, what the playout keeps at hand.
 """
 
 from typing import Any
@@ -44,11 +45,11 @@ class StrictReceiver(Receiver):
     playout
         What has arrived and is given out.
     interval_s, lateness_s
-        Mean time for which packets stand, and mean deviation of their arrivals from it [s].
+        Time for which packets stand, and mean deviation of their arrivals from it [s].
     """
 
     BLOCKS = "playout"
-    MEMORY = "interval_s lateness_s _silence_ns"
+    MEMORY = "interval_s lateness_s _silence_ns _least_s _most_s"
 
     def __init__(
         self,
@@ -63,13 +64,14 @@ class StrictReceiver(Receiver):
         self.playout = Playout(most_repaid=most_repaid)
         self.interval_s = self.period_s
         self.lateness_s = 0.0
-        self._step_s = step_s
+        self.step_s = step_s
         self._least_silence_s = timeout_s
+        self._least_s = self._most_s = self.period_s  # for which packets stood
 
     def wave(self, now_ns: int) -> Value:
         """Play out the wave of the step that begins [sqrt(W)]."""
         self.take(now_ns)
-        return self.playout.step(self._step_s)
+        return self.playout.step(self.step_s)
 
     def begin(self) -> None:
         """Begin with the next packet: the newest one and those before it count no more."""
@@ -85,14 +87,26 @@ class StrictReceiver(Receiver):
             self.playout.begin()
             own = minimum(squared(packet.wave) * (0.5 * packet.period), packet.energy)
             self.playout.add(packet.wave * packet.period, own, packet.period)
+            self._least_s = self._most_s = packet.period
             return
-        lasted_s = packet.period * (packet.seq - before.seq)
+        lasted_s = self._lasted_s(before, packet)
         claimed_j = maximum(packet.energy - before.energy, 0.0)
         legal_j = 0.5 * self.max_wave**2 * lasted_s
         self.playout.add(packet.integral - before.integral, minimum(claimed_j, legal_j), lasted_s)
         late_s = abs((now_ns - came_ns) * 1e-9 - lasted_s)
         self.lateness_s += SMOOTHED * (late_s - self.lateness_s)
-        self.interval_s += SMOOTHED * (packet.period - self.interval_s)
+        smoothed_s = self.interval_s + SMOOTHED * (packet.period - self.interval_s)
+        self.interval_s = max(smoothed_s, packet.period)
         usual_s = 3.0 * self.interval_s + LATENESSES * self.lateness_s
         usual_s += float(np.max(self.playout.margin_s))
         self._silence_ns = round(max(self._least_silence_s, usual_s) * 1e9)
+
+    def _lasted_s(self, before: WavePacket, packet: WavePacket) -> float:
+        """Return the time for which a packet stands, with those lost before it [s]."""
+        period_s, count = packet.period, packet.seq - before.seq
+        self._least_s, self._most_s = min(self._least_s, period_s), max(self._most_s, period_s)
+        if count == 1:
+            return period_s
+        sent_s = (packet.sent_ns - before.sent_ns) * 1e-9
+        lost = count - 1
+        return period_s + min(max(sent_s - period_s, lost * self._least_s), lost * self._most_s)

@@ -171,6 +171,7 @@ class LiveSession(Session):
             control = controls.control_of(path)
             if control.path in controls.AT_RESTART:
                 return Answer(False, f"{path}: {BEGIN_ANEW}")
+            controls.require_changeable(self._scenario, control)
             async with self._changing:
                 wanted = controls.changed(self._scenario, {path: value})
                 self._notices.changed(self._scenario, wanted)

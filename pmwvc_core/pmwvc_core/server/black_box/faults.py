@@ -31,7 +31,7 @@ class Faults(Stateful):
         What was asked: ``server.environment``, or ``server.coupling``.
     """
 
-    MEMORY = "steps text"
+    MEMORY = "steps text replaced"
 
     def __init__(self, parameter: str, value: str) -> None:
         self._name = f"{parameter} = {value!r}"

@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the perceptual deadband of a sender."""
+
+from dataclasses import dataclass
+
+from pmwvc_core.params.fields import Validated, parameter
+
+
+@dataclass(frozen=True)
+class DeadbandParams(Validated):
+    """Packets left out where nothing changed that could be felt (strict channel only)."""
+
+    kind: str = parameter(
+        "none",
+        "-",
+        "weber: no packet while the wave differs by less than ratio from the one sent last; "
+        "needs channel = strict",
+        choices=("none", "weber"),
+    )
+    ratio: float = parameter(
+        0.1,
+        "-",
+        "difference that is not felt, of the wave sent last",
+        above=0.0,
+        high=1.0,
+    )
+    longest_s: float = parameter(
+        0.024,
+        "s",
+        "longest time that a packet stands for; below the silence time safety.timeout_s",
+        above=0.0,
+        high=1.0,
+    )
+
+    @property
+    def is_on(self) -> bool:
+        """Whether packets are left out."""
+        return self.kind != "none"
+
+    def problem(self, *, strict: bool, timeout_s: float) -> str:
+        """Return why it cannot be used, "" where it can.
+
+        Parameters
+        ----------
+        strict
+            Whether the channel is the strict one.
+        timeout_s
+            Time after which the receiver is silent [s].
+        """
+        if not self.is_on:
+            return ""
+        if not strict:
+            return (
+                f"kind = {self.kind}: needs channel = strict; a packet of the others "
+                "stands for a fixed time"
+            )
+        if self.longest_s >= timeout_s:
+            return (
+                f"longest_s = {self.longest_s:g}: must be < safety.timeout_s = {timeout_s:g} s, "
+                "or the receiver takes the sender for gone"
+            )
+        return ""

@@ -1,0 +1,221 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Rates that change in a session, and packets left out by a deadband: on the strict channel no
+energy and no displacement is lost or made. The plain receiver under the same is the control.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.numeric import squared
+from pmwvc_core.params import DeadbandParams
+from pmwvc_core.simulation.session import SessionBatch
+from pmwvc_core.transport import Packer, Receiver
+from pmwvc_core.transport.deadband import Deadband
+from pmwvc_core.transport.strict_receiver import StrictReceiver
+
+LEAST_J = -1e-12
+DURATION_S = 1.6
+WEBER = ("master.deadband.kind=weber", "server.deadband.kind=weber")
+
+times = st.integers(0, 1599).map(lambda ms: ms * 1e-3)
+changes = st.lists(
+    st.one_of(
+        st.tuples(times, st.just("user1.master.rate_drop"), st.integers(1, 40)),
+        st.tuples(times, st.just("user2.master.rate_drop"), st.integers(1, 40)),
+        st.tuples(times, st.just("server.period_s"), st.integers(1, 40)),
+    ),
+    min_size=1,
+    max_size=8,
+)
+networks = st.sampled_from(
+    (
+        (),
+        ("link.loss=0.1",),
+        ("link.jitter=uniform", "link.jitter_s=0.012"),
+        ("link.duplicate=0.3",),
+    )
+)
+
+
+def ran(texts, found=()):
+    """Run hands that grip at once, with rates changed at those times."""
+    each = [
+        f"{time_s:.4f} {name}={value * 0.001 if 'period' in name else value:g}"
+        for time_s, name, value in found
+    ]
+    own = (
+        "channel=strict",
+        "task.grip_s=0.05",
+        "task.grip_rise_s=0.1",
+        "safety.soft_start_s=0.05",
+    )
+    texts = [*own, *texts, f"changes={'; '.join(each)}"]
+    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=DURATION_S)
+    batch = SessionBatch([scenario])
+    joined = [note_first(inbox) for inbox in batch.server.inboxes]
+    batch.run(lambda _: None)
+    return batch, batch.traces(0), scenario, joined
+
+
+def note_first(inbox):
+    """Return what will hold the integral of the packet with which a user joins."""
+    first, begin = [], inbox.begin
+
+    def noting():
+        first.append(inbox.newest.integral)
+        begin()
+
+    inbox.begin = noting
+    return first
+
+
+@settings(max_examples=25)
+@given(found=changes, network=networks, weber=st.booleans())
+def test_no_energy_and_no_displacement_comes_or_goes_when_rates_change(found, network, weber):
+    batch, traces, scenario, joined = ran([*network, *(WEBER if weber else ())], found)
+    server = traces.server
+    for i, energy in enumerate(user_energies(traces, scenario)):
+        assert min(energy.up.minimum_j, energy.down.minimum_j, energy.joint.minimum_j) >= LEAST_J
+        inbox, out = batch.server.inboxes[i], np.sum(server.u_s[i][:, 0] * server.periods_s)
+        assert len(joined[i]) == 1  # nobody was taken for gone
+        arrived = inbox.newest.integral - joined[i][0]
+        assert arrived == pytest.approx(out + inbox.playout.waiting, abs=1e-12)
+        # From the device's motion to the packets: U + V = sqrt(2b) x.
+        user, loop = traces.users[i], batch.users[i].loop
+        sent = loop.packer.integral + loop.controller.signals()["integral"]
+        moved = user.x_m[-1, 0] - user.x_m[0, 0]  # its last tick is not over
+        waves = sent + np.sum(user.v_m[:-1, 0]) * user.tick_s
+        assert waves == pytest.approx(
+            np.sqrt(2.0 * scenario.users[i].impedance) * moved, abs=1e-12
+        )
+        assert inbox.lost == 0 or "link.loss=0.1" in network  # what is left out is not lost
+    assert budget(traces, scenario).closes
+
+
+@settings(max_examples=25)
+@given(found=changes)
+def test_frames_and_steps_lie_on_the_grid_of_their_rate(found):
+    batch, traces, *_ = ran([], found)
+    present = {"server.period_s": 8, "user1.master.rate_drop": 8, "user2.master.rate_drop": 8}
+    final = present | {name: value for _, name, value in sorted(found, key=lambda each: each[0])}
+    starts = {
+        f"{user.name}.master.rate_drop": np.rint(
+            traces.packets[f"/{user.name}/wave_up"].sent_ns * 1e-6
+        )
+        for user in traces.users
+    }
+    starts["server.period_s"] = batch.steps.tick
+    for name, ticks in starts.items():
+        since = np.searchsorted(
+            ticks, 1e3 * max([0.0, *(t for t, n, _ in found if n == name)]) - 0.5
+        )
+        assert np.all(ticks[since + 1 :] % final[name] == 0)
+        assert np.all(np.diff(ticks) <= 40)
+    for packets in traces.packets.values():  # every packet stands for its own time
+        if packets.topic.endswith("wave_up") and packets.topic.startswith("/user"):
+            assert np.diff(packets.sent_ns) * 1e-9 == pytest.approx(packets.period_s[1:])
+        if packets.topic.endswith("wave_down") and packets.topic.startswith("/server"):
+            assert np.diff(packets.sent_ns) * 1e-9 == pytest.approx(packets.period_s[:-1])
+
+
+class Taking(Receiver):
+    """The plain channel's receiver, taking packets that stand for other times than its own."""
+
+    def _lasts(self, period_s):
+        return True
+
+
+@pytest.mark.parametrize("kind", [Receiver, Taking, StrictReceiver])
+def test_the_plain_receiver_makes_energy_when_the_rate_changes(kind):
+    """The control: it refuses such packets, or takes them and holds each for a wrong time."""
+    rng = np.random.default_rng(4)
+    own = {"step_s": 0.008, "most_repaid": 1.0} if kind is StrictReceiver else {}
+    receiver = kind(1, period_s=0.008, timeout_s=0.03, **own)
+    packer = Packer(1, period=0.008)
+    given = least = 0.0
+    for k in range(60):
+        packer.period = 0.004 if 20 <= k < 40 else 0.008
+        now_ns = sum(8 if not 20 <= j < 40 else 4 for j in range(k)) * 1_000_000
+        receiver.push(packer.pack(float(rng.normal()), 0.0, now_ns), now_ns)
+        if now_ns % 8_000_000 == 0:
+            given += squared(receiver.wave(now_ns)) * 0.004
+            least = min(least, packer.energy - given)
+    assert (least < -1e-4) == (kind is not StrictReceiver)
+
+
+smooth = st.fixed_dictionaries(
+    {
+        "seed": st.integers(0, 2**32 - 1),
+        "dof": st.integers(1, 6),
+        "ratio": st.floats(0.01, 0.5),
+        "longest_s": st.sampled_from((0.01, 0.016, 0.024)),
+        "roughness": st.sampled_from((0.001, 0.03, 1.0)),
+        "loss": st.sampled_from((0.0, 0.2)),
+    }
+)
+
+
+@settings(max_examples=40)
+@given(of=smooth)
+def test_a_deadband_costs_neither_energy_nor_displacement(of):
+    rng, dof = np.random.default_rng(of["seed"]), of["dof"]
+    params = DeadbandParams(kind="weber", ratio=of["ratio"], longest_s=of["longest_s"])
+    packer = Packer(1, period=0.008, deadband=Deadband(params))
+    receiver = StrictReceiver(
+        dof, step_s=0.008, most_repaid=1.0, period_s=0.008, timeout_s=0.03, max_wave=1e3
+    )
+    wave = rng.normal(size=dof) if dof > 1 else float(rng.normal())
+    whole = paid = given = out = 0.0 * wave
+    before = None
+    for k in range(150):
+        now_ns = k * 8_000_000
+        wave = wave + of["roughness"] * (rng.normal(size=dof) if dof > 1 else float(rng.normal()))
+        whole, paid = whole + wave * 0.008, paid + squared(wave) * 0.004
+        if not packer.holds_back(wave):
+            packet = packer.pack(wave, 0.0 * wave, now_ns)
+            assert packet.period <= max(of["longest_s"], 0.008) + 1e-12
+            assert np.allclose(packet.integral, whole, rtol=1e-12, atol=1e-12)
+            if rng.random() >= of["loss"]:
+                receiver.push(packet, now_ns)
+        if before is None and receiver.newest is not None:
+            before = packet.integral - packet.wave * packet.period
+        if receiver.newest is not None and not of["loss"]:
+            assert not receiver.silent(now_ns)
+        played = receiver.wave(now_ns)
+        given, out = given + squared(played) * 0.004, out + played * 0.008
+        assert np.all(given <= paid * (1.0 + 1e-12))
+    assert packer.frames == 150
+    assert of["loss"] or receiver.lost == 0
+    left = receiver.newest.integral - before - out - receiver.playout.waiting
+    assert np.all(np.abs(left) <= 1e-12 * 150)
+
+
+def test_what_is_felt_is_sent_and_what_is_not_felt_is_not():
+    packer = Packer(1, period=0.004, deadband=Deadband(DeadbandParams(kind="weber")))
+    assert not packer.holds_back(1.0)
+    packer.pack(1.0, 0.0, 0)
+    assert packer.holds_back(1.09)
+    assert packer.holds_back(0.91)
+    assert not packer.holds_back(1.11)  # beyond a tenth of the wave sent last
+    packet = packer.pack(1.11, 0.0, 0)
+    assert (packet.seq, packet.period) == (2, pytest.approx(0.012))
+    assert packet.wave == pytest.approx((1.09 + 0.91 + 1.11) / 3)
+    held = 0
+    while packer.holds_back(packet.wave):
+        held += 1
+    assert held == 5  # the sixth frame makes 24 ms, the longest time
+    assert not packer.holds_back(packet.wave, flags=8)  # a flag does not wait
+
+
+def test_without_a_deadband_every_frame_is_sent():
+    """The control of the tests above."""
+    packer = Packer(1, period=0.008)
+    for k in range(5):
+        assert not packer.holds_back(1.0)
+        assert packer.pack(1.0, 0.0, k).period == 0.008

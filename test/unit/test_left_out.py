@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Sessions with a deadband, and with rates that change, as report, record and replay show them."""
+
+import numpy as np
+import pytest
+
+from pmwvc_analysis.compare.measures import measures
+from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.recording.from_traces import record_traces
+from pmwvc_analysis.recording.reader import read_scenario, read_session
+from pmwvc_analysis.replay.recorded import prescription
+from pmwvc_analysis.verdicts.verdicts import summary
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.errors import ScenarioError
+from pmwvc_core.simulation.session import simulate_one
+
+WEBER = ("master.deadband.kind=weber", "server.deadband.kind=weber")
+RATES = "changes=1.5 user1.master.rate_drop=20; 2 server.period_s=0.02; 2.5 server.period_s=0.005"
+
+
+def strict(*texts, duration_s=3.5):
+    texts = ("channel=strict", "task.grip_s=0.2", "safety.soft_start_s=0.1", *texts)
+    return files.load("carry_16ms", settings_texts=texts, duration_s=duration_s)
+
+
+def offset_m(traces):
+    """Distance of the first device from its avatar at the end."""
+    return abs(traces.users[0].x_m[-1, 0] - traces.server.x_s[0][-1, 0])
+
+
+def test_what_was_left_out_and_what_it_costs_is_reported():
+    with_, without = strict(*WEBER), strict()
+    traces, other = simulate_one(with_), simulate_one(without)
+    found = summary(traces, with_)
+    for each in found["receptions"]:
+        assert 0.5 < each["left_out"] < 0.67  # at most two of three: 24 ms are three frames
+        assert "The sender's deadband left out" in each["text"]
+        assert each["counts"]["lost"] == 0 and each["as_injected"]
+    offsets = [each for each in found["outcomes"] if each["what"] == "offset"]
+    assert [each["hit"] for each in offsets] == [None, None]
+    assert "% of the packets up and" in offsets[0]["text"]
+    assert 0.5 < measures(traces, with_)["left_out"] < 0.67
+    assert measures(other, without)["left_out"] is None
+    # 16 ms later each way: F 32 ms/(2b) more, here at 1.5 N.
+    assert offset_m(traces) - offset_m(other) == pytest.approx(1.5 * 0.032 / 50.0, rel=0.35)
+
+
+@pytest.mark.parametrize("texts", [WEBER, (RATES,)])
+def test_a_session_with_other_packets_is_recorded_checked_and_replayed(texts, tmp_path):
+    scenario = strict(*texts)
+    traces = simulate_one(scenario)
+    record_traces(tmp_path, traces, scenario)
+    again, known = read_session(tmp_path), read_scenario(tmp_path)
+    assert inconsistencies(traces, scenario) == inconsistencies(again, known) == []
+    assert np.array_equal(again.server.periods_s, traces.server.periods_s)
+    for topic, packets in traces.packets.items():
+        assert np.array_equal(again.packets[topic].period_s, packets.period_s)
+    assert again.users[0].block_time_s == pytest.approx(traces.users[0].block_time_s, abs=1e-12)
+    found = prescription(again, known, known)
+    replayed = simulate_one(found.scenario, found.conditions)
+    for one, two in zip(again.users, replayed.users, strict=True):
+        assert np.abs(one.x_m[: len(two.x_m)] - two.x_m).max() < 1e-6
+
+
+def test_a_prediction_after_a_change_of_rates_is_that_of_the_new_ones_and_open():
+    scenario = strict("changes=1.5 server.period_s=0.02", "task.kind=hold")
+    found = summary(simulate_one(scenario), scenario)["outcomes"]
+    assert [each["hit"] for each in found] == [None, None, None]
+    assert "server.period_s=0.02 at 1.50 s" in found[0]["text"]
+    assert "After a change of rates a playout may keep more at hand" in found[1]["text"]
+
+
+@pytest.mark.parametrize(
+    ("texts", "words"),
+    [
+        (
+            ("channel=plain", WEBER[0]),
+            "user1.master.deadband.kind = weber: needs channel = strict",
+        ),
+        (
+            (WEBER[1], "server.deadband.longest_s=0.05", "safety.timeout_s=0.04"),
+            "must be < safety",
+        ),
+        (
+            ("changes=1 server.period_s=0.02", "server.coupling=one_frame_late"),
+            "avatars move by the velocity of the step before",
+        ),
+    ],
+)
+def test_what_the_channel_cannot_carry_is_refused_with_the_reason(texts, words):
+    with pytest.raises(ScenarioError, match=words):
+        strict(*texts)
