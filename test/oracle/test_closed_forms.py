@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
 from support.strategies import TICK_S, amplitudes, poles_rad_s, signals
+from support.wave_power import power
 
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave import AntiAliasing, EnergyLedger, Hold, WavePort, power
+from pmwvc_core.wave import AntiAliasing, EnergyLedger, Hold, WavePort
 from pmwvc_core.wave.design.aliasing import worst_case_gain
 from pmwvc_core.wave.design.filter_design import design, half_power_hz
 

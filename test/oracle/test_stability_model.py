@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support import identity_loop, linear_loops
 
 from pmwvc_analysis.models.multirate import build, spectral_radius
-from pmwvc_analysis.models.stability import boundary, k_max, radii, z_width
+from pmwvc_analysis.models.stability import k_max, radii, z_width
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.scenario.names import varied
 
@@ -201,19 +201,6 @@ def test_islands_above_the_first_crossing_are_found(values, delay_s):
             if edge > 0.0:
                 radius = radii(with_stiffness(scenario, edge * factor))[0]
                 assert bool(radius <= 1.0) is stable
-
-
-def test_a_traced_boundary_passes_through_the_largest_stiffness():
-    scenario = linear_loops.scenario(server__coupling="one_frame_late")
-    delays = (0.0, 0.008, 0.016)
-    found = boundary(
-        scenario,
-        "server.contact_stiffness",
-        np.linspace(10.0, 8000.0, 60),
-        over=("link.delay_s", delays),
-    )
-    firsts = [changes[0][0] for changes in found]
-    assert firsts == pytest.approx([5280.5, 2470.8, 2166.0], rel=5e-3)
 
 
 def test_the_z_width_narrows_with_damping_where_the_computation_is_late():

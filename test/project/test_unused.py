@@ -23,9 +23,6 @@ ALLOWED = {
     "pmwvc_core.server.black_box.interface:Leaves": "documents what a plug-in may have",
     "pmwvc_analysis.budget.parts:unchecked": "the list in docs/file_format.md",
     "pmwvc_analysis.budget.parts:_unchecked": "the list in docs/file_format.md",
-    # used by tests alone, still
-    "pmwvc_core.wave.transform:power": "",
-    "pmwvc_analysis.models.stability:boundary": "",
 }
 
 

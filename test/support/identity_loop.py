@@ -79,9 +79,9 @@ class IdentityLoop:
 
     @staticmethod
     def _carry(master, place):
-        """Let a position feedback hear where the avatar is."""
+        """Give a position feedback the position of the avatar."""
         master.on_packet(WavePacket(1, 1, 0, 1.0, 0.0, 0.0, 0.0, place))
-        master.restore({**master.snapshot(), "position.position_error.reference": 0.0})
+        master.restore({**master.snapshot(), "position.error.reference": 0.0})
 
     @staticmethod
     def _through(s, link, delay, value):
@@ -97,7 +97,7 @@ class IdentityLoop:
         tied = any(user.master.position.gain > 0.0 for user in self.users)
         moving = (
             not tied or self.users[0].master.rate_drop == 1
-        )  # heard of in steps: no such motion
+        )  # received in steps: no such motion
         for _ in range(1 + moving):  # translations, then what moves on with them uniformly
             still = null_space(a - np.eye(len(a)), rcond=1e-11)
             basis, _ = np.linalg.qr(np.hstack([still, np.eye(len(a))]), mode="reduced")

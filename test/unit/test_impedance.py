@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from support.strategies import matrices, signals_of
+from support.wave_power import power
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import root
 from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.wave import MatrixImpedance, WavePort, impedance_of, power
+from pmwvc_core.wave import MatrixImpedance, WavePort, impedance_of
 from pmwvc_core.wave.impedance import first_axis, longest_wave, parsed, server_impedance
 
 

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from pmwvc_core.wave import EnergyLedger, PortLedger, WavePort, power
+from pmwvc_core.wave import EnergyLedger, PortLedger, WavePort
 
 
 def test_a_wave_of_one_root_watt_carries_half_a_watt():
@@ -32,7 +32,7 @@ def test_the_work_at_a_port_is_the_difference_of_its_waves():
         port.add(f, xd, 0.001)
         out.add(u, 0.001)
         back.add(v, 0.001)
-        assert f * xd == pytest.approx(power(u, v))
+        assert f * xd == pytest.approx((u**2 - v**2) / 2)
     assert port.energy_j == pytest.approx(out.energy_j - back.energy_j)
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Stability from the exact model: spectral radius, largest stiffness, boundaries, Z-width.
+"""Stability from the exact model: spectral radius, largest stiffness, Z-width.
 
 Stable is a scenario with no eigenvalue outside the unit circle (beyond rounding) once the motions
 that are no instability are taken out. The largest stiffness is the first crossing: everything
@@ -19,7 +19,7 @@ from pmwvc_analysis.delays.long_delay import is_long, opened
 from pmwvc_analysis.models import rigid
 from pmwvc_analysis.models.groups import Subproblem, subproblems
 from pmwvc_analysis.models.multirate import transitions
-from pmwvc_analysis.models.variation import stackable, with_stiffness
+from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
@@ -145,47 +145,6 @@ def limit_of(found: list[tuple[float, bool]], *, stable_at_first: bool, bound: f
     ends = [*[value for value, _ in found[1:]], bound]
     islands = [(ends[i], ends[i + 1]) for i in range(0, len(ends) - 1, 2)]
     return Limit(found[0][0], bound, islands)
-
-
-def boundary(
-    scenario: Scenario,
-    name: str,
-    grid: Array,
-    *,
-    over: tuple[str, Sequence[float]],
-    live: bool = False,
-) -> list[list[tuple[float, bool]]]:
-    """Trace where stability changes with one parameter, for each value of another.
-
-    Parameters
-    ----------
-    scenario
-        Everything else.
-    name, grid
-        The parameter along which changes are looked for, and where.
-    over
-        The other parameter and its values.
-    live
-        Phases of a live session.
-
-    Returns
-    -------
-    list
-        Per value of ``over`` the changes: where, and whether stability is regained.
-    """
-    other, values = over
-
-    def along(of: Scenario) -> Radii:
-        if stackable(name):
-            return lambda column: radii(varied(of, name, column), live=live)
-        return lambda column: np.array(
-            [radii(varied(of, name, float(x)), live=live)[0] for x in np.ravel(column)]
-        )
-
-    precise = 1e-6 if stackable(name) else 1e-3
-    return [
-        crossings(along(varied(scenario, other, value)), grid, within=precise) for value in values
-    ]
 
 
 def z_width(scenario: Scenario, damping: Sequence[float], *, live: bool = False) -> list[Limit]:

@@ -24,10 +24,10 @@ from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import MasterParams
 from pmwvc_core.transport.packet import WavePacket
 
-SURPLUS = Entry("position_surplus", "energy tank of the position feedback", Role.LEVEL)
+STORED = Entry("position_surplus", "energy tank of the position feedback", Role.LEVEL)
 DISCARDED = Entry("position_discarded", "energy above the cap of the tank, discarded", Role.LEVEL)
 OWED = Entry("position_owed", "returned by the hold before its packet arrived", Role.LEVEL)
-ENTRIES = (SPENT, SURPLUS, DISCARDED, OWED)
+ENTRIES = (SPENT, STORED, DISCARDED, OWED)
 
 
 class PositionFeedback(Protocol):
@@ -129,7 +129,7 @@ class _Budgeted(PositionCorrection):
     def accounts(self) -> Mapping[str, Value]:
         return {
             SPENT.name: self._tank.spent_j,
-            SURPLUS.name: self._tank.free_j,
+            STORED.name: self._tank.free_j,
             DISCARDED.name: self._tank.discarded_j,
             OWED.name: self._tank.owed_j,
         }

@@ -6,7 +6,7 @@ from pmwvc_core.wave.filters import AntiAliasing
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of
 from pmwvc_core.wave.ledger import EnergyLedger, PortLedger
 from pmwvc_core.wave.rates import Hold
-from pmwvc_core.wave.transform import WavePort, power
+from pmwvc_core.wave.transform import WavePort
 
 __all__ = [
     "AntiAliasing",
@@ -17,5 +17,4 @@ __all__ = [
     "PortLedger",
     "WavePort",
     "impedance_of",
-    "power",
 ]

@@ -11,7 +11,7 @@ batch may have their own, ``(runs, 1)``; or b is a matrix that couples the axes
 Equations: docs/theory.md 1.1, 1.2, 1.3, 1.4, 1.5.
 """
 
-from pmwvc_core.numeric import Value, root, squared
+from pmwvc_core.numeric import Value, root
 from pmwvc_core.wave.impedance import Impedance
 
 
@@ -53,8 +53,3 @@ class WavePort:
     def free_velocity(self, u: Value) -> Value:
         """Return the velocity of an avatar that touches nothing, sqrt(2/b) u [m/s]."""
         return self._root_2_over_b * u
-
-
-def power(u: Value, v: Value) -> Value:
-    """Return the power that runs towards the server, (|u|^2 - |v|^2)/2 [W], one per run."""
-    return 0.5 * (squared(u) - squared(v))
