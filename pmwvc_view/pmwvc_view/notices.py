@@ -40,7 +40,7 @@ class Notices:
                     )
 
     def changed(self, old: Scenario, new: Scenario) -> None:
-        """Note a delay that grows under waves."""
+        """Note a delay that grows under waves; samples of waves are held meanwhile."""
         pairs = [
             (getattr(before, way).delay_s, getattr(after, way).delay_s)
             for before, after in zip(old.users, new.users, strict=True)
@@ -48,10 +48,10 @@ class Notices:
         ]
         if has_waves(new.controller) and any(after > before for before, after in pairs):
             longest_s = max(after for _, after in pairs)
-            self._note(
-                f"the delay grew, to {1e3 * longest_s:.0f} ms: waves are held meanwhile, "
-                "which can give out energy that nobody put in"
-            )
+            text = f"the delay grew, to {1e3 * longest_s:.0f} ms"
+            if new.channel == "plain":
+                text += ": waves are held meanwhile, which can give out energy that nobody put in"
+            self._note(text)
 
     def _note(self, text: str) -> None:
         self._texts.append(f"At {self._time_s:.1f} s {text}.")

@@ -4,6 +4,7 @@
 
 import asyncio
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.names import shared_specs, user_specs
 from pmwvc_view import controls
+from pmwvc_view.notices import Notices
 from pmwvc_view.ramp import RATE, towards
 from pmwvc_view.simulated_session import SimulatedSession
 
@@ -127,6 +129,16 @@ def test_dragging_the_delay_up_drops_no_hand_and_a_step_would():
     simulation.change(running.session.scenario(), far)  # the control: at once
     rows = running.polls(40, drag)
     assert 2.0 in set(running.value(rows, "user1.state"))
+
+
+@pytest.mark.parametrize(("channel", "held"), [("plain", True), ("strict", False)])
+def test_delay_that_grows_is_noted_and_energy_only_of_waves_that_are_held(channel, held):
+    old = replace(LIVE, channel=channel)
+    notices = Notices()
+    notices.changed(old, controls.changed(old, {"link.delay_s": 0.05}))
+    (text,) = notices.texts()
+    assert "the delay grew, to 50 ms" in text
+    assert ("can give out energy" in text) == held
 
 
 @settings(max_examples=8, deadline=None)

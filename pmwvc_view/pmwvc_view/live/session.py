@@ -5,7 +5,7 @@
 import asyncio
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rclpy.node import Node
@@ -19,6 +19,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Setting, Settings
 from pmwvc_view.feed import Feed
+from pmwvc_view.live.differences import differences, links_of, server_of
 from pmwvc_view.live.graph import Graph
 from pmwvc_view.live.hands import HELD_QOS, PublishedHand
 from pmwvc_view.live.inlets import Inlets
@@ -143,17 +144,23 @@ class LiveSession(Session):
                     for user in self._scenario.users
                 },
                 exact_hands=self._exact,
-                notices=self._not_emulated() + self._notices.texts(),
+                notices=self._standing() + self._notices.texts(),
             )
-        paused = bool(self._graph.values[self._graph.server].get("paused", False))
         return {
             "text": self._text,
             "values": {"values": self._values(self._scenario, self._preset())},
-            "play": {"paused": paused, "time_s": None, "ratio": 1.0},
+            "play": {"paused": self._paused(), "time_s": None, "ratio": 1.0},
         }
 
-    def _not_emulated(self) -> list[str]:
-        return [] if self._graph.emulated else ["The links are not emulated here."]
+    def _paused(self) -> bool:
+        return bool(self._graph.values[self._graph.server].get("paused", False))
+
+    def _standing(self) -> list[str]:
+        """Return what holds of the session at present, for people."""
+        found = [] if self._graph.emulated else ["The links are not emulated here."]
+        if self._paused():
+            found.append("Paused: the server stands still; users join it anew when it goes on.")
+        return found
 
     def _preset(self) -> str | None:
         preset = self._graph.values.get(self._graph.netem, {}).get("preset")
@@ -191,7 +198,7 @@ class LiveSession(Session):
         while present != wanted:
             step = ramped(present, wanted, over_s=STEP_S)
             why = await self._parameters.set(
-                self._graph.netem, _differences(present, step, _links_of)
+                self._graph.netem, differences(present, step, links_of)
             )
             if why:
                 return why
@@ -203,7 +210,7 @@ class LiveSession(Session):
     async def _set_ends(self, wanted: Scenario) -> str:
         """Change the server and the masters; return why not, or ""."""
         present = self._scenario
-        changes = {self._graph.server: _differences(present, wanted, _server_of)}
+        changes = {self._graph.server: differences(present, wanted, server_of)}
         for old, new in zip(present.users, wanted.users, strict=True):
             before, after = values_of("master", old.master), values_of("master", new.master)
             different = {name: value for name, value in after.items() if value != before[name]}
@@ -234,26 +241,3 @@ class LiveSession(Session):
         for hand in self._hands.values():
             hand.give(None)
         super().close()
-
-
-def _differences(
-    before: Scenario, after: Scenario, of: Callable[[Scenario], Mapping[str, Any]]
-) -> dict[str, Any]:
-    """Return the parameters of a node that differ."""
-    old = of(before)
-    return {name: value for name, value in of(after).items() if value != old[name]}
-
-
-def _links_of(scenario: Scenario) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for user in scenario.users:
-        found |= values_of(f"{user.name}.link.up", user.link_up)
-        found |= values_of(f"{user.name}.link.down", user.link_down)
-    return found
-
-
-def _server_of(scenario: Scenario) -> dict[str, Any]:
-    found = values_of("server", scenario.server)
-    for user in scenario.users:
-        found |= values_of(f"{user.name}.server", user.contact)
-    return found

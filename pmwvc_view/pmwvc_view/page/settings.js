@@ -62,7 +62,8 @@ export class Settings {
     if (!names.includes(control.value)) input.append(new Option("\u2013", ""));
     for (const name of names) {
       const words = known.find((each) => each.name === name)?.words;
-      const option = new Option(name.replaceAll("_", " "), name);
+      const short = control.path === "controller" && words?.includes(":") ? words.split(":")[0] : name;
+      const option = new Option(short.replaceAll("_", " "), name);
       if (words) option.title = words;
       input.append(option);
     }

@@ -7,6 +7,7 @@ import { disturbed, milli, number, spaced, stateOf } from "./words.js";
 
 const HOLDERS = { you: "you", other: "another browser" };
 const WRITE_MS = 200;
+const SHOWN_M = 5e-5;
 const REST_M_S = 0.01, REST_N = 0.1; // below: at rest, where F tau/(2b) holds
 
 export class Users {
@@ -87,7 +88,8 @@ function priceOf(session, { name, side }) {
   const ahead_m = session.dof < 2 ? along(offset) : length;
   const amount = document.createElement("b");
   amount.textContent = `${milli(Math.abs(ahead_m))} mm`;
-  const where = session.dof > 1 ? "from" : ahead_m < 0 ? "behind" : "ahead of";
+  const near = session.dof > 1 || Math.abs(ahead_m) < SHOWN_M; // "0.0 mm": on neither side
+  const where = near ? "from" : ahead_m < 0 ? "behind" : "ahead of";
   const found = ["device ", amount, ` ${where} its avatar`];
   const moving = Math.max(session.size(`${name}.xd_m`), session.size(`${name}.xd_s`)) > REST_M_S;
   const swings = column("f_max").map((each, axis) => each - column("f_min")[axis]);
