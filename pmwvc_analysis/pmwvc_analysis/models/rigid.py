@@ -28,12 +28,9 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.models.line import Line
 from pmwvc_analysis.models.linearize import Linear
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.numeric import Array, Value, root
 from pmwvc_core.wave.impedance import MatrixImpedance
-
-DRIFTING = ("direct",)  # controllers without waves whose uniform motion needs no force
-
 
 Signals = dict[str, Array]  # of signals by name, a row or one per run, along each axis
 
@@ -200,7 +197,7 @@ def _drifting(linear: Linear, axis: int) -> list[Motion]:
     A virtual coupling pulls back what moves on: it receives the other end late.
     """
     loop = linear.loop
-    if not has_waves(loop.scenario.controller) and loop.scenario.controller not in DRIFTING:
+    if not record_of(loop.scenario.controller).drifts:
         return []
     one, found = np.eye(loop.dof)[axis : axis + 1], []
     for line in loop.lines:

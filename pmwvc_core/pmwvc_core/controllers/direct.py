@@ -14,5 +14,6 @@ RECORD = Controller(
     make_master=lambda params, _: DirectMaster(tick_s=params.tick_s),
     make_server=DirectServer,
     linear="direct",
+    drifts=True,
     coupling=replace(HELD, moves=None),
 )

@@ -82,6 +82,9 @@ class Controller(Record):
     make_black_box
         Makes the server's end around a black box (``server.coupling = unknown``); None where a
         wave controller has none.
+    drifts
+        Whether users and object may move on together uniformly without a force, as far as the
+        linear model goes.
     rule
         Tuning rule; None without one.
     storage_j
@@ -99,6 +102,7 @@ class Controller(Record):
     make_server: ServerMaker
     make_strict: StrictMaker | None = None
     make_black_box: BlackBoxMaker | None = None
+    drifts: bool = False
     rule: Rule | None = None
     storage_j: Callable[[MasterParams, BaselineParams], float] = no_storage
     coupling: Coupling | None = None

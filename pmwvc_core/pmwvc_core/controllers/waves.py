@@ -39,6 +39,7 @@ RECORD = Controller(
     make_server=WaveServer,
     make_black_box=_black_box,
     linear="pmwvc",
+    drifts=True,
     storage_j=storage_j,
     accounts=(
         *velocity_filter.ENTRIES,

@@ -28,6 +28,7 @@ import numpy as np
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import Array, Value, dot, maximum, where
 from pmwvc_core.params import OperatorParams
+from pmwvc_core.plant.arm import arm_step
 from pmwvc_core.plant.devices import along_first_axis
 from pmwvc_core.plant.forces import Operator, rows_of
 from pmwvc_core.plant.task import Task
@@ -148,12 +149,10 @@ class Hand(Operator):
         lead = before + 0.5 * step - y
         stiffness, damping = self._stiffness, self._damping
         drive = stiffness * lead + damping * step / tick_s + squeeze - f_h
-        velocity = (self._twice_mass * yd + tick_s * drive) / self._inertia
-        moved = tick_s * velocity
+        moved, self.yd = arm_step(yd, drive, self._twice_mass, self._inertia, tick_s)
         pull = stiffness * (lead - 0.5 * moved) + damping * (step - moved) / tick_s
         self.effort_j = self.effort_j + dot(pull, step) + dot(squeeze, moved)
         self.y = y + moved
-        self.yd = 2.0 * velocity - yd
         return f_h
 
 

@@ -25,6 +25,7 @@ from typing import Protocol
 
 from pmwvc_core.numeric import Value, clip, dot, finite, limit_length, squared
 from pmwvc_core.params import OperatorParams
+from pmwvc_core.plant.arm import arm_step
 from pmwvc_core.plant.devices import along_first_axis
 from pmwvc_core.plant.forces import Operator
 from pmwvc_core.plant.hand import Grip
@@ -168,8 +169,7 @@ class RemoteHand(Operator):
         stiffness = self._arm_ratio * self._stiffness
         lead = before + 0.5 * step - y
         inertia = self._resistance + 0.5 * tick_s**2 * stiffness
-        velocity = (self._twice_mass * yd + tick_s * (stiffness * lead - pull)) / inertia
-        moved = tick_s * velocity
+        drive = stiffness * lead - pull
+        moved, self.yd = arm_step(yd, drive, self._twice_mass, inertia, tick_s)
         self.effort_j = self.effort_j + dot(stiffness * (lead - 0.5 * moved), step)
         self.y = y + moved
-        self.yd = 2.0 * velocity - yd
