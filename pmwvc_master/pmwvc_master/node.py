@@ -119,6 +119,7 @@ class Master:
 
     def run(self, stop: threading.Event) -> None:
         """Run the force loop."""
+        self._receptions.begin()
         self.loop.run(stop)
 
     def close(self) -> None:

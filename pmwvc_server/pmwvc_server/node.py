@@ -100,6 +100,7 @@ class Server:
 
     def run(self, stop: threading.Event) -> None:
         """Run the loop."""
+        self._receptions.begin()
         self.loop.run(stop)
 
     def close(self) -> None:

@@ -16,7 +16,7 @@ from support.processes import NodeProcess, ros
 from pmwvc_core.params import MasterParams, OperatorParams, VelocityFilterParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import TRACE_QOS, WAVE_QOS
-from pmwvc_msgs.msg import MasterTrace, Wave
+from pmwvc_msgs.msg import MasterTrace, Reception, Wave
 
 pytestmark = [pytest.mark.integration]
 
@@ -170,11 +170,16 @@ def test_a_velocity_filter_changes_while_it_runs_unless_no_design_gives_it():
 def test_a_paused_master_waits_for_the_start():
     with ros() as peer:
         waves = peer.collect(Wave, "/user1/wave_up")
+        received = peer.collect(Reception, "/user1/reception", reliable=True)
+        health = peer.collect(DiagnosticArray, "/diagnostics", reliable=True)
         with NodeProcess(MODULE, {"start.paused": True}, arguments=USER):
+            peer.until(lambda: len(health) == 3)  # 2 s: four reports of receivers, were it begun
+            assert received == []
             response = peer.call(Trigger, "/user1/master/start", Trigger.Request())
             assert response.success
             first = peer.until(lambda: waves)[0]
             assert first.seq <= 2
+            assert peer.until(lambda: received)[0].seq == 1
 
 
 def test_a_runaway_device_is_left_without_force_until_rearmed():

@@ -207,8 +207,8 @@ def topic_ends(scenario: Scenario, *, recorded: bool = True) -> dict[str, tuple[
     A view may find the session later; nothing waits for it.
     """
     recorders = 1 if recorded else 0
-    names = ["/server/trace", "/netem/links", "/netem/fates"]
-    names += [f"/{user.name}/trace" for user in scenario.users]
+    names = ["/server/trace", "/server/reception", "/netem/links", "/netem/fates"]
+    names += [f"/{user.name}/{end}" for user in scenario.users for end in ("trace", "reception")]
     ends = dict.fromkeys(names, (1, recorders))
     for user in scenario.users:
         for direction in ("up", "down"):  # netem or the far end, and the recorder

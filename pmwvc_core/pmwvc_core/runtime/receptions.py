@@ -36,13 +36,17 @@ class Receptions:
         epoch: int,
         other_controller: Callable[[], int],
     ) -> None:
+        self._node = node
         self._types = messages.live_types()
         self._inboxes = dict(inboxes)
         self._epoch = epoch
         self._other_controller = other_controller
         self._seq = 0
         self._out = node.create_publisher(self._types.Reception, topic, TRACE_QOS)
-        node.create_timer(PERIOD_S, self.publish)
+
+    def begin(self) -> None:
+        """Publish from now on; until a session begins, a recorder may not have been matched."""
+        self._node.create_timer(PERIOD_S, self.publish)
 
     def publish(self) -> None:
         """Publish what there is now."""
