@@ -19,6 +19,7 @@ from pmwvc_analysis.prediction import text as prediction_text
 from pmwvc_bringup.scenarios import load
 from pmwvc_core import controllers, plugins
 from pmwvc_core.controllers import library
+from pmwvc_core.controllers.library import CHANNELS
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
@@ -96,9 +97,9 @@ def lab(monkeypatch):
     plugins.imported.cache_clear()
 
 
-def scenario(controller, **server):
+def scenario(controller, *, channel="plain", **server):
     values = {"name": "one", "controller": controller, "users": 1, "duration_s": 0.2}
-    return parse_scenario(values | {"server": server})
+    return parse_scenario(values | {"channel": channel, "server": server})
 
 
 def test_the_library_goes_before_a_plug_in_of_the_same_name(lab):
@@ -106,6 +107,7 @@ def test_the_library_goes_before_a_plug_in_of_the_same_name(lab):
     assert controllers.names().count("pmwvc") == 1
 
 
+@pytest.mark.parametrize("channel", CHANNELS)
 @pytest.mark.parametrize(
     ("name", "text"),
     [
@@ -115,9 +117,9 @@ def test_the_library_goes_before_a_plug_in_of_the_same_name(lab):
         ("stray", r"linear = 'moon': must be None or one of pmwvc, direct"),
     ],
 )
-def test_a_broken_plug_in_is_refused_with_the_reason(lab, name, text):
+def test_a_broken_plug_in_is_refused_with_the_reason(lab, name, text, channel):
     with pytest.raises(ScenarioError, match=rf"controller = '{name}'.*{text}"):
-        scenario(name)
+        scenario(name, channel=channel)
 
 
 def test_an_unknown_name_is_answered_with_what_is_there(lab):

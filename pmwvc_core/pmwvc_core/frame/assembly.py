@@ -13,8 +13,6 @@ once. Nothing else knows of it.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from pmwvc_core.controllers import (
     PLAIN,
     has_waves,
@@ -246,7 +244,7 @@ def _inbox(
     period_s: float,
     timeout_s: float,
 ) -> Receiver:
-    """Return the receiver of a port; in a batch it takes the longest wave of any run.
+    """Return the receiver of a port.
 
     ``step_s``: time for which the strict channel's receiver gives out a wave.
     """
@@ -254,11 +252,10 @@ def _inbox(
     if not is_strict(controller, channel):
         kind = ZeroingReceiver if is_zeroing(controller, channel) else Receiver
         return kind(dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
-    runs = np.ravel(impedance) if isinstance(impedance, np.ndarray) else [impedance]
     return StrictReceiver(
         dof,
         step_s=step_s,
-        most_repaid=min(wave_of_speed(run, REPAID_M_S) for run in runs),
+        most_repaid=wave_of_speed(impedance, REPAID_M_S),
         period_s=period_s,
         timeout_s=timeout_s,
         max_wave=longest,

@@ -31,6 +31,7 @@ def conflicts(scenario: "Scenario") -> list[str]:
             find(name)
         except ParameterError as error:
             found.append(str(error))
+    strict, zeroing = (False, False) if found else (scenario.strict, scenario.zeroing)
     found += _disturbed(scenario)
     ticks = {user.master.tick_s for user in scenario.users}
     if len(ticks) > 1:
@@ -47,21 +48,21 @@ def conflicts(scenario: "Scenario") -> list[str]:
         )
     silence_s = server_times(user.safety for user in scenario.users).timeout_s
     for user in scenario.users:
-        if scenario.zeroing and not math.isclose(period, user.master.frame_s):
+        if zeroing and not math.isclose(period, user.master.frame_s):
             found.append(
                 f"server.period_s = {period}: must be the packet interval of {user.name} "
                 f"({user.master.frame_s:g} s) with channel = zeroing, where a packet counts for "
                 "one step"
             )
         position = user.master.position
-        if scenario.strict and position.is_on and position.feedback == "printed":
+        if strict and position.is_on and position.feedback == "printed":
             found.append(
                 f"{user.name}.master.position.feedback = printed: pays for nothing; must be "
                 "budgeted or integral with channel = strict"
             )
         timeouts_s = {"master": silence_s, "server": user.safety.timeout_s}  # of the receivers
         for group, port in (("master", user.master), ("server", user.contact)):
-            text = port.deadband.problem(strict=scenario.strict, timeout_s=timeouts_s[group])
+            text = port.deadband.problem(strict=strict, timeout_s=timeouts_s[group])
             found += [f"{user.name}.{group}.deadband.{text}"] if text else []
             wrong = matrix_conflicts(port.impedance_matrix, scenario.dof)
             found += [f"{user.name}.{group}.{mistake}" for mistake in wrong]

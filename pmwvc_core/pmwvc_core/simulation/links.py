@@ -82,7 +82,7 @@ class SimulatedLink:
                 self.arrived.append((packet, fate.time_due_ns))
 
 
-def _each_for_itself(packet: WavePacket, longest: float) -> WavePacket:
+def _each_for_itself(packet: WavePacket, longest: Value) -> WavePacket:
     """Return a packet of a batch that its receiver takes whatever a single run has come to.
 
     Where there is only one run the receiver refuses such a packet, as live.

@@ -50,7 +50,8 @@ class Receiver(Stateful):
     timeout_s
         Silence begins after this or three periods, whichever is longer [s].
     max_wave
-        Longest wave that a legal device can emit [sqrt(W)]; no limit by default.
+        Longest wave that a legal device can emit [sqrt(W)]; no limit by default. In a batch one of
+        each run.
 
     Attributes
     ----------
@@ -71,7 +72,7 @@ class Receiver(Stateful):
     )
 
     def __init__(
-        self, dof: int, *, period_s: float, timeout_s: float, max_wave: float = math.inf
+        self, dof: int, *, period_s: float, timeout_s: float, max_wave: Value = math.inf
     ) -> None:
         self.dof = dof
         self.period_s = period_s
@@ -176,7 +177,7 @@ class Receiver(Stateful):
             return Verdict.WRONG_LENGTH
         if not self._lasts(packet.period):
             return Verdict.WRONG_PERIOD
-        if self.max_wave < math.inf and np.any(squared(packet.wave) > self.max_wave**2):
+        if np.any(squared(packet.wave) > self.max_wave**2):
             return Verdict.TOO_LARGE
         return None
 
@@ -192,7 +193,7 @@ class Receiver(Stateful):
             and type(p.echo_seq) is type(p.echo_sent_ns) is type(p.echo_hold_ns) is int
             and 1 <= p.seq < 1 << 32
             and (p.period == self.period_s or self._lasts(p.period))
-            and -self.max_wave <= p.wave <= self.max_wave
+            and bool(-self.max_wave <= p.wave <= self.max_wave)
             and math.isfinite(p.wave + p.integral + p.energy + p.position)
         )
 

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Value, root
 from pmwvc_core.params import SafetyParams, specs
 from pmwvc_core.wave.impedance import Impedance, longest_wave, smallest
 
@@ -20,8 +20,8 @@ VELOCITY_M_S = float(specs(SafetyParams)["fault_velocity"].high or math.inf)
 DIRECT = 1000.0  # [m/s] up or [N] down: beyond any device, where there are no waves
 
 
-def largest_wave(impedance: Impedance | Array, *, waves: bool) -> float:
-    """Return the longest wave that can be meant [sqrt(W)]; in a batch by any run.
+def largest_wave(impedance: Impedance, *, waves: bool) -> Value:
+    """Return the longest wave that can be meant [sqrt(W)]; in a batch one of each run.
 
     Parameters
     ----------
@@ -32,12 +32,14 @@ def largest_wave(impedance: Impedance | Array, *, waves: bool) -> float:
     """
     if not waves:
         return DIRECT
-    runs = np.ravel(impedance) if isinstance(impedance, np.ndarray) else [impedance]
-    return max(longest_wave(run, FORCE_N, VELOCITY_M_S) for run in runs)
+    if isinstance(impedance, np.ndarray):
+        return FORCE_N / np.sqrt(2.0 * impedance) + VELOCITY_M_S * np.sqrt(0.5 * impedance)
+    return longest_wave(impedance, FORCE_N, VELOCITY_M_S)
 
 
-def wave_of_speed(impedance: Impedance, velocity: float) -> float:
+def wave_of_speed(impedance: Impedance, velocity: float) -> Value:
     """Return a wave that moves an avatar against nothing no faster than that [sqrt(W)]; a velocity
-    in m/s.
+    in m/s. In a batch one of each run.
     """
-    return velocity * math.sqrt(0.5 * smallest(impedance))
+    least = impedance if isinstance(impedance, np.ndarray) else smallest(impedance)
+    return velocity * root(0.5 * least)
