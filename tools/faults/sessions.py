@@ -90,6 +90,8 @@ def _balance(session: Carried) -> tuple[bool, str]:
 
 
 def _plainly(*settings: str) -> str:
+    if any(text.startswith("changes=") for text in settings):
+        return "the plain channel refuses the change"
     plain = carried(*settings, channel="plain")
     word = "passive" if plain.passive else "not passive"
     offset = 1e3 * plain.offset_m(DURATION_S - 1.0)
@@ -143,6 +145,19 @@ def outage(begin_s: float, end_s: float, *where: str) -> Outcome:
             f"peak force {session.peak_n / calm.peak_n:.2f} of the undisturbed session's",
         ),
         (True, f"force at the end {holding:.2f} N"),
+        (True, _plainly(*settings)),
+    )
+
+
+def slow_server(*settings: str) -> Outcome:
+    """Return what a server that hardly runs does; a grip that is lost is no energy made."""
+    session, calm = carried(*CALM, *settings), carried(*CALM)
+    holding = min(abs(user["force_final_n"]) for user in session.summary["users"])
+    last_m = session.offset_m(DURATION_S - 1.0)
+    return joined(
+        _balance(session),
+        (True, f"peak force {session.peak_n / calm.peak_n:.2f} of the undisturbed session's"),
+        (True, f"force at the end {holding:.2f} N, {1e3 * last_m:.1f} mm in the last second"),
         (True, _plainly(*settings)),
     )
 
@@ -240,10 +255,21 @@ SESSIONS = (
         lambda: carries(*CALM, "link.ge_p=0.0833", "link.ge_r=0.333", "link.duplicate=0.1"),
     ),
     Fault(
-        "F23",
-        "nine of ten packets are lost for 3 s: 125 packets a second become 12 and 125 again "
-        "(the rate itself does not change)",
+        "F23a",
+        "125 packets a second of every user become 12 for 3 s and 125 again",
+        "as F22a",
+        lambda: carries(*CALM, "changes=5 master.rate_drop=80; 8 master.rate_drop=8"),
+    ),
+    Fault(
+        "F23b",
+        "nine of ten packets are lost for 3 s (the rate itself does not change)",
         "as F22a",
         lambda: carries(*CALM, "link.schedule=5 loss=0.9; 8 base"),
+    ),
+    Fault(
+        "F24",
+        "the server runs at 1 Hz for 5 s",
+        "no energy out of nothing",
+        lambda: slow_server("changes=4 server.period_s=1; 9 server.period_s=0.008"),
     ),
 )

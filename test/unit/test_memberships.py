@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Ten thousand joins and leaves at a server, in virtual time: nothing grows."""
+
+import gc
+import pickle
+
+import pytest
+
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.frame.assembly import server_step_of
+from pmwvc_core.frame.server_step import Presence
+from pmwvc_core.transport.packet import FLAG_LEAVING, Packer
+
+STEP_NS = 8_000_000
+
+
+class Server:
+    """A server whose users come and go, each time with a new life."""
+
+    def __init__(self, channel):
+        texts = [f"channel={channel}"]
+        self.step_ = server_step_of(files.load("carry_16ms", settings_texts=texts))
+        self.now_ns = self.lives = 0
+
+    def step(self, *packets):
+        self.now_ns += STEP_NS
+        self.step_.tick(self.now_ns, [list(packets), []])
+
+    def visit(self, *, goodbye=True):
+        """Join, send a wave, and leave with a last packet, or without one."""
+        self.lives += 1
+        packer = Packer(self.lives, period=0.008)
+        for wave in (0.0, 0.3, 0.1):
+            self.step(packer.pack(wave, -0.03, self.now_ns))
+        assert self.step_.presence[0] is Presence.COUPLED
+        if goodbye:
+            self.step(packer.pack(0.0, -0.03, self.now_ns, FLAG_LEAVING))
+        else:
+            self.now_ns += 2_000_000_000
+            self.step()
+        assert self.step_.presence[0] is Presence.ABSENT
+
+    def size(self):
+        """Objects of the process, and bytes of the server's state."""
+        gc.collect()
+        return len(gc.get_objects()), len(pickle.dumps(dict(self.step_.snapshot())))
+
+
+@pytest.mark.parametrize("channel", ["strict", "plain"])
+def test_ten_thousand_joins_and_leaves_leave_nothing_behind(channel):
+    server = Server(channel)
+    for visit in range(200):
+        server.visit(goodbye=visit % 2 == 0)
+    objects, state = server.size()
+    for visit in range(5_000):
+        server.visit(goodbye=visit % 2 == 0)
+    more, later = server.size()
+    assert more - objects < 50  # one object a visit would be 5,000
+    assert later - state < 0.1 * state  # numbers of packets and times have more digits
+    assert server.step_.server.ports[0].contact.energy == 0.0
+
+
+def test_what_is_kept_of_every_visit_is_seen():
+    """The control."""
+    server, kept = Server("strict"), []
+    server.visit()
+    objects, _ = server.size()
+    for _ in range(100):
+        server.visit()
+        kept.append(server.step_.snapshot())
+    assert server.size()[0] - objects >= 100
