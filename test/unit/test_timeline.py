@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The timeline of a link: settings, networks, ramps and outages at given times."""
 
+import subprocess
+import sys
+
 import pytest
 
 from pmwvc_bringup.scenarios import load
@@ -93,3 +96,17 @@ def test_a_timeline_that_cannot_be_is_refused_with_entry_value_and_range(schedul
         link(schedule)
     with pytest.raises(ScenarioError, match=rf"user1.link.up.schedule: .*{text}"):
         load("carry_16ms", settings_texts=[f"link.schedule={schedule}", "link.keep_order=false"])
+
+
+def test_no_packet_waits_for_a_distribution_that_a_timeline_brings_later():
+    """Its library takes 0.3 s to load: a whole outage where an emulator does it in between."""
+    text = (
+        "import sys; from pmwvc_core.network.link import Link; from pmwvc_core.params import *; "
+        "link = lambda text: Link(LinkParams(delay_s=0.01, schedule=text), seed=1); "
+        "link('5 loss=0.1'); before = 'scipy.special' in sys.modules; "
+        "link('5 jitter=gamma jitter_s=0.01'); print(before, 'scipy.special' in sys.modules)"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", text], capture_output=True, text=True, check=True
+    )
+    assert found.stdout.split() == ["False", "True"]

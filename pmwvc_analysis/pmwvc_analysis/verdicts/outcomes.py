@@ -12,7 +12,7 @@ from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_analysis.traces.stages import Stage, text_of
 from pmwvc_core.network.effects import is_random
 from pmwvc_core.params import DeadbandParams, MasterParams
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.impedance import first_axis
 
 LEAST_FORCE_N = 0.2  # below that, an offset is not that of a grip
@@ -88,12 +88,12 @@ def outcomes(
         uneven = live or is_random(user.link_up) or is_random(user.link_down)
         if user.master.deadband.is_on or user.contact.deadband.is_on:
             reason = f"{_left_out(user.name, summary)}, so playouts are later than that."
-            found.append(_offset_open(user.name, per_lag * lag, drift, reason))
+            found.append(_offset_open(user, per_lag * lag, drift, reason))
         elif uneven and (scenario.strict or scenario.zeroing):
             reason = UNEVEN if scenario.strict else TOO_LATE
-            found.append(_offset_open(user.name, per_lag * lag, drift, reason))
+            found.append(_offset_open(user, per_lag * lag, drift, reason))
         elif late:
-            found.append(_offset_open(user.name, per_lag * lag, drift, late))
+            found.append(_offset_open(user, per_lag * lag, drift, late))
         elif spread:
             found.append(_offset_between(user.name, per_lag * lag, per_lag * spread, drift))
         else:
@@ -112,13 +112,15 @@ def _left_out(name: str, summary: dict[str, Any]) -> str:
     return f"A deadband left out {' and '.join(ways) or 'packets'}"
 
 
-def _offset_open(name: str, even_m: float, drift_m: float, reason: str) -> Outcome:
+def _offset_open(user: User, even_m: float, drift_m: float, reason: str) -> Outcome:
     """Say what was measured where something decides that is not known before."""
+    begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
     text = (
-        f"{name}: offset of the device from its avatar at the end: measured {drift_m * 1e3:+.2f} "
-        f"mm; {even_m * 1e3:+.2f} mm are expected of the link. {reason}"
+        f"{user.name}: offset of the device from its avatar at the end: measured "
+        f"{drift_m * 1e3:+.2f} mm; {even_m * 1e3:+.2f} mm are expected of the link{begins}. "
+        f"{reason}"
     )
-    return Outcome("offset", None, text, name)
+    return Outcome("offset", None, text, user.name)
 
 
 def _same_lag(steady: Sequence[Stage]) -> bool:

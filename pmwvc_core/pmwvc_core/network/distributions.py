@@ -256,3 +256,12 @@ def drawn(params: LinkParams) -> Distribution | None:
     """Return the distribution of a link's jitter; None where it has none."""
     found = DISTRIBUTIONS.get(params.jitter)
     return found if found and (not found.sized or params.jitter_s > 0.0) else None
+
+
+def prepare(params: LinkParams) -> None:
+    """Make what the jitter of a link is drawn from, which may take 0.3 s: no packet is to wait for
+    it.
+    """
+    found = drawn(params)
+    if found:
+        found.at(params, 0.5)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.errors import PLUGIN_ERRORS
+from pmwvc_core.network.distributions import prepare
 from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, Uniform, active, check
 from pmwvc_core.network.effects.contained import EffectFaults, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
@@ -75,6 +76,8 @@ class Link(InFlight):
         steps = []
         if timeline is not None:
             steps = [entry.applied(params, self._direction) for entry in timeline.entries]
+        for each in (params, *steps):
+            prepare(each)
         self.params = params
         self._timeline, self._steps, self._step = timeline, steps, 0
         self._take(steps[0] if steps else params)
