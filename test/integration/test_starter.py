@@ -10,12 +10,15 @@ import sys
 import numpy as np
 import pytest
 import yaml
+from support.live_pages import opened
+from support.page_sockets import Page
 from support.processes import NodeProcess, isolate, ros
 from visualization_msgs.msg import MarkerArray
 
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import plan
+from pmwvc_bringup.session.monitor import watching
 from pmwvc_core.frame.server_step import Presence
 
 pytestmark = pytest.mark.integration
@@ -51,7 +54,10 @@ def test_launched_nodes_begin_together_in_any_namespace_and_run_for_their_time(t
         assert (starter.returncode, starter.stderr) == (0, "")
         assert "the session begins" in starter.stdout
         peer.until(lambda: scenes)
-        assert nodes["view"].await_output(r"^page http://127\.0\.0\.1:\d+/\?token=")
+        address = nodes["view"].await_output(r"^page http://127\.0\.0\.1:\d+/\?token=").split()[1]
+        with opened(address) as socket:
+            refused = Page(socket, "").ask("restart", values={})
+        assert not refused["done"] and "nobody can begin this session again" in refused["text"]
         master = f"{NAMESPACE}/user1/master"
         assert peer.set_parameters(master, {"safety.max_force": 2.5}) == [""]
         (refusal,) = peer.set_parameters(master, {"safety.max_force": 3.0})
@@ -91,3 +97,10 @@ def test_a_starter_that_waits_ends_quietly_when_interrupted(tmp_path):
     finally:
         starter.kill()
         starter.wait()
+
+
+@pytest.mark.parametrize("restarts", [False, True])
+def test_page_finds_somebody_who_begins_again_only_where_somebody_does(restarts):
+    isolate()
+    with watching(["user1"], restarts=restarts) as monitor:
+        assert monitor._node.count_subscribers("/view/restart") == restarts

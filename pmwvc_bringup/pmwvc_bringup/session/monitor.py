@@ -44,14 +44,14 @@ RATE_STATES = 25  # six seconds of link states
 class Monitor:
     """A session seen from outside."""
 
-    def __init__(self, node: Node, users: Sequence[str]) -> None:
+    def __init__(self, node: Node, users: Sequence[str], *, restarts: bool) -> None:
         self._node = node
         self._users = list(users)
         self._masters = {u: Polled(node, MasterTrace, f"{u}/trace", NEWEST) for u in users}
         self._server = Polled(node, ServerTrace, "server/trace", NEWEST)
         links = QoSProfile(depth=4 * len(users), reliability=ReliabilityPolicy.BEST_EFFORT)
         self._links = Polled(node, LinkState, "netem/links", links)
-        self._restarts = Polled(node, String, "view/restart", RELIABLE)
+        self._restarts = Polled(node, String, "view/restart", RELIABLE) if restarts else None
         ends = [f"{user}/reception" for user in users] + ["server/reception"]
         self._receptions = [Polled(node, Reception, end, links) for end in ends]
         self._seen: dict[str, tuple[float, Any]] = {}
@@ -135,7 +135,7 @@ class Monitor:
     def restart(self) -> dict[str, Any] | None:
         """Return the settings with which a page wants the session to begin again, or None."""
         found = None
-        while (message := self._restarts.take()) is not None:
+        while self._restarts and (message := self._restarts.take()) is not None:
             with contextlib.suppress(ValueError):
                 settings = json.loads(message.data)
                 found = settings if isinstance(settings, dict) else found
@@ -227,10 +227,13 @@ def not_connected(missing: Sequence[str]) -> str:
 
 
 @contextmanager
-def watching(users: Sequence[str], *, namespace: str = "/") -> Iterator[Monitor]:
+def watching(
+    users: Sequence[str], *, namespace: str = "/", restarts: bool = False
+) -> Iterator[Monitor]:
     """Yield a monitor in a ROS context of its own; the environment must be that of the nodes.
 
-    ``namespace`` is the one that the whole session is in.
+    ``namespace`` is the one that the whole session is in; with ``restarts`` pages are offered to
+    begin the session again.
     """
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
@@ -238,7 +241,7 @@ def watching(users: Sequence[str], *, namespace: str = "/") -> Iterator[Monitor]
             "runner", namespace=namespace, start_parameter_services=False, enable_rosout=False
         )
         try:
-            yield Monitor(node, users)
+            yield Monitor(node, users, restarts=restarts)
         finally:
             node.destroy_node()
     finally:

@@ -128,7 +128,7 @@ class LiveSession:
                 os.environ.update(environment)
                 from pmwvc_bringup.session.monitor import watching
 
-                with watching(users) as monitor:
+                with watching(users, restarts=self._shows) as monitor:
                     begun = self._begin(monitor)
                     if begun:
                         self._watch(monitor, self._disturber(logs, environment))
