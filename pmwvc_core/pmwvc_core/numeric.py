@@ -92,6 +92,13 @@ def maximum(left: Value, right: Value) -> Value:
     return right if more is False else where(more, left, right)
 
 
+def within(value: Value, reach: float) -> Flag:
+    """Tell for every run whether all elements are nearer to zero than that; NaN never is."""
+    if type(value) is float or not isinstance(value, np.ndarray):
+        return -reach < value < reach
+    return np.asarray((np.abs(value) < reach).all(axis=-1, keepdims=True))
+
+
 def limit_length(value: Value, longest: Value) -> Value:
     """Shorten a vector to at most ``longest``, keeping its direction."""
     length = root(squared(value))

@@ -111,8 +111,11 @@ def test_an_outage_ends_in_damping_and_comes_back_under_the_slew_limit():
     ):
         assert min(energy.up.minimum_j, energy.down.minimum_j, energy.joint.minimum_j) >= LEAST_J
         assert np.abs(np.diff(user.f_applied[:, 0])).max() <= slew * (1.0 + 1e-9)
-        out = slice(4100, 4500)  # within 100 ms: nothing but damping
-        assert np.all(user.f_applied[out] * user.xd_m[out] >= -1e-12)
+        wait = 4000 + np.argmax(user.v_m[4000:, 0] == 0.0)
+        assert wait < 4100 and np.all(user.v_m[wait:4500] == 0.0)
+        given = np.cumsum(user.f_applied[wait:4500, 0] * np.diff(user.x_m[wait:4501, 0]))
+        assert given.min() >= -1e-9  # a brake: no more than the hand put in, at any time
+        assert given[-1] > 1e-3
         assert apart_m(traces, i)[-500:].mean() < 0.5 * apart_m(plain, i)[-500:].mean()
         assert np.abs(user.f_applied[-1, 0]) > 1.0  # the grip is back; plain has lost it
     assert max(np.abs(user.f_applied[-1, 0]) for user in plain.users) < 0.5
@@ -125,12 +128,12 @@ def test_a_single_outage_of_one_way_is_made_up_for():
     cut(batch.users[0].down, [(4.0, 4.6)])
     batch.run(lambda _: None)
     traces = batch.traces(0)
-    assert apart_m(traces, 0)[4500] > 10e-3
-    assert apart_m(traces, 0)[-500:].mean() < 4e-3
+    assert apart_m(traces, 0)[4500] < 8e-3  # 17 mm where nothing brakes
+    assert apart_m(traces, 0)[5600:].max() < 2.5e-3
 
 
 def test_the_force_starts_from_zero_only_behind_a_restart_or_a_release():
-    batch, traces, _ = ran("strict", duration_s=8.0, out=[(4.0, 5.8)])
+    batch, traces, _ = ran("strict", "safety.release_s=1", duration_s=8.0, out=[(4.0, 5.8)])
     user = traces.users[0]
     f = np.abs(user.f_applied[:, 0])
     assert f[3900] > 1.0

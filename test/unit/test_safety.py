@@ -140,7 +140,7 @@ def test_a_value_that_is_no_number_ends_the_force_and_a_soft_start_brings_it_bac
 
 
 def test_silence_leaves_what_brakes_lets_go_what_pushes_and_later_all():
-    rig = coupled()
+    rig = coupled(release_s=1.0)
     rig(1.0, 0.1)
     rig(1.0, 0.1, silence_s=0.030)
     assert rig.state == SafetyState.COUPLED  # 30 ms, or three packets: not yet
@@ -186,7 +186,7 @@ def test_a_whole_session_never_makes_a_step():
     port = WaveMaster(
         MasterParams(impedance=25.0, rate_drop=8, hold="foh", filter=FilterParams(kind="none"))
     )
-    rig = Rig()
+    rig = Rig(release_s=1.0)
     seen, forces = [], [0.0]
 
     def run(seconds, wave, xd, *, silence=None, coupled=True):

@@ -9,6 +9,7 @@ safety                  ``wave.ledger.port_account``, in ticks that were limited
 filter, rate drop,      differences of the energies of u_m, u_m after the filter, u_tx, u_s and of
 links, hold             v_s, v_rx, v_m
 port filters, position  what velocity filter, bank and position feedback account for themselves
+avatar brakes           the heat that the server accounts for
 late decoding           (|u_s|^2 - |v_s|^2)/2 less F_s . xd_s: the force of the step before
 contacts                what avatars gave less the forces' work on the object: springs, dampers
 object                  ``server.cube.object_account``
@@ -35,6 +36,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.devices import device_account
 from pmwvc_core.scenario.scenario import User
+from pmwvc_core.server.avatar_brake import BRAKES
 from pmwvc_core.server.cube import object_account
 from pmwvc_core.traces import ServerTraces, UserTraces
 from pmwvc_core.wave.ledger import port_account
@@ -249,12 +251,15 @@ def server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> t
         for f, xd in zip(server.f_s, server.xd_s, strict=True)
     ]
     work = np.cumsum(sum(power) * server.periods_s)
+    own, braked = server.accounts, {}
+    if BRAKES in own:
+        braked, into = {BRAKES: own[BRAKES]}, into - own[BRAKES]
     if found[0].scenario.coupling.black_box:
-        own = server.accounts
         port = Account(into, work, dissipated=own["late_decoding"] + own["withheld"])
         box = Account(work, own["contained"], stored=server.potential)
         return {
             **{part: own[part] for part in ("late_decoding", "withheld", "contained")},
+            **braked,
             "environment_stored": server.potential,
             "environment_heat": np.asarray(box.residual),
         }, np.asarray(port.residual)
@@ -267,6 +272,7 @@ def server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> t
     contacts = Account(port.given, body.taken, server.potential, heat)
     none, residual = np.zeros(len(into)), np.asarray(contacts.residual)
     return {
+        **braked,
         "late_decoding": np.asarray(port.kept),
         "integration": _chosen(exact, none, residual),
         "contact_damping": np.asarray(heat),

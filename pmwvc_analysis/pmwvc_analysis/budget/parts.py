@@ -73,6 +73,7 @@ PARTS: Mapping[str, Part] = {
     ),
     "withheld": Part("", "server's computation"),
     "contained": Part("", "server's computation"),
+    "avatar_brakes": Part("", "contacts"),
     "contact_damping": Part("damping of the contacts", "contacts"),
     "contact_stored": Part("springs of the contacts", "contacts"),
     "environment_stored": Part("stored by the environment", "contacts"),

@@ -10,6 +10,7 @@ from pmwvc_analysis.traces.reductions import COUPLED
 from pmwvc_analysis.traces.sums import running
 from pmwvc_core.numeric import root
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.server.avatar_brake import BRAKES
 from pmwvc_core.traces import ServerTraces
 from pmwvc_core.wave.transform import WavePort
 
@@ -63,7 +64,7 @@ def _late(server: ServerTraces, index: int, known: User) -> list[str]:
     """Check the velocity that was decoded with the force of the step before."""
     port = WavePort(known.server_impedance)
     expected = np.asarray(port.velocity(server.u_s[index][1:], server.f_s[index][:-1]))
-    rows = _together(server, index)[1:]
+    rows = (_together(server, index) & ~_grown(server, BRAKES))[1:]
     if (gap := differs(server.xd_s[index][1:][rows], expected[rows])) is not None:
         return [
             f"{server.users[index]}: xd is not decoded from u and the force before at the server, "
@@ -95,11 +96,10 @@ def _flow(server: ServerTraces, index: int) -> list[str]:
 def _server_port(
     server: ServerTraces, index: int, known: User | None, *, exact: bool
 ) -> list[str]:
-    """Check the port, but for steps in which a compensation changed the wave that goes back; its
-    power only where velocity and force are of the same step.
+    """Check the port, but for steps in which a compensation changed the wave that goes back, or an
+    avatar was braked; its power only where velocity and force are of the same step.
     """
-    withheld = server.accounts.get("withheld", np.zeros(len(server.time_s)))
-    changed = np.diff(withheld, prepend=0.0) != 0.0
+    changed = _grown(server, "withheld") | _grown(server, BRAKES)
     rows = (server.state[index] == COUPLED) & ~changed
     u_s, v_s = server.u_s[index][rows], server.v_s[index][rows]
     f_s, xd_s = server.f_s[index][rows], server.xd_s[index][rows]
@@ -114,12 +114,19 @@ def _server_port(
     return found
 
 
+def _grown(server: ServerTraces, account: str) -> NDArray[np.bool_]:
+    """Tell in which steps an account changed."""
+    sums = server.accounts.get(account, np.zeros(len(server.time_s)))
+    return np.asarray(np.diff(sums, prepend=0.0) != 0.0)
+
+
 def _black_box(server: ServerTraces) -> list[str]:
     """Check the accounts of the port to a black box against waves, forces and motion."""
     power = np.zeros(len(server.time_s))
     for u, v, f, xd in zip(server.u_s, server.v_s, server.f_s, server.xd_s, strict=True):
         power += 0.5 * np.nansum(u**2 - v**2, axis=-1) - np.nansum(f * xd, axis=-1)
     recorded = server.accounts["late_decoding"] + server.accounts["withheld"]
+    recorded = recorded + server.accounts.get(BRAKES, 0.0)
     next_to = np.diff(server.step, prepend=0) == 1
     found = []
     accounted = np.diff(recorded, prepend=0.0)

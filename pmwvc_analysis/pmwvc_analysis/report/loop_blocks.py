@@ -23,7 +23,7 @@ PARTS: Mapping[str, tuple[str, ...]] = {
     "hold": ("hold",),
     "up": ("link_up", "link"),
     "down": ("link_down",),
-    "decoder": ("late_decoding", "integration", "withheld", "contained"),
+    "decoder": ("late_decoding", "integration", "withheld", "contained", "avatar_brakes"),
     "contact": ("contact_damping", "contact_stored", "environment_stored", "environment_heat"),
     "object": ("object_kinetic", "object_damping"),
 }

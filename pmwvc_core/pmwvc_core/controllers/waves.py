@@ -9,6 +9,7 @@ from pmwvc_core.master import filter_bank, local_model, position, strict_port, v
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.master.strict_port import StrictMaster
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
+from pmwvc_core.server import avatar_brake
 from pmwvc_core.server.black_box import port as black_box
 from pmwvc_core.server.black_box.containment import Call
 from pmwvc_core.server.black_box.interface import BlackBox
@@ -47,6 +48,7 @@ RECORD = Controller(
         *local_model.ENTRIES,
         *position.ENTRIES,
         *strict_port.ENTRIES,
+        *avatar_brake.ENTRIES,
         *black_box.ENTRIES,
     ),
 )

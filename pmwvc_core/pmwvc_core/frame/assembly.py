@@ -24,6 +24,7 @@ from pmwvc_core.controllers import (
 from pmwvc_core.frame.force_loop import ForceLoop
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.frame.server_step import ServerStep
+from pmwvc_core.master.brake import HandBrake
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.params import (
     BaselineParams,
@@ -42,10 +43,10 @@ from pmwvc_core.transport.packet import Packer
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.strict_receiver import StrictReceiver
 from pmwvc_core.transport.zeroing_receiver import ZeroingReceiver
-from pmwvc_core.wave.impedance import Impedance, impedance_of
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of, smallest
 from pmwvc_core.wave.limits import largest_wave, wave_of_speed
 
-REPAID_M_S = 0.015  # speed at which device and avatar come together after an outage, at most
+REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most
 SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process can start again
 
 
@@ -120,7 +121,7 @@ def make_force_loop(
             tick_s=master.tick_s,
             packet_s=server_period_s,
             workspace_m=workspace_m,
-            resumes=strict,
+            brake=_brake(master) if strict else None,
         ),
         inbox=inbox,
         packer=packer,
@@ -157,17 +158,20 @@ def make_server_step(
     idle_until_joined
         Whether steps begin with the first user.
     """
+    end = make_server(
+        controller,
+        server,
+        [user.contact for user in users],
+        [user.impedance for user in users],
+        dof=dof,
+        sides=[user.side for user in users],
+        baselines=[user.baseline for user in users],
+        call=call,
+    )
+    if is_strict(controller, channel):
+        end.fit_brakes(server.period_s)
     return ServerStep(
-        make_server(
-            controller,
-            server,
-            [user.contact for user in users],
-            [user.impedance for user in users],
-            dof=dof,
-            sides=[user.side for user in users],
-            baselines=[user.baseline for user in users],
-            call=call,
-        ),
+        end,
         ShownTarget(
             Task(task), period_s=server.period_s, soft_start_s=times.soft_start_s, dof=dof
         ),
@@ -232,6 +236,12 @@ def server_step_of(scenario: Scenario) -> ServerStep:
         times=server_times(user.safety for user in scenario.users),
         epochs=[SERVER_EPOCH + number for number in range(len(scenario.users))],
     )
+
+
+def _brake(master: MasterParams) -> HandBrake:
+    impedance = impedance_of(master)
+    least = smallest(impedance) if isinstance(impedance, MatrixImpedance) else impedance
+    return HandBrake(least, tick_s=master.tick_s)
 
 
 def _inbox(

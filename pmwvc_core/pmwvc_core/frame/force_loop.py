@@ -24,13 +24,14 @@ from pmwvc_core.frame.schedule import FrameSchedule, next_on_grid
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.master.safety_states import Integers
-from pmwvc_core.numeric import Value, truth
+from pmwvc_core.numeric import Value, anywhere, truth
 from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import (
     FLAG_DIRECT,
     FLAG_LEAVING,
     FLAG_LIMITED,
+    FLAG_WAITING,
     Packer,
     WavePacket,
 )
@@ -219,7 +220,8 @@ class ForceLoop(Stateful):
             f = self.safety.step(f_m, place, velocity, math.inf, False, sensed)
         else:
             silence_s = (now_ns - inbox.accepted_ns) * 1e-9
-            f = self.safety.step(f_m, place, velocity, silence_s, True, sensed)
+            heard = inbox.interrupted, inbox.unheard(now_ns)
+            f = self.safety.step(f_m, place, velocity, silence_s, True, sensed, *heard)
         controller.applied(f)
         row = (x, xd, sample.f_h, f_m, f, controller.u_m, controller.u_m_lp, controller.v_m)
         return f, packet, row
@@ -275,6 +277,8 @@ class ForceLoop(Stateful):
         if isinstance(events, int) and events != self._events_sent:
             self._events_sent = events
             flags = FLAG_LIMITED
+        if anywhere(self.inbox.waiting):
+            flags |= FLAG_WAITING
         if self.packer.holds_back(wave, flags | self.controller.flags):
             return None
         return self._pack(wave, now_ns, flags)

@@ -4,7 +4,8 @@
 and senders for all users.
 
 A user joins with its first packet (or with a new epoch: it was restarted), is rendered a matched
-damper while it is silent, and leaves with its last packet or after ``release_s`` of silence.
+damper while it is silent (braked on the strict channel, also while it does not hear the server),
+and leaves with its last packet or after ``release_s`` of silence.
 Time is an argument: integer nanoseconds of any monotonic clock.
 """
 
@@ -15,12 +16,19 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from pmwvc_core.numeric import Flag, Value
+from pmwvc_core.numeric import Flag, Value, anywhere
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.task import ShownTarget
 from pmwvc_core.server.user_ports import ServerController
 from pmwvc_core.state import Stateful
-from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_DIRECT, FLAG_LEAVING, Packer, WavePacket
+from pmwvc_core.transport.packet import (
+    FLAG_ANEW,
+    FLAG_DIRECT,
+    FLAG_LEAVING,
+    FLAG_WAITING,
+    Packer,
+    WavePacket,
+)
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.verdict import Verdict
 from pmwvc_core.wave.impedance import Impedance
@@ -208,6 +216,8 @@ class ServerStep(Stateful):
         server = self.server
         for user, answer in enumerate(server.step(self._received(now_ns))):
             answered, flags = None, server.flags | self._anew[user]
+            if anywhere(self.inboxes[user].waiting):
+                flags |= FLAG_WAITING
             packer, absent = self.packers[user], self.presence[user] is ABSENT
             if not absent and not packer.holds_back(answer, flags):
                 port, echo = server.ports[user], self.inboxes[user].echo(now_ns)
@@ -255,7 +265,9 @@ class ServerStep(Stateful):
                 if inbox.silence_s(now_ns) > self.release_s:
                     self._leave(user)
                 else:
-                    self.presence[user] = DAMPING if quiet else COUPLED
+                    unheard = inbox.unheard(now_ns)
+                    self.presence[user] = DAMPING if quiet or unheard else COUPLED
+                    server.interrupt(user, inbox.interrupted)
                     if inbox.newest is not None:
                         server.on_packet(user, inbox.newest)
             received.append((inbox.position(), wave) if direct else wave)

@@ -8,11 +8,11 @@ What reaches the device, for whatever a controller asks, including values that a
   longer than ``max_force`` (a vector keeps its direction);
 * whenever there is something to feel again (first answer, another server, any other recovery) it
   grows from zero over ``soft_start_s``; after a silence of the same server over ``RETURN_S``, from
-  what had not faded yet (at once where it ``resumes``);
+  what had not faded yet (at once where there is a brake);
 * **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
   the device is faster than ``damper_velocity``, only the part of the force that opposes the motion
   remains; what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` of
-  silence the damping itself is let go over ``LET_GO_S``;
+  silence the damping itself, and the brake, are let go over ``LET_GO_S``;
 * **workspace**: beyond the half extent that the device declares, damping likewise;
 * **device silent**: while the device senses nothing there is no force at all (it is unknown how it
   moves); after ``LOST_S`` that is a fault, which ends with the next sample;
@@ -22,9 +22,8 @@ What reaches the device, for whatever a controller asks, including values that a
 Everything that is a limit on the force is also a limit on its way to zero: letting go is fast, but
 never a step. Works on floats and on arrays; in a batch every run has its own state.
 
-A tick is inactive when all of that leaves the force unchanged in every run. After an inactive tick
-a few comparisons decide whether the next one is inactive, too; only where they cannot, the limits
-are computed.
+A tick is inactive when all of that leaves the force unchanged in every run; after one, a few
+comparisons tell whether the next one is, too.
 
 Equations: docs/theory.md 10.2.
 """
@@ -33,6 +32,7 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_core.master.brake import HandBrake
 from pmwvc_core.master.safety_states import (
     Integers,
     SafetyState,
@@ -54,14 +54,14 @@ from pmwvc_core.numeric import (
     squared,
     truth,
     where,
+    within,
 )
 from pmwvc_core.params import SafetyParams
 from pmwvc_core.state import Stateful
 
 __all__ = ["SafetyLimiter", "SafetyState"]
 
-FADE_S = 0.02
-LET_GO_S = 0.5
+FADE_S, LET_GO_S = 0.02, 0.5
 LOST_S = 1.0
 RETURN_S = 0.1  # after a silence of the same server: meanwhile the hand runs ahead
 REACH = 1.01  # of the workspace: a stop gives way a little
@@ -82,22 +82,22 @@ class SafetyLimiter(Stateful):
         Interval at which the server answers [s].
     workspace_m
         Half extent of the device's workspace on every axis [m]; unlimited where not declared.
-    resumes
-        Whether the force comes back whole, under the slew limit, after a silence shorter than
-        ``release_s``: where an account of the energy bounds what comes back.
+    brake
+        What holds the hand while no waves come (strict channel). An account of the energy bounds
+        what comes back: after a silence the force comes back whole, under the slew limit. The
+        server is silent only once nothing is at hand any more.
 
     Attributes
     ----------
     f
         Force as applied last [N].
     ready
-        Whether the force has ever been let through in full: from then on a simulated hand may act
-        without meeting less than the controller renders.
+        Whether the force has ever been let through in full: a simulated hand may act.
     inactive
-        Whether the last tick let the force through unchanged: then a few comparisons decide
-        whether this one does, too.
+        Whether the last tick let the force through unchanged.
     """
 
+    BLOCKS = "_brake"
     MEMORY = (
         "f ready inactive _missing_s _sensed _gain _push _events _faulty _damped _disturbed "
         "_limited _returns _seen"
@@ -110,9 +110,9 @@ class SafetyLimiter(Stateful):
         tick_s: float,
         packet_s: float,
         workspace_m: float | None = None,
-        resumes: bool = False,
+        brake: HandBrake | None = None,
     ) -> None:
-        self._resumes = resumes
+        self._brake = brake
         self._tick_s = tick_s
         self._packet_s = packet_s
         self._reach = LARGEST if workspace_m is None else REACH * workspace_m
@@ -159,6 +159,8 @@ class SafetyLimiter(Stateful):
         self._gain = 0.0 * self._gain
         self.inactive = self._returns = False
         self._seen = Seen()
+        if self._brake:
+            self._brake.reset()
 
     def step(
         self,
@@ -168,6 +170,8 @@ class SafetyLimiter(Stateful):
         silence_s: Value,
         coupled: Flag,
         sensed: Flag = True,
+        interrupted: Flag = False,
+        unheard: Flag = False,
     ) -> Value:
         """Return the force for the device [N].
 
@@ -183,8 +187,16 @@ class SafetyLimiter(Stateful):
             Whether the server has ever answered.
         sensed
             Whether the device knows where it is and how it moves.
+        interrupted
+            Whether no waves come, at this end or at the server.
+        unheard
+            Whether the server has had none of this user for too long.
         """
-        if self.inactive:
+        brake = self._brake
+        if brake:
+            known = within(x, LARGEST)
+            brake.step(interrupted & known, where(known, x, 0.0), self.f)
+        if self.inactive and not (brake and (unheard or not brake.idle)):
             inside = (  # comparisons with NaN are False, so NaN takes the slow path
                 coupled
                 & sensed
@@ -192,12 +204,12 @@ class SafetyLimiter(Stateful):
                 & (squared(xd) <= self._slow)
                 & (squared(f_asked) <= self._weak)
                 & (squared(f_asked - self.f) <= self._gentle)
-                & (-self._reach < x < self._reach if type(x) is float else _within(x, self._reach))
+                & (-self._reach < x < self._reach if type(x) is float else within(x, self._reach))
             )
             if inside is True or (inside is not False and truth(inside)):
                 self.f = f_asked
                 return f_asked
-        good = _is_number(f_asked) & _is_number(x) & _is_number(xd)
+        good = within(f_asked, LARGEST) & within(x, LARGEST) & within(xd, LARGEST)
         if good is not True:
             f_asked, xd = where(good, f_asked, 0.0), where(good, xd, 0.0)
         speed = squared(xd)
@@ -207,21 +219,32 @@ class SafetyLimiter(Stateful):
         gone = coupled & (sensed ^ True) & (self._sensed | lost)
         active = coupled & sensed
         silent = active & (silence_s > self._silence_s)
+        if brake:
+            silent = silent & (interrupted | (silence_s > self.params.release_s))
         fast = active & (speed > self._too_fast)
         self._faulty = faulty = self._faulty | (active & (speed > self._runaway))
-        outside = active & (_within(x, self._reach) ^ True)
+        outside = active & (within(x, self._reach) ^ True)
         damped = silent | fast | outside
         released = silent & (silence_s > self.params.release_s)
         through = active & good & (faulty ^ True)
         self._advance_gain(through, damped, released)
-        self._push = where(damped, where(fast, 0.0, _down(self._push, self._tick_s / FADE_S)), 1.0)
+        self._push = where(
+            damped, where(fast, 0.0, maximum(self._push - self._tick_s / FADE_S, 0.0)), 1.0
+        )
         if damped is not False:
             f_asked = where(damped, self._damping(f_asked, xd, speed), f_asked)
+        if brake and not brake.idle:
+            f_asked = f_asked + where(fast | outside, 0.0, brake.force(f_asked))
         applied, limited = self._limit(f_asked * self._gain)
-        disturbed = gone | (active & (damped | (through ^ True)))
+        unheard = unheard & active
+        disturbed = gone | (active & (damped | unheard | (through ^ True)))
         self._count(disturbed, limited & through & (damped ^ True))
-        self._seen = Seen(active, good, faulty, silent, released, fast, outside, gone, lost)
-        self.inactive = truth(through & ((damped | limited) ^ True) & (self._gain >= 1.0))
+        self._seen = Seen(
+            active, good, faulty, silent, released, fast, outside, gone, lost, unheard
+        )
+        self.inactive = truth(
+            through & ((damped | limited | unheard) ^ True) & (self._gain >= 1.0)
+        )
         return applied
 
     @property
@@ -262,9 +285,10 @@ class SafetyLimiter(Stateful):
         quiet = seen.silent & ((seen.fast | seen.outside) ^ True) & self.ready
         self._returns = ((recovers & quiet) | ((recovers ^ True) & self._returns)) & through
         rise = where(self._returns, self._return, self._rise)
-        faded = recovers & ((quiet & self._resumes) ^ True)
+        faded = recovers & ((quiet & (self._brake is not None)) ^ True)
         gain = where(faded, self._gain * self._push, self._gain)
-        gain = where(released, _down(gain, self._tick_s / LET_GO_S), _up(gain, rise))
+        less, more = maximum(gain - self._tick_s / LET_GO_S, 0.0), minimum(gain + rise, 1.0)
+        gain = where(released, less, more)
         self._gain = gain = where(through, gain, 0.0)
         self.ready = self.ready | ((gain >= 1.0) & (damped ^ True))
         self._damped = damped
@@ -294,23 +318,3 @@ class SafetyLimiter(Stateful):
             + (limited & (self._limited ^ True))
         )
         self._disturbed, self._limited = disturbed, limited
-
-
-def _is_number(value: Value) -> Flag:
-    """Tell for every run whether all elements are finite and below ``LARGEST``."""
-    return _within(value, LARGEST)
-
-
-def _within(value: Value, reach: float) -> Flag:
-    """Tell for every run whether all elements are nearer to zero than that; NaN never is."""
-    if type(value) is float or not isinstance(value, np.ndarray):
-        return -reach < value < reach
-    return np.asarray((np.abs(value) < reach).all(axis=-1, keepdims=True))
-
-
-def _up(ratio: Value, step: Value) -> Value:
-    return minimum(ratio + step, 1.0)
-
-
-def _down(ratio: Value, step: Value) -> Value:
-    return maximum(ratio - step, 0.0)

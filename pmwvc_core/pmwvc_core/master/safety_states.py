@@ -40,6 +40,7 @@ class Cause(enum.IntEnum):
     OUTSIDE = 8
     DEVICE_SILENT = 9
     DEVICE_LOST = 10
+    UNHEARD = 11
 
 
 _STATES = {
@@ -54,6 +55,7 @@ _STATES = {
     Cause.OUTSIDE: SafetyState.DAMPING,
     Cause.DEVICE_SILENT: SafetyState.DAMPING,
     Cause.DEVICE_LOST: SafetyState.FAULT,
+    Cause.UNHEARD: SafetyState.DAMPING,
 }
 _STATE_OF = np.array([_STATES[cause] for cause in Cause])
 _TEXTS: dict[int, str] = {
@@ -62,6 +64,7 @@ _TEXTS: dict[int, str] = {
     Cause.SOFT_START: "soft start",
     Cause.SILENT: "server silent: damping only",
     Cause.RELEASED: "server silent: damping released",
+    Cause.UNHEARD: "server does not hear this user: damping only",
     Cause.OUTSIDE: "beyond the device's workspace: damping only",
     Cause.DEVICE_SILENT: "device silent: no force",
     Cause.DEVICE_LOST: "device silent for more than 1 s: no force",
@@ -81,11 +84,13 @@ class Seen(NamedTuple):
     outside: Flag = False
     gone: Flag = False
     lost: Flag = False
+    unheard: Flag = False
 
 
 def cause_of(seen: Seen, gain: Value) -> int | Integers:
     """Return the weightiest cause, given the ratio of the force that is let through."""
     cause: Any = where(gain < 1.0, Cause.SOFT_START, Cause.NONE)
+    cause = where(seen.unheard, Cause.UNHEARD, cause)
     cause = where(seen.fast, Cause.TOO_FAST, cause)
     cause = where(seen.outside, Cause.OUTSIDE, cause)
     cause = where(seen.silent, Cause.SILENT, cause)

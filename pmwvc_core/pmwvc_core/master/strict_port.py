@@ -41,7 +41,7 @@ from pmwvc_core.params import MasterParams
 from pmwvc_core.transport.packet import Packer, WavePacket
 from pmwvc_core.wave.playout import Playout
 
-KEPT_J = 1e-3  # at the node where a packet does not need it: a tick is paid for when it is over
+KEPT_J = 1e-4  # at the node where a packet does not need it: a tick is paid for when it is over
 LIMIT_J = 2e-3
 MORE = 0.3  # of the damper b, while packets are owed energy
 MUCH_J = 1e-3

@@ -71,9 +71,9 @@ class SafetyParams(Validated):
         high=10.0,
     )
     release_s: float = parameter(
-        1.0,
+        5.0,
         "s",
-        "time without packets until the damping is switched off, too",
+        "time without packets until brake and damping are switched off, too",
         above=0.0,
         high=60.0,
     )

@@ -51,13 +51,13 @@ class WaveServer(ServerController):
         present: list[UserPort] = []
         for port, wave in zip(self.ports, received, strict=True):
             if port.present:
-                port.u_s = wave
+                port.take(wave)
                 present.append(port)
         self.dissipated = self.dissipated + self._solver.step(present, self.body)
         half_s = self._half_period
         for port in present:
+            v_s = port.give(port.wave.v(port.u_s, port.f_s))
             u_s = port.u_s
-            port.v_s = v_s = port.wave.v(u_s, port.f_s)
             port.x_s = self._place(port)
             port.energy_u_s = port.energy_u_s + half_s * squared(u_s)
             port.energy_v_s = port.energy_v_s + half_s * squared(v_s)

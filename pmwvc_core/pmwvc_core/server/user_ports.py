@@ -14,10 +14,11 @@ user who comes back joins anew. Not here: what is done with the signals of a ste
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
-from pmwvc_core.numeric import Flag, Value
+from pmwvc_core.numeric import Flag, Value, root
 from pmwvc_core.params import BaselineParams, ContactParams, ServerParams
+from pmwvc_core.server.avatar_brake import BRAKES, AvatarBrake
 from pmwvc_core.server.black_box.faults import Faults
 from pmwvc_core.server.contacts import Contact
 from pmwvc_core.server.cube import Body
@@ -30,23 +31,34 @@ DEFAULT_BASELINE = BaselineParams()
 NO_ACCOUNTS: Mapping[str, Value] = MappingProxyType({})
 
 
+class Front(NamedTuple):
+    """A port in front of its brake, during a step."""
+
+    b: Any
+    wave: WavePort
+    u_s: Value
+    ratio: Value
+
+
 class UserPort(Stateful):
     """One user's end: wave impedance ``b`` [N s/m], contact, and the signals of the last step.
 
     ``account`` is the running sum that goes into the user's packets [J]; None: that of the waves.
     """
 
-    BLOCKS = "contact"
+    BLOCKS = "contact brake"
     SIGNALS = "xd_s f_s"
     MEMORY = "offset x_s u_s v_s account packet present energy_u_s energy_v_s"
     __slots__ = (
         "account",
         "b",
         "baseline",
+        "brake",
         "contact",
         "energy_u_s",
         "energy_v_s",
         "f_s",
+        "front",
         "offset",
         "packet",
         "present",
@@ -63,6 +75,8 @@ class UserPort(Stateful):
         self.baseline = baseline
         self.account: Value | None = None
         self.packet: WavePacket | None = None
+        self.brake: AvatarBrake | None = None
+        self.front: Front | None = None
         self.match(impedance)
         self.contact = contact
         self.present = False
@@ -80,9 +94,31 @@ class UserPort(Stateful):
         self.b: Any = impedance  # acts like a number, also where it is a matrix
         self.wave = WavePort(impedance)
 
+    def take(self, wave: Value) -> None:
+        """Take the wave of a step [sqrt(W)]; until ``give`` a braked port is the one behind the
+        brake.
+        """
+        self.u_s = wave
+        ratio = self.brake.ratio(self.wave, wave, self.f_s) if self.brake else None
+        if ratio is not None:
+            self.front = Front(self.b, self.wave, wave, ratio)
+            self.match(ratio * self.b)
+            self.u_s = wave / root(ratio)
+
+    def give(self, wave: Value) -> Value:
+        """Return the wave to send [sqrt(W)], given the one that the step returned."""
+        front = self.front
+        if front is not None and self.brake is not None:
+            wave = self.brake.wave(front.u_s, (self.u_s, wave), front.ratio)
+            self.b, self.wave, self.u_s, self.front = front.b, front.wave, front.u_s, None
+        self.v_s = wave
+        return wave
+
     def silence(self, zero: Value) -> None:
         """Forget the signals of the last step; the energies stay."""
         self.xd_s = self.f_s = self.u_s = self.v_s = zero
+        if self.brake:
+            self.brake.reset()
 
 
 class ServerController(Stateful, ABC):
@@ -123,6 +159,9 @@ class ServerController(Stateful, ABC):
     def configure(self, params: ServerParams) -> None:
         """Take other parameters of object and coupling over; no energy comes or goes."""
         self.body.configure(params.object_mass, params.object_damping, period=params.period_s)
+        for port in self.ports:
+            if port.brake:
+                port.brake.last(params.period_s)
 
     def configure_user(self, i: int, contact: ContactParams, impedance: Impedance) -> None:
         """Take other parameters of user ``i`` over; the spring stores what it stored."""
@@ -138,7 +177,24 @@ class ServerController(Stateful, ABC):
     @property
     def accounts(self) -> Mapping[str, Value]:
         """Energies that only this controller keeps, by name [J]; always the same names."""
-        return NO_ACCOUNTS
+        brakes = [port.brake for port in self.ports if port.brake]
+        if not brakes:
+            return NO_ACCOUNTS
+        heat: Value = 0.0
+        for brake in brakes:
+            heat = heat + brake.heat_j
+        return {BRAKES: heat}
+
+    def fit_brakes(self, period_s: float) -> None:
+        """Give every avatar a brake, for waves that may fail to come (the strict channel)."""
+        for port in self.ports:
+            port.brake = AvatarBrake(period_s=period_s)
+
+    def interrupt(self, i: int, interrupted: Flag) -> None:
+        """Note whether no waves of user ``i`` come, before a step."""
+        brake = self.ports[i].brake
+        if brake:
+            brake.waits = interrupted
 
     def join(self, i: int, position: Value) -> None:
         """Let user ``i`` join with an avatar at the device's position [m]; no force, no energy.

@@ -20,6 +20,7 @@ FLAG_DIRECT = 1  # no wave: a velocity (up), a force or a position (down); see `
 FLAG_LEAVING = 2  # the last packet: the sender leaves
 FLAG_LIMITED = 4  # the safety limits changed a force since the last packet
 FLAG_ANEW = 8  # flips whenever the server places the user's avatar anew
+FLAG_WAITING = 16  # the sender has nothing of the receiver's waves at hand (strict channel)
 
 
 @dataclass(slots=True)

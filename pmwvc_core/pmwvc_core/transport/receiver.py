@@ -15,7 +15,7 @@ import sys
 
 import numpy as np
 
-from pmwvc_core.numeric import Value, squared
+from pmwvc_core.numeric import Flag, Value, squared
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket
 from pmwvc_core.transport.path import Path
@@ -118,6 +118,20 @@ class Receiver(Stateful):
 
     def begin(self) -> None:
         """Begin anew with the newest packet: the peer placed its position by it."""
+
+    @property
+    def waiting(self) -> Flag:
+        """Whether nothing is at hand: never here, where the newest wave is held."""
+        return False
+
+    @property
+    def interrupted(self) -> Flag:
+        """Whether this end or the other one has nothing at hand."""
+        return False
+
+    def unheard(self, now_ns: int) -> bool:
+        """Tell whether the other end has had nothing of this one at hand for too long."""
+        return False
 
     @property
     def timeout_s(self) -> float:

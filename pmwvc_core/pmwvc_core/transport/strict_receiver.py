@@ -11,15 +11,16 @@ tells, within their bounds, how long lost ones were. The energy counts up to wha
 wave carries in that time: a sender that claims more adds no more.
 
 The time of silence follows what packets do: three of their intervals (a longer one counts at
-once), and beyond the lateness that they usually have, what the playout keeps at hand.
+once), and beyond the lateness that they usually have, what the playout keeps at hand. A packet also
+tells whether its sender has waves of this end at hand; both ends brake while either has not.
 """
 
 from typing import Any
 
 import numpy as np
 
-from pmwvc_core.numeric import Value, maximum, minimum, squared
-from pmwvc_core.transport.packet import FLAG_ANEW, WavePacket
+from pmwvc_core.numeric import Flag, Value, maximum, minimum, squared
+from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_WAITING, WavePacket
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.wave.playout import Playout
 
@@ -49,7 +50,7 @@ class StrictReceiver(Receiver):
     """
 
     BLOCKS = "playout"
-    MEMORY = "interval_s lateness_s _silence_ns _least_s _most_s"
+    MEMORY = "interval_s lateness_s _silence_ns _least_s _most_s _unheard_ns"
 
     def __init__(
         self,
@@ -65,6 +66,7 @@ class StrictReceiver(Receiver):
         self.interval_s = self.period_s
         self.lateness_s = 0.0
         self.step_s = step_s
+        self._unheard_ns: int | None = None  # since when the other end waits
         self._least_silence_s = timeout_s
         self._least_s = self._most_s = self.period_s  # for which packets stood
 
@@ -72,6 +74,21 @@ class StrictReceiver(Receiver):
         """Play out the wave of the step that begins [sqrt(W)]."""
         self.take(now_ns)
         return self.playout.step(self.step_s)
+
+    @property
+    def waiting(self) -> Flag:
+        """Whether the playout had to wait."""
+        return self.playout.dry
+
+    @property
+    def interrupted(self) -> Flag:
+        """Whether the playout had to wait, or that of the other end when it sent last."""
+        return self.playout.dry | (self._unheard_ns is not None)
+
+    def unheard(self, now_ns: int) -> bool:
+        """Tell whether the other end's playout has been without this end's waves for too long."""
+        begun_ns = self._unheard_ns
+        return begun_ns is not None and now_ns - begun_ns > self._silence_ns
 
     def begin(self) -> None:
         """Begin with the next packet: the newest one and those before it count no more."""
@@ -83,6 +100,10 @@ class StrictReceiver(Receiver):
     def _accept(self, packet: WavePacket, now_ns: int, *, fresh: bool) -> None:
         before, came_ns = self.newest, self.accepted_ns
         super()._accept(packet, now_ns, fresh=fresh)
+        if not packet.flags & FLAG_WAITING:
+            self._unheard_ns = None
+        elif self._unheard_ns is None:
+            self._unheard_ns = now_ns
         if fresh or before is None or (packet.flags ^ before.flags) & FLAG_ANEW:
             self.playout.begin()
             own = minimum(squared(packet.wave) * (0.5 * packet.period), packet.energy)

@@ -1,8 +1,13 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The part of a change of a wave that can be paid for."""
+"""What can be paid for: a part of a change of a wave, the repayment of a displacement.
+
+Equations: docs/theory.md 17.14.
+"""
 
 from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squared, where
+
+SLOWLY_S, QUICKLY_S = 1.0, 0.1
 
 
 def affordable(wave: Value, change: Value, power: Value) -> tuple[Value, Value]:
@@ -27,3 +32,26 @@ def affordable(wave: Value, change: Value, power: Value) -> tuple[Value, Value]:
         change = ratio * change
         cost = ratio * (2.0 * along + ratio * size)
     return change, cost
+
+
+def repayment(owed: Value, wave: Value, free_j: Value) -> Value:
+    """Return the wave that repays what is owed, as fast as all of it can be paid for [sqrt(W)].
+
+    A wave w along what is owed, beside v, costs v + w/2 for each part of it. So w = 2 (E/|owed| -
+    v), within the time constants ``SLOWLY_S`` and ``QUICKLY_S``.
+
+    Parameters
+    ----------
+    owed
+        Integral [sqrt(W) s], ``(..., dof)``.
+    wave
+        v [sqrt(W)].
+    free_j
+        Energy E that may be spent [J].
+    """
+    size = root(squared(owed))
+    one_over = 1.0 / where(size > 0.0, size, 1.0)
+    along = owed * one_over
+    wanted = 2.0 * (free_j * one_over - dot(wave, along))
+    wanted = minimum(wanted, size * (1.0 / QUICKLY_S))
+    return along * maximum(wanted, size * (1.0 / SLOWLY_S))

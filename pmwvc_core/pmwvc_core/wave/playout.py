@@ -11,7 +11,10 @@ even within a segment::
     due    = U(p) - U(p_before)
     free   = received - given - released - discarded - reserve of what is still to be played
     wave   = due/h, shortened to |wave|^2 h/2 <= free
-    owed  <- owed + due - wave h            repaid over REPAID_S, out of free energy alone
+    owed  <- owed + due - wave h            repaid out of free energy alone
+
+What is owed is repaid as fast as free energy lasts for all of it (:func:`.affordable.repayment`),
+from ``RETURN_S`` after the last wait on: until then the ends brake.
 
 The reserve of a segment is |dU|^2/(2 dt), what its smoothest wave takes. So ``given <= received``
 at every step, and U(p) = integral given out + owed: displacement may be late, it is never lost.
@@ -22,8 +25,7 @@ such waits make a margin of the shorter one; while less than the margin is at ha
 stretched, which costs nothing. The margin fades over ``FADE_S``. Where for ``WINDOW_S`` more was
 at hand than the margin, the wave is played at ``CATCH_UP``, which costs energy and is done out of
 free energy only. A wait longer than ``LONGEST_WAIT_S`` is an outage: what comes of it is not
-played, or everything after it would be late by as much. It is owed, and what it brought is free to
-repay it; so is what is at hand beyond ``LONGEST_S``.
+played but owed; so is what is at hand beyond ``LONGEST_S``.
 
 Equations: docs/theory.md 17.1, 17.2, 17.3.
 """
@@ -48,7 +50,7 @@ from pmwvc_core.numeric import (
     where,
 )
 from pmwvc_core.state import Stateful
-from pmwvc_core.wave.affordable import affordable
+from pmwvc_core.wave.affordable import affordable, repayment
 
 SLOWEST = 0.5  # rate while next to nothing is at hand
 CATCH_UP = 1.05  # rate while more is at hand than needed
@@ -58,7 +60,7 @@ KEPT = math.exp(-WINDOW_S / FADE_S)  # of the margin after a window
 SLACK_S = 1.5e-3  # at hand beyond the margin: no reason to catch up
 LONGEST_WAIT_S = 0.04  # what a wait counts for at most: longer ones are outages, no jitter
 LONGEST_S = 0.3
-REPAID_S = 0.3  # time constant of repaying what is owed
+RETURN_S = 0.1  # after the last wait: nothing is repaid until then
 SPARED_J = 1e-4  # free energy below which nothing is caught up
 ROUNDING_S = 1e-9  # of times: less is no wait
 SETTLED = 1e-15  # [sqrt(W) s] owed: nothing
@@ -86,7 +88,7 @@ class Playout(Stateful):
     SIGNALS = "_integrals _integral owed"
     MEMORY = (
         "received_j given_j released_j discarded_j margin_s _ends_s _reserves _played_s _reserve "
-        "_owes _ramp_s _back_s _wait_s _waited_s _least_s _least_before_s _window_s"
+        "_owes _calm_s _ramp_s _back_s _wait_s _waited_s _least_s _least_before_s _window_s"
     )
 
     def __init__(self, *, most_repaid: Value) -> None:
@@ -107,6 +109,7 @@ class Playout(Stateful):
         self._integral: Value = 0.0  # at the time played
         self._reserve: Value = 0.0
         self._owes = False
+        self._calm_s: Value = 0.0  # since the last wait
         self._wait_s: Value = 0.0  # of the wait under way
         self._waited_s: Value = 0.0  # longest wait of late
         self._ramp_s: Value = 0.0  # in which the wave comes back after a wait
@@ -123,6 +126,11 @@ class Playout(Stateful):
     def forget_waits(self) -> None:
         """Keep no margin, as if packets had come evenly for long."""
         self.margin_s = self._waited_s = self._ramp_s = 0.0
+
+    @property
+    def dry(self) -> Flag:
+        """Whether the last step waited: nothing was at hand for a part of it."""
+        return self._wait_s > 0.0
 
     @property
     def at_hand_s(self) -> Value:
@@ -172,6 +180,7 @@ class Playout(Stateful):
             self.owed = self.owed + (due - wave * h)
             self._owes = True
         if self._owes:
+            self._calm_s = self._calm_s + h
             wave = self._repay(wave, power, h)
         self.given_j = self.given_j + squared(wave) * (0.5 * h)
         more = self.free_j - MOST_J
@@ -195,7 +204,7 @@ class Playout(Stateful):
         """Play on; return the integral that is due."""
         newest_s, spare_s = self._ends_s[-1], self.at_hand_s - h
         outage = self._watch(spare_s, h)
-        most_s = where(outage, self.margin_s + h, LONGEST_S)
+        most_s = where(outage, self.margin_s + SLACK_S, LONGEST_S)
         if anywhere(spare_s > most_s):
             self._skip(maximum(self._played_s, newest_s - most_s))
             spare_s = self.at_hand_s - h
@@ -235,6 +244,7 @@ class Playout(Stateful):
             self._wait_s = where(over, 0.0, self._wait_s)
         if anywhere(dry):
             self._wait_s = self._wait_s + where(dry, minimum(-spare_s, h), 0.0)
+            self._calm_s = where(dry, 0.0, self._calm_s)
         return outage
 
     def _rate(self, spare_s: Value, h: float) -> Value:
@@ -258,7 +268,10 @@ class Playout(Stateful):
     def _repay(self, wave: Value, power: Value, h: float) -> Value:
         """Return the wave with what of ``owed`` can be repaid within a power [2 W]."""
         owed = self.owed
-        wish = limit_length(owed * (1.0 / REPAID_S), self.most_repaid)
+        if not anywhere(self._calm_s > RETURN_S):
+            return wave
+        wish = repayment(owed, wave, 0.5 * h * power)
+        wish = where(self._calm_s > RETURN_S, limit_length(wish, self.most_repaid), 0.0 * wish)
         repaid, _ = affordable(wave, wish, power - squared(wave))
         self.owed = owed = owed - repaid * h
         self._owes = anywhere(absolute(owed) > SETTLED)

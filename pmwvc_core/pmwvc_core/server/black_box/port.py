@@ -14,7 +14,7 @@ force than F. What is done about it has a name (``compensations``), and so there
 accounts, of all users together: ``environment`` sum F . xd h; ``late_decoding`` sum d h;
 ``withheld`` what the compensation took from the returning waves (negative: added); ``contained``
 sum |u|^2 h/2 while the environment did not answer and the port was a matched damper (v = 0). Their
-sum is what went in at the ports.
+sum is what went in at the ports, less the heat of the avatars' brakes.
 
 Equations: docs/theory.md 5.1, 5.2, 5.9.
 """
@@ -98,7 +98,7 @@ class BlackBoxServer(ServerController):
     @property
     def accounts(self) -> Mapping[str, Value]:
         """See the module, and the compensation."""
-        return {**self._sums, **self._compensation.accounts}
+        return {**self._sums, **self._compensation.accounts, **super().accounts}
 
     def join(self, i: int, position: Value) -> None:
         """Let user ``i`` join; the environment is notified before its next step."""
@@ -128,7 +128,7 @@ class BlackBoxServer(ServerController):
         """Go one step on with a wave ``(..., dof)`` [sqrt(W)] per user; return waves to send."""
         for port, wave in zip(self.ports, received, strict=True):
             if port.present:
-                port.u_s = wave
+                port.take(wave)
         place = [port.x_s + self._old * port.xd_s for port in self.ports]
         reply = self._reply(self._rows(place))
         waves = []
@@ -139,8 +139,8 @@ class BlackBoxServer(ServerController):
         returned = self._compensation.step(waves, self._held())
         for taken, v in zip(waves, returned, strict=True):
             port = self.ports[taken.user]
-            port.v_s = v
             self._add("withheld", squared(taken.v) - squared(v), 0.5)
+            v = port.give(v)
             port.energy_u_s = port.energy_u_s + 0.5 * self._period * squared(port.u_s)
             port.energy_v_s = port.energy_v_s + 0.5 * self._period * squared(v)
         spent = self._sums["environment"] + self._sums["contained"]
@@ -223,7 +223,9 @@ class BlackBoxServer(ServerController):
                 most = self._secant.ratio.max(axis=0) * self._new / self._period
                 held = held * (1.0 + self._value(most))
             for port in self.ports:
-                held = held + 0.5 * self._period * dot(port.f_s, port.f_s / port.b)
+                held = held + 0.5 * self._period * dot(
+                    port.f_s, port.f_s / (port.front.b if port.front else port.b)
+                )
         return held
 
     def _decoded(self, force: Array, slope: Array) -> Array:
