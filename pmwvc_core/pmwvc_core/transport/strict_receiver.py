@@ -11,8 +11,8 @@ tells, within their bounds, how long lost ones were. The energy counts up to wha
 wave carries in that time: a sender that claims more adds no more.
 
 The time of silence follows what packets do: three of their intervals (a longer one counts at
-once), and beyond the lateness that they usually have, what the playout keeps at hand. A packet also
-tells whether its sender has waves of this end at hand; both ends brake while either has not.
+once), and beyond the lateness that they usually have, what the playout keeps at hand. A packet
+also tells whether its sender has waves of this end at hand; both ends brake while either has not.
 """
 
 from typing import Any

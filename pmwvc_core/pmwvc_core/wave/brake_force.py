@@ -14,7 +14,7 @@ Equations: docs/theory.md 17.15.
 from pmwvc_core.numeric import Flag, Value, maximum, root, squared, truth, where
 from pmwvc_core.state import Stateful
 
-RATIO = 1.4
+RATIO = 1.3
 MEAN_S = 0.05
 
 
