@@ -22,7 +22,7 @@ and writes their rows. In virtual time two hands carry a cube on the strict chan
 way, for 16 s; *live* means real processes on one machine, whose numbers differ from run to run
 (here: {machine}; starting a process takes seconds there).
 "Passive" is judged as in every report; a device may be F (T1 + T2)/(2b) + 1 mm from its avatar,
-with the frames in T. A fault that was not tried says why.
+with the frames in T.
 
 | fault | done | had to hold | seen | verdict |
 |---|---|---|---|---|
@@ -45,7 +45,7 @@ def main() -> int:
         tried.append((fault, outcome))
         print(f"{fault.number:5} {outcome.word:12} {fault.done}: {outcome.seen}", flush=True)
     PAGE.write_text(page({fault.number: row(fault, outcome) for fault, outcome in tried}), "utf-8")
-    return int(any(outcome.held is False for _, outcome in tried))
+    return int(any(not outcome.held for _, outcome in tried))
 
 
 def row(fault: Fault, outcome: Outcome) -> str:

@@ -5,20 +5,20 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-HELD, FAILED, NOT_TRIED = "held", "**not held**", "not tried"
+HELD, FAILED = "held", "**not held**"
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was seen: whether everything held, and the numbers; ``None``: it was not tried."""
+    """What was seen: whether everything held, and the numbers."""
 
-    held: bool | None
+    held: bool
     seen: str
 
     @property
     def word(self) -> str:
         """Return the verdict in a word."""
-        return NOT_TRIED if self.held is None else HELD if self.held else FAILED
+        return HELD if self.held else FAILED
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,3 @@ class Fault:
 def joined(*parts: tuple[bool, str]) -> Outcome:
     """Return the outcome of several conditions, each with what was seen of it."""
     return Outcome(all(held for held, _ in parts), "; ".join(text for _, text in parts))
-
-
-def untried(reason: str) -> Callable[[], Outcome]:
-    """Return the attempt of a fault that is not tried, for a reason."""
-    return lambda: Outcome(None, reason)

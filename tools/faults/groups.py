@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from faults.fault import Fault, Outcome, untried
+from faults.fault import Fault, Outcome
 
 ROOT = Path(__file__).resolve().parents[2]
 LIMIT_S = 550
@@ -84,7 +84,6 @@ GROUPS = (
         "what is whole is read, damage is found where it is",
         tests(f"{U}test_mcap_check.py", f"{U}test_writer.py"),
     ),
-    Fault("F15", "a slow subscriber", "publishers unaffected", untried("no test measures it")),
     Fault(
         "F16",
         "parameters of wrong type, range or combination, while running too",

@@ -4,7 +4,9 @@
 
 import json
 import os
+import re
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
@@ -146,6 +148,63 @@ def stopped(node: str, length_s: float) -> Outcome:
     return joined(*parts)
 
 
+SLOW = """
+import sys, time, rclpy
+from pmwvc_core.runtime.polling import TRACE_QOS
+from pmwvc_msgs.msg import MasterTrace, ServerTrace, Wave
+rclpy.init()
+node, taken = rclpy.create_node("slow"), []
+def take(message):
+    time.sleep(1.0)
+    taken.append(message)
+for topic, kind in (("/user1/trace", MasterTrace), ("/server/trace", ServerTrace)):
+    node.create_subscription(kind, topic, take, TRACE_QOS)
+node.create_subscription(Wave, "/user1/wave_up", take, 10)
+end_s = time.monotonic() + 7.0
+while time.monotonic() < end_s:
+    rclpy.spin_once(node, timeout_sec=0.1)
+print(len(taken))
+"""
+
+
+def slow_subscriber() -> Outcome:
+    """F15: a subscriber of the traces and of a wave takes one message a second."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "session"
+        command = [str(ROOT / "pmwvc"), "run", "carry_16ms", "--duration", "9", "--out", folder]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as session:
+            assert session.stdout is not None
+            domain = ""
+            for line in session.stdout:
+                domain = domain or "".join(re.findall(r"ROS_DOMAIN_ID=(\d+)", line))
+                if domain and " / 9 s" in line:
+                    break
+            surroundings = os.environ | {"ROS_DOMAIN_ID": domain}
+            slow = subprocess.run(
+                [sys.executable, "-c", SLOW],
+                env=surroundings,
+                capture_output=True,
+                text=True,
+                timeout=LIMIT_S,
+                check=True,
+            )
+            session.stdout.read()
+        traces = read_session(folder)
+        found = json.loads((folder / "summary.json").read_text("utf-8"))
+    taken = int(slow.stdout.split()[-1])
+    lost = sum(found["recording"]["missing"].values())
+    passive = all(user["passive"] for user in found["users"])
+    server, users = traces.server, traces.users
+    assert server is not None
+    steps = np.diff(server.step)
+    whole = bool((steps == 1).all()) and all((np.diff(u.block_number) == 1).all() for u in users)
+    return joined(
+        (taken > 1, f"it took {taken} messages of some 2000"),
+        (lost == 0 and whole, f"{lost} messages missing in the recording of the same topics"),
+        (passive, "passive" if passive else "not passive"),
+    )
+
+
 def surroundings() -> Outcome:
     """F27: another language, time zone and year: the same bits."""
     found = {}
@@ -205,6 +264,13 @@ PROCESSES = (
         "the emulator is stopped for 0.5 s (SIGSTOP)",
         "as F04",
         lambda: stopped("netem", 0.5),
+        live=True,
+    ),
+    Fault(
+        "F15",
+        "a subscriber of traces and waves takes one message a second",
+        "publishers unaffected: every message reaches the recorder",
+        slow_subscriber,
         live=True,
     ),
     Fault(

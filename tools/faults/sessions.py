@@ -178,7 +178,7 @@ def counted(link: str, verdict: Verdict, *settings: str) -> Outcome:
     text = f"{done} {link} by the links, {seen} counted at the receivers as {verdict.value}"
     if under_way:
         text += f" ({under_way} packets still under way)"
-    return joined((same, text), (bool(before.held), before.seen))
+    return joined((same, text), (before.held, before.seen))
 
 
 def _outage(*links: str, length_s: float) -> Callable[[], Outcome]:
