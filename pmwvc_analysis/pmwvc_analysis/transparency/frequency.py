@@ -25,6 +25,7 @@ from pmwvc_core.numeric import Array
 Complex = NDArray[np.complex128]
 Indices = NDArray[np.int64]
 LEAST_TURN = 1e-6  # from images of rest, where integrators have no response
+AT_ONCE = 4_000_000  # complex numbers: 64 MB
 LOW_HZ = 0.04  # where limits at rest are taken, at most
 
 
@@ -70,13 +71,18 @@ def response(
     wave = np.exp(1j * np.multiply.outer(angle, np.arange(ticks)))  # (points, ticks)
     lifted = np.einsum("ua,pt->puta", pattern, wave).reshape(len(angle), users * ticks * dof)
     kept, source, steps = _taken_over(model)
-    gather = np.eye(len(kept))[np.searchsorted(kept, source)]  # (states, kept)
+    at = np.searchsorted(kept, source)
+    gather = np.eye(len(kept))[at]  # (states, kept)
     turn = np.exp(1j * angle * ticks)
     back = turn[:, np.newaxis] ** -steps  # (points, states)
-    inner = (model.transition[kept] * back[:, np.newaxis, :]) @ gather
-    resolvent = turn[:, np.newaxis, np.newaxis] * np.eye(len(kept)) - inner
     driven = (lifted @ model.inputs[kept].T)[..., np.newaxis]
-    state = back * np.linalg.solve(resolvent, driven)[..., 0][:, np.searchsorted(kept, source)]
+    state = np.empty_like(back)
+    some = max(1, AT_ONCE // max(gather.size, 1))
+    for first in range(0, len(angle), some):
+        of = slice(first, first + some)
+        inner = (model.transition[kept] * back[of, np.newaxis, :]) @ gather
+        resolvent = turn[of, np.newaxis, np.newaxis] * np.eye(len(kept)) - inner
+        state[of] = back[of] * np.linalg.solve(resolvent, driven[of])[..., 0][:, at]
     rows = slice(user * ticks * dof + axis, (user + 1) * ticks * dof, dof)
     signal = model.outputs[output]
     values = state @ signal.state[rows].T + lifted @ signal.through[rows].T
