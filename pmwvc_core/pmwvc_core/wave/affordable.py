@@ -7,7 +7,7 @@ Equations: docs/theory.md 17.14.
 
 from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squared, where
 
-SLOWLY_S, QUICKLY_S = 1.0, 0.1
+SLOWLY_S, QUICKLY_S = 0.7, 0.1
 
 
 def affordable(wave: Value, change: Value, power: Value) -> tuple[Value, Value]:

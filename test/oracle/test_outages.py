@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Outages in the middle of a carry, on the strict channel: damping, then together again."""
+
+import numpy as np
+import pytest
+from support.simulated import simulated
+
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.master import SafetyState
+
+BEGIN_S, LEAST_J = 6.0, -1e-9
+ROUND_TRIP_S = 2 * (0.016 + 0.008)
+OUTAGES = {"up": ("link.up", 0.5), "short": ("link", 0.05), "long": ("link", 2.0)}
+
+
+def session(link="", length_s=0.0, *, duration_s=10.0, channel="strict"):
+    texts = [f"channel={channel}"]
+    if link:
+        texts.append(f"{link}.schedule={BEGIN_S} outage; {BEGIN_S + length_s} base")
+    scenario = files.load("carry_16ms", settings_texts=texts, duration_s=duration_s)
+    return scenario, simulated(scenario)
+
+
+def apart_m(traces, since_s, until_s):
+    """Largest distance of a device from its avatar [m]."""
+    server = traces.server
+    rows = (server.time_s >= since_s) & (server.time_s < until_s)
+    return max(
+        np.abs(np.interp(server.time_s[rows], user.time_s, user.x_m[:, 0]) - x_s[rows, 0]).max()
+        for user, x_s in zip(traces.users, server.x_s, strict=True)
+    )
+
+
+def peak_n(traces):
+    return max(np.abs(user.f_applied[user.time_s > 2.0]).max() for user in traces.users)
+
+
+def damped_s(user):
+    """Time from the begin of the outage until the force loop has only damping [s]."""
+    rows = (user.block_time_s >= BEGIN_S) & (np.ravel(user.state) == SafetyState.DAMPING)
+    return user.block_time_s[rows][0] - BEGIN_S
+
+
+@pytest.mark.parametrize("name", OUTAGES)
+def test_hands_and_cube_are_together_within_a_second(name):
+    link, length_s = OUTAGES[name]
+    end_s = BEGIN_S + length_s
+    scenario, traces = session(link, length_s)
+    _, calm = session()
+    for user, energy in zip(traces.users, user_energies(traces, scenario), strict=True):
+        for balance in (energy.up, energy.down, energy.joint):
+            assert balance.minimum_j >= LEAST_J
+        most = user.tick_s * scenario.users[0].safety.max_slew
+        assert np.abs(np.diff(user.f_applied[:, 0])).max() <= most * (1.0 + 1e-9)
+        assert damped_s(user) <= 0.1
+        assert np.abs(user.f_applied[-500:]).mean() > 1.0  # the grip is there
+    force = max(np.abs(user.f_applied[-1, 0]) for user in traces.users)
+    allowed_m = force * ROUND_TRIP_S / (2.0 * 25.0) + 1e-3
+    assert apart_m(traces, end_s + 1.0, end_s + 2.0) <= allowed_m
+    assert peak_n(traces) <= 1.5 * peak_n(calm)
+
+
+def test_without_a_brake_the_hands_close_in_and_stay_apart():
+    """The control: the plain channel, under the same outages."""
+    for name in ("up", "long"):
+        link, length_s = OUTAGES[name]
+        _, traces = session(link, length_s, channel="plain")
+        end_s = BEGIN_S + length_s
+        assert apart_m(traces, end_s + 1.0, end_s + 2.0) > 10e-3
+
+
+def test_a_link_dead_one_way_brakes_both_ends_and_is_named():
+    _, traces = session(*OUTAGES["up"])
+    for user, state in zip(traces.users, traces.server.state, strict=True):
+        rows = (user.block_time_s > BEGIN_S) & (user.block_time_s < BEGIN_S + 0.6)
+        reasons = {text for text, row in zip(user.reason, rows, strict=True) if row}
+        assert "server does not hear this user: damping only" in reasons
+        assert not any("server silent" in text for text in reasons)
+        at = int((BEGIN_S + 0.3) / traces.server.period_s)
+        assert state[at] == 3
+        assert np.abs(user.f_applied[int((BEGIN_S + 0.3) * 1000), 0]) < 2.5
+    grip = [np.abs(f[at, 0]) for f in traces.server.f_s]
+    assert min(grip) > 1.0  # the avatars hold the cube
