@@ -16,6 +16,7 @@ from pmwvc_analysis.report.loop_blocks import blocks, rendered
 from pmwvc_analysis.report.loop_drawing import PLACES, drawing
 from pmwvc_analysis.report.story import story
 from pmwvc_analysis.verdicts.verdicts import summary
+from pmwvc_bringup.scenarios import load
 from pmwvc_core.plural import count, listed
 from pmwvc_core.simulation.session import simulate_one
 
@@ -182,3 +183,13 @@ def test_an_offset_that_is_not_predicted_is_not_reported():
     traces = simulate_one(scenario)
     assert any(each["what"] == "offset" for each in summary(traces, scenario)["outcomes"])
     assert not any("Offset" in sentence for sentence in told(traces, scenario))
+
+
+def test_on_the_strict_channel_no_filter_and_no_hold_is_drawn():
+    texts = ["channel=strict", "master.deadband.kind=weber"]
+    scenario = load("carry_16ms", settings_texts=texts)
+    found = blocks(scenario, scenario.users[0], None)
+    assert (found["filter"].title, found["hold"].title) == ("sender", "playout")
+    assert "deadband 10%" in found["filter"].lines
+    plain = load("carry_16ms", settings_texts=["channel=plain"])
+    assert blocks(plain, plain.users[0], None)["hold"].title == "hold"

@@ -66,15 +66,19 @@ def _texts(scenario: Scenario, user: User) -> dict[str, tuple[str, list[str]]]:
     ]
     if not scenario.environment.contact_law:
         contact_lines = []
+    hold = {"zoh": "zero order", "foh": "first order"}[master.hold]
+    sender = (
+        ("filter, rate drop", [_filter(master.filter), rate]) if waves else ("rate drop", [rate])
+    )
+    if scenario.strict:
+        felt = [f"deadband {master.deadband.ratio:.0%}"] if master.deadband.is_on else []
+        sender = "sender", ["integral and energy", rate, *felt]
     found = {
         "hand": ("hand", [_operator(user)]),
         "device": ("device and limits", [f"{_number(device.mass)} kg", limits]),
         "port": (title.replace("_", " "), port),
-        "filter": (
-            "filter, rate drop" if waves else "rate drop",
-            [*([_filter(master.filter)] if waves else []), rate],
-        ),
-        "hold": ("hold", [{"zoh": "zero order", "foh": "first order"}[master.hold]]),
+        "filter": sender,
+        "hold": ("playout", ["every tick"]) if scenario.strict else ("hold", [hold]),
         "up": ("link up", _link(user.link_up)),
         "down": ("link down", _link(user.link_down)),
         "decoder": ("server port", decoder),
