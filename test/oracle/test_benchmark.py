@@ -142,6 +142,8 @@ def test_what_a_method_renders_is_measured_and_what_cannot_be_has_failed():
     assert known.stiffness_max_n_m > 1000.0
     assert known.held_apart_m == pytest.approx(1.6 * 0.0435 / 50.0, rel=0.4)
     assert 0.0 < known.transparency < 1.0
+    tuned = ("controller=pmwvc", "channel=plain", "master.position.gain=8")
+    assert rendered(Probe("plain", tuned, "ideal", 1, 2.0)).transparency < known.transparency
 
 
 def test_the_strict_channel_gives_nothing_out_on_any_network_and_plain_does():

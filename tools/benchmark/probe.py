@@ -22,6 +22,7 @@
 What could not be measured has failed: no stiffness (0), all others infinite.
 """
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -84,7 +85,10 @@ def rendered(probe: Probe) -> Rendered:
     """Run all sessions of a probe."""
     carry = scenario_of(Trial(probe.method, probe.settings, probe.network, probe.seed, 1.0))
     free = free_space(carry)
-    stiffness, error = _wall_rendered(_wall(probe, CHIRP, CHIRP_S))
+    direct = dataclasses.replace(probe, settings=("controller=direct",))
+    stiffness, error = _wall_rendered(
+        _wall(probe, CHIRP, CHIRP_S), ideal_of(_wall(direct, CHIRP, CHIRP_S))
+    )
     drift_m_s, held_apart_m = _held(probe)
     return Rendered(
         stiffness_max_n_m=_stiffness_max(probe),
@@ -137,15 +141,17 @@ def _keeps_pressing(traces: SessionTraces) -> bool:
     return bool(means[-1] > 0.0 and means[-1] >= KEEPS * means.max())
 
 
-def _wall_rendered(scenario: Scenario) -> tuple[float, float]:
-    """Return stiffness [N/m] and error of the impedance [decades] of a wall."""
+def _wall_rendered(scenario: Scenario, direct: Scenario) -> tuple[float, float]:
+    """Return stiffness [N/m] and error of the impedance [decades] of a wall; ``direct``: what it
+    is compared with.
+    """
     traces = simulate_one(scenario)
     nothing = 0.0, math.inf
     if not np.isfinite(traces.users[0].x_m).all():
         return nothing
     try:
         found = measure(traces.users[0], scenario.users[0])
-        ideal = transparency(ideal_of(scenario), found.frequency_hz).admittance
+        ideal = transparency(direct, found.frequency_hz).admittance
     except PmwvcError:
         return nothing
     known = found.coherence >= TRUSTED
