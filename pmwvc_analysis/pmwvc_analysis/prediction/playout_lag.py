@@ -10,7 +10,8 @@ answers with it, so that on average half a step passes at its side each way:
 
 (half a tick for the force held over it), without anti-aliasing filter, rate drop or hold. A packet
 that is lost makes the next one a frame later; of N packets that get lost with the probability p
-the longest run is log N / log(1/p) on average. What comes on top (margins; delays beyond one
+the longest run is log N / log(1/p) on average. A deadband adds the time for which a frame waits at
+most. What comes on top (margins; delays beyond one
 deviation; bursts) is not counted.
 
 Equations: docs/theory.md 17.7.
@@ -22,7 +23,7 @@ import numpy as np
 
 from pmwvc_analysis.models.links import Times, delay_ticks, hyperperiod_ticks, serve_phase
 from pmwvc_core.network.effects import active, longest_s, mean_s
-from pmwvc_core.params import LinkParams
+from pmwvc_core.params import DeadbandParams, LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 
 
@@ -34,7 +35,15 @@ def strict_lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
     up = _oldest_s(user, scenario, live=live) + _lost_s(user.link_up, frame_s, scenario)
     down = _latest_s(user.link_down, tick_s, live=live)
     down += _lost_s(user.link_down, period_s, scenario)
+    up += _held_back_s(user.master.deadband, frame_s)
+    down += _held_back_s(user.contact.deadband, period_s)
     return up + down + period_s + 0.5 * tick_s + filters
+
+
+def _held_back_s(deadband: DeadbandParams, interval_s: float) -> float:
+    """Return how long a deadband lets a frame wait for its packet at most [s]."""
+    frames = math.floor(deadband.longest_s / interval_s + 1e-9) if deadband.is_on else 1
+    return max(frames - 1, 0) * interval_s
 
 
 def _oldest_s(user: User, scenario: Scenario, *, live: bool) -> float:

@@ -87,7 +87,7 @@ def outcomes(
         spread = late_steps_s(user, scenario)
         uneven = live or is_random(user.link_up) or is_random(user.link_down)
         if user.master.deadband.is_on or user.contact.deadband.is_on:
-            reason = f"{_left_out(user.name, summary)}, so playouts are later than that."
+            reason = f"{_left_out(user.name, summary)}; the longest wait for one counts."
             found.append(_offset_open(user, per_lag * lag, drift, reason))
         elif uneven and (scenario.strict or scenario.zeroing):
             reason = UNEVEN if scenario.strict else TOO_LATE
