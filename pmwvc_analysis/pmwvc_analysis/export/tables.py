@@ -46,6 +46,7 @@ BLOCKS: Mapping[str, Column] = {
 STEPS: Mapping[str, Column] = {
     "time_s": _TIME,
     "step": Column("", "number of the step of the server"),
+    "periods_s": Column("s", "how long the step lasts"),
     "x_o": Column("m", "position of the object"),
     "xd_o": Column("m/s", "velocity of the object"),
     "target": Column("m", "where the task wants the object"),
