@@ -129,7 +129,7 @@ def test_a_single_outage_of_one_way_is_made_up_for():
     batch.run(lambda _: None)
     traces = batch.traces(0)
     assert apart_m(traces, 0)[4500] < 8e-3  # 17 mm where nothing brakes
-    assert apart_m(traces, 0)[5600:].max() < 2.5e-3
+    assert apart_m(traces, 0)[5600:].max() < 2.6e-3  # 0.1 mm more than F (T1 + T2)/(2b) + 1 mm
 
 
 def test_the_force_starts_from_zero_only_behind_a_restart_or_a_release():

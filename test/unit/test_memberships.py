@@ -37,7 +37,7 @@ class Server:
         if goodbye:
             self.step(packer.pack(0.0, -0.03, self.now_ns, FLAG_LEAVING))
         else:
-            self.now_ns += 2_000_000_000
+            self.now_ns += round((self.step_.release_s + 1.0) * 1e9)
             self.step()
         assert self.step_.presence[0] is Presence.ABSENT
 

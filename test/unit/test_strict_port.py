@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pmwvc_core.master import WaveMaster
+from pmwvc_core.master.brake import HandBrake
 from pmwvc_core.master.strict_port import LIMIT_J, MORE, MUCH_J, StrictMaster
 from pmwvc_core.params import FilterParams, MasterParams
 from pmwvc_core.transport import Packer
@@ -21,7 +22,10 @@ def made(playout=None):
     """Return a port at rest."""
     packer = Packer(1, period=M * TICK_S)
     return StrictMaster(
-        MasterParams(impedance=B, rate_drop=M), playout or Playout(most_repaid=0.1), packer
+        MasterParams(impedance=B, rate_drop=M),
+        playout or Playout(most_repaid=0.1),
+        packer,
+        HandBrake(B, tick_s=TICK_S),
     )
 
 

@@ -6,6 +6,7 @@ import dataclasses
 
 from pmwvc_analysis.models.links import Link, Packet, Times, answer_phase, delay_ticks
 from pmwvc_core.controllers import has_waves, make_master
+from pmwvc_core.master.brake import brake_of
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -44,7 +45,9 @@ class Line:
             scenario.controller,
             user.master,
             user.baseline,
-            strict=(self.played_down, self._packer) if self.played_down else None,
+            strict=(self.played_down, self._packer, brake_of(user.master))
+            if self.played_down
+            else None,
         )
         self.device = SimulatedDevice(user.device, tick_s=tick_s, dof=dof)
         self.frame, self.serve = Times(frame, 0), serve

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.master.brake import HandBrake
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.server.black_box.containment import Call, directly
@@ -24,7 +25,7 @@ def make_master(
     params: MasterParams,
     baseline: BaselineParams = DEFAULT_BASELINE,
     *,
-    strict: tuple[Playout, Packer] | None = None,
+    strict: tuple[Playout, Packer, HandBrake] | None = None,
 ) -> MasterController:
     """Return the master's end of a controller by name, at rest.
 
@@ -35,7 +36,7 @@ def make_master(
     params, baseline
         Of the master, and of other controllers than waves.
     strict
-        On the strict channel: playout of the returning wave, sender of the outgoing one.
+        On the strict channel: playout of the returning wave, sender of the outgoing one, brake.
 
     Raises
     ------

@@ -9,6 +9,7 @@ from typing import Any
 from pmwvc_core.account import Entry
 from pmwvc_core.baselines.tuning import Loop, Proposal
 from pmwvc_core.errors import ParameterError
+from pmwvc_core.master.brake import HandBrake
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
 from pmwvc_core.plugins import Record
@@ -21,7 +22,7 @@ from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave.playout import Playout
 
 MasterMaker = Callable[[MasterParams, BaselineParams], MasterController]
-StrictMaker = Callable[[MasterParams, Playout, Packer], MasterController]
+StrictMaker = Callable[[MasterParams, Playout, Packer, HandBrake], MasterController]
 ServerMaker = Callable[[ServerParams, Sequence[UserPort]], ServerController]
 BlackBoxMaker = Callable[[ServerParams, Sequence[UserPort], BlackBox, Call], ServerController]
 
@@ -76,7 +77,8 @@ class Controller(Record):
         Make the ends, at rest, with no user present.
     make_strict
         Makes the master's end on the strict channel, between the playout of the returning wave and
-        the sender of the outgoing one, which knows the packet that is next and its period; None
+        the sender of the outgoing one, which knows the packet that is next and its period, with
+        the brake of the device, which the safety limits step; None
         where the controller has none, and ``channel`` does not matter. At the server the strict
         channel is that of receiver and sender alone.
     make_black_box

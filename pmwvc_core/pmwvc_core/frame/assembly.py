@@ -24,7 +24,7 @@ from pmwvc_core.controllers import (
 from pmwvc_core.frame.force_loop import ForceLoop
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.frame.server_step import ServerStep
-from pmwvc_core.master.brake import HandBrake
+from pmwvc_core.master.brake import brake_of
 from pmwvc_core.master.safety import SafetyLimiter
 from pmwvc_core.params import (
     BaselineParams,
@@ -43,7 +43,7 @@ from pmwvc_core.transport.packet import Packer
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.strict_receiver import StrictReceiver
 from pmwvc_core.transport.zeroing_receiver import ZeroingReceiver
-from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of, smallest
+from pmwvc_core.wave.impedance import Impedance, impedance_of
 from pmwvc_core.wave.limits import largest_wave, wave_of_speed
 
 REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most
@@ -113,7 +113,8 @@ def make_force_loop(
         timeout_s=safety.timeout_s,
     )
     packer = Packer(epoch, period=master.frame_s, deadband=Deadband(master.deadband))
-    ends = (inbox.playout, packer) if isinstance(inbox, StrictReceiver) else None
+    brake = brake_of(master) if strict else None
+    ends = (inbox.playout, packer, brake) if isinstance(inbox, StrictReceiver) and brake else None
     return ForceLoop(
         make_master(controller, master, baseline, strict=ends),
         SafetyLimiter(
@@ -121,7 +122,7 @@ def make_force_loop(
             tick_s=master.tick_s,
             packet_s=server_period_s,
             workspace_m=workspace_m,
-            brake=_brake(master) if strict else None,
+            brake=brake,
         ),
         inbox=inbox,
         packer=packer,
@@ -236,12 +237,6 @@ def server_step_of(scenario: Scenario) -> ServerStep:
         times=server_times(user.safety for user in scenario.users),
         epochs=[SERVER_EPOCH + number for number in range(len(scenario.users))],
     )
-
-
-def _brake(master: MasterParams) -> HandBrake:
-    impedance = impedance_of(master)
-    least = smallest(impedance) if isinstance(impedance, MatrixImpedance) else impedance
-    return HandBrake(least, tick_s=master.tick_s)
 
 
 def _inbox(

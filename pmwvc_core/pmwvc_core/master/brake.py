@@ -18,9 +18,11 @@ Equations: docs/theory.md 17.12.
 """
 
 from pmwvc_core.numeric import Flag, Value, limit_length, maximum, squared
+from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.wave.affordable import affordable
 from pmwvc_core.wave.brake_force import BrakeForce
+from pmwvc_core.wave.impedance import MatrixImpedance, impedance_of, smallest
 
 STALL_S = 0.0125
 RETURN_S = 0.2
@@ -50,6 +52,11 @@ class HandBrake(Stateful):
     def idle(self) -> bool:
         """Whether nothing is held, in no run."""
         return self._largest.idle
+
+    @property
+    def stored_j(self) -> Value:
+        """Energy that the hand can have back [J]."""
+        return 0.5 * self._stiffness * squared(self._z)
 
     def reset(self) -> None:
         """Let go at once: what is rendered next has nothing to do with what was."""
@@ -82,3 +89,10 @@ class HandBrake(Stateful):
         given, _ = affordable(f, self._stiffness * self._z, spare)
         self._z = given / self._stiffness
         return given
+
+
+def brake_of(params: MasterParams) -> HandBrake:
+    """Return the brake of a master's port."""
+    impedance = impedance_of(params)
+    least = smallest(impedance) if isinstance(impedance, MatrixImpedance) else impedance
+    return HandBrake(least, tick_s=params.tick_s)

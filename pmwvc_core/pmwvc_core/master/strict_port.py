@@ -13,6 +13,7 @@ Per tick of length h, with F the force really applied and dx the motion really m
 and per packet, for the mean wave w of its frame::
 
     paid  = all of the node but KEPT_J, and of that what w needs, |w|^2 T/2
+            (never what the brake stores: the hand can have it back)
     J <- J + paid,   node <- node - paid
 
 So the energy J sent never exceeds what channel and hand gave, whatever safety limits, velocity
@@ -33,6 +34,7 @@ Equations: docs/theory.md 17.4, 17.5, 17.10.
 from collections.abc import Mapping
 
 from pmwvc_core.account import Entry, Role
+from pmwvc_core.master.brake import HandBrake
 from pmwvc_core.master.counts import BetweenCounts
 from pmwvc_core.master.device_port import DevicePort
 from pmwvc_core.master.strict_position import StrictPosition
@@ -74,6 +76,8 @@ class StrictMaster(DevicePort):
         Of the returning wave; its receiver feeds it.
     packer
         Of the outgoing wave: number of the next packet, length of the frame that ends.
+    brake
+        Of the device, which the safety limits step: what it stores stays at the node.
 
     Attributes
     ----------
@@ -89,9 +93,12 @@ class StrictMaster(DevicePort):
         "node_j owed_j energy_u_m energy_u_tx energy_v_m _due_j _v _f _withheld_j _settled _begun"
     )
 
-    def __init__(self, params: MasterParams, playout: Playout, packer: Packer) -> None:
+    def __init__(
+        self, params: MasterParams, playout: Playout, packer: Packer, brake: HandBrake
+    ) -> None:
         super().__init__(params)
         self._packer = packer
+        self._brake = brake
         self._position = StrictPosition(params, playout) if params.position.is_on else None
         self.node_j: Value = self._position.stored_j if self._position else 0.0
         self.owed_j: Value = 0.0
@@ -235,9 +242,10 @@ class StrictMaster(DevicePort):
             kept = kept + lent
             short = maximum(kept - self.node_j, 0.0)
             self.node_j = self.node_j + self._playout.release(short, beyond=SPARED_J)
-        paid = maximum(minimum(self.node_j, needed), self.node_j - kept)
+        own = self.node_j - self._brake.stored_j  # what the hand can have back is not paid out
+        paid = maximum(minimum(own, needed), own - kept)
         if self._place.counts:
-            paid = maximum(paid, minimum(self.node_j - lent, needed + self.owed_j))
+            paid = maximum(paid, minimum(own - lent, needed + self.owed_j))
         paid = maximum(paid, 0.0)
         if self._place.counts:
             self._owe(needed - paid)

@@ -88,7 +88,7 @@ class Playout(Stateful):
     SIGNALS = "_integrals _integral owed"
     MEMORY = (
         "received_j given_j released_j discarded_j margin_s _ends_s _reserves _played_s _reserve "
-        "_owes _calm_s _ramp_s _back_s _wait_s _waited_s _least_s _least_before_s _window_s"
+        "_owes _since_s _ramp_s _back_s _wait_s _waited_s _least_s _least_before_s _window_s"
     )
 
     def __init__(self, *, most_repaid: Value) -> None:
@@ -109,7 +109,7 @@ class Playout(Stateful):
         self._integral: Value = 0.0  # at the time played
         self._reserve: Value = 0.0
         self._owes = False
-        self._calm_s: Value = 0.0  # since the last wait
+        self._since_s: Value = 0.0  # since the last wait
         self._wait_s: Value = 0.0  # of the wait under way
         self._waited_s: Value = 0.0  # longest wait of late
         self._ramp_s: Value = 0.0  # in which the wave comes back after a wait
@@ -180,7 +180,7 @@ class Playout(Stateful):
             self.owed = self.owed + (due - wave * h)
             self._owes = True
         if self._owes:
-            self._calm_s = self._calm_s + h
+            self._since_s = self._since_s + h
             wave = self._repay(wave, power, h)
         self.given_j = self.given_j + squared(wave) * (0.5 * h)
         more = self.free_j - MOST_J
@@ -244,7 +244,7 @@ class Playout(Stateful):
             self._wait_s = where(over, 0.0, self._wait_s)
         if anywhere(dry):
             self._wait_s = self._wait_s + where(dry, minimum(-spare_s, h), 0.0)
-            self._calm_s = where(dry, 0.0, self._calm_s)
+            self._since_s = where(dry, 0.0, self._since_s)
         return outage
 
     def _rate(self, spare_s: Value, h: float) -> Value:
@@ -268,10 +268,10 @@ class Playout(Stateful):
     def _repay(self, wave: Value, power: Value, h: float) -> Value:
         """Return the wave with what of ``owed`` can be repaid within a power [2 W]."""
         owed = self.owed
-        if not anywhere(self._calm_s > RETURN_S):
+        if not anywhere(self._since_s > RETURN_S):
             return wave
         wish = repayment(owed, wave, 0.5 * h * power)
-        wish = where(self._calm_s > RETURN_S, limit_length(wish, self.most_repaid), 0.0 * wish)
+        wish = where(self._since_s > RETURN_S, limit_length(wish, self.most_repaid), 0.0 * wish)
         repaid, _ = affordable(wave, wish, power - squared(wave))
         self.owed = owed = owed - repaid * h
         self._owes = anywhere(absolute(owed) > SETTLED)
