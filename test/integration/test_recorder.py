@@ -34,7 +34,8 @@ class Session:
         self.sent = 0
 
     def send(self, count, *, skip=()):
-        """Publish waves, numbered on; those in ``skip`` are left out."""
+        """Publish waves to a matched recorder, numbered on; those in ``skip`` are left out."""
+        self.peer.until(self.waves[UP].get_subscription_count)
         for _ in range(count):
             self.sent += 1
             if self.sent not in skip:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.events.event import Event, event, runs
-from pmwvc_core.master.safety_states import SafetyState
+from pmwvc_core.master.safety_states import BRAKING, SafetyState
 from pmwvc_core.plural import count
 from pmwvc_core.traces import UserTraces
 
@@ -75,11 +75,19 @@ def _limits(user: UserTraces) -> Iterator[Event]:
 
 
 def limited(user: UserTraces) -> NDArray[np.bool_]:
-    """Tell in which ticks the force of a coupled device was limited."""
+    """Tell in which ticks the force of a coupled device was limited; where it brakes it has more
+    than the controller's force, and is not.
+    """
     block = np.searchsorted(user.block_time_s, user.time_s + 0.5 * user.tick_s)
     block = np.clip(block, 0, len(user.state) - 1)
-    coupled = (user.state[block] == COUPLED) & (user.state[np.maximum(block - 1, 0)] == COUPLED)
+    whole = (user.state == COUPLED) & ~brakes(user)
+    coupled = whole[block] & whole[np.maximum(block - 1, 0)]
     with np.errstate(invalid="ignore", over="ignore"):
         asked = np.linalg.norm(user.f_m, axis=-1)
         off = np.linalg.norm(user.f_m - user.f_applied, axis=-1)
     return np.asarray(coupled & (off > LIMITED_RATIO * asked + LIMITED_N))
+
+
+def brakes(user: UserTraces) -> NDArray[np.bool_]:
+    """Tell in which blocks the brake of a coupled device acts, because waves came late."""
+    return np.array([reason == BRAKING for reason in user.reason], dtype=bool)

@@ -31,7 +31,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.events import environment
-from pmwvc_analysis.events.safety import COUPLED, FAULT
+from pmwvc_analysis.events.safety import COUPLED, FAULT, brakes
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts.oscillation import lasts, motions, strength
 from pmwvc_core.controllers import has_waves
@@ -213,7 +213,8 @@ def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:
     block = np.clip(
         np.searchsorted(user.block_time_s, user.time_s, side="right"), 0, len(user.state) - 1
     )
-    half = (user.time_s > duration_s / 2) & (user.state[block] == COUPLED)
+    whole = (user.state == COUPLED) & ~brakes(user)
+    half = (user.time_s > duration_s / 2) & whole[block] & whole[np.maximum(block - 1, 0)]
     limited = (applied > 0.01 * asked + 1e-3) & half
     if not half.any():
         return 0.0, 0

@@ -54,6 +54,11 @@ class HandBrake(Stateful):
         return self._largest.idle
 
     @property
+    def holds(self) -> Flag:
+        """Whether there is a force that it may hold, one per run."""
+        return self._largest.limit > 0.0
+
+    @property
     def stored_j(self) -> Value:
         """Energy that the hand can have back [J]."""
         return 0.5 * self._stiffness * squared(self._z)

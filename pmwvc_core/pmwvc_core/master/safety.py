@@ -239,12 +239,12 @@ class SafetyLimiter(Stateful):
         unheard = unheard & active
         disturbed = gone | (active & (damped | unheard | (through ^ True)))
         self._count(disturbed, limited & through & (damped ^ True))
+        late = brake.holds if brake else False
         self._seen = Seen(
-            active, good, faulty, silent, released, fast, outside, gone, lost, unheard
+            active, good, faulty, silent, released, fast, outside, gone, lost, unheard, late
         )
-        self.inactive = truth(
-            through & ((damped | limited | unheard) ^ True) & (self._gain >= 1.0)
-        )
+        quiet = (damped | limited | unheard | late) ^ True
+        self.inactive = truth(through & quiet & (self._gain >= 1.0))
         return applied
 
     @property

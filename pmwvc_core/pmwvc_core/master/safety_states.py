@@ -17,6 +17,9 @@ from pmwvc_core.params import SafetyParams
 Integers: TypeAlias = NDArray[np.int64]
 
 
+BRAKING = "waves came late: braking"  # coupled, with the brake's force beside the controller's
+
+
 class SafetyState(enum.IntEnum):
     """The numbers are those of the MasterTrace message."""
 
@@ -41,6 +44,7 @@ class Cause(enum.IntEnum):
     DEVICE_SILENT = 9
     DEVICE_LOST = 10
     UNHEARD = 11
+    LATE = 12
 
 
 _STATES = {
@@ -56,6 +60,7 @@ _STATES = {
     Cause.DEVICE_SILENT: SafetyState.DAMPING,
     Cause.DEVICE_LOST: SafetyState.FAULT,
     Cause.UNHEARD: SafetyState.DAMPING,
+    Cause.LATE: SafetyState.COUPLED,
 }
 _STATE_OF = np.array([_STATES[cause] for cause in Cause])
 _TEXTS: dict[int, str] = {
@@ -65,6 +70,7 @@ _TEXTS: dict[int, str] = {
     Cause.SILENT: "server silent: damping only",
     Cause.RELEASED: "server silent: damping released",
     Cause.UNHEARD: "server does not hear this user: damping only",
+    Cause.LATE: BRAKING,
     Cause.OUTSIDE: "beyond the device's workspace: damping only",
     Cause.DEVICE_SILENT: "device silent: no force",
     Cause.DEVICE_LOST: "device silent for more than 1 s: no force",
@@ -85,11 +91,13 @@ class Seen(NamedTuple):
     gone: Flag = False
     lost: Flag = False
     unheard: Flag = False
+    late: Flag = False
 
 
 def cause_of(seen: Seen, gain: Value) -> int | Integers:
     """Return the weightiest cause, given the ratio of the force that is let through."""
-    cause: Any = where(gain < 1.0, Cause.SOFT_START, Cause.NONE)
+    cause: Any = where(seen.late, Cause.LATE, Cause.NONE)
+    cause = where(gain < 1.0, Cause.SOFT_START, cause)
     cause = where(seen.unheard, Cause.UNHEARD, cause)
     cause = where(seen.fast, Cause.TOO_FAST, cause)
     cause = where(seen.outside, Cause.OUTSIDE, cause)
