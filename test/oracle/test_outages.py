@@ -7,6 +7,7 @@ import pytest
 from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.events.safety import brakes, limited
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master import SafetyState
 
@@ -83,3 +84,12 @@ def test_a_link_dead_one_way_brakes_both_ends_and_is_named():
         assert np.abs(user.f_applied[int((BEGIN_S + 0.3) * 1000), 0]) < 2.5
     grip = [np.abs(f[at, 0]) for f in traces.server.f_s]
     assert min(grip) > 1.0  # the avatars hold the cube
+
+
+def test_what_a_brake_holds_is_not_paid_to_packets_and_is_no_limit():
+    traces = simulated(files.load("blackout_2s", settings_texts=["channel=strict"]))
+    for user in traces.users:
+        assert user.accounts["node"].min() >= LEAST_J  # the hand takes 0.5 mJ of it back
+        beside = np.abs(user.f_applied - user.f_m)[user.time_s > 2.0]
+        assert brakes(user).any() and beside.max() > 0.1  # [N] of the brake
+        assert not limited(user)[user.time_s > 2.0].any()
