@@ -83,6 +83,13 @@ def test_state_is_read_out_and_no_motion_where_none_is_wanted(visit):
         said = lambda: "user 1 coupled, not held" in spoken.inner_text()  # noqa: E731
         live.until(said, "the state in words")
         assert "newtons" in spoken.inner_text()
+
+        def at_rest():
+            seen = page.evaluate(PICTURE)
+            live.pass_by(5)
+            return page.evaluate(PICTURE) == seen
+
+        live.until(at_rest, "the picture of a session at rest")
         before = page.evaluate(PICTURE)
         live.pass_by(20)
         assert page.evaluate(PICTURE) == before
