@@ -75,17 +75,21 @@ def _limits(user: UserTraces) -> Iterator[Event]:
 
 
 def limited(user: UserTraces) -> NDArray[np.bool_]:
-    """Tell in which ticks the force of a coupled device was limited; where it brakes it has more
-    than the controller's force, and is not.
+    """Tell in which ticks the force of a coupled device was limited."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        asked = np.linalg.norm(user.f_m, axis=-1)
+        off = np.linalg.norm(user.f_m - user.f_applied, axis=-1)
+    return np.asarray(unbraked(user) & (off > LIMITED_RATIO * asked + LIMITED_N))
+
+
+def unbraked(user: UserTraces) -> NDArray[np.bool_]:
+    """Tell in which ticks a coupled device was to have the controller's force and no more: where
+    it brakes it has more, which no limit made.
     """
     block = np.searchsorted(user.block_time_s, user.time_s + 0.5 * user.tick_s)
     block = np.clip(block, 0, len(user.state) - 1)
     whole = (user.state == COUPLED) & ~brakes(user)
-    coupled = whole[block] & whole[np.maximum(block - 1, 0)]
-    with np.errstate(invalid="ignore", over="ignore"):
-        asked = np.linalg.norm(user.f_m, axis=-1)
-        off = np.linalg.norm(user.f_m - user.f_applied, axis=-1)
-    return np.asarray(coupled & (off > LIMITED_RATIO * asked + LIMITED_N))
+    return np.asarray(whole[block] & whole[np.maximum(block - 1, 0)])
 
 
 def brakes(user: UserTraces) -> NDArray[np.bool_]:

@@ -31,7 +31,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.events import environment
-from pmwvc_analysis.events.safety import COUPLED, FAULT, brakes
+from pmwvc_analysis.events.safety import COUPLED, FAULT, limited, unbraked
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts.oscillation import lasts, motions, strength
 from pmwvc_core.controllers import has_waves
@@ -78,9 +78,9 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
         if found.late_m_s > GROWN_M_S and found.growth >= 2.0:
             why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
             return Verdict("diverged", why, strongest)
-    limited = _limited(traces)
-    if limited:
-        return Verdict("limited by safety", limited, strongest)
+    took_over = _limited(traces)
+    if took_over:
+        return Verdict("limited by safety", took_over, strongest)
     lost = environment.lost(traces, scenario)
     if lost:
         return Verdict("environment lost", lost, strongest)
@@ -206,18 +206,10 @@ def _braked(user: UserTraces, duration_s: float) -> tuple[int, float]:
 
 def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:
     """Return the ratio of the second half in which the force was limited, and how often anew."""
-    asked, applied = (
-        np.linalg.norm(user.f_m, axis=-1),
-        np.linalg.norm(user.f_m - user.f_applied, axis=-1),
-    )
-    block = np.clip(
-        np.searchsorted(user.block_time_s, user.time_s, side="right"), 0, len(user.state) - 1
-    )
-    whole = (user.state == COUPLED) & ~brakes(user)
-    half = (user.time_s > duration_s / 2) & whole[block] & whole[np.maximum(block - 1, 0)]
-    limited = (applied > 0.01 * asked + 1e-3) & half
+    half = (user.time_s > duration_s / 2) & unbraked(user)
+    shortened = limited(user) & half
     if not half.any():
         return 0.0, 0
-    return float(limited.sum() / half.sum()), int(
-        (np.diff(limited.astype(int)) > 0).sum() + limited[0]
+    return float(shortened.sum() / half.sum()), int(
+        (np.diff(shortened.astype(int)) > 0).sum() + shortened[0]
     )

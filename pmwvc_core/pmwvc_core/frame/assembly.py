@@ -102,7 +102,6 @@ def make_force_loop(
     watched
         Whether the device marks fresh samples.
     """
-    strict = is_strict(controller, channel)
     inbox = _inbox(
         controller,
         channel,
@@ -113,8 +112,10 @@ def make_force_loop(
         timeout_s=safety.timeout_s,
     )
     packer = Packer(epoch, period=master.frame_s, deadband=Deadband(master.deadband))
-    brake = brake_of(master) if strict else None
-    ends = (inbox.playout, packer, brake) if isinstance(inbox, StrictReceiver) and brake else None
+    brake = ends = None
+    if isinstance(inbox, StrictReceiver):
+        brake = brake_of(master)
+        ends = (inbox.playout, packer, brake)
     return ForceLoop(
         make_master(controller, master, baseline, strict=ends),
         SafetyLimiter(
