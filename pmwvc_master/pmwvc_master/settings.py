@@ -14,7 +14,7 @@ from pmwvc_core.frame.assembly import make_force_loop
 from pmwvc_core.frame.force_loop import ForceLoop
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.master.port import WaveMaster
-from pmwvc_core.master.safety_changes import check_change
+from pmwvc_core.master.safety.changes import check_change
 from pmwvc_core.params import (
     BaselineParams,
     ContactParams,

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.master.safety_states import SafetyState
+from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.accounts import Accounts

@@ -10,7 +10,7 @@ import numpy as np
 
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.master.safety_states import SafetyState
+from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces

@@ -10,7 +10,7 @@ judged and passive, and that no device shakes as far as :mod:`pmwvc_view.shaking
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pmwvc_core.master.safety_states import SafetyState
+from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_view.accounts import Account
 from pmwvc_view.feed import Feed
 from pmwvc_view.traces import NS

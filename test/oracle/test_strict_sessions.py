@@ -13,7 +13,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.master.safety import SafetyState
+from pmwvc_core.master.safety.limiter import SafetyState
 from pmwvc_core.simulation.session import SessionBatch
 
 B = 25.0

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.strategies import signals
 
-from pmwvc_core.master.filter_bank import FilterBank
+from pmwvc_core.master.port_filters.filter_bank import FilterBank
 from pmwvc_core.numeric import squared
 from pmwvc_core.params import BankParams, LocalModelParams, MasterParams
 from pmwvc_core.wave.cascade import Cascade

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from support.strategies import TICK_S
 
 from pmwvc_core.master import WaveMaster
-from pmwvc_core.master.velocity_filter import make_velocity_filter
+from pmwvc_core.master.port_filters.velocity_filter import make_velocity_filter
 from pmwvc_core.numeric import dot, squared
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
 from pmwvc_core.wave import AntiAliasing

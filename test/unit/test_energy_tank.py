@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from pmwvc_core.master.energy_tank import EnergyTank
+from pmwvc_core.master.position.energy_tank import EnergyTank
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
 from pmwvc_core.transport import Packer
 from pmwvc_core.wave import Hold

@@ -14,9 +14,9 @@ from support.bank_runs import TICK_S, driven, master
 from support.strategies import signals
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.master import plugin_model
-from pmwvc_core.master.local_model import LocalPort
 from pmwvc_core.master.port import WaveMaster
+from pmwvc_core.master.port_filters import plugin_model
+from pmwvc_core.master.port_filters.local_model import LocalPort
 from pmwvc_core.params import LocalModelParams
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pmwvc_core.master import WaveMaster
-from pmwvc_core.master.energy_tank import SPREAD_S
+from pmwvc_core.master.position.energy_tank import SPREAD_S
 from pmwvc_core.numeric import dot, squared
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
 from pmwvc_core.transport import Packer

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from pmwvc_core.master.safety import LARGEST
+from pmwvc_core.master.safety.limiter import LARGEST
 from pmwvc_core.numeric import Array
 
 RELATIVE = 1e-6

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.events.event import Event, event, runs
-from pmwvc_core.master.safety_states import BRAKING, SafetyState
+from pmwvc_core.master.safety.states import BRAKING, SafetyState
 from pmwvc_core.plural import count
 from pmwvc_core.traces import UserTraces
 

@@ -5,8 +5,10 @@
 from collections.abc import Sequence
 
 from pmwvc_core.controllers.record import Controller
-from pmwvc_core.master import filter_bank, local_model, position, strict_port, velocity_filter
+from pmwvc_core.master import strict_port
 from pmwvc_core.master.port import WaveMaster
+from pmwvc_core.master.port_filters import filter_bank, local_model, velocity_filter
+from pmwvc_core.master.position import feedback as position
 from pmwvc_core.master.strict_port import StrictMaster
 from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
 from pmwvc_core.server import avatar_brake

@@ -25,7 +25,7 @@ from pmwvc_core.frame.force_loop import ForceLoop
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.master.brake import brake_of
-from pmwvc_core.master.safety import SafetyLimiter
+from pmwvc_core.master.safety.limiter import SafetyLimiter
 from pmwvc_core.params import (
     BaselineParams,
     ContactParams,

@@ -22,8 +22,8 @@ from typing import NamedTuple
 from pmwvc_core.frame.device_sample import STALE_S, DeviceSample
 from pmwvc_core.frame.schedule import FrameSchedule, next_on_grid
 from pmwvc_core.master.controller import MasterController
-from pmwvc_core.master.safety import SafetyLimiter
-from pmwvc_core.master.safety_states import Integers
+from pmwvc_core.master.safety.limiter import SafetyLimiter
+from pmwvc_core.master.safety.states import Integers
 from pmwvc_core.numeric import Value, anywhere, truth
 from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful

@@ -4,7 +4,7 @@
 
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.port import WaveMaster
-from pmwvc_core.master.safety import SafetyLimiter, SafetyState
+from pmwvc_core.master.safety.limiter import SafetyLimiter, SafetyState
 
 __all__ = [
     "MasterController",

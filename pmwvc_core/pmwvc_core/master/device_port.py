@@ -15,15 +15,41 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from typing import Protocol
 
-from pmwvc_core.master.filter_bank import make_bank
-from pmwvc_core.master.port_filters import PortFilter, make_port_filters
-from pmwvc_core.master.velocity_filter import EquivalentVelocityFilter, make_force_velocity
+from pmwvc_core.master.port_filters.filter_bank import make_bank
+from pmwvc_core.master.port_filters.velocity_filter import (
+    EquivalentVelocityFilter,
+    make_force_velocity,
+    make_velocity_filter,
+)
 from pmwvc_core.numeric import Value, absolute, finite, where
 from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.wave.impedance import impedance_of
 from pmwvc_core.wave.transform import WavePort
+
+
+class PortFilter(Protocol):
+    """A filter between device and link; order within a tick: ``down``, ``offer``, ``step``.
+
+    It takes the outgoing wave u_m of every tick, keeps part of it and answers within the tick.
+    Before that it states its answer as a function of the wave, v = v0 + g u_m with |g| < 1, so
+    that the port can solve the loop through the device's velocity.
+    """
+
+    def down(self, v: Value) -> Value:
+        """Return what this part lets through of the wave from the server, once a tick."""
+
+    def offer(self) -> tuple[Value, Value]:
+        """Return v0 [sqrt(W)] and g of the answer v0 + g u_m, g per axis or one for all."""
+
+    def step(self, u: Value) -> Value:
+        """Take the outgoing wave as it is; return what of it goes on to the server."""
+
+    @property
+    def accounts(self) -> Mapping[str, Value]:
+        """Energies of this part since the start, by name [J]; always the same names."""
 
 
 class DevicePort(Stateful, ABC):
@@ -88,7 +114,8 @@ class DevicePort(Stateful, ABC):
         self._match(params)
         self._tick_s, self._half_s = params.tick_s, 0.5 * params.tick_s
         self._begin_channel(params)
-        self._port_filters = make_port_filters(params, self._bank)
+        parts: tuple[PortFilter | None, ...] = (make_velocity_filter(params), self._bank)
+        self._port_filters = [part for part in parts if part is not None]  # nearest first
         self._velocity = make_force_velocity(params)
 
     @abstractmethod

@@ -26,7 +26,7 @@ Equations: docs/theory.md 10.1.
 from collections.abc import Mapping
 
 from pmwvc_core.master.device_port import DevicePort
-from pmwvc_core.master.position import make_position_feedback
+from pmwvc_core.master.position.feedback import make_position_feedback
 from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squared, where
 from pmwvc_core.params import MasterParams
 from pmwvc_core.transport.packet import WavePacket

@@ -37,7 +37,7 @@ from pmwvc_core.account import Entry, Role
 from pmwvc_core.master.brake import HandBrake
 from pmwvc_core.master.counts import BetweenCounts
 from pmwvc_core.master.device_port import DevicePort
-from pmwvc_core.master.strict_position import StrictPosition
+from pmwvc_core.master.position.strict import StrictPosition
 from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, squared, where
 from pmwvc_core.params import MasterParams
 from pmwvc_core.transport.packet import Packer, WavePacket

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The filter bank with a local spring and damper as a part of the linear model (App. E).
 
-The equations are those of :mod:`pmwvc_core.master.filter_bank` and ``local_model``, applied to
-rows (:mod:`.blocks`); what a part is stands in :mod:`.around`.
+The equations are those of ``filter_bank`` and ``local_model``
+(:mod:`pmwvc_core.master.port_filters`), applied to rows (:mod:`.blocks`); what a part is stands in :mod:`.around`.
 """
 
 import numpy as np

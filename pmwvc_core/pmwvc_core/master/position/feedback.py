@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Position feedback on the returning wave of the plain channel.
 
-The wave changes by - K_p e (:mod:`.position_correction`), with e = x_m - x_s - x_ref (``printed``,
+The wave changes by - K_p e (:mod:`.correction`), with e = x_m - x_s - x_ref (``printed``,
 ``budgeted``) or what of it the waves on their way do not explain (``integral``). ``printed`` pays
 for nothing: it can make energy. The others change v_m only as far as the energy tank of the master
 pays for it (:mod:`.energy_tank`), and shorten a packet that it does not.
@@ -17,9 +17,9 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from pmwvc_core.account import Entry, Role
-from pmwvc_core.master.energy_tank import EnergyTank
-from pmwvc_core.master.position_correction import SPENT, PositionCorrection
-from pmwvc_core.master.position_error import PositionError, PositionResidual
+from pmwvc_core.master.position.correction import SPENT, PositionCorrection
+from pmwvc_core.master.position.energy_tank import EnergyTank
+from pmwvc_core.master.position.error import PositionError, PositionResidual
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import MasterParams
 from pmwvc_core.transport.packet import WavePacket

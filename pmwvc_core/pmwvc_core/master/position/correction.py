@@ -3,14 +3,14 @@
 """The change of the returning wave that position feedback asks for: - K_p e (App. E, Eq. 3).
 
 K_p is given, or follows the round trip tau that packets show (``adapts``): K_p = c sqrt(2b)/tau.
-Nothing is asked for while the server is silent. Not here: the error e (:mod:`.position_error`),
-and who pays for the change (:mod:`.position`, :mod:`.strict_position`).
+Nothing is asked for while the server is silent. Not here: the error e (:mod:`.error`),
+and who pays for the change (:mod:`.feedback`, :mod:`.strict`).
 
 Equations: docs/theory.md 9.1, 9.8.
 """
 
 from pmwvc_core.account import Entry, Role
-from pmwvc_core.master.position_error import PositionError
+from pmwvc_core.master.position.error import PositionError
 from pmwvc_core.numeric import Value, truth
 from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful

@@ -31,7 +31,7 @@ its counts leaves nothing to spend. Not here: what the energy is spent on.
 Equations: docs/theory.md 3.3, 9.4, 9.5, 9.6, 9.7.
 """
 
-from pmwvc_core.master.lags import filter_lag_s, hold_lag_s
+from pmwvc_core.master.position.lags import filter_lag_s, hold_lag_s
 from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squared, where
 from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful

@@ -33,7 +33,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.master.brake import HandBrake
-from pmwvc_core.master.safety_states import (
+from pmwvc_core.master.safety.states import (
     Integers,
     SafetyState,
     Seen,

@@ -29,7 +29,7 @@ Equations: docs/theory.md 8.4.
 from collections.abc import Callable, Mapping
 
 from pmwvc_core.account import Entry, Role
-from pmwvc_core.master.local_model import LocalPort
+from pmwvc_core.master.port_filters.local_model import LocalPort
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Position feedback on the strict channel: v_m - K_p e, paid out of the node.
 
-The node that pays for packets (:mod:`.strict_port`) pays for this as well: what v_m brings less
+The node that pays for packets (:mod:`pmwvc_core.master.strict_port`) pays for this as well: what v_m brings less
 energy than the playout gave is missing from it. It begins with the energy declared as lent, E0,
 and is filled up to it again from whatever comes in beyond what packets need, before packets get
 it. A tick takes at most what is free, spread over ``SPREAD_S``: in one tick it would be a
@@ -15,9 +15,9 @@ Equations: docs/theory.md 17.8.
 import dataclasses
 from collections.abc import Mapping
 
-from pmwvc_core.master.energy_tank import SPREAD_S
-from pmwvc_core.master.position_correction import SPENT, PositionCorrection
-from pmwvc_core.master.position_error import KEPT, PositionError, PositionResidual
+from pmwvc_core.master.position.correction import SPENT, PositionCorrection
+from pmwvc_core.master.position.energy_tank import SPREAD_S
+from pmwvc_core.master.position.error import KEPT, PositionError, PositionResidual
 from pmwvc_core.numeric import Value, maximum
 from pmwvc_core.params import FilterParams, MasterParams
 from pmwvc_core.transport.packet import WavePacket

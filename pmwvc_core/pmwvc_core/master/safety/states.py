@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reports of the safety limits: state, cause, and the text of either.
 
-The limits themselves are in :mod:`pmwvc_core.master.safety`.
+The limits themselves are in :mod:`pmwvc_core.master.safety.limiter`.
 """
 
 import enum

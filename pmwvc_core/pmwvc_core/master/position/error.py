@@ -24,7 +24,7 @@ Equations: docs/theory.md 9.2, 9.3.
 
 from typing import Any
 
-from pmwvc_core.master.lags import filter_lag_s, hold_lag_s
+from pmwvc_core.master.position.lags import filter_lag_s, hold_lag_s
 from pmwvc_core.numeric import Value, root, truth
 from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful

@@ -27,7 +27,7 @@ from typing import Protocol
 import numpy as np
 
 from pmwvc_core.account import Entry, Role
-from pmwvc_core.master.plugin_model import PluginModel
+from pmwvc_core.master.port_filters.plugin_model import PluginModel
 from pmwvc_core.numeric import Flag, Value, squared, where
 from pmwvc_core.params import LocalModelParams, MasterParams
 from pmwvc_core.state import Stateful
