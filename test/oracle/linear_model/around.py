@@ -3,8 +3,9 @@
 """The port filters of the linear model: velocity filters, position feedback.
 
 The equations are those of ``velocity_filter`` (:mod:`pmwvc_core.master.port_filters`) and
-:mod:`pmwvc_core.master.position`, applied to rows (:mod:`.blocks`). A part lets ``down(v)`` through of the wave from the server, says in
-``offer`` how it will answer, v0 + g u, and in ``step`` what of u goes on.
+:mod:`pmwvc_core.master.position`, applied to rows (:mod:`.blocks`). A part lets ``down(v)``
+through of the wave from the server, says in ``offer`` how it will answer, v0 + g u, and in
+``step`` what of u goes on.
 """
 
 from collections.abc import Mapping

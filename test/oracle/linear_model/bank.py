@@ -3,7 +3,8 @@
 """The filter bank with a local spring and damper as a part of the linear model (App. E).
 
 The equations are those of ``filter_bank`` and ``local_model``
-(:mod:`pmwvc_core.master.port_filters`), applied to rows (:mod:`.blocks`); what a part is stands in :mod:`.around`.
+(:mod:`pmwvc_core.master.port_filters`), applied to rows (:mod:`.blocks`); what a part is stands in
+:mod:`.around`.
 """
 
 import numpy as np
