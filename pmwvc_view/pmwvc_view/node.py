@@ -19,10 +19,10 @@ from pmwvc_core.runtime.pacing import request_priority
 from pmwvc_core.runtime.parameters import declare_names, declare_value
 from pmwvc_core.runtime.process import OK, publish_health, run_node
 from pmwvc_view import SNAPSHOT_S
-from pmwvc_view.access import is_loopback, new_token
 from pmwvc_view.live.graph import LONGEST_S, find
 from pmwvc_view.live.session import LiveSession
-from pmwvc_view.server import PageServer
+from pmwvc_view.web.access import is_loopback, new_token
+from pmwvc_view.web.server import PageServer
 
 PRIORITY = 2  # below loops and recorder: a hand waits for no ordinary program
 SPECS: Mapping[str, tuple[Spec, Any]] = {

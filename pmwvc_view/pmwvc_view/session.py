@@ -11,7 +11,7 @@ from pmwvc_view import controls
 from pmwvc_view.controls import Setting, Settings
 from pmwvc_view.prediction import Predictor, unknown
 from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.snapshots import Snapshot
+from pmwvc_view.protocol.snapshots import Snapshot
 
 
 class Answer(NamedTuple):

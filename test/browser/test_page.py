@@ -8,8 +8,8 @@ from support.page_server import SNAPSHOT_S, TOKEN, served, serving
 from support.simulated import judged, simulated
 
 from pmwvc_bringup.scenarios import load
-from pmwvc_view.recorded_session import RecordedSession
-from pmwvc_view.replay_page import replay_page
+from pmwvc_view.recorded.replay_page import replay_page
+from pmwvc_view.recorded.session import RecordedSession
 
 CONNECT = """(address) => new Promise((resolve) => {
   const socket = new WebSocket(address);

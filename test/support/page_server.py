@@ -13,12 +13,12 @@ import numpy as np
 
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.numeric import Array
-from pmwvc_view.feed import Feed
-from pmwvc_view.server import PageServer
+from pmwvc_view.feed.feed import Feed
+from pmwvc_view.feed.traces import F_APPLIED, Block
+from pmwvc_view.protocol.snapshots import Snapshot
 from pmwvc_view.session import Session
-from pmwvc_view.simulated_session import SimulatedSession
-from pmwvc_view.snapshots import Snapshot
-from pmwvc_view.traces import F_APPLIED, Block
+from pmwvc_view.simulated.session import SimulatedSession
+from pmwvc_view.web.server import PageServer
 
 SNAPSHOT_S = 0.016
 TOKEN = "token-of-the-test"

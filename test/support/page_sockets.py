@@ -13,9 +13,9 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.server import PageServer
+from pmwvc_view.protocol.snapshots import Snapshot
 from pmwvc_view.session import Answer, Session
-from pmwvc_view.snapshots import Snapshot
+from pmwvc_view.web.server import PageServer
 
 PATIENCE_S = 30.0  # for an event that has to come
 TOKEN = "token-of-a-test"

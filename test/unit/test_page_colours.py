@@ -7,7 +7,7 @@ import re
 import pytest
 
 from pmwvc_analysis.charts.colours import DARK, LIGHT
-from pmwvc_view.access import PAGE
+from pmwvc_view.web.access import PAGE
 
 SHARED = [
     *(f"u{index}" for index in range(8)),

@@ -17,9 +17,9 @@ from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.names import shared_specs, user_specs
 from pmwvc_view import controls
-from pmwvc_view.notices import Notices
-from pmwvc_view.ramp import RATE, towards
-from pmwvc_view.simulated_session import SimulatedSession
+from pmwvc_view.feed.notices import Notices
+from pmwvc_view.simulated.ramp import RATE, towards
+from pmwvc_view.simulated.session import SimulatedSession
 
 LIVE = load("live")
 PERIOD_S = 0.016

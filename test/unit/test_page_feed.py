@@ -13,13 +13,13 @@ from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup.scenarios import load
-from pmwvc_view.accounts import Accounts, MasterSums, ServerSums
-from pmwvc_view.feed import PATIENCE_NS, Feed
+from pmwvc_view.feed.accounts import Accounts, MasterSums, ServerSums
+from pmwvc_view.feed.feed import PATIENCE_NS, Feed
+from pmwvc_view.feed.traces import F_APPLIED, SIGNALS, Block, Step
+from pmwvc_view.feed.verdict import verdict
 from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.recorded import packets_of, rows_of
-from pmwvc_view.simulated import Simulation
-from pmwvc_view.traces import F_APPLIED, SIGNALS, Block, Step
-from pmwvc_view.verdict import verdict
+from pmwvc_view.recorded.rows import packets_of, rows_of
+from pmwvc_view.simulated.stepping import Simulation
 
 USERS = ("user1", "user2")
 MS = 1_000_000

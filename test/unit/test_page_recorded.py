@@ -15,8 +15,8 @@ from support.simulated import judged, simulated
 from pmwvc_bringup.scenarios import load
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.traces import HandTargets
-from pmwvc_view import replay_page
-from pmwvc_view.recorded_session import RecordedSession
+from pmwvc_view.recorded import replay_page
+from pmwvc_view.recorded.session import RecordedSession
 
 PERIOD_S = 0.016
 SCENARIO = replace(load("carry_16ms"), duration_s=6.0)

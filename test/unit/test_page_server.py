@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from support.page_sockets import PATIENCE_S, TOKEN, HandmadeSession, served
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from pmwvc_view.access import Access
-from pmwvc_view.allowance import Allowance
-from pmwvc_view.handling import SETTLED
 from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ
 from pmwvc_view.protocol.requests import ProtocolError, Request, Target, read
+from pmwvc_view.web.access import Access
+from pmwvc_view.web.allowance import Allowance
+from pmwvc_view.web.handling import SETTLED
 
 
 @pytest.fixture

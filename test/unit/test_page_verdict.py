@@ -10,11 +10,11 @@ from pmwvc_bringup.scenarios import load
 from pmwvc_core.numeric import signal
 from pmwvc_view.controls import changed
 from pmwvc_view.description import lags
-from pmwvc_view.feed import Feed
+from pmwvc_view.feed.feed import Feed
+from pmwvc_view.feed.verdict import verdict
 from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.ramp import ramped
-from pmwvc_view.simulated import Simulation
-from pmwvc_view.verdict import verdict
+from pmwvc_view.simulated.ramp import ramped
+from pmwvc_view.simulated.stepping import Simulation
 
 MS = 1_000_000
 PERIOD_S = 0.016

@@ -70,7 +70,7 @@ def _session(arguments: argparse.Namespace) -> "Session":
         return _recorded(folder)
     from pmwvc_bringup import scenarios
     from pmwvc_view import SNAPSHOT_S
-    from pmwvc_view.simulated_session import SimulatedSession
+    from pmwvc_view.simulated.session import SimulatedSession
 
     scenario = scenarios.load(
         arguments.what, settings_texts=arguments.settings, users=arguments.users
@@ -84,7 +84,7 @@ def _recorded(folder: Path) -> "Session":
     from pmwvc_analysis.verdicts.verdicts import summary
     from pmwvc_core.errors import RecordingError
     from pmwvc_view import SNAPSHOT_S
-    from pmwvc_view.recorded_session import RecordedSession
+    from pmwvc_view.recorded.session import RecordedSession
 
     traces, scenario = read_session(folder), read_scenario(folder)
     if scenario is None:

@@ -14,9 +14,9 @@ from rich.console import Console
 from pmwvc_bringup.session.processes import Interrupts
 from pmwvc_core.errors import PmwvcError
 from pmwvc_view import SNAPSHOT_S
-from pmwvc_view.access import new_token
-from pmwvc_view.server import PageServer
 from pmwvc_view.session import Session
+from pmwvc_view.web.access import new_token
+from pmwvc_view.web.server import PageServer
 
 
 class _Stop:

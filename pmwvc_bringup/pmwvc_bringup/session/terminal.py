@@ -52,7 +52,7 @@ def finish(
     """
     from pmwvc_analysis.session_files import REPORT, SUMMARY
     from pmwvc_analysis.session_files import finish as finish_files
-    from pmwvc_view.replay_page import replay_page
+    from pmwvc_view.recorded.replay_page import replay_page
 
     summary = finish_files(folder, scenario=scenario, out=out, player=replay_page)
     target = out or folder

@@ -15,11 +15,11 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import misfit
 from pmwvc_core.runtime.polling import TRACE_QOS, Polled
 from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
-from pmwvc_view.feed import Feed
+from pmwvc_view.feed.feed import Feed
+from pmwvc_view.feed.traces import NS
 from pmwvc_view.live.fates import link_number, packets_of
 from pmwvc_view.live.graph import Graph
 from pmwvc_view.live.readers import MasterReader, ServerReader
-from pmwvc_view.traces import NS
 
 SLOW_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 ROUND_TRIP = "round trip [ms]"

@@ -14,9 +14,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from pmwvc_core.runtime.messages import misfit
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
-from pmwvc_view.accounts import MasterSums, ServerSums
+from pmwvc_view.feed.accounts import MasterSums, ServerSums
+from pmwvc_view.feed.traces import AVATAR, F_H, NS, OBJECT, SIGNALS, Block, Step
 from pmwvc_view.live.shape import Shape
-from pmwvc_view.traces import AVATAR, F_H, NS, OBJECT, SIGNALS, Block, Step
 
 SAME_CLOCK_NS = 20_000_000  # clocks whose offsets differ by more are of two machines
 LARGEST_NS = 1 << 62

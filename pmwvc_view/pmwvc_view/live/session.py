@@ -18,20 +18,20 @@ from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Setting, Settings
-from pmwvc_view.feed import Feed
+from pmwvc_view.feed.feed import Feed
+from pmwvc_view.feed.notices import Notices
+from pmwvc_view.feed.traces import NS
+from pmwvc_view.feed.verdict import verdict
 from pmwvc_view.live.differences import differences, links_of, server_of
 from pmwvc_view.live.graph import Graph
 from pmwvc_view.live.hands import HELD_QOS, PublishedHand
 from pmwvc_view.live.inlets import Inlets
 from pmwvc_view.live.parameters import Parameters
-from pmwvc_view.notices import Notices
 from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.ramp import ramped
+from pmwvc_view.protocol.snapshots import Snapshot
 from pmwvc_view.session import BEGIN_ANEW, Answer, Session
-from pmwvc_view.snapshots import Snapshot
-from pmwvc_view.traces import NS
-from pmwvc_view.verdict import verdict
+from pmwvc_view.simulated.ramp import ramped
 
 RESTART = "view/restart"
 STEP_S = 0.02  # between two steps of a delay on its way

@@ -17,12 +17,12 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.accounts import Accounts
-from pmwvc_view.feed_user import LAG, FeedUser, brake_of
+from pmwvc_view.feed.accounts import Accounts
+from pmwvc_view.feed.shaking import Shaking
+from pmwvc_view.feed.traces import F_APPLIED, NS, OBJECT, XD_M, Block, Step
+from pmwvc_view.feed.user import LAG, FeedUser, brake_of
 from pmwvc_view.protocol.snapshot import PACKET, Layout
-from pmwvc_view.shaking import Shaking
-from pmwvc_view.snapshots import Snapshot
-from pmwvc_view.traces import F_APPLIED, NS, OBJECT, XD_M, Block, Step
+from pmwvc_view.protocol.snapshots import Snapshot
 
 PATIENCE_NS = 60_000_000
 LONGEST_GAP_NS = NS  # where no trace came for longer, the grid begins anew

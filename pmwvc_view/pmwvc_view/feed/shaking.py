@@ -23,7 +23,7 @@ import numpy as np
 from pmwvc_analysis.verdicts import oscillation
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.traces import NS
+from pmwvc_view.feed.traces import NS
 
 SPAN_S = 3.0
 JUDGED_NS = NS // 2  # between two judgements

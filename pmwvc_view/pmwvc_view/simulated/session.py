@@ -12,15 +12,15 @@ from pmwvc_core.numeric import signal
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Setting, Settings
-from pmwvc_view.feed import Feed
-from pmwvc_view.notices import Notices
+from pmwvc_view.feed.feed import Feed
+from pmwvc_view.feed.notices import Notices
+from pmwvc_view.feed.verdict import verdict
 from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.ramp import ramped
+from pmwvc_view.protocol.snapshots import Snapshot
 from pmwvc_view.session import BEGIN_ANEW, Answer, Session
-from pmwvc_view.simulated import Simulation
-from pmwvc_view.snapshots import Snapshot
-from pmwvc_view.verdict import verdict
+from pmwvc_view.simulated.ramp import ramped
+from pmwvc_view.simulated.stepping import Simulation
 
 LONGEST_STEP_S = 0.25  # of virtual time at once; a machine that was busy longer loses the rest
 TEXT_EVERY = 8  # snapshots between two verdicts

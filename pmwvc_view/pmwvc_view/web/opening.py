@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from pmwvc_view import access
+from pmwvc_view.web import access
 
 MOST_PAGES = 32
 

@@ -17,8 +17,8 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_view import SNAPSHOT_S, description
-from pmwvc_view.access import PAGE
-from pmwvc_view.recorded_session import RecordedSession
+from pmwvc_view.recorded.session import RecordedSession
+from pmwvc_view.web.access import PAGE
 
 ROWS, PACKETS = 4000, 40_000  # at most; of longer sessions fewer a second
 POLICY = (

@@ -16,12 +16,13 @@ from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.http11 import Request as HttpRequest
 from websockets.http11 import Response
 
-from pmwvc_view import access, description, protocol
-from pmwvc_view.client import Client
-from pmwvc_view.handling import Handling
-from pmwvc_view.opening import answered
+from pmwvc_view import description, protocol
+from pmwvc_view.protocol.snapshots import Snapshot
 from pmwvc_view.session import Session
-from pmwvc_view.snapshots import Snapshot
+from pmwvc_view.web import access
+from pmwvc_view.web.client import Client
+from pmwvc_view.web.handling import Handling
+from pmwvc_view.web.opening import answered
 
 
 class Stop(Protocol):

@@ -6,10 +6,10 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
-from pmwvc_view.client import Client
-from pmwvc_view.handles import Handles
 from pmwvc_view.protocol import requests
 from pmwvc_view.session import Answer, Session
+from pmwvc_view.web.client import Client
+from pmwvc_view.web.handles import Handles
 
 SETTLED = 64  # acknowledgements: what can wait begins, the page is there
 

@@ -4,16 +4,16 @@
 
 It is as of now: what was recorded is judged by the report. Conditions stand in the sentence: since
 when, which accounts, what was not judged. "Good" says that all are coupled, that every account was
-judged and passive, and that no device shakes as far as :mod:`pmwvc_view.shaking` can tell.
+judged and passive, and that no device shakes as far as :mod:`pmwvc_view.feed.shaking` can tell.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pmwvc_core.master.safety.states import SafetyState
-from pmwvc_view.accounts import Account
-from pmwvc_view.feed import Feed
-from pmwvc_view.traces import NS
+from pmwvc_view.feed.accounts import Account
+from pmwvc_view.feed.feed import Feed
+from pmwvc_view.feed.traces import NS
 
 WORDS = ("starting", "coupled", "damping", "fault")
 GOOD, CAUTION, BAD, UNKNOWN = "good", "caution", "bad", "unknown"

@@ -10,7 +10,7 @@ import numpy as np
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.snapshots import Snapshot
+from pmwvc_view.protocol.snapshots import Snapshot
 
 STALL_S = 0.025  # of a loop: it then skips ticks, and a watchdog of 30 ms may let go
 MOST = 4

@@ -23,10 +23,10 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.user import SimulatedUser
-from pmwvc_view import traces
-from pmwvc_view.accounts import MasterSums, ServerSums
-from pmwvc_view.feed import Feed
-from pmwvc_view.traces import Block, Step
+from pmwvc_view.feed import traces
+from pmwvc_view.feed.accounts import MasterSums, ServerSums
+from pmwvc_view.feed.feed import Feed
+from pmwvc_view.feed.traces import Block, Step
 
 CONDITIONS = Conditions()
 LONGEST = 8  # ticks at once, so that a page is shown often enough

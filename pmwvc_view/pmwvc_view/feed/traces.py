@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from pmwvc_core.numeric import Array
-from pmwvc_view.accounts import MasterSums, ServerSums
+from pmwvc_view.feed.accounts import MasterSums, ServerSums
 
 NS = 1_000_000_000
 SIGNALS = ("x_m", "xd_m", "f_h", "f_applied", "u_m", "v_m")

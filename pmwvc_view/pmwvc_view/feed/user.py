@@ -13,10 +13,10 @@ import numpy as np
 from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.accounts import Accounts
+from pmwvc_view.feed.accounts import Accounts
+from pmwvc_view.feed.shaking import Shaking
+from pmwvc_view.feed.traces import AVATAR, F_APPLIED, F_H, SIGNALS, XD_M, Block, Step
 from pmwvc_view.protocol.snapshot import Layout
-from pmwvc_view.shaking import Shaking
-from pmwvc_view.traces import AVATAR, F_APPLIED, F_H, SIGNALS, XD_M, Block, Step
 
 LOADED_N = 0.1  # force from which a device counts as loaded
 MOVED_M = 5e-4  # by which a target moves on purpose
