@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A command as a record: its name, help, examples, arguments and the function behind it.
 
-A module in :mod:`pmwvc_bringup.commands` that has a record named ``COMMAND`` is a command. Heavy
-imports stand inside its functions: ``pmwvc --help`` has to answer at once.
+A module below :mod:`pmwvc_bringup.commands` that has a record named ``COMMAND`` is a command.
+Heavy imports stand inside its functions: ``pmwvc --help`` has to answer at once.
 """
 
 import argparse

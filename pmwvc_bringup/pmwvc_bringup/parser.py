@@ -85,8 +85,9 @@ def _options_of(parser: argparse.ArgumentParser) -> set[str]:
 def library() -> list[Command]:
     """Return every command, in the order of the help."""
     modules = [
-        importlib.import_module(f"{commands.__name__}.{found.name}")
-        for found in pkgutil.iter_modules(commands.__path__)
+        importlib.import_module(found.name)
+        for found in pkgutil.walk_packages(commands.__path__, f"{commands.__name__}.")
+        if not found.ispkg
     ]
     records: list[Command] = [module.COMMAND for module in modules]
     order = {name: number for number, name in enumerate(ORDER)}

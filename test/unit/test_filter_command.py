@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pmwvc_bringup.cli import main
-from pmwvc_bringup.commands import filter as filter_command
+from pmwvc_bringup.commands.answers import filter as filter_command
 
 ROOT = Path(__file__).resolve().parents[2]
 PRINTED = [

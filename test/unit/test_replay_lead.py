@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pmwvc_bringup.commands.replay import lead
+from pmwvc_bringup.commands.session.replay import lead
 
 
 @pytest.mark.parametrize(("forces", "same", "said"), [

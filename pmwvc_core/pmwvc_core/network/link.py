@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.errors import PLUGIN_ERRORS
+from pmwvc_core.network.contained import EffectFaults, contained
 from pmwvc_core.network.distributions import prepare
 from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, Uniform, active, check
-from pmwvc_core.network.effects.contained import EffectFaults, contained
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind, InFlight
 from pmwvc_core.network.netem_mode import NetemMode
 from pmwvc_core.network.streams import Stream

@@ -5,7 +5,7 @@
 import argparse
 
 from pmwvc_bringup.command import Command, Result
-from pmwvc_bringup.commands.run import EXAMPLES
+from pmwvc_bringup.commands.session.run import EXAMPLES
 from pmwvc_bringup.options import SESSION
 from pmwvc_bringup.output import progress, terminal
 from pmwvc_bringup.session.terminal import announce, finish, prepared
