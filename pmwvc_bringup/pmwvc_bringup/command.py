@@ -44,14 +44,8 @@ class Result(NamedTuple):
 class Command:
     """One command of ``pmwvc``.
 
-    Attributes
-    ----------
-    help
-        One clause, without a full stop.
-    examples
-        Printed below the options.
-    run
-        Does the work; raises ``PmwvcError`` for a mistake of the user (exit code 2).
+    ``help`` is one clause, without a full stop; ``examples`` are printed below the options;
+    ``run`` raises ``PmwvcError`` for a mistake of the user (exit code 2).
     """
 
     name: str

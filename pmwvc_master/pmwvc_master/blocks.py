@@ -41,14 +41,7 @@ class Block(TraceBlock):
 class TraceBlocks:
     """The block that is being filled, and the one before it, which waits to be published.
 
-    Parameters
-    ----------
-    rate_drop, dof
-        Ticks of a block, axes.
-    work
-        Of the device and of the hand so far.
-    publish
-        Sends a block to the recorder.
+    A block has ``rate_drop`` ticks of ``dof`` axes; ``work`` is that of device and hand so far.
     """
 
     def __init__(

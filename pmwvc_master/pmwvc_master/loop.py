@@ -26,14 +26,8 @@ TRACE_TICK, MOTION_TICK = 1, 2  # of a frame, that publish; the last one of a sh
 class MasterLoop:
     """One user's force loop in time.
 
-    Parameters
-    ----------
-    protocol
-        Receiver, controller, limits and sender.
-    tick_s, dof
-        Period of the loop [s], axes.
-    clock
-        The monotonic clock [ns].
+    The protocol has receiver, controller, limits and sender; ``tick_s`` is the period [s],
+    ``clock`` the monotonic clock [ns].
     """
 
     def __init__(

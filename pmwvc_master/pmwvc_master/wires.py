@@ -26,18 +26,9 @@ from pmwvc_master.loop import MasterLoop
 
 
 class RosWires:
-    """See :class:`pmwvc_master.loop_wires.Wires`.
+    """See :class:`pmwvc_master.loop.Wires`.
 
-    Parameters
-    ----------
-    dof, epoch
-        Axes of the packets, and the epoch of this master.
-    frame_s
-        Packet interval [s].
-    token
-        The user's session token; None for an open session.
-    hand_force_known
-        Whether the device knows the hand's force.
+    ``frame_s`` is the packet interval [s], ``token`` the user's; None for an open session.
     """
 
     def __init__(

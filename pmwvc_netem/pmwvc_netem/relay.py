@@ -30,10 +30,8 @@ PRIORITY = 20
 class Relay:
     """All links, and the loop that serves them.
 
-    Parameters
-    ----------
-    report
-        Called after each round with the time [ns]; returns when it wants to be called again.
+    ``report`` is called after each round with the time, and returns when it wants to be called
+    again [ns].
     """
 
     def __init__(

@@ -76,16 +76,12 @@ class Timing:
 
 
 class RelayedLink:
-    """One topic's way through its link.
+    """One topic's way through its link, which decides on delay and loss.
 
     Parameters
     ----------
-    link
-        What decides on delay and loss.
-    take
-        Returns the next message that has come in, or None.
-    give
-        Sends a message on.
+    take, give
+        The next message that has come in, or None; sends a message on.
     clock
         The monotonic clock [ns].
     is_wave

@@ -41,17 +41,9 @@ class Wires(Protocol):
 class ServerLoop:
     """The environment for all users, in time.
 
-    Parameters
-    ----------
-    protocol
-        Receivers, membership, environment, target and senders.
-    clock
-        The monotonic clock [ns].
-
-    Attributes
-    ----------
-    changes
-        Users whose presence changed, with the new one; another thread takes them out.
+    The protocol has receivers, membership, environment, target and senders; ``clock`` is the
+    monotonic clock [ns]. ``changes`` are users whose presence changed, with the new one; another
+    thread takes them out.
     """
 
     def __init__(

@@ -35,14 +35,9 @@ COLORS = (
 
 
 class Scene:
-    """Builds the markers of one session.
+    """Builds the markers of one session, whose object has edges of ``size_m`` [m].
 
-    Parameters
-    ----------
-    size_m
-        Edge length of the object [m].
-    dof
-        Axes of motion; missing ones are drawn at zero.
+    Axes beyond ``dof`` are drawn at zero.
     """
 
     def __init__(self, users: Sequence[str], *, size_m: float, dof: int) -> None:

@@ -22,14 +22,7 @@ from pmwvc_server.loop import ServerLoop
 
 
 class RosWires:
-    """See :class:`pmwvc_server.loop.Wires`.
-
-    Parameters
-    ----------
-    dof, epoch
-        Axes of the packets, and the epoch of this server.
-    token
-        The key of the session; None for an open one.
+    """See :class:`pmwvc_server.loop.Wires`; ``token`` is the session's key, None for an open one.
     """
 
     def __init__(

@@ -26,19 +26,10 @@ JITTER, JITTER_S, DELAY_S = "link.jitter", "link.jitter_s", "link.delay_s"
 
 @dataclass(frozen=True)
 class Control:
-    """A parameter that a page may change.
+    """A parameter that a page may change: its name in a scenario, and the node that has it.
 
-    Attributes
-    ----------
-    path
-        Its name in a scenario.
-    label
-        For people.
-    ends
-        Of a slider; values beyond are allowed as far as the parameter's range goes. None for a
-        name.
-    node
-        The node that has it.
+    ``ends`` are those of a slider; values beyond are allowed as far as the parameter's range goes.
+    None for a name.
     """
 
     path: str

@@ -28,8 +28,6 @@ def describe(
 
     Parameters
     ----------
-    scenario
-        As it is now.
     mode
         live, simulated or recorded.
     duration_s
@@ -68,17 +66,7 @@ def describe(
 def message(
     session: Session, *, holders: Mapping[str, str | None], snapshot_s: float
 ) -> dict[str, Any]:
-    """Return the session message.
-
-    Parameters
-    ----------
-    session
-        Described.
-    holders
-        Who holds each user's handle.
-    snapshot_s
-        Period of the snapshots [s].
-    """
+    """Return the session message; ``holders``: who holds each user's handle."""
     found = session.description()
     return {
         "kind": "session",

@@ -19,13 +19,7 @@ NICE = 10  # loops and pages come first
 
 
 class Predictor:
-    """Answers questions one after the other; of those that wait only the newest.
-
-    Parameters
-    ----------
-    live
-        Phases of a live session.
-    """
+    """Answers questions one after the other; of those that wait only the newest."""
 
     def __init__(self, *, live: bool) -> None:
         self._live = live

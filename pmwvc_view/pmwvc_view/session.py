@@ -30,17 +30,10 @@ class Session:
 
     What a kind of session does not serve it does not name in ``can``, and leaves as it is here.
 
-    Parameters
-    ----------
-    predictor
-        Answers what the exact model says.
-
     Attributes
     ----------
     can
         Kinds of requests that it serves.
-    layout
-        Of its snapshots.
     generation
         Counts its beginnings: another number, and everything is described anew.
     ended

@@ -30,15 +30,9 @@ OF_SERVER = ("time_s", "x_o", "xd_o", "target")
 def write_tables(
     folder: Path, title: str, entries: Sequence[Entry], about: dict[str, Any]
 ) -> dict[str, Any]:
-    """Write tables and traces and return the content of ``comparison.json``.
+    """Write tables and traces into a folder and return the content of ``comparison.json``.
 
-    Parameters
-    ----------
-    folder
-        Where to; it exists.
-    about
-        Further keys of ``comparison.json``: ``kind``; ``notes``, a list of sentences for the
-        report.
+    ``about`` are further keys of it: ``kind``; ``notes``, a list of sentences for the report.
 
     Raises
     ------

@@ -30,12 +30,7 @@ SWITCHES = (  # shown with waves where they are on: name, what belongs to it
 def tuned(scenario: Scenario, *, given: bool = False) -> Scenario:
     """Return the scenario with its baseline tuned for every user.
 
-    Parameters
-    ----------
-    scenario
-        Of any controller; one without a tuning rule comes back as it is.
-    given
-        Whether the baseline's parameters were named and have to stay.
+    One without a tuning rule comes back as it is, as one whose parameters were ``given``.
     """
     rule = record_of(scenario.controller).rule
     if rule is None or given:

@@ -52,14 +52,12 @@ class AnyDelay:
 
     Attributes
     ----------
-    proved
-        Whether stability is proved; False means only that no proof was found.
+    proved, reasons
+        Whether stability is proved, and why not, with amounts: no proof was found, no more.
     touching
         Whether the proof holds only while all contacts touch.
     gain, at_hz
         Largest gain once around the loop (1 is the limit), and where; None where none was formed.
-    reasons
-        Why it is not proved, with amounts.
     """
 
     proved: bool

@@ -84,12 +84,8 @@ def opened_at(loop: Loop, links: Sequence[tuple[Link, int]]) -> Linear:
     """Return a loop whose inputs are what comes in at links that are cut, and whose output
     ``sent`` is what goes out there instead, both link by link, packet by packet.
 
-    Parameters
-    ----------
-    loop
-        At its beginning.
-    links
-        Links to cut, and how many packets are sent in a hyperperiod.
+    Of each link it is told how many packets are sent in a hyperperiod; the loop is at its
+    beginning.
     """
     loop.begin(sum(count for _, count in links) * len(SIGNALS))
     cuts: list[_Cut] = []

@@ -37,14 +37,10 @@ DOUBLE = 1e-5  # the same where rigid motions are double eigenvalues, which roun
 
 
 class Opened(NamedTuple):
-    """A loop that is open at its long links.
+    """A loop that is open at its long links; its loci are one per run, ``ticks`` is N.
 
     Attributes
     ----------
-    loci
-        One per run.
-    ticks
-        N.
     at_one
         Per run, how many eigenvalues of the loop are 1 by a rigid motion that packets show.
     motions, states

@@ -31,16 +31,9 @@ FINE = 1e-10  # relative, of ln(radius)
 
 
 class Loci:
-    """The eigenvalues of L along circles.
+    """The eigenvalues of L along circles, for the system H and the delays q of every input (> 0).
 
-    Parameters
-    ----------
-    system
-        H.
-    delays
-        q of every input, above zero.
-    at_one
-        Eigenvalues of the loop that are 1 by a rigid motion; they do not count.
+    ``at_one`` eigenvalues of the loop are 1 by a rigid motion; they do not count.
 
     Raises
     ------

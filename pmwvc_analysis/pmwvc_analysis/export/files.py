@@ -26,14 +26,9 @@ Writer = Callable[[Path, Sequence[Table], About], None]
 def export(
     target: str | Path, traces: SessionTraces, scenario: Scenario | None, *, kind: str
 ) -> None:
-    """Write all signals of a session for another tool.
+    """Write all signals of a session for another tool, with its parameters where they are known.
 
-    Parameters
-    ----------
-    target
-        A folder for ``csv``, which is made, else a file.
-    scenario
-        Its parameters, which are written along; may be missing.
+    The target is a folder for ``csv``, which is made, else a file.
 
     Raises
     ------

@@ -18,12 +18,8 @@ def title(text: str, scenario: Scenario | None) -> str:
 def conditions(scenario: Scenario, source: str, *, without: Container[str] = ()) -> str:
     """Return the parameters of a scenario in a line, of the first user where users differ.
 
-    Parameters
-    ----------
-    source
-        Origin of the figure's numbers, first in the line.
-    without
-        Parameters left out: varied in the figure, or without effect on it.
+    The line begins with the source of the figure's numbers; parameters that are varied in it or
+    have no effect on it are ``without``.
     """
     user = scenario.users[0]
     parts = [

@@ -30,14 +30,7 @@ class Measured(NamedTuple):
 
 
 class Unfinished:
-    """The finished lines of a map that is being computed.
-
-    Parameters
-    ----------
-    folder
-        Made where it is not there.
-    grid
-        The map; a folder with lines of another one is refused.
+    """The finished lines of a map that is being computed, in a folder that is made where need be.
 
     Raises
     ------

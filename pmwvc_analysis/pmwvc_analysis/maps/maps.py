@@ -34,12 +34,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Grid:
-    """A scenario with two of its parameters varied.
-
-    Attributes
-    ----------
-    x, y
-        Columns and rows of the map.
+    """A scenario with two of its parameters varied: x over the columns of the map, y over its rows.
     """
 
     scenario: Scenario
@@ -113,10 +108,8 @@ def compute(
 
     Parameters
     ----------
-    workers
-        Processes; by default all cores, and none beside this one for a small map.
-    dask
-        Address of a Dask scheduler to compute on instead.
+    workers, dask
+        As for :func:`.workers.finished`.
     known
         What is known already; NaN is computed.
     done

@@ -30,10 +30,9 @@ def finished(
 
     Parameters
     ----------
-    work, items
-        What is done with each; both can be pickled.
     workers
-        Processes; by default all cores, and none beside this one where there is little to do.
+        Processes; by default all cores, and none beside this one where there is little to do:
+        work and items can be pickled.
     dask
         Address of a Dask scheduler to compute on instead.
 

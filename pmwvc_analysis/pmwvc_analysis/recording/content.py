@@ -110,14 +110,9 @@ def _read_damaged(files: Sequence[Path]) -> Content:
 
 
 def content_of(raw: Iterable[RawMessage], decode: Decode, topics: Iterable[str] = ()) -> Content:
-    """Return the content of serialized messages.
+    """Return the content of serialized messages; ``decode(data, type_name)`` returns a message.
 
-    Parameters
-    ----------
-    decode
-        ``decode(data, type_name)`` returns a message.
-    topics
-        Names of topics that count even when they have no message.
+    ``topics`` count even when they have no message.
     """
     content = Content()
     for topic in topics:

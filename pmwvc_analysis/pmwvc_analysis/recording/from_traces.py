@@ -64,12 +64,8 @@ def record_traces(
 ) -> None:
     """Write traces as ``session.mcap``, ``metadata.yaml`` and ``scenario.yaml``.
 
-    Parameters
-    ----------
-    start_ns
-        ROS time of the start of the session (now when not given) [ns].
-    metadata
-        Further MCAP metadata records by name.
+    ``start_ns`` is the ROS time of the start of the session, now when not given [ns];
+    ``metadata`` are further MCAP metadata records by name.
     """
     start = time.time_ns() if start_ns is None else start_ns
     write_scenario(folder, scenario)

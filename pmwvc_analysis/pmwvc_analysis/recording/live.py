@@ -30,14 +30,8 @@ class Received(NamedTuple):
 class BackgroundWriter:
     """Hands messages to a :class:`SessionWriter` in a thread of its own.
 
-    Parameters
-    ----------
-    writer
-        Where to; only that thread touches it until :meth:`close` returns.
-    capacity_bytes
-        Data of messages that may wait.
-    prepare
-        Called first in that thread, such as for a scheduling class of its own.
+    Only that thread touches the writer until :meth:`close` returns, and it calls ``prepare``
+    first, such as for a scheduling class of its own. ``capacity_bytes`` of messages may wait.
     """
 
     def __init__(

@@ -131,12 +131,8 @@ def parameter_change(data: bytes) -> ParameterChange | None:
 def parameter_changes(changes: Sequence[ParameterChange], folder: Path, zero_ns: int) -> Changes:
     """Return what changed, in the order of time.
 
-    Parameters
-    ----------
-    folder
-        The session folder, with the nodes' parameter files in ``nodes``.
-    zero_ns
-        Begin of the session. Before it only what differs from the files counts.
+    The session folder has the nodes' parameter files in ``nodes``. Before the begin of the
+    session only what differs from the files counts.
     """
     known: dict[tuple[str, str], Any] = {}
     found: list[dict[str, Any]] = []

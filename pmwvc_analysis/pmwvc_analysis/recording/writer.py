@@ -32,14 +32,9 @@ _OVERHEAD = 31  # bytes of a message record besides its data
 
 
 class SessionWriter:
-    """Writes serialized messages into a session folder.
+    """Writes serialized messages into a session folder, which is created where it does not exist.
 
-    Parameters
-    ----------
-    folder
-        Created when it does not exist; must not hold a recording yet.
-    reserve_bytes
-        Free space at which writing stops in good order, before the disk is full.
+    Writing stops in good order at ``reserve_bytes`` of free space, before the disk is full.
 
     Raises
     ------

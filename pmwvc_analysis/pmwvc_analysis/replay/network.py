@@ -39,13 +39,8 @@ def links(
 ) -> tuple[Links, list[str]]:
     """Return what makes the recorded links, by name, and what is not as recorded, as text.
 
-    Parameters
-    ----------
-    known
-        What was sent and what was used when, by name of the link.
-
-    A direction whose settings were changed is simulated with the new ones, and so is one of which
-    the recording holds no fates.
+    ``known`` is what was sent and what was used when. A direction whose settings were changed is
+    simulated with the new ones, and so is one of which the recording holds no fates.
     """
     found: Links = {}
     notes = []

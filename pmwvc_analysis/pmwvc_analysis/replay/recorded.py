@@ -58,12 +58,7 @@ def prescription(
     *,
     hand: Hand | None = None,
 ) -> Prescription:
-    """Return how to replay a session.
-
-    Parameters
-    ----------
-    hand
-        See the module; chosen for each user when not given.
+    """Return how to replay a session; the kind of hand (see above) is chosen for each user if None.
 
     Raises
     ------

@@ -123,14 +123,9 @@ def replay(
     hand: Hand | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Replay:
-    """Replay a recorded session with another scenario.
+    """Replay a recorded session with another scenario; ``progress`` gets the ratio done, 0..1.
 
-    Parameters
-    ----------
-    hand
-        See :mod:`pmwvc_analysis.replay.recorded`.
-    progress
-        Called with the ratio done, 0..1.
+    The kinds of hands: :mod:`pmwvc_analysis.replay.recorded`.
 
     Raises
     ------

@@ -33,15 +33,8 @@ COLUMNS = (  # measure, heading, factor
 def write(
     folder: Path, title: str, entries: Sequence[Entry], about: dict[str, Any], *, figures: bool
 ) -> dict[str, Any]:
-    """Write tables, traces and, with ``figures``, pictures and report of a comparison; return the
-    content of ``comparison.json``.
-
-    Parameters
-    ----------
-    folder, title, entries, about
-        As for :func:`pmwvc_analysis.compare.files.write_tables`.
-    figures
-        Draw and write ``comparison.html``.
+    """Write tables, traces and, with ``figures``, pictures and ``comparison.html``; return the
+    content of ``comparison.json`` (:func:`pmwvc_analysis.compare.files.write_tables`).
 
     Raises
     ------

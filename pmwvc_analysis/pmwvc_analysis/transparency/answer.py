@@ -26,13 +26,7 @@ RENDERED = (
 def answer(
     name: str, found: Transparency, measured: Measured | None = None, model: Complex | None = None
 ) -> dict[str, Any]:
-    """Return the document of ``--json``.
-
-    Parameters
-    ----------
-    measured, model
-        What a recording shows, and the model at the same frequencies.
-    """
+    """Return the document of ``--json``; ``model`` is that at the frequencies measured."""
     document: dict[str, Any] = {
         "scenario": name,
         "user": found.user,

@@ -115,10 +115,7 @@ def _taken_over(model: MultirateModel) -> tuple[Indices, Indices, Indices]:
 def limit_at_rest(values: Array) -> float:
     """Return the limit at zero of a series in the square of the frequency (Richardson).
 
-    Parameters
-    ----------
-    values
-        At f, 2 f, 4 f... as :func:`low_frequencies` returns them.
+    Its values are those at f, 2 f, 4 f... as :func:`low_frequencies` returns them.
     """
     left = np.asarray(values, dtype=float)
     factor = 4.0

@@ -89,7 +89,7 @@ def transparency(
     axis: int = 0,
     live: bool = False,
 ) -> Transparency:
-    """Return the admittance transmitted to one user.
+    """Return the admittance transmitted to one user along an axis.
 
     Parameters
     ----------
@@ -97,8 +97,6 @@ def transparency(
         Linear but for grip contacts, which are taken as touching.
     frequency_hz
         Where; by default 0.1 Hz to a quarter of the tick rate.
-    axis
-        Along which the device is pushed and looked at.
 
     Raises
     ------

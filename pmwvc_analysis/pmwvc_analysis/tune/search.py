@@ -47,16 +47,11 @@ Key = tuple[str, str]  # filter, hold
 
 @dataclass(frozen=True)
 class Proposal:
-    """The proposed choice, and the alternatives to it.
+    """The proposed choice, and the others by name: as given, stiffer, lighter, other filters and
+    holds.
 
-    Attributes
-    ----------
-    others
-        The alternatives by name: as given, stiffer, lighter, other filters and holds.
-    bounds
-        Least and largest impedance examined [N s/m].
-    elements
-        Elements of the scenario that no linear model covers.
+    ``bounds`` are the least and largest impedance examined [N s/m], ``elements`` those of the
+    scenario that no linear model covers.
     """
 
     best: Rating

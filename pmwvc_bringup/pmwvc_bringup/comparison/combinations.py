@@ -40,13 +40,8 @@ def combinations(
     """Return every combination of the values of ``name=a,b,c`` texts, the last varying fastest.
 
     Baselines whose parameters are not given are tuned by their rules for each combination.
-
-    Parameters
-    ----------
-    controllers
-        Words of :mod:`pmwvc_bringup.comparison.variants`, an axis of their own.
-    settings_texts, users, duration_s
-        Settings of all, as with ``pmwvc simulate``.
+    ``controllers`` are words of :mod:`pmwvc_bringup.comparison.variants`, an axis of their own;
+    the others are settings of all, as with ``pmwvc simulate``.
 
     Raises
     ------

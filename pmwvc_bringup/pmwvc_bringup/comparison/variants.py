@@ -91,14 +91,9 @@ def _build(scenario: Scenario) -> None:
 
 
 def settings_of(variant: str, defaults: Mapping[str, str]) -> list[str]:
-    """Return the settings ``name=value`` of a variant.
+    """Return the settings ``name=value`` of a variant: a name, or features joined by ``+``.
 
-    Parameters
-    ----------
-    variant
-        A name, or features joined by ``+``.
-    defaults
-        Those of :func:`defaults_of`.
+    ``defaults`` are those of :func:`defaults_of`.
 
     Raises
     ------

@@ -18,12 +18,7 @@ SIGNALS = {"stop": signal.SIGSTOP, "continue": signal.SIGCONT}
 class Disturber:
     """Kills, starts, stops and continues nodes of a session when it is time.
 
-    Parameters
-    ----------
-    wanted
-        What to do, in the order of time.
-    note
-        Takes each disturbance as an event.
+    ``wanted`` is in the order of time; ``note`` takes each disturbance as an event.
     """
 
     def __init__(

@@ -62,10 +62,7 @@ class Monitor:
     def missing(self, ends: Mapping[str, tuple[int, int]]) -> list[str]:
         """Return the publishers and subscribers that are missing yet, as texts.
 
-        Parameters
-        ----------
-        ends
-            Topic -> wanted numbers of publishers and subscribers, this node not counted.
+        ``ends``: topic -> wanted numbers of publishers and subscribers, this node not counted.
         """
         found = []
         for topic, (publishers, subscribers) in ends.items():

@@ -87,10 +87,8 @@ def nodes(
         The session folder, for the recorder.
     paused
         Whether all but the recorder and the view wait for a call of their ``start`` service.
-    tokens
-        The folder of the session's tokens; None for an open session.
-    page
-        Where the view serves the session's page; None: no view.
+    tokens, page
+        The folder of the session's tokens, and where its page is served; None: neither is.
 
     Raises
     ------

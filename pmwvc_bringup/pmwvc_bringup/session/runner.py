@@ -47,23 +47,11 @@ class StartError(PmwvcError):
 
 
 class LiveSession:
-    """One session of real nodes.
+    """One session of real nodes, in a folder that exists and is empty.
 
-    Parameters
-    ----------
-    folder
-        The session folder; it exists and is empty.
-    page
-        Where its page is served; None: nowhere.
-    browser
-        Whether the page is opened where there is a desktop.
-
-    Attributes
-    ----------
-    page
-        With the port and token in use, once the page is served.
-    restart
-        Settings with which a page wants the session to begin again; None otherwise.
+    ``page`` is where its page is served, once it is with the port and token in use; None: nowhere.
+    ``browser``: whether it is opened where there is a desktop. ``restart`` are the settings with
+    which a page wants the session to begin again; None otherwise.
     """
 
     def __init__(

@@ -28,12 +28,7 @@ HAND_QOS = QoSProfile(
 
 
 class HandTopics:
-    """See :class:`pmwvc_core.plant.remote_hand.TargetSource`.
-
-    Parameters
-    ----------
-    node
-        The master's node; topics are relative to its namespace.
+    """See :class:`pmwvc_core.plant.remote_hand.TargetSource`; topics are relative to the node's.
 
     Raises
     ------

@@ -68,8 +68,6 @@ class Accounts:
 
     Attributes
     ----------
-    up, down, hand
-        Channel up, channel down, and from hand to object.
     known_ns
         Time of the newest balance [ns]; None before the first.
     judged

@@ -30,23 +30,9 @@ DELAYS = 64  # newest packets of a link of which the delay is the mean
 
 
 class Feed:
-    """Rows of a session from its traces.
+    """Rows of a session from its traces; the scenario tells what motion is on purpose.
 
-    Parameters
-    ----------
-    layout
-        Of the rows.
-    users
-        Names of the users, in order.
-    period_ns
-        Between two rows.
-    scenario
-        Tells what motion is on purpose; None: not known.
-
-    Attributes
-    ----------
-    zero_ns
-        Time of the first trace; the rows' time counts from there. None before.
+    ``zero_ns`` is the time of the first trace, from which the rows' time counts; None before.
     """
 
     def __init__(

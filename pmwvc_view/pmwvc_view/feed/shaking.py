@@ -80,12 +80,7 @@ class _Span:
 class Shaking:
     """Whether a user's device shakes, judged twice a second.
 
-    Parameters
-    ----------
-    scenario
-        Gives bands, noise and limits; None: as the report where it has none.
-    name
-        Of the user.
+    The scenario gives bands, noise and limits; None: as the report where it has none.
 
     Attributes
     ----------

@@ -32,19 +32,11 @@ class FeedUser:
 
     Parameters
     ----------
-    layout
-        Of the rows.
-    name
-        Of the user.
-    shaking
-        Judges its device.
     brake
         Of its hand where it is open [N s/m]; None where its targets do not come from outside.
 
     Attributes
     ----------
-    end_ns
-        Time of the newest tick.
     state, reason, waves
         Of the newest tick in a row; state None: there was none.
     loaded_change
@@ -79,18 +71,8 @@ class FeedUser:
         self._server_at = layout.together(name, ("presence", "contact"))
 
     def write(self, row: Array, until_ns: int, step: Step | None, index: int) -> None:
-        """Write the ticks up to a time into a row, and the avatar as of a step of the server.
-
-        Parameters
-        ----------
-        row
-            In which nothing is known.
-        until_ns
-            Its time.
-        step
-            The newest one; None before the first.
-        index
-            Number of the user in it.
+        """Write the ticks up to a time into a row in which nothing is known, and the avatar as of
+        a step of the server (None before the first), in which the user has this number.
         """
         forces, late = [], []
         while self.blocks and self.blocks[0].start_ns <= until_ns:

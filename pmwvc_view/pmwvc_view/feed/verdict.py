@@ -31,10 +31,6 @@ def verdict(
 
     Parameters
     ----------
-    feed
-        Traces so far.
-    users
-        Their names.
     storage_j
         Energy that a user's controller was declared to hold at the start [J].
     exact_hands

@@ -29,16 +29,10 @@ LONGEST_S = 86400.0  # a session that is joined goes on until it ends
 
 @dataclass
 class Graph:
-    """The nodes of a session and their parameters by node and name.
+    """The nodes of a session and their parameters by node and name, which are kept up to date.
 
-    Attributes
-    ----------
-    prefix
-        Namespace of the session, without a slash at its end.
-    users
-        Names of the users in the order of the server.
-    values
-        Node -> parameter -> value; kept up to date.
+    ``prefix`` is the session's namespace, without a slash at its end; users are in the order of
+    the server.
     """
 
     prefix: str
@@ -65,12 +59,7 @@ class Graph:
         return bool(self.values.get(self.netem))
 
     def scenario(self, about: Mapping[str, object]) -> Scenario:
-        """Return the scenario that the nodes' parameters make.
-
-        Parameters
-        ----------
-        about
-            Name, description and length of the session.
+        """Return the scenario that the nodes' parameters make; ``about``: name and length of it.
 
         Raises
         ------
@@ -110,12 +99,8 @@ def find(
 
     Parameters
     ----------
-    node
-        Looks at the graph.
     users
         Names of its users; empty: those that its server has.
-    stop
-        Set when asked to stop.
     emulated
         Whether there will be an emulator; otherwise it is looked for only a while.
 

@@ -31,15 +31,7 @@ def target_bytes(position: Sequence[float], stamp_ns: int) -> bytes:
 
 
 class PublishedHand:
-    """The hand of one user.
-
-    Parameters
-    ----------
-    node
-        Publishes.
-    topics
-        Namespace of the user.
-    """
+    """The hand of one user, below the namespace ``topics``."""
 
     def __init__(self, node: Node, topics: str) -> None:
         self._targets = node.create_publisher(PointStamped, f"{topics}/hand/target", TARGET_QOS)

@@ -27,16 +27,7 @@ NEAR_NS = 60_000_000_000  # fates farther from the traces are of another machine
 
 
 class Inlets:
-    """Subscriptions of a session.
-
-    Parameters
-    ----------
-    node
-        Subscribes.
-    graph
-        The session; changed parameters are kept in it.
-    dof, waves
-        Axes, and whether its controller has waves.
+    """Subscriptions of a session; changed parameters are kept in its graph.
 
     Attributes
     ----------

@@ -20,13 +20,7 @@ LOOK_S = 0.005
 
 
 class Parameters:
-    """The parameters of other nodes of a session.
-
-    Parameters
-    ----------
-    node
-        Calls the services; an executor serves it in another thread.
-    """
+    """The parameters of other nodes; an executor serves the node in another thread."""
 
     def __init__(self, node: Node) -> None:
         self._node = node

@@ -23,13 +23,7 @@ LARGEST_NS = 1 << 62
 
 
 class _Reader:
-    """What readers of both kinds have in common.
-
-    Parameters
-    ----------
-    dof
-        Axes of the session.
-    """
+    """The part common to the readers of both kinds."""
 
     KIND: ClassVar[Any]
     SAME: ClassVar[Sequence[str]]
@@ -65,15 +59,7 @@ class _Reader:
 
 
 class MasterReader(_Reader):
-    """The traces of one master.
-
-    Parameters
-    ----------
-    dof
-        Axes of the session.
-    waves
-        Whether its controller has waves.
-    """
+    """The traces of one master."""
 
     KIND = MasterTrace
     SAME = ("period", "dof", "state", "hand_force_known")
@@ -93,14 +79,9 @@ class MasterReader(_Reader):
     def read(self, data: bytes, clock_ns: int | None) -> Block | None:
         """Return a trace as a block; None for one that is skipped.
 
-        Parameters
-        ----------
-        data
-            The message.
-        clock_ns
-            By how much ROS time is ahead of the server's monotonic clock [ns]; None where it is
-            not known yet. A master whose clock is of another machine is put beside it by ROS
-            time, and its energy is not compared.
+        ``clock_ns`` is by how much ROS time is ahead of the server's monotonic clock [ns], where
+        it is known. A master whose clock is of another machine is put beside it by ROS time, and
+        its energy is not compared.
         """
         found = self._learnt(data)
         if found is None or self._shape is None:
@@ -135,18 +116,8 @@ class MasterReader(_Reader):
 class ServerReader(_Reader):
     """The traces of the server.
 
-    Parameters
-    ----------
-    dof
-        Axes of the session.
-    users
-        Names of its users, in order.
-
-    Attributes
-    ----------
-    clock_ns
-        By how much ROS time is ahead of the server's monotonic clock, as of the newest trace
-        [ns]; None before.
+    ``clock_ns`` is by how much ROS time is ahead of the server's monotonic clock, as of the newest
+    trace [ns]; None before.
     """
 
     KIND = ServerTrace

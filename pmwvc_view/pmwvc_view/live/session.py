@@ -40,20 +40,10 @@ TEXT_EVERY = 8  # snapshots between two verdicts
 
 
 class LiveSession(Session):
-    """See :class:`pmwvc_view.session.Session`.
+    """See :class:`pmwvc_view.session.Session`; an executor serves the node in another thread.
 
-    Parameters
-    ----------
-    node
-        Of the view; an executor serves it in another thread.
-    graph
-        The session, as it was found.
-    about
-        Its name, description and length, as far as they are known.
-    snapshot_s
-        Period of the snapshots [s].
-    duration_s
-        Length of the session; None where it goes on until it is ended [s].
+    ``about`` are name, description and length as far as they are known; ``duration_s`` is None
+    where the session goes on until it is ended [s].
     """
 
     can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})

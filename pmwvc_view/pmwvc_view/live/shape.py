@@ -29,14 +29,10 @@ _CODES = {
 
 
 class Shape:
-    """The structure of a message.
+    """The structure of a message, from its bytes and the same as the middleware reads it.
 
     Parameters
     ----------
-    data
-        A message.
-    message
-        The same, as the middleware reads it.
     same
         Names of the numbers and sequences that belong to the structure.
     numbers

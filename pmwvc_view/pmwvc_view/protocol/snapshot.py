@@ -71,19 +71,7 @@ PACKET = (
 class Layout:
     """The layout of a snapshot: float64, little-endian; fixed columns, then rows of packets.
 
-    Parameters
-    ----------
-    users
-        Names of the users, in order.
-    dof
-        Axes of every vector.
-
-    Attributes
-    ----------
-    columns, slices
-        What is in a row, and where each column is.
-    size
-        Length of a row.
+    ``columns`` and ``slices`` are what is in a row, and where; ``size`` is the length of a row.
     """
 
     def __init__(self, users: Sequence[str], dof: int) -> None:

@@ -25,13 +25,7 @@ class Snapshot(NamedTuple):
 
 
 class Outgoing:
-    """The snapshots for one page: merged until it may be sent one.
-
-    Parameters
-    ----------
-    layout
-        Of the rows.
-    """
+    """The snapshots for one page: merged until it may be sent one."""
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout

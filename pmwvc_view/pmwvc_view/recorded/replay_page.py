@@ -38,14 +38,7 @@ def replay_page(
 ) -> str | None:
     """Return the page of a recorded session; None if nothing of its users was recorded.
 
-    Parameters
-    ----------
-    traces
-        What was recorded.
-    scenario
-        Of the session.
-    summary
-        Its verdicts, as in ``summary.json``.
+    ``summary`` has its verdicts, as in ``summary.json``.
     """
     period_s = max(SNAPSHOT_S, traces.duration_s / ROWS)
     try:

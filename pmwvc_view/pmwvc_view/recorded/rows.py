@@ -23,19 +23,7 @@ Integers = NDArray[np.int64]
 def rows_of(
     traces: SessionTraces, scenario: Scenario, layout: Layout, *, period_s: float
 ) -> Array:
-    """Return the rows of a session, ``(rows, columns)``; NaN where nothing is known.
-
-    Parameters
-    ----------
-    traces
-        Of the session.
-    scenario
-        Its scenario.
-    layout
-        Of a row.
-    period_s
-        Between two rows.
-    """
+    """Return the rows of a session, ``(rows, columns)``; NaN where nothing is known."""
     times = np.arange(0.0, traces.duration_s + 0.5 * period_s, period_s)
     rows = np.full((len(times), layout.size), math.nan)
     rows[:, 0] = np.arange(1, len(times) + 1)

@@ -26,20 +26,7 @@ SLOWEST, FASTEST = 0.01, 4.0
 
 
 class RecordedSession(Session):
-    """See :class:`.session.Session`.
-
-    Parameters
-    ----------
-    traces
-        What was recorded.
-    scenario
-        Of the session.
-    summary
-        Its verdicts, as in ``summary.json``.
-    snapshot_s
-        Period of the snapshots [s].
-    clock
-        Monotonic clock [s].
+    """See :class:`.session.Session`; ``summary`` has its verdicts, as in ``summary.json``.
 
     Raises
     ------

@@ -27,17 +27,7 @@ TEXT_EVERY = 8  # snapshots between two verdicts
 
 
 class SimulatedSession(Session):
-    """See :class:`.session.Session`.
-
-    Parameters
-    ----------
-    scenario
-        To begin with.
-    snapshot_s
-        Period of the snapshots [s].
-    clock
-        Monotonic clock [s].
-    """
+    """See :class:`.session.Session`."""
 
     can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
 

@@ -34,13 +34,7 @@ _COLUMNS = [SIGNALS.index(name) for name in traces.SIGNALS]
 
 
 class PageTargets:
-    """The targets that a page gives to a hand: the newest one, once.
-
-    Attributes
-    ----------
-    newest
-        The newest target [m]; None: the hand is open.
-    """
+    """The targets that a page gives to a hand: the newest one [m], once; None: it is open."""
 
     early = True
 
@@ -60,16 +54,9 @@ class PageTargets:
 
 
 class Simulation:
-    """The ends of a scenario, stepped tick by tick; its traces go to a feed.
+    """The ends of a scenario, stepped tick by tick without an end; its traces go to a feed.
 
-    Parameters
-    ----------
-    scenario
-        One run, without an end.
-    feed
-        Takes the traces.
-    epoch
-        Number of this beginning.
+    ``epoch`` is the number of this beginning.
     """
 
     def __init__(self, scenario: Scenario, feed: Feed, *, epoch: int) -> None:
@@ -103,10 +90,7 @@ class Simulation:
     def change(self, old: Scenario, new: Scenario) -> None:
         """Change parameters of a running session.
 
-        Parameters
-        ----------
-        old, new
-            Scenarios of one structure; what is equal in both stays as it is.
+        Both scenarios have one structure; what is equal in both stays as it is.
         """
         server = self._server
         if new.server != old.server:

@@ -66,13 +66,7 @@ def page_file(path: str, folder: Path = PAGE) -> File | None:
 
 
 class Access:
-    """The checks of one server.
-
-    Parameters
-    ----------
-    host, token
-        Address to listen on, and the token of its socket.
-    """
+    """The checks of one server, which listens on an address and has a token for its socket."""
 
     def __init__(self, host: str, token: str) -> None:
         self._token = token
@@ -94,17 +88,7 @@ class Access:
         return None
 
     def socket_refused(self, path: str, origins: Sequence[str], host: str) -> str | None:
-        """Return why a socket is refused, or None.
-
-        Parameters
-        ----------
-        path
-            Path and query of its address.
-        origins
-            Its `Origin` headers.
-        host
-            Its `Host` header, checked before.
-        """
+        """Return why a socket is refused, or None; its ``Host`` header was checked before."""
         if list(origins) != [f"http://{host}"]:
             return "a page of another origin may not connect"
         given = parse_qs(urlsplit(path).query).get("token", [])

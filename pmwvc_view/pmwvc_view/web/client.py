@@ -24,15 +24,7 @@ MOST_WAITING = 64  # messages beside snapshots; a page that takes no more is clo
 
 
 class Client:
-    """A connected page.
-
-    Parameters
-    ----------
-    socket
-        Its connection.
-    layout
-        Of the snapshots.
-    """
+    """A connected page."""
 
     def __init__(self, socket: ServerConnection, layout: Layout) -> None:
         self._socket = socket

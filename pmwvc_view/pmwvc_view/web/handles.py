@@ -8,13 +8,7 @@ from pmwvc_view.protocol import SILENCE_S
 
 
 class Handles:
-    """The owner of every user's handle; one page at most.
-
-    Parameters
-    ----------
-    users
-        Names of the users whose handle can be taken.
-    """
+    """The owner of every handle that can be taken; one page at most."""
 
     def __init__(self, users: Sequence[str]) -> None:
         self._owners: dict[str, Hashable | None] = dict.fromkeys(users)

@@ -15,15 +15,7 @@ SETTLED = 64  # acknowledgements: what can wait begins, the page is there
 
 
 class Handling:
-    """What pages ask for.
-
-    Parameters
-    ----------
-    session
-        In which it is done.
-    tell_users
-        Tells every page who owns which handle.
-    """
+    """What pages ask for; ``tell_users`` tells every page who owns which handle."""
 
     def __init__(self, session: Session, tell_users: Callable[[], None]) -> None:
         self._session, self._tell_users = session, tell_users

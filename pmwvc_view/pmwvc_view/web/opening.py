@@ -14,17 +14,7 @@ MOST_PAGES = 32
 
 
 def answered(request: Request, rules: access.Access, *, port: int, pages: int) -> Response | None:
-    """Return the answer to a request; None for a socket that may connect.
-
-    Parameters
-    ----------
-    request
-        As it came.
-    rules
-        Of access.
-    port, pages
-        Port of the server, and pages that are connected.
-    """
+    """Return the answer to a request; None for a socket that may connect."""
     hosts = request.headers.get_all("Host")
     if why := rules.host_refused(hosts, port):
         return _answer(http.HTTPStatus.FORBIDDEN, why)

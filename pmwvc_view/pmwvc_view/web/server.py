@@ -43,21 +43,7 @@ STARTED_LATE_S = 0.25  # a poll later than this does not catch up
 class PageServer:
     """A session for any number of pages.
 
-    Parameters
-    ----------
-    session
-        What is shown.
-    host, port
-        Address to listen on; port 0 takes any that is free.
-    token
-        Of the socket.
-    snapshot_s
-        Period of the snapshots [s].
-
-    Attributes
-    ----------
-    port
-        The port that is listened on; 0 before.
+    Port 0 takes any that is free; ``port`` is then the one that is listened on.
     """
 
     def __init__(
@@ -88,14 +74,7 @@ class PageServer:
         return len(self._clients)
 
     def run(self, stop: Stop, ready: Callable[[], None]) -> None:
-        """Serve until asked to stop or the session is over.
-
-        Parameters
-        ----------
-        stop
-            Asks to end.
-        ready
-            Called once the address can be used.
+        """Serve until asked to stop or the session is over, ``ready`` called once that begins.
 
         Raises
         ------

@@ -73,12 +73,7 @@ def align(
 ) -> Alignment | None:
     """Return the alignment of a master's clock with the server's; None without echoes.
 
-    Parameters
-    ----------
-    of_master, of_server
-        Their Wave messages, as sent.
-    up, down
-        What the emulated link did to the packets of the master and of the server.
+    From their Wave messages, as sent, and what the emulated link up and down did to the packets.
     """
     rising = _passages(of_server, _delays(up))  # of the master's packets, seen at the server
     falling = _passages(of_master, _delays(down))

@@ -52,12 +52,10 @@ def reception(node: str) -> Topic:
 def session_topics(
     users: Sequence[str], *, links: Sequence[str], people: bool = False
 ) -> list[Topic]:
-    """Return every topic of a session.
+    """Return every topic of a session with these users, whose names are their namespaces.
 
     Parameters
     ----------
-    users
-        Names of the users, which are their namespaces.
     links
         Names of the emulated links (``user1/up``). A direction without a link has one topic
         instead of two: the two sides are joined by remapping onto the master's topic.
