@@ -19,7 +19,5 @@ setup(
     maintainer_email="maintainers@pmwvc.example",
     description="Recorder, reader, energy, stability and transparency, figures and report.",
     license="Apache-2.0",
-    entry_points={
-        "console_scripts": ["recorder = pmwvc_analysis.recorder_node:main"],
-    },
+    entry_points={"console_scripts": ["recorder = pmwvc_analysis.recorder_node:main"]},
 )

@@ -25,7 +25,5 @@ setup(
     maintainer_email="maintainers@pmwvc.example",
     description="Launch files, scenarios, session runner and command line.",
     license="Apache-2.0",
-    entry_points={
-        "console_scripts": ["pmwvc = pmwvc_bringup.cli:main"],
-    },
+    entry_points={"console_scripts": ["pmwvc = pmwvc_bringup.cli:main"]},
 )

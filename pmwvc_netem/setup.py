@@ -19,7 +19,5 @@ setup(
     maintainer_email="maintainers@pmwvc.example",
     description="Network emulation: relays any topic with delay, jitter, loss, rate limit.",
     license="Apache-2.0",
-    entry_points={
-        "console_scripts": ["netem = pmwvc_netem.node:main"],
-    },
+    entry_points={"console_scripts": ["netem = pmwvc_netem.node:main"]},
 )

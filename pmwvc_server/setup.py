@@ -19,7 +19,5 @@ setup(
     maintainer_email="maintainers@pmwvc.example",
     description="Server node: the shared object, its contacts and wave ports for eight users.",
     license="Apache-2.0",
-    entry_points={
-        "console_scripts": ["server = pmwvc_server.node:main"],
-    },
+    entry_points={"console_scripts": ["server = pmwvc_server.node:main"]},
 )

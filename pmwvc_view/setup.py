@@ -19,7 +19,5 @@ setup(
     maintainer_email="maintainers@pmwvc.example",
     description="Live page: shows a session in a browser and lets people take part in it.",
     license="Apache-2.0",
-    entry_points={
-        "console_scripts": ["view = pmwvc_view.node:main"],
-    },
+    entry_points={"console_scripts": ["view = pmwvc_view.node:main"]},
 )

@@ -47,11 +47,7 @@ class ServerLoop:
     """
 
     def __init__(
-        self,
-        protocol: ServerStep,
-        *,
-        wires: Wires,
-        clock: Callable[[], int] = time.monotonic_ns,
+        self, protocol: ServerStep, *, wires: Wires, clock: Callable[[], int] = time.monotonic_ns
     ) -> None:
         self.protocol = protocol
         self.wires = wires

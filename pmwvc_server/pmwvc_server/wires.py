@@ -22,8 +22,7 @@ from pmwvc_server.loop import ServerLoop
 
 
 class RosWires:
-    """See :class:`pmwvc_server.loop.Wires`; ``token`` is the session's key, None for an open one.
-    """
+    """See :class:`pmwvc_server.loop.Wires`; ``token`` is the session's key; None: an open one."""
 
     def __init__(
         self,

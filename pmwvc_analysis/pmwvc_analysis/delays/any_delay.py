@@ -36,12 +36,7 @@ POINTS = 500
 LOWEST = 1e-5  # [rad per packet]
 AROUND = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0])  # widths of a pole at which gains are taken
 # Parameters of elements that the parts rule covers, or a passive server.
-OF_SERVER = (
-    "server.coupling",
-    "compensation",
-    "environment",
-    "server.decoding",
-)
+OF_SERVER = ("server.coupling", "compensation", "environment", "server.decoding")
 ROUNDS = 4  # of refinement around each maximum
 NEAR = 1e-2  # of a gain below the largest: maxima that are refined
 

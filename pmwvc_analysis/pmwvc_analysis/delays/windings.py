@@ -142,12 +142,7 @@ class Loci:
         return total
 
     def _edges(
-        self,
-        angle: Array,
-        values: Complex,
-        phase: Array,
-        change: NDArray[np.int64],
-        log_r: float,
+        self, angle: Array, values: Complex, phase: Array, change: NDArray[np.int64], log_r: float
     ) -> Array:
         """Return the phase of L where |L| passes 1, in each of several intervals."""
         low, high = angle[change], angle[change + 1]

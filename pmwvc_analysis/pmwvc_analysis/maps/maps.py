@@ -34,8 +34,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Grid:
-    """A scenario with two of its parameters varied: x over the columns of the map, y over its rows.
-    """
+    """A scenario with two parameters varied: x over the columns of the map, y over its rows."""
 
     scenario: Scenario
     x: Axis

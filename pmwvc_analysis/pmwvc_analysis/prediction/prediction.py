@@ -22,11 +22,7 @@ from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import Relative, left_out, relative
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.environment import decodes_late
-from pmwvc_analysis.prediction.lag import (
-    lag_decides,
-    lag_s,
-    rendered_stiffness,
-)
+from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_stiffness
 from pmwvc_core.controllers import proofs_hold
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import ServerParams

@@ -26,13 +26,7 @@ from pmwvc_core.runtime.messages.fields import (
     Trace,
     Wave,
 )
-from pmwvc_core.traces import (
-    FateTraces,
-    PacketTraces,
-    ReceptionTraces,
-    ServerTraces,
-    UserTraces,
-)
+from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, ServerTraces, UserTraces
 from pmwvc_core.transport.reception import REFUSED, Passage
 
 Integers = NDArray[np.int64]

@@ -52,13 +52,9 @@ class Prescription:
 
 
 def prescription(
-    traces: SessionTraces,
-    recorded: Scenario,
-    replayed: Scenario,
-    *,
-    hand: Hand | None = None,
+    traces: SessionTraces, recorded: Scenario, replayed: Scenario, *, hand: Hand | None = None
 ) -> Prescription:
-    """Return how to replay a session; the kind of hand (see above) is chosen for each user if None.
+    """Return how to replay a session; kinds of hands (see above) not given are chosen by user.
 
     Raises
     ------
@@ -91,22 +87,14 @@ def prescription(
     notes += changed
     makers: dict[str, Callable[[], Operator]] = {
         user.name: partial(
-            remote_hand,
-            user,
-            traces,
-            loops[user.name],
-            tick_s=tick_s,
-            dof=recorded.dof,
+            remote_hand, user, traces, loops[user.name], tick_s=tick_s, dof=recorded.dof
         )
         for user in replayed.users
         if hands[user.name] == "operator" and is_remote(user) and traces.source != "simulated"
     }
     makers |= {
         user.name: partial(
-            ForceOnRecord,
-            _force(user, index[user.name], ticks),
-            tick_s=tick_s,
-            dof=recorded.dof,
+            ForceOnRecord, _force(user, index[user.name], ticks), tick_s=tick_s, dof=recorded.dof
         )
         for user in users
         if hands[user.name] == "force"

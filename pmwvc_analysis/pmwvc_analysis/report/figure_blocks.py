@@ -59,10 +59,7 @@ def _panels(chart: Chart, span: Span) -> list[PanelBlock]:
     for index, panel in enumerate(chart.panels):
         labelled = chart.labelled(index)
         drawing = chart_svg.panel_svg(
-            panel,
-            span=chart.x_span(index, span),
-            events=chart.events,
-            labelled=labelled,
+            panel, span=chart.x_span(index, span), events=chart.events, labelled=labelled
         )
         found.append(
             PanelBlock(

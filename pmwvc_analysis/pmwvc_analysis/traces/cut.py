@@ -8,13 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_core.traces import (
-    FateTraces,
-    PacketTraces,
-    ServerTraces,
-    SessionTraces,
-    UserTraces,
-)
+from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
 
 BLOCKS = ("block_time_s", "state", "block_number", "epoch")
 

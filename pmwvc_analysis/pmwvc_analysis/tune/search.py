@@ -211,12 +211,7 @@ def _fit(scenario: Scenario, one: FilterParams) -> bool:
 
 
 def best_impedance(
-    scenario: Scenario,
-    one: FilterParams,
-    hold: str,
-    bounds: tuple[float, float],
-    *,
-    live: bool,
+    scenario: Scenario, one: FilterParams, hold: str, bounds: tuple[float, float], *, live: bool
 ) -> Choice:
     """Return the impedance of least cost for a filter and a hold, from the lag of the link."""
     grid = np.geomspace(*bounds, FINE) if bounds[0] < bounds[1] else np.array([bounds[1]])

@@ -24,13 +24,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.budget import energy
-from pmwvc_analysis.budget.criterion import (
-    Finding,
-    judge,
-    not_judged,
-    together,
-    tolerance,
-)
+from pmwvc_analysis.budget.criterion import Finding, judge, not_judged, together, tolerance
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import Hole, Unjudged, holes
 from pmwvc_analysis.traces.sums import running

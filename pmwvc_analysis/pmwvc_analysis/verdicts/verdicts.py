@@ -94,10 +94,7 @@ def summary(
         "parameters": scenario.flat() if scenario else {},
         "stable": judged.stable,
         "instability": judged.instability,
-        "stability": {
-            "text": judged.why,
-            "oscillation_m_s": number(judged.oscillation_m_s),
-        },
+        "stability": {"text": judged.why, "oscillation_m_s": number(judged.oscillation_m_s)},
         "active": passivity_words.components(found) if energies else None,
         "passivity": _passivity(found),
         "object": _object(traces),

@@ -67,10 +67,7 @@ def combinations(
             texts = [*settings_of(chosen[-1], defaults), *texts[:-1]]
         try:
             scenario = files.load(
-                name,
-                settings_texts=[*settings_texts, *texts],
-                users=users,
-                duration_s=duration_s,
+                name, settings_texts=[*settings_texts, *texts], users=users, duration_s=duration_s
             )
         except ScenarioError as error:
             problems += [problem for problem in error.problems if problem not in problems]

@@ -110,9 +110,7 @@ def nodes(
         NodePlan("server", parameters=gate | _server(scenario) | _token(tokens, SERVER)),
         *(
             NodePlan(
-                "master",
-                user.name,
-                gate | _master(scenario, user) | _token(tokens, user.name),
+                "master", user.name, gate | _master(scenario, user) | _token(tokens, user.name)
             )
             for user in scenario.users
         ),

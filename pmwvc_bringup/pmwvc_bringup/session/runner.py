@@ -98,11 +98,7 @@ class LiveSession:
             users = [user.name for user in self.scenario.users]
             write_session(Path(tokens), users)
             self.nodes = plan.nodes(
-                self.scenario,
-                folder=self.folder,
-                paused=True,
-                tokens=Path(tokens),
-                page=self.page,
+                self.scenario, folder=self.folder, paused=True, tokens=Path(tokens), page=self.page
             )
             self.console.print(f"other ROS programs join this session with ROS_DOMAIN_ID={domain}")
             logs = self.folder / "nodes"

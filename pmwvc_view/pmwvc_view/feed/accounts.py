@@ -129,7 +129,4 @@ class Accounts:
 
 
 def _zero(block: MasterSums, step: ServerSums) -> tuple[MasterSums, ServerSums]:
-    return (
-        block._replace(u_m=0.0, v_m=0.0, device=0.0),
-        step._replace(u_s=0.0, v_s=0.0),
-    )
+    return (block._replace(u_m=0.0, v_m=0.0, device=0.0), step._replace(u_s=0.0, v_s=0.0))

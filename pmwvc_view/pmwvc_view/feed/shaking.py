@@ -183,10 +183,7 @@ class Shaking:
         fast = oscillation.beyond(velocity, period_s, band_hz)
         power = np.abs(np.fft.rfft(fast * np.hanning(rows)[:, np.newaxis], axis=0)) ** 2
         strongest = int(np.argmax(power.sum(axis=-1)))
-        return Shake(
-            float(swing.max()) / 2.0,
-            float(np.fft.rfftfreq(rows, period_s)[strongest]),
-        )
+        return Shake(float(swing.max()) / 2.0, float(np.fft.rfftfreq(rows, period_s)[strongest]))
 
 
 def still_bands(scenario: Scenario, moving: tuple[float, float]) -> tuple[float, float]:

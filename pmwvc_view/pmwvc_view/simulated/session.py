@@ -32,11 +32,7 @@ class SimulatedSession(Session):
     can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
 
     def __init__(
-        self,
-        scenario: Scenario,
-        *,
-        snapshot_s: float,
-        clock: Callable[[], float] = time.monotonic,
+        self, scenario: Scenario, *, snapshot_s: float, clock: Callable[[], float] = time.monotonic
     ) -> None:
         self._clock, self._snapshot_s = clock, snapshot_s
         super().__init__(Predictor(live=False))

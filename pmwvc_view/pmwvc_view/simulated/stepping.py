@@ -180,11 +180,7 @@ class Simulation:
         signals = np.array(every).reshape(len(times), len(SIGNALS), self._dof)
         report = user.loop.report()
         sums = MasterSums(
-            times[-1],
-            self._epoch,
-            _one(report.u_m),
-            _one(report.v_m),
-            _one(user.device.work[0]),
+            times[-1], self._epoch, _one(report.u_m), _one(report.v_m), _one(user.device.work[0])
         )
         return Block(
             start_ns=times[0],

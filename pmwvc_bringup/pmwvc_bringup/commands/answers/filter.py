@@ -56,12 +56,6 @@ COMMAND = Command(
     name="filter",
     help="design and check the velocity filter of a scenario",
     examples=EXAMPLES,
-    arguments=(
-        SCENARIO,
-        USERS,
-        settings(),
-        out("folder for figure and numbers"),
-        json_document(),
-    ),
+    arguments=(SCENARIO, USERS, settings(), out("folder for figure and numbers"), json_document()),
     run=run,
 )
