@@ -14,7 +14,8 @@ import bisect
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from rclpy.node import Node
@@ -163,10 +164,7 @@ def _subscribed(node: Node, topic: Topic) -> Polled:
     return Polled(node, message_class(topic.type_name), name, qos, raw=True)
 
 
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the node and return its exit code."""
-    return run_node("recorder", Recorder, args=args)
-
+main = partial(run_node, "recorder", Recorder)
 
 if __name__ == "__main__":
     sys.exit(main())

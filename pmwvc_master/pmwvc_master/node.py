@@ -12,7 +12,8 @@ import secrets
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from functools import partial
 
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -183,10 +184,7 @@ class Master:
         return (WARN if wrong or state == "damping" else OK), text, values
 
 
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the node and return its exit code."""
-    return run_node("master", Master, args=args)
-
+main = partial(run_node, "master", Master)
 
 if __name__ == "__main__":
     sys.exit(main())

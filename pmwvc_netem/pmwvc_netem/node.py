@@ -9,7 +9,8 @@ what happens inside the network below.
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from functools import partial
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -134,10 +135,7 @@ def _relayed(node: Node, setup: LinkSetup) -> tuple[RelayedLink, Polled]:
     return relayed, inlet
 
 
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the node and return its exit code."""
-    return run_node("netem", Netem, args=args)
-
+main = partial(run_node, "netem", Netem)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -10,7 +10,7 @@ import secrets
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 
 from rclpy.node import Node
@@ -205,10 +205,7 @@ def _user_values(name: str, presence: Presence, inbox: Receiver) -> dict[str, ob
     return values
 
 
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the node and return its exit code."""
-    return run_node("server", Server, args=args)
-
+main = partial(run_node, "server", Server)
 
 if __name__ == "__main__":
     sys.exit(main())

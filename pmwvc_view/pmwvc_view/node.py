@@ -8,7 +8,8 @@ asked to stop or the session is over, and says ``page ADDRESS`` on standard outp
 
 import sys
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from rclpy.node import Node
@@ -116,10 +117,7 @@ def declare_settings(node: Node) -> tuple[list[str], dict[str, Any]]:
     return users, values
 
 
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the node and return its exit code."""
-    return run_node("view", View, args=args)
-
+main = partial(run_node, "view", View)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -142,7 +142,7 @@ def test_page_of_eight_users_on_three_axes_knows_all_of_them():
     row = rows[-1].row
     for user in scenario.users:
         assert row[layout.slices[f"{user.name}.x_m"]].shape == (3,)
-        assert feed.state(user.name)[0] == 1
+        assert feed.user(user.name).state == 1
         assert np.isfinite(row[layout.slices[f"{user.name}.energy_up_in"]]).all()
     links = np.concatenate([packets for _, packets in rows])[:, 0]
     assert set(links.tolist()) == set(range(16))
@@ -165,7 +165,7 @@ def test_recorded_rows_are_those_of_the_live_page(carried):
 def test_account_of_a_page_is_that_of_the_report(carried):
     scenario, traces, (_, feed, _) = carried
     for energy in user_energies(traces, scenario):
-        accounts = feed.accounts(energy.name)
+        accounts = feed.user(energy.name).accounts
         up, down, hand = accounts.up, accounts.down, accounts.hand
         # The last block that is known ended before the last step; the report is at that step.
         assert up.in_j == pytest.approx(energy.up.energy_in_j[-1], rel=1e-9)
@@ -189,7 +189,7 @@ def test_channel_without_waves_that_shakes_is_not_passive_and_said_to_be():
     _, feed, _ = run_live(scenario, 8000)
     found = verdict(feed, names, storage_j={}, exact_hands=names, notices=[])
     assert found["level"] == "bad" and found["verdict"].startswith("Not passive: user1, hand to")
-    assert feed.accounts("user1").hand.least_j < -1e-3
+    assert feed.user("user1").accounts.hand.least_j < -1e-3
 
 
 def test_verdict_is_good_only_with_every_user_coupled_and_judged(carried):

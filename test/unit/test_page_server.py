@@ -16,7 +16,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ
 from pmwvc_view.protocol.requests import ProtocolError, Request, Target, read
 from pmwvc_view.web.access import Access
-from pmwvc_view.web.allowance import Allowance
+from pmwvc_view.web.client import Allowance
 from pmwvc_view.web.handling import SETTLED
 
 

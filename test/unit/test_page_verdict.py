@@ -87,7 +87,7 @@ def test_person_who_taps_three_times_a_second_or_lets_go_does_not_shake_the_devi
         return -0.045 + (0.03 if time_s * 3.0 % 1.0 < 0.5 else 0.01)
 
     feed, found = told("wall", 7, ("operator.kind=remote",), targets)
-    assert len(feed.shaking("user1")._contacts) > 4
+    assert len(feed.user("user1").shaking._contacts) > 4
     assert all("shakes" not in each["verdict"] and not each["notices"] for each in found)
 
 
@@ -118,7 +118,7 @@ def test_hand_with_an_encoder_is_judged_by_its_true_motion_as_in_the_report():
     scenario = load("wall", settings_texts=ENCODER, duration_s=4.0)
     feed, found = told("wall", 4, ENCODER)
     energy = user_energies(simulated(scenario), scenario)[0]
-    least_j = feed.accounts("user1").hand.least_j
+    least_j = feed.user("user1").accounts.hand.least_j
     assert least_j == pytest.approx(energy.joint.balance_j.min(), rel=0.1) and least_j < -1e-4
     assert found[-1]["verdict"].startswith("Not passive: user1, hand to object, gave out 0.14")
 

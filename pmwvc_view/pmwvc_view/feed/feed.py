@@ -17,7 +17,6 @@ import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_view.feed.accounts import Accounts
 from pmwvc_view.feed.shaking import Shaking
 from pmwvc_view.feed.traces import F_APPLIED, NS, OBJECT, XD_M, Block, Step
 from pmwvc_view.feed.user import LAG, FeedUser, brake_of
@@ -107,26 +106,9 @@ class Feed:
         if delays:
             self._every[link // 2].delays_s[link % 2] = sum(delays) / len(delays)
 
-    def accounts(self, user: str) -> Accounts:
-        """Return the energy accounts of a user."""
-        return self._users[user].accounts
-
-    def shaking(self, user: str) -> Shaking:
-        """Return whether a user's device shakes."""
-        return self._users[user].shaking
-
-    def loaded_change(self, user: str) -> bool:
-        """Tell whether a user's delay changed while its device was coupled and loaded."""
-        return self._users[user].loaded_change
-
-    def waves(self, user: str) -> bool:
-        """Tell whether the directions of a user's channel can be told apart."""
-        return self._users[user].waves
-
-    def state(self, user: str) -> tuple[int | None, str]:
-        """Return the state of a user's master, and why it is so; None before its first block."""
-        one = self._users[user]
-        return one.state, one.reason
+    def user(self, name: str) -> FeedUser:
+        """Return what is known of a user."""
+        return self._users[name]
 
     def rows(self, now_ns: int) -> list[Snapshot]:
         """Return the rows that are due at a time of the nodes' clock."""

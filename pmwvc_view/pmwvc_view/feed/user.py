@@ -16,15 +16,12 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.accounts import Accounts
 from pmwvc_view.feed.shaking import Shaking
 from pmwvc_view.feed.traces import AVATAR, F_APPLIED, F_H, SIGNALS, XD_M, Block, Step
-from pmwvc_view.protocol.snapshot import Layout
+from pmwvc_view.protocol.snapshot import ENERGIES, Layout
 
 LOADED_N = 0.1  # force from which a device counts as loaded
 MOVED_M = 5e-4  # by which a target moves on purpose
 OPEN_N = 1e-6  # force of an open hand beyond its brake's
 LAG = ("lag", "impedance")
-ENERGIES = [
-    f"energy_{way}_{amount}" for way in ("up", "down", "hand") for amount in ("in", "out", "min")
-]
 
 
 class FeedUser:
@@ -121,12 +118,9 @@ class FeedUser:
         give = lag_s / (2.0 * impedance) if lag_s is not None and impedance else math.nan
         if self.state != SafetyState.COUPLED:
             self.loaded_change = False
-        elif abs(give - self._give) > 1e-9 and self._force_n() > LOADED_N:
+        elif abs(give - self._give) > 1e-9 and np.linalg.norm(self._signals[F_APPLIED]) > LOADED_N:
             self.loaded_change = True
         self._give = give
-
-    def _force_n(self) -> float:
-        return math.hypot(*self._signals[F_APPLIED].tolist())
 
     def _energies(self) -> list[float]:
         """Return the accounts in the order of their columns; not known before the first balance,

@@ -14,6 +14,7 @@ from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_view.feed.accounts import Account
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import NS
+from pmwvc_view.feed.user import FeedUser
 
 WORDS = ("starting", "coupled", "damping", "fault")
 GOOD, CAUTION, BAD, UNKNOWN = "good", "caution", "bad", "unknown"
@@ -42,9 +43,9 @@ def verdict(
     level, sentence = _judged(feed, users, storage_j, exact_hands)
     states = {}
     for user in users:
-        state, reason = feed.state(user)
-        word = "no data" if state is None else WORDS[state]
-        states[user] = {"state": word, "reason": reason, "note": _note(feed, user)}
+        known = feed.user(user)
+        word = "no data" if known.state is None else WORDS[known.state]
+        states[user] = {"state": word, "reason": known.reason, "note": _note(known)}
     earlier = _shook(feed, users)
     return {"verdict": sentence, "level": level, "users": states, "notices": [*notices, *earlier]}
 
@@ -52,15 +53,16 @@ def verdict(
 def _judged(
     feed: Feed, users: Sequence[str], storage_j: Mapping[str, float], exact: Sequence[str]
 ) -> tuple[str, str]:
-    states = {user: feed.state(user) for user in users}
+    known = {user: feed.user(user) for user in users}
+    states = {user: (each.state, each.reason) for user, each in known.items()}
     faults = [f"{u}: {why}" for u, (state, why) in states.items() if state == SafetyState.FAULT]
     if faults:
         return BAD, f"Force switched off: {'; '.join(faults)}."
     active = _active(feed, users, storage_j, exact)
     shaking = [
         f"{user} shakes: {shake}"
-        for user in users
-        if (shake := feed.shaking(user).shake) is not None
+        for user, each in known.items()
+        if (shake := each.shaking.shake) is not None
     ]
     if active:
         return BAD, f"Not passive: {'; '.join(active + shaking)}."
@@ -73,14 +75,19 @@ def _judged(
     ]
     if waiting:
         return CAUTION, f"Not all users are coupled: {'; '.join(waiting)}."
-    limits = [(user, feed.shaking(user).limit_n) for user in users]
+    limits = [(user, each.shaking.limit_n) for user, each in known.items()]
     limited = [f"{user} ({limit:.3g} N)" for user, limit in limits if limit is not None]
     if limited:
         return CAUTION, f"All users are coupled; force at its limit: {', '.join(limited)}."
-    unjudged = [user for user in users if not _is_judged(feed, user, exact)]
+    unjudged = [
+        user
+        for user, each in known.items()
+        if not (each.accounts.known_ns is not None and each.accounts.judged)
+        or not (each.waves or user in exact)
+    ]
     if unjudged:
         return UNKNOWN, f"All users are coupled; energy is not judged for {', '.join(unjudged)}."
-    parts = "no channel" if all(feed.waves(user) for user in users) else "no user's link"
+    parts = "no channel" if all(each.waves for each in known.values()) else "no user's link"
     sentence = f"All users are coupled; {parts} has given out more energy than it received"
     inexact = [user for user in users if user not in exact]
     if inexact:
@@ -95,7 +102,7 @@ def _shook(feed: Feed, users: Sequence[str]) -> list[str]:
     """Return who shook before and no longer does, in words."""
     found = []
     for user in users:
-        shook = feed.shaking(user).shook
+        shook = feed.user(user).shaking.shook
         if shook is not None:
             shake, until_ns = shook
             until_s = (until_ns - (feed.zero_ns or 0)) / NS
@@ -113,9 +120,9 @@ def _active(
     """Return the accounts that were below what they may be, in words."""
     found = []
     for user in users:
-        accounts = feed.accounts(user)
+        accounts = feed.user(user).accounts
         parts: list[tuple[str, Account, float]] = []
-        if feed.waves(user):
+        if feed.user(user).waves:
             parts += [("way up", accounts.up, 0.0), ("way down", accounts.down, 0.0)]
         if user in exact:
             parts.append(("hand to object", accounts.hand, storage_j.get(user, 0.0)))
@@ -129,19 +136,12 @@ def _active(
     return found
 
 
-def _is_judged(feed: Feed, user: str, exact: Sequence[str]) -> bool:
-    accounts = feed.accounts(user)
-    known = accounts.known_ns is not None and accounts.judged
-    return known and (feed.waves(user) or user in exact)
-
-
-def _note(feed: Feed, user: str) -> str:
-    accounts = feed.accounts(user)
-    if accounts.known_ns is None:
+def _note(user: FeedUser) -> str:
+    if user.accounts.known_ns is None:
         return "no energy account yet"
-    if not accounts.judged:
+    if not user.accounts.judged:
         return "a node was started again: its energy is counted and no longer judged"
-    if feed.loaded_change(user):
+    if user.loaded_change:
         return (
             "delay or impedance changed under load: until it is coupled anew, the distance to the "
             "avatar need not be F tau/2b"

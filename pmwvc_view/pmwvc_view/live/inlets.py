@@ -3,8 +3,10 @@
 """The topics of a session, emptied into the feed of a page."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
@@ -17,7 +19,6 @@ from pmwvc_core.runtime.polling import TRACE_QOS, Polled
 from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import NS
-from pmwvc_view.live.fates import link_number, packets_of
 from pmwvc_view.live.graph import Graph
 from pmwvc_view.live.readers import MasterReader, ServerReader
 
@@ -131,3 +132,21 @@ def _seconds(values: Mapping[str, str]) -> float | None:
         return 1e-3 * float(values[ROUND_TRIP])
     except (KeyError, ValueError):
         return None
+
+
+def packets_of(message: Any) -> Array:
+    """Return a PacketFate as packets: number, time in and out [ns], fate."""
+    count = len(message.time_in_ns)
+    found = np.empty((count, 4))
+    found[:, 0] = np.arange(message.first, message.first + count)
+    for column, name in enumerate(("time_in_ns", "time_out_ns", "fate"), start=1):
+        found[:, column] = np.asarray(getattr(message, name), dtype=np.float64)
+    return found
+
+
+def link_number(link: str, users: Sequence[str]) -> int | None:
+    """Return the number of a link in snapshots; None for one that is no user's."""
+    user, _, way = link.rpartition("/")
+    if user not in users or way not in ("up", "down"):
+        return None
+    return 2 * list(users).index(user) + (way == "down")

@@ -17,15 +17,9 @@ from pmwvc_core.numeric import Array
 
 HEAD = 4  # bytes of the encapsulation; fields are aligned from there
 _CODES = {
-    "boolean": "B",
-    "uint8": "B",
-    "int32": "i",
-    "uint32": "I",
-    "int64": "q",
-    "uint64": "Q",
-    "float": "f",
-    "double": "d",
-}
+    "boolean": "B", "uint8": "B", "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q",
+    "float": "f", "double": "d",
+}  # fmt: skip
 
 
 class Shape:

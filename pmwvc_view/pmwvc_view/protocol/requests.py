@@ -5,12 +5,13 @@
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
 from pmwvc_core.errors import PmwvcError
 
 LONGEST_NAME = 64
+Setting = float | str | bool
 
 
 class ProtocolError(PmwvcError):
@@ -19,27 +20,32 @@ class ProtocolError(PmwvcError):
 
 @dataclass(frozen=True)
 class Request:
-    """A message of a page; ``id`` is repeated in the answer, None where none is wanted."""
+    """A message of a page."""
 
     kind: ClassVar[str] = ""
 
 
 @dataclass(frozen=True)
-class Take(Request):
+class Answered(Request):
+    """A request that is answered with its ``id``; None where no answer is wanted."""
+
+    id: int | None = field(default=None, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Take(Answered):
     """Take hold of a user's handle."""
 
     kind: ClassVar[str] = "take"
     user: str
-    id: int | None = None
 
 
 @dataclass(frozen=True)
-class LetGo(Request):
+class LetGo(Answered):
     """Let go of a user's handle, and free it for others."""
 
     kind: ClassVar[str] = "let_go"
     user: str
-    id: int | None = None
 
 
 @dataclass(frozen=True)
@@ -52,58 +58,52 @@ class Target(Request):
 
 
 @dataclass(frozen=True)
-class Set(Request):
+class Set(Answered):
     """Change a parameter of the running session."""
 
     kind: ClassVar[str] = "set"
     path: str
-    value: float | str | bool
-    id: int | None = None
+    value: Setting
 
 
 @dataclass(frozen=True)
-class Ask(Request):
+class Ask(Answered):
     """Ask what the exact model says of these settings."""
 
     kind: ClassVar[str] = "ask"
-    values: Mapping[str, float | str | bool]
-    id: int | None = None
+    values: Mapping[str, Setting]
 
 
 @dataclass(frozen=True)
-class Pause(Request):
+class Pause(Answered):
     """Let time stand still, or go on."""
 
     kind: ClassVar[str] = "pause"
     paused: bool
-    id: int | None = None
 
 
 @dataclass(frozen=True)
-class Restart(Request):
+class Restart(Answered):
     """Begin again from the start, with these settings changed."""
 
     kind: ClassVar[str] = "restart"
-    values: Mapping[str, float | str | bool]
-    id: int | None = None
+    values: Mapping[str, Setting]
 
 
 @dataclass(frozen=True)
-class Seek(Request):
+class Seek(Answered):
     """Go to a time of a recorded session [s]."""
 
     kind: ClassVar[str] = "seek"
     time_s: float
-    id: int | None = None
 
 
 @dataclass(frozen=True)
-class Speed(Request):
+class Speed(Answered):
     """Play a recorded session at this ratio of its speed."""
 
     kind: ClassVar[str] = "speed"
     ratio: float
-    id: int | None = None
 
 
 @dataclass(frozen=True)
@@ -138,13 +138,13 @@ def _flag(value: Any) -> bool:
     return value
 
 
-def _setting(value: Any) -> float | str | bool:
+def _setting(value: Any) -> Setting:
     if isinstance(value, (bool, str)):
         return value if isinstance(value, bool) else _name(value)
     return _number(value)
 
 
-def _settings(value: Any) -> dict[str, float | str | bool]:
+def _settings(value: Any) -> dict[str, Setting]:
     if not isinstance(value, dict) or len(value) > 32:
         raise ProtocolError("must be an object of at most 32 settings")
     return {_name(name): _setting(setting) for name, setting in value.items()}
@@ -158,21 +158,20 @@ def _position(value: Any) -> tuple[float, ...] | None:
     return tuple(_number(each) for each in value)
 
 
-Check = Callable[[Any], Any]
-_ID: dict[str, Check] = {"id": _count}
-_KINDS: tuple[tuple[type[Request], dict[str, Check], dict[str, Check]], ...] = (
-    (Take, {"user": _name}, _ID),
-    (LetGo, {"user": _name}, _ID),
-    (Target, {"user": _name, "position": _position}, {}),
-    (Set, {"path": _name, "value": _setting}, _ID),
-    (Ask, {"values": _settings}, _ID),
-    (Pause, {"paused": _flag}, _ID),
-    (Restart, {"values": _settings}, _ID),
-    (Seek, {"time_s": _number}, _ID),
-    (Speed, {"ratio": _number}, _ID),
-    (Seen, {"seq": _count}, {}),
-)
-_REQUESTS = {kind.kind: (kind, required, optional) for kind, required, optional in _KINDS}
+_KINDS = (Take, LetGo, Target, Set, Ask, Pause, Restart, Seek, Speed, Seen)
+_REQUESTS: dict[str, type[Request]] = {each.kind: each for each in _KINDS}
+_CHECKS: Mapping[str, Callable[[Any], Any]] = {  # by the name of a field
+    "id": _count,
+    "user": _name,
+    "position": _position,
+    "path": _name,
+    "value": _setting,
+    "values": _settings,
+    "paused": _flag,
+    "time_s": _number,
+    "ratio": _number,
+    "seq": _count,
+}
 
 
 def read(text: str) -> Request:
@@ -189,18 +188,17 @@ def read(text: str) -> Request:
         raise ProtocolError("a message must be JSON") from None
     if not isinstance(found, dict) or not isinstance(found.get("kind"), str):
         raise ProtocolError("a message must be an object with a text named kind")
-    known = _REQUESTS.get(found.pop("kind"))
-    if known is None:
+    request = _REQUESTS.get(found.pop("kind"))
+    if request is None:
         raise ProtocolError(f"kind: must be one of {', '.join(_REQUESTS)}")
-    request, required, optional = known
     values: dict[str, Any] = {}
-    for name, check in (required | optional).items():
+    for name in (each.name for each in fields(request)):
         if name not in found:
-            if name in required:
+            if name != "id":
                 raise ProtocolError(f"{request.kind}.{name} is missing")
             continue
         try:
-            values[name] = check(found.pop(name))
+            values[name] = _CHECKS[name](found.pop(name))
         except ProtocolError as error:
             raise ProtocolError(f"{request.kind}.{name}: {error}") from None
     if found:

@@ -23,49 +23,24 @@ class Column(NamedTuple):
 
 _SESSION = (("seq", "-"), ("time_s", "s"))
 _VECTORS = (
-    ("x_m", "m"),
-    ("xd_m", "m/s"),
-    ("f_h", "N"),
-    ("f_applied", "N"),
-    ("f_min", "N"),
-    ("f_max", "N"),
-    ("u_m", "sqrt(W)"),
-    ("v_m", "sqrt(W)"),
-    ("x_s", "m"),
-    ("xd_s", "m/s"),
-    ("f_s", "N"),
-    ("target", "m"),
+    ("x_m", "m"), ("xd_m", "m/s"), ("f_h", "N"), ("f_applied", "N"), ("f_min", "N"),
+    ("f_max", "N"), ("u_m", "sqrt(W)"), ("v_m", "sqrt(W)"), ("x_s", "m"), ("xd_s", "m/s"),
+    ("f_s", "N"), ("target", "m"),
+)  # fmt: skip
+ENERGIES = tuple(
+    f"energy_{way}_{amount}" for way in ("up", "down", "hand") for amount in ("in", "out", "min")
 )
 _NUMBERS = (
-    ("held", "-"),
-    ("contact", "-"),
-    ("state", "-"),
-    ("presence", "-"),
-    ("energy_up_in", "J"),
-    ("energy_up_out", "J"),
-    ("energy_up_min", "J"),
-    ("energy_down_in", "J"),
-    ("energy_down_out", "J"),
-    ("energy_down_min", "J"),
-    ("energy_hand_in", "J"),
-    ("energy_hand_out", "J"),
-    ("energy_hand_min", "J"),
-    ("lag", "s"),
-    ("impedance", "N s/m"),
-    ("round_trip", "s"),
-    ("delay_up", "s"),
-    ("delay_down", "s"),
-    ("lateness", "s"),
-    ("missed", "-"),
-)
+    ("held", "-"), ("contact", "-"), ("state", "-"), ("presence", "-"),
+    *((name, "J") for name in ENERGIES),
+    ("lag", "s"), ("impedance", "N s/m"), ("round_trip", "s"), ("delay_up", "s"),
+    ("delay_down", "s"), ("lateness", "s"), ("missed", "-"),
+)  # fmt: skip
 _OBJECT = (("x_o", "m"), ("xd_o", "m/s"), ("target", "m"))
-PACKET = (
-    Column("link", 1, "-"),
-    Column("number", 1, "-"),
-    Column("sent", 1, "s"),
-    Column("arrived", 1, "s"),
-    Column("fate", 1, "-"),
-)
+PACKET = [
+    Column(name, 1, unit)
+    for name, unit in zip(("link", "number", "sent", "arrived", "fate"), "--ss-", strict=True)
+]
 
 
 class Layout:

@@ -23,6 +23,26 @@ LONGEST_REASON = 100  # bytes; a close frame holds 123
 MOST_WAITING = 64  # messages beside snapshots; a page that takes no more is closed
 
 
+class Allowance:
+    """Messages that a page may still send, at a mean rate [1/s] and as many at once.
+
+    Times are of any clock [s].
+    """
+
+    def __init__(self, rate_hz: float, now_s: float) -> None:
+        self._rate_hz = self._left = rate_hz
+        self._at_s = now_s
+
+    def spend(self, now_s: float) -> bool:
+        """Count one message; return whether it is allowed."""
+        self._left = min(self._rate_hz, self._left + (now_s - self._at_s) * self._rate_hz)
+        self._at_s = now_s
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True
+
+
 class Client:
     """A connected page."""
 
