@@ -44,9 +44,8 @@ class PresetParams(Validated):
 
     preset: str = parameter(
         "none",
-        "-",
+        ("none", *PRESETS),
         "settings of all links by name; those given one by one win at the start",
-        choices=("none", *PRESETS),
     )
 
 

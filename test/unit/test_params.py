@@ -18,6 +18,7 @@ from pmwvc_core.params import (
     TaskParams,
     specs,
 )
+from pmwvc_core.params.fields import parameter
 
 GROUPS = [
     ContactParams,
@@ -71,3 +72,15 @@ def test_a_batch_of_values_is_checked_in_every_run():
     assert ContactParams(contact_stiffness=stiffness).contact_stiffness is stiffness
     with pytest.raises(ParameterError, match="contact_stiffness"):
         ContactParams(contact_stiffness=-stiffness)
+
+
+@pytest.mark.parametrize("text", ["0..1 s", ">= 0 N", "> 0 and <= 20 N", ">= 0 and < 1", "N", "-"])
+def test_a_declared_range_is_what_messages_show(text):
+    spec = parameter(0.5, text, "").metadata["spec"]
+    assert spec.range_text().removeprefix("a number ") == ("a number" if text == "-" else text)
+
+
+@pytest.mark.parametrize("text", [">0 N", "0...1", "=> 0 s", "0..1..2", "0..x s"])
+def test_a_range_that_cannot_be_read_is_refused_where_it_is_declared(text):
+    with pytest.raises(ValueError, match="must be a range"):
+        parameter(0.5, text, "")

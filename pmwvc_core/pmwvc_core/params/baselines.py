@@ -15,8 +15,8 @@ from pmwvc_core.params.fields import Validated, group, parameter
 class VirtualCouplingParams(Validated):
     """Spring and damper between device and avatar, at both ends (Colgate 1995, Adams 1999)."""
 
-    stiffness: float = parameter(300.0, "N/m", "stiffness of the coupling, K_c", above=0.0)
-    damping: float = parameter(3.0, "N s/m", "damping of the coupling, B_c", low=0.0)
+    stiffness: float = parameter(300.0, "> 0 N/m", "stiffness of the coupling, K_c")
+    damping: float = parameter(3.0, ">= 0 N s/m", "damping of the coupling, B_c")
 
 
 @dataclass(frozen=True)
@@ -24,20 +24,18 @@ class TdpaParams(Validated):
     """Time-domain passivity observer and controller (Hannaford 2002, Ryu 2010)."""
 
     damping: float = parameter(
-        9.0, "N s/m", "local damping of the device's end, no part of the link", low=0.0
+        9.0, ">= 0 N s/m", "local damping of the device's end, no part of the link"
     )
     damping_max: float = parameter(
-        25.0, "N s/m", "most damping that the device's end adds (rule: m/(10 T_c))", low=0.0
+        25.0, ">= 0 N s/m", "most damping that the device's end adds (rule: m/(10 T_c))"
     )
     fade_s: float = parameter(
-        0.005, "s", "time in which damping fades once it is not needed (0: at once)", low=0.0
+        0.005, ">= 0 s", "time in which damping fades once it is not needed (0: at once)"
     )
     drift_share: float = parameter(
         0.1,
-        "-",
+        "0..1",
         "share of the avatar's lag made up in a step, as far as energy allows (0: drifts)",
-        low=0.0,
-        high=1.0,
     )
 
 
@@ -45,10 +43,10 @@ class TdpaParams(Validated):
 class PspmParams(Validated):
     """Passive set-position modulation (Lee and Huang 2010)."""
 
-    stiffness: float = parameter(500.0, "N/m", "spring to the set point, K", above=0.0)
-    damping: float = parameter(2.0, "N s/m", "damping to ground, B (rule: > K T_c/2)", low=0.0)
-    initial_j: float = parameter(0.02, "J", "energy that each end starts with", low=0.0)
-    cap_j: float = parameter(0.02, "J", "energy above which the rest goes to the peer", low=0.0)
+    stiffness: float = parameter(500.0, "> 0 N/m", "spring to the set point, K")
+    damping: float = parameter(2.0, ">= 0 N s/m", "damping to ground, B (rule: > K T_c/2)")
+    initial_j: float = parameter(0.02, ">= 0 J", "energy that each end starts with")
+    cap_j: float = parameter(0.02, ">= 0 J", "energy above which the rest goes to the peer")
 
 
 @dataclass(frozen=True)

@@ -13,24 +13,17 @@ class DeadbandParams(Validated):
 
     kind: str = parameter(
         "none",
-        "-",
+        ("none", "weber"),
         "weber: no packet while the wave differs by less than ratio from the one sent last; "
         "needs channel = strict",
-        choices=("none", "weber"),
     )
     ratio: float = parameter(
-        0.1,
-        "-",
-        "difference that is not felt, of the wave sent last",
-        above=0.0,
-        high=1.0,
+        0.1, "> 0 and <= 1", "difference that is not felt, of the wave sent last"
     )
     longest_s: float = parameter(
         0.024,
-        "s",
+        "> 0 and <= 1 s",
         "longest time that a packet stands for; below the silence time safety.timeout_s",
-        above=0.0,
-        high=1.0,
     )
 
     @property

@@ -9,7 +9,8 @@ metadata. A number may be an array with a last axis of length 1: one value per r
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -102,40 +103,61 @@ class Spec:
         return None if inside else f"{value!r}: must be {self.range_text()}"
 
 
+_NUMBER = r"-?\d+(?:\.\d+)?(?:e-?\d+)?"
+_BOUND = re.compile(
+    rf"(?:(?P<low>{_NUMBER})\.\.(?P<high>{_NUMBER})|(?P<side>[<>]=?) (?P<limit>{_NUMBER}))"
+    r"(?: and | |$)"
+)
+_SIDES = {">=": "low", ">": "above", "<=": "high", "<": "below"}
+
+
 def parameter(
     default: float | int | bool | str | None,
-    unit: str,
+    allowed: str | tuple[str, ...],
     description: str,
     *,
     kind: type | None = None,
-    low: float | None = None,
-    high: float | None = None,
-    above: float | None = None,
-    below: float | None = None,
-    choices: Sequence[str] = (),
     group: str = "",
     read_only: bool = False,
 ) -> Any:
     """Declare a dataclass field that is a parameter.
 
-    ``kind`` is needed only where the default is ``None`` (an optional parameter). Plug-ins of the
-    entry-point group ``group`` are allowed besides ``choices``.
+    Parameters
+    ----------
+    allowed
+        Range and unit, as messages show them: ``0..1 s``, ``> 0 and <= 20 N``, ``>= 1``; ``-``
+        without either. Or the names allowed.
+    kind
+        Type of a value; needed only where the default is ``None`` (an optional parameter).
+    group
+        Group of entry points whose plug-ins are allowed besides the names.
     """
     kind = kind or type(default)
+    more = _read(allowed, kind) if isinstance(allowed, str) else {"unit": "-", "choices": allowed}
+    plugins = partial(installed, group) if group else None
     spec = Spec(
         kind,
-        unit,
-        low,
-        high,
-        above,
-        below,
-        tuple(choices),
-        default is None,
-        read_only,
-        description,
-        partial(installed, group) if group else None,
+        optional=default is None,
+        read_only=read_only,
+        description=description,
+        plugins=plugins,
+        **more,
     )
     return dataclasses.field(default=default, metadata={"spec": spec})
+
+
+def _read(allowed: str, kind: type) -> dict[str, Any]:
+    """Return the bounds and the unit that a text names."""
+    found: dict[str, Any] = {}
+    while bound := _BOUND.match(allowed):
+        if bound["low"]:
+            found |= {"low": kind(float(bound["low"])), "high": kind(float(bound["high"]))}
+        else:
+            found[_SIDES[bound["side"]]] = kind(float(bound["limit"]))
+        allowed = allowed[bound.end() :]
+    if re.search(r"[<>=]|\.\.", allowed):
+        raise ValueError(f"{allowed!r}: must be a range such as '0..1' or '> 0 and <= 20', a unit")
+    return found | {"unit": allowed or "-"}
 
 
 def specs(owner: Any) -> Mapping[str, Spec]:

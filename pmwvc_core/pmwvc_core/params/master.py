@@ -32,39 +32,26 @@ class FilterParams(Validated):
     """
 
     kind: str = parameter(
-        "integrate_and_dump",
-        "-",
-        "which filter; integrate_and_dump: the mean of a frame",
-        choices=FILTER_KINDS,
+        "integrate_and_dump", FILTER_KINDS, "which filter; integrate_and_dump: the mean of a frame"
     )
     pole_rad_s: float | None = parameter(
-        None, "rad/s", "first order: the pole", kind=float, above=0.0, high=1e5
+        None, "> 0 and <= 100000 rad/s", "first order: the pole", kind=float
     )
     cutoff_hz: float | None = parameter(
-        None, "Hz", "first order: frequency of -3 dB", kind=float, above=0.0, high=1e4
+        None, "> 0 and <= 10000 Hz", "first order: frequency of -3 dB", kind=float
     )
     stop_hz: float | None = parameter(
         None,
-        "Hz",
+        "> 0 and <= 10000 Hz",
         "first order: frequency of -20 dB; Butterworth: edge of the stop band",
         kind=float,
-        above=0.0,
-        high=1e4,
     )
-    pass_hz: float = parameter(
-        25.0, "Hz", "Butterworth: edge of the pass band", above=0.0, high=1e4
-    )
-    pass_db: float = parameter(
-        20.0, "dB", "Butterworth: attenuation at pass_hz", above=0.0, high=200.0
-    )
-    stop_db: float = parameter(
-        40.0, "dB", "Butterworth: attenuation at stop_hz", above=0.0, high=200.0
-    )
-    meet: str = parameter(
-        "pass", "-", "Butterworth: which edge is met exactly", choices=("pass", "stop")
-    )
+    pass_hz: float = parameter(25.0, "> 0 and <= 10000 Hz", "Butterworth: edge of the pass band")
+    pass_db: float = parameter(20.0, "> 0 and <= 200 dB", "Butterworth: attenuation at pass_hz")
+    stop_db: float = parameter(40.0, "> 0 and <= 200 dB", "Butterworth: attenuation at stop_hz")
+    meet: str = parameter("pass", ("pass", "stop"), "Butterworth: which edge is met exactly")
     discretisation: str = parameter(
-        "bilinear", "-", "Butterworth: from analogue to sampled", choices=("bilinear", "matched")
+        "bilinear", ("bilinear", "matched"), "Butterworth: from analogue to sampled"
     )
 
     def conflicts(self) -> list[str]:
@@ -92,7 +79,7 @@ class FilterParams(Validated):
 class MasterParams(Validated):
     """The client end of the wave channel (App. A Fig. 1, App. B Fig. 1)."""
 
-    impedance: float = parameter(25.0, "N s/m", "wave impedance b", low=0.01, high=1000.0)
+    impedance: float = parameter(25.0, "0.01..1000 N s/m", "wave impedance b")
     impedance_matrix: str = parameter(
         "",
         "-",
@@ -101,19 +88,14 @@ class MasterParams(Validated):
     )
     rate_drop: int = parameter(
         8,
-        "-",
+        "1..1000",
         "force-loop ticks per packet, M; changes while running on the strict channel only",
-        low=1,
-        high=1000,
     )
     tick_s: float = parameter(
-        0.001, "s", "period of the force loop, T_c", low=1e-4, high=0.02, read_only=True
+        0.001, "0.0001..0.02 s", "period of the force loop, T_c", read_only=True
     )
     hold: str = parameter(
-        "foh",
-        "-",
-        "expansion of the returning wave (foh: delayed first order)",
-        choices=("zoh", "foh"),
+        "foh", ("zoh", "foh"), "expansion of the returning wave (foh: delayed first order)"
     )
     filter: FilterParams = group(FilterParams)
     velocity_filter: VelocityFilterParams = group(VelocityFilterParams)

@@ -8,38 +8,35 @@ from pmwvc_core.params.fields import Validated, parameter
 
 
 def _probability(description: str, default: float = 0.0) -> float:
-    return parameter(default, "-", description, low=0.0, high=1.0)  # type: ignore[no-any-return]
+    return parameter(default, "0..1", description)  # type: ignore[no-any-return]
 
 
 def _correlation(of: str) -> float:
     text = f"correlation of {of} of one packet with that of the next"
-    return parameter(0.0, "-", text, low=0.0, below=1.0)  # type: ignore[no-any-return]
+    return parameter(0.0, ">= 0 and < 1", text)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True)
 class LinkParams(Validated):
     """Network conditions of one direction."""
 
-    delay_s: float = parameter(0.0, "s", "constant one-way delay", low=0.0, high=60.0)
+    delay_s: float = parameter(0.0, "0..60 s", "constant one-way delay")
     jitter: str = parameter(
         "uniform",
-        "-",
-        "spread of the delay: uniform (delay +- jitter_s); normal, pareto, paretonormal (standard "
-        "deviation jitter_s); gamma (mean jitter_s) and lognormal (median jitter_s), added to the "
-        "delay; quantiles; table (drawn from the delays of a file); trace (follows a file)",
-        choices=(
+        (
             *("none", "uniform", "normal", "pareto", "paretonormal", "gamma", "lognormal"),
             *("quantiles", "table", "trace"),
         ),
+        "spread of the delay: uniform (delay +- jitter_s); normal, pareto, paretonormal (standard "
+        "deviation jitter_s); gamma (mean jitter_s) and lognormal (median jitter_s), added to the "
+        "delay; quantiles; table (drawn from the delays of a file); trace (follows a file)",
     )
-    jitter_s: float = parameter(0.0, "s", "size of the spread; 0: none", low=0.0, high=10.0)
+    jitter_s: float = parameter(0.0, "0..10 s", "size of the spread; 0: none")
     jitter_shape: float = parameter(
         0.0,
-        "-",
+        "0..100",
         "shape: of gamma (0: 2), sigma of lognormal (0: 0.5), tail index of pareto and "
         "paretonormal, above 2 (0: 3)",
-        low=0.0,
-        high=100.0,
     )
     jitter_correlation: float = _correlation("the jitter")
     jitter_quantiles: str = parameter(
@@ -56,11 +53,9 @@ class LinkParams(Validated):
     )
     trace_scale: float = parameter(
         1.0,
-        "s per unit of the file",
+        "> 0 and <= 3600 s per unit of the file",
         "trace, table: factor to seconds (half a round trip in ms: 0.0005; of ping and IRTT, "
         "whose units are known: 0.5)",
-        above=0.0,
-        high=3600.0,
     )
     trace_column: str = parameter(
         "",
@@ -95,65 +90,43 @@ class LinkParams(Validated):
         "probability that a packet is sent at once, without delay; needs keep_order = false"
     )
     reorder_gap: int = parameter(
-        1, "-", "reordering: only every so many packets may be sent at once", low=1, high=100000
+        1, "1..100000", "reordering: only every so many packets may be sent at once"
     )
     reorder_correlation: float = _correlation("the reordering")
-    rate_limit_bps: float = parameter(0.0, "bit/s", "rate limit (0: none)", low=0.0, high=1e12)
+    rate_limit_bps: float = parameter(0.0, "0..1e12 bit/s", "rate limit (0: none)")
     rate_overhead_bytes: int = parameter(
-        0, "byte", "rate limit: header of each packet (UDP, IP, Ethernet: 42)", low=0, high=10000
+        0, "0..10000 byte", "rate limit: header of each packet (UDP, IP, Ethernet: 42)"
     )
     rate_cell_bytes: int = parameter(
-        0,
-        "byte",
-        "rate limit: a packet is sent in whole cells (ATM: 48; 0: none)",
-        low=0,
-        high=65535,
+        0, "0..65535 byte", "rate limit: a packet is sent in whole cells (ATM: 48; 0: none)"
     )
     rate_cell_overhead_bytes: int = parameter(
-        0, "byte", "rate limit: header of each cell (ATM: 5)", low=0, high=65535
+        0, "0..65535 byte", "rate limit: header of each cell (ATM: 5)"
     )
     queue_packets: int = parameter(
-        100, "-", "packets that may wait for the rate limit; more are dropped", low=1, high=100000
+        100, "1..100000", "packets that may wait for the rate limit; more are dropped"
     )
     queue_bytes: int = parameter(
-        0,
-        "byte",
-        "bytes that may wait for the rate limit, headers included (0: no limit)",
-        low=0,
-        high=10**9,
+        0, "0..1e9 byte", "bytes that may wait for the rate limit, headers included (0: no limit)"
     )
     slot_min_s: float = parameter(
-        0.0,
-        "s",
-        "slots: packets come out only at instants at least this far apart",
-        low=0.0,
-        high=10.0,
+        0.0, "0..10 s", "slots: packets come out only at instants at least this far apart"
     )
-    slot_max_s: float = parameter(
-        0.0, "s", "slots: and at most this far (0: no slots)", low=0.0, high=10.0
-    )
-    slot_packets: int = parameter(
-        0, "-", "slots: packets in one slot (0: no limit)", low=0, high=100000
-    )
-    slot_bytes: int = parameter(
-        0, "byte", "slots: bytes in one slot (0: no limit)", low=0, high=10**9
-    )
+    slot_max_s: float = parameter(0.0, "0..10 s", "slots: and at most this far (0: no slots)")
+    slot_packets: int = parameter(0, "0..100000", "slots: packets in one slot (0: no limit)")
+    slot_bytes: int = parameter(0, "0..1e9 byte", "slots: bytes in one slot (0: no limit)")
     handover_s: float = parameter(
-        0.0, "s", "interval of hand-overs, as of satellites (0: none)", low=0.0, high=3600.0
+        0.0, "0..3600 s", "interval of hand-overs, as of satellites (0: none)"
     )
     handover_step_s: float = parameter(
-        0.0, "s", "hand-over: the delay changes, by +- this at most", low=0.0, high=10.0
+        0.0, "0..10 s", "hand-over: the delay changes, by +- this at most"
     )
     handover_outage: float = _probability("hand-over: probability of an outage")
-    handover_outage_min_s: float = parameter(
-        0.0, "s", "hand-over: shortest outage", low=0.0, high=60.0
-    )
-    handover_outage_max_s: float = parameter(
-        0.0, "s", "hand-over: longest outage", low=0.0, high=60.0
-    )
+    handover_outage_min_s: float = parameter(0.0, "0..60 s", "hand-over: shortest outage")
+    handover_outage_max_s: float = parameter(0.0, "0..60 s", "hand-over: longest outage")
     handover_loss: float = _probability("hand-over: probability of loss around it")
     handover_loss_s: float = parameter(
-        0.0, "s", "hand-over: time before and after with that loss", low=0.0, high=60.0
+        0.0, "0..60 s", "hand-over: time before and after with that loss"
     )
     keep_order: bool = parameter(
         True,
@@ -170,13 +143,10 @@ class LinkParams(Validated):
     )
     mode: str = parameter(
         "exact",
-        "-",
+        ("exact", "netem"),
         "exact: probabilities and distributions hold with correlation too; netem: as tc-netem of "
         "Linux does it, faults included",
-        choices=("exact", "netem"),
     )
     effects: str = parameter(
-        "",
-        "-",
-        "effects of other packages, name:number=value:... each, separated by blanks",
+        "", "-", "effects of other packages, name:number=value:... each, separated by blanks"
     )

@@ -25,20 +25,19 @@ class VelocityFilterParams(Validated):
 
     kind: str = parameter(
         "none",
-        "-",
+        VELOCITY_FILTERS,
         "which form; complementary: low-pass filters both ways as well, passive by itself",
-        choices=VELOCITY_FILTERS,
         read_only=True,
     )
-    order: int = parameter(2, "-", "order of the high-pass filter", low=1, high=8)
+    order: int = parameter(2, "1..8", "order of the high-pass filter")
     share: float = parameter(
-        0.5, "-", "part of the high-pass wave fed back (App. D: half)", above=0.0, high=1.0
+        0.5, "> 0 and <= 1", "part of the high-pass wave fed back (App. D: half)"
     )
     alpha: float | None = parameter(
-        None, "-", "order 1: the pole of (z - 1)/(z - alpha)", kind=float, above=0.0, below=1.0
+        None, "> 0 and < 1", "order 1: the pole of (z - 1)/(z - alpha)", kind=float
     )
     cutoff_hz: float | None = parameter(
-        None, "Hz", "Butterworth: frequency of -3 dB", kind=float, above=0.0, high=1e4
+        None, "> 0 and <= 10000 Hz", "Butterworth: frequency of -3 dB", kind=float
     )
 
     def conflicts(self) -> list[str]:
@@ -68,18 +67,15 @@ class LocalModelParams(Validated):
         "spring_damper, or the name of an entry point in the group pmwvc.local_models",
         read_only=True,
     )
-    stiffness: float = parameter(500.0, "N/m", "spring_damper: stiffness", low=0.0, high=1e6)
-    damping: float = parameter(1.0, "N s/m", "spring_damper: damping", low=0.0, high=1e4)
+    stiffness: float = parameter(500.0, "0..1e6 N/m", "spring_damper: stiffness")
+    damping: float = parameter(1.0, "0..10000 N s/m", "spring_damper: damping")
     acts: str = parameter(
         "everywhere",
-        "-",
+        PLACES,
         "where there is something to touch: above, below: only while the device is above or "
         "below begins_m along axis 0",
-        choices=PLACES,
     )
-    begins_m: float = parameter(
-        0.0, "m", "position of the device at which it begins", low=-10.0, high=10.0
-    )
+    begins_m: float = parameter(0.0, "-10..10 m", "position of the device at which it begins")
 
 
 @dataclass(frozen=True)
@@ -88,42 +84,34 @@ class BankParams(Validated):
 
     kind: str = parameter(
         "none",
-        "-",
+        BANKS,
         "dissertation: HP to the local model, LP2 on its way back; complementary: a pair of "
         "filters that is passive by construction",
-        choices=BANKS,
         read_only=True,
     )
-    high_stop_hz: float = parameter(
-        40.0, "Hz", "HP: edge of the stop band", above=0.0, read_only=True
-    )
+    high_stop_hz: float = parameter(40.0, "> 0 Hz", "HP: edge of the stop band", read_only=True)
     high_stop_db: float = parameter(
-        40.0, "dB", "HP: attenuation at high_stop_hz", above=0.0, read_only=True
+        40.0, "> 0 dB", "HP: attenuation at high_stop_hz", read_only=True
     )
-    high_pass_hz: float = parameter(
-        70.0, "Hz", "HP: edge of the pass band", above=0.0, read_only=True
-    )
+    high_pass_hz: float = parameter(70.0, "> 0 Hz", "HP: edge of the pass band", read_only=True)
     high_pass_db: float = parameter(
-        20.0, "dB", "HP: attenuation at high_pass_hz", above=0.0, read_only=True
+        20.0, "> 0 dB", "HP: attenuation at high_pass_hz", read_only=True
     )
-    low_pass_hz: float = parameter(
-        300.0, "Hz", "LP2: edge of the pass band", above=0.0, read_only=True
-    )
+    low_pass_hz: float = parameter(300.0, "> 0 Hz", "LP2: edge of the pass band", read_only=True)
     low_pass_db: float = parameter(
-        1.0, "dB", "LP2: attenuation at low_pass_hz", above=0.0, read_only=True
+        1.0, "> 0 dB", "LP2: attenuation at low_pass_hz", read_only=True
     )
     low_stop_hz: float = parameter(
         600.0,
-        "Hz",
+        "> 0 Hz",
         "LP2: edge of the stop band; above half the tick rate it only sets the order",
-        above=0.0,
         read_only=True,
     )
     low_stop_db: float = parameter(
-        40.0, "dB", "LP2: attenuation at low_stop_hz", above=0.0, read_only=True
+        40.0, "> 0 dB", "LP2: attenuation at low_stop_hz", read_only=True
     )
     split_rad_s: float = parameter(
-        20.0, "rad/s", "complementary: pole of both filters", above=0.0, high=2000.0
+        20.0, "> 0 and <= 2000 rad/s", "complementary: pole of both filters"
     )
 
     def conflicts(self) -> list[str]:
@@ -147,13 +135,12 @@ class PositionParams(Validated):
 
     feedback: str = parameter(
         "budgeted",
-        "-",
+        POSITION_FEEDBACKS,
         "none; printed: without regard to energy; budgeted: no more than the energy tank holds; "
         "integral: likewise, towards the integral of the waves",
-        choices=POSITION_FEEDBACKS,
         read_only=True,
     )
-    gain: float = parameter(0.0, "sqrt(W)/m", "K_p (0: off)", low=0.0, high=200.0)
+    gain: float = parameter(0.0, "0..200 sqrt(W)/m", "K_p (0: off)")
     adapts: bool = parameter(
         False,
         "-",
@@ -162,19 +149,15 @@ class PositionParams(Validated):
     )
     storage_j: float = parameter(
         0.0,
-        "J",
+        "0..1 J",
         "budgeted, integral: energy lent at the start, E0; the port is passive with this storage",
-        low=0.0,
-        high=1.0,
         read_only=True,
     )
     most_j: float = parameter(
         0.05,
-        "J",
+        "0..10 J",
         "budgeted, integral: cap of the energy tank, so that what minutes have stored is not "
         "released at once (0.05 J move a device of 0.25 kg with 0.6 m/s)",
-        low=0.0,
-        high=10.0,
     )
 
     def conflicts(self) -> list[str]:

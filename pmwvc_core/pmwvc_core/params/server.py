@@ -22,11 +22,9 @@ KNOWN = ("cube", "wall")  # environments whose equations every coupling has
 class HuntCrossleyParams(Validated):
     """Nonlinear contact, F = K d^n (1 + c d') with K = contact_stiffness in N/m^n."""
 
-    exponent: float = parameter(
-        1.5, "-", "n (Hertz, two spheres: 1.5)", low=1.0, high=3.0, read_only=True
-    )
+    exponent: float = parameter(1.5, "1..3", "n (Hertz, two spheres: 1.5)", read_only=True)
     damping: float = parameter(
-        0.5, "s/m", "c, damping per elastic force and speed", low=0.0, read_only=True
+        0.5, ">= 0 s/m", "c, damping per elastic force and speed", read_only=True
     )
 
 
@@ -34,12 +32,8 @@ class HuntCrossleyParams(Validated):
 class ActiveWallParams(Validated):
     """A wall driven along axis 0, x = A sin(2 pi f t) from the first user on."""
 
-    amplitude_m: float = parameter(
-        0.01, "m", "amplitude A of the motion", low=0.0, high=0.1, read_only=True
-    )
-    frequency_hz: float = parameter(
-        0.5, "Hz", "frequency f of the motion", low=0.0, high=10.0, read_only=True
-    )
+    amplitude_m: float = parameter(0.01, "0..0.1 m", "amplitude A of the motion", read_only=True)
+    frequency_hz: float = parameter(0.5, "0..10 Hz", "frequency f of the motion", read_only=True)
 
 
 @dataclass(frozen=True)
@@ -48,17 +42,15 @@ class ServerParams(Validated):
 
     coupling: str = parameter(
         "implicit",
-        "-",
+        COUPLINGS,
         "how the algebraic loop between wave port and contact is solved",
-        choices=COUPLINGS,
         group="pmwvc.couplings",
     )
     integrator: str = parameter(
         "backward_euler",
-        "-",
+        INTEGRATORS,
         "avatar position from its velocity (one_step_delay, unwrapped, unknown; the others fix "
         "it)",
-        choices=INTEGRATORS,
     )
     environment: str = parameter(
         "cube",
@@ -69,54 +61,45 @@ class ServerParams(Validated):
     )
     period_s: float = parameter(
         0.008,
-        "s",
+        "0.001..1 s",
         "time step of the environment, T_VE; changes while running on the strict channel only",
-        low=1e-3,
-        high=1.0,
     )
-    object_mass: float = parameter(2.0, "kg", "mass of the shared object", above=0.0)
-    object_damping: float = parameter(0.0, "N s/m", "damping of the object to ground", low=0.0)
-    object_size_m: float = parameter(
-        0.06, "m", "edge length of the cube", above=0.0, read_only=True
-    )
+    object_mass: float = parameter(2.0, "> 0 kg", "mass of the shared object")
+    object_damping: float = parameter(0.0, ">= 0 N s/m", "damping of the object to ground")
+    object_size_m: float = parameter(0.06, "> 0 m", "edge length of the cube", read_only=True)
     decoding: str = parameter(
         "secant",
-        "-",
+        DECODINGS,
         "unknown: force with which a wave is decoded where the environment reports no slope; "
         "secant: along a slope learned from its forces; late: the force of the step before "
         "(App. C)",
-        choices=DECODINGS,
         read_only=True,
     )
     compensation: str = parameter(
         "ledger",
-        "-",
+        COMPENSATIONS,
         "unknown: treatment of the energy of late decoding; printed: App. C Eq. 15; "
         "corrected: its sign corrected, credit kept, waves only shortened; ledger: return no more "
         "than was received",
-        choices=COMPENSATIONS,
         group="pmwvc.compensations",
         read_only=True,
     )
     allowance_w: float = parameter(
         0.0,
-        "W",
+        ">= 0 W",
         "ledger: largest power that an active environment may deliver",
-        low=0.0,
         read_only=True,
     )
     allowance_j: float = parameter(
         0.0,
-        "J",
+        ">= 0 J",
         "ledger: largest energy that an active environment may deliver in total",
-        low=0.0,
         read_only=True,
     )
     tank_cap_j: float = parameter(
         0.25,
-        "J",
+        ">= 0 J",
         "ledger: energy kept for an environment that does not report how much it stores",
-        low=0.0,
         read_only=True,
     )
     hunt_crossley: HuntCrossleyParams = group(HuntCrossleyParams)
@@ -138,10 +121,9 @@ class ContactParams(Validated):
 
     impedance: float | None = parameter(
         None,
-        "N s/m",
+        "> 0 N s/m",
         "wave impedance of the server port (null: that of the user's master)",
         kind=float,
-        above=0.0,
     )
     impedance_matrix: str = parameter(
         "",
@@ -151,19 +133,17 @@ class ContactParams(Validated):
     )
     contact: str = parameter(
         "grip",
-        "-",
+        ("bilateral", "grip"),
         "bilateral: spring and damper that pull and push; "
         "grip: from the user's own side, only pushing",
-        choices=("bilateral", "grip"),
         read_only=True,
     )
-    contact_stiffness: float = parameter(500.0, "N/m", "contact stiffness K", low=0.0, high=1e7)
-    contact_damping: float = parameter(10.0, "N s/m", "contact damping B", low=0.0, high=1e5)
+    contact_stiffness: float = parameter(500.0, "0..1e7 N/m", "contact stiffness K")
+    contact_damping: float = parameter(10.0, "0..100000 N s/m", "contact damping B")
     gap_m: float = parameter(
         0.0,
-        "m",
+        ">= 0 m",
         "distance of the avatar from the object at the start (grip and wall)",
-        low=0.0,
         read_only=True,
     )
     deadband: DeadbandParams = group(DeadbandParams)

@@ -29,19 +29,16 @@ class DeviceParams(Validated):
     """
 
     plugin: str = parameter("simulated", "-", "device plug-in by entry-point name", read_only=True)
-    mass: float = parameter(0.25, "kg", "apparent mass at the handle", above=0.0)
-    damping: float = parameter(0.0, "N s/m", "viscous damping of the device", low=0.0)
-    friction: float = parameter(0.0, "N", "Coulomb friction", low=0.0)
-    encoder_step_m: float = parameter(0.0, "m", "position resolution (0: exact)", low=0.0)
+    mass: float = parameter(0.25, "> 0 kg", "apparent mass at the handle")
+    damping: float = parameter(0.0, ">= 0 N s/m", "viscous damping of the device")
+    friction: float = parameter(0.0, ">= 0 N", "Coulomb friction")
+    encoder_step_m: float = parameter(0.0, ">= 0 m", "position resolution (0: exact)")
     velocity: str = parameter(
         "exact",
-        "-",
+        ("exact", "euler"),
         "velocity signal: the simulated state, or the Euler difference of the measured position",
-        choices=("exact", "euler"),
     )
-    workspace_m: float = parameter(
-        0.2, "m", "half extent of the workspace (mechanical stops)", above=0.0
-    )
+    workspace_m: float = parameter(0.2, "> 0 m", "half extent of the workspace (mechanical stops)")
 
 
 @dataclass(frozen=True)
@@ -51,31 +48,25 @@ class SafetyParams(Validated):
     """
 
     max_force: float = parameter(
-        8.0, "N", "peak force (Touch class 3.3, larger desktop devices 8)", above=0.0, high=20.0
+        8.0, "> 0 and <= 20 N", "peak force (Touch class 3.3, larger desktop devices 8)"
     )
-    max_slew: float = parameter(2000.0, "N/s", "fastest change of force", low=1.0, high=20000.0)
-    soft_start_s: float = parameter(
-        0.5, "s", "force rises from zero over this time", low=0.01, high=10.0
-    )
+    max_slew: float = parameter(2000.0, "1..20000 N/s", "fastest change of force")
+    soft_start_s: float = parameter(0.5, "0.01..10 s", "force rises from zero over this time")
     damper_velocity: float = parameter(
-        1.0, "m/s", "above this speed only damping is rendered", above=0.0, high=10.0
+        1.0, "> 0 and <= 10 m/s", "above this speed only damping is rendered"
     )
     fault_velocity: float = parameter(
-        1.5, "m/s", "above this speed the force is switched off permanently", above=0.0, high=20.0
+        1.5, "> 0 and <= 20 m/s", "above this speed the force is switched off permanently"
     )
     timeout_s: float = parameter(
         0.03,
-        "s",
+        "> 0 and <= 10 s",
         "time without packets (at least three packet intervals) until only damping is rendered",
-        above=0.0,
-        high=10.0,
     )
     release_s: float = parameter(
         5.0,
-        "s",
+        "> 0 and <= 60 s",
         "time without packets until brake and damping are switched off, too",
-        above=0.0,
-        high=60.0,
     )
 
     def conflicts(self) -> list[str]:
@@ -92,25 +83,17 @@ class SafetyParams(Validated):
 class RemoteHandParams(Validated):
     """The arm of operator `remote` and its limits; its grip is that of any hand."""
 
-    mass: float = parameter(0.4, "kg", "mass of the arm", low=0.05, high=10.0)
-    damping: float = parameter(22.0, "N s/m", "damping of the arm", low=0.0, high=200.0)
-    stiffness: float = parameter(
-        300.0, "N/m", "stiffness of the arm to its target", low=1.0, high=2000.0
-    )
-    speed_m_s: float = parameter(
-        0.5, "m/s", "fastest motion of the arm's target", above=0.0, high=1.0
-    )
+    mass: float = parameter(0.4, "0.05..10 kg", "mass of the arm")
+    damping: float = parameter(22.0, "0..200 N s/m", "damping of the arm")
+    stiffness: float = parameter(300.0, "1..2000 N/m", "stiffness of the arm to its target")
+    speed_m_s: float = parameter(0.5, "> 0 and <= 1 m/s", "fastest motion of the arm's target")
     reach_n: float = parameter(
         6.0,
-        "N",
+        "> 0 and <= 20 N",
         "largest force of the arm's spring: its target is never further than reach_n / stiffness "
         "from the arm",
-        above=0.0,
-        high=20.0,
     )
-    brake: float = parameter(
-        5.0, "N s/m", "damping of a handle that nobody holds", low=0.0, high=20.0
-    )
+    brake: float = parameter(5.0, "0..20 N s/m", "damping of a handle that nobody holds")
 
 
 @dataclass(frozen=True)
@@ -119,22 +102,20 @@ class OperatorParams(Validated):
     coupled.
     """
 
-    kind: str = parameter("hand", "-", "what drives the device", choices=OPERATOR_KINDS)
+    kind: str = parameter("hand", OPERATOR_KINDS, "what drives the device")
     force: float = parameter(1.0, "N", "constant, sinusoid, chirp: amplitude along +x, signed")
     frequency_hz: float = parameter(
-        1.0, "Hz", "sinusoid: frequency; chirp: first frequency", low=0.0, high=400.0
+        1.0, "0..400 Hz", "sinusoid: frequency; chirp: first frequency"
     )
-    frequency_end_hz: float = parameter(50.0, "Hz", "chirp: last frequency", low=0.0, high=400.0)
-    sweep_s: float = parameter(20.0, "s", "chirp: duration of one sweep", above=0.0)
-    mass: float = parameter(0.8, "kg", "hand: mass of the arm", above=0.0)
-    damping: float = parameter(
-        5.5, "N s/m", "hand: damping of the arm towards its target", low=0.0
-    )
-    stiffness: float = parameter(30.0, "N/m", "hand: stiffness of the arm to its target", low=0.0)
-    grip_stiffness: float = parameter(375.0, "N/m", "hand, remote: stiffness of the grip", low=0.0)
-    grip_damping: float = parameter(7.9, "N s/m", "hand, remote: damping of the grip", low=0.0)
+    frequency_end_hz: float = parameter(50.0, "0..400 Hz", "chirp: last frequency")
+    sweep_s: float = parameter(20.0, "> 0 s", "chirp: duration of one sweep")
+    mass: float = parameter(0.8, "> 0 kg", "hand: mass of the arm")
+    damping: float = parameter(5.5, ">= 0 N s/m", "hand: damping of the arm towards its target")
+    stiffness: float = parameter(30.0, ">= 0 N/m", "hand: stiffness of the arm to its target")
+    grip_stiffness: float = parameter(375.0, ">= 0 N/m", "hand, remote: stiffness of the grip")
+    grip_damping: float = parameter(7.9, ">= 0 N s/m", "hand, remote: damping of the grip")
     squeeze: float = parameter(
-        1.0, "N", "hand, remote: force with which the object is held once gripped", low=0.0
+        1.0, ">= 0 N", "hand, remote: force with which the object is held once gripped"
     )
     file: str = parameter(
         "",
@@ -155,11 +136,11 @@ class OperatorParams(Validated):
         read_only=True,
     )
     rate_hz: float = parameter(
-        1000.0, "Hz", "playback: sample rate of the file without a time column", above=0.0
+        1000.0, "> 0 Hz", "playback: sample rate of the file without a time column"
     )
     scale: float = parameter(1.0, "SI per unit of the file", "playback, remote: factor to N or m")
     offset: float = parameter(0.0, "N or m", "playback, remote: added after scaling")
-    fade_s: float = parameter(0.2, "s", "playback: fade in and out", low=0.0)
+    fade_s: float = parameter(0.2, ">= 0 s", "playback: fade in and out")
     repeat: bool = parameter(True, "-", "playback: start again at the end of the file")
     remote: RemoteHandParams = group(RemoteHandParams)
 
@@ -170,16 +151,15 @@ class TaskParams(Validated):
 
     kind: str = parameter(
         "hold",
-        "-",
+        ("free", "hold", "carry"),
         "free: nothing; hold: grip and hold; carry: grip, hold, then follow the target",
-        choices=("free", "hold", "carry"),
     )
-    grip_s: float = parameter(1.0, "s", "time at which the hands close", low=0.0)
-    grip_rise_s: float = parameter(1.0, "s", "duration of the closing", above=0.0)
-    move_s: float = parameter(4.0, "s", "time at which the target starts to move", low=0.0)
+    grip_s: float = parameter(1.0, ">= 0 s", "time at which the hands close")
+    grip_rise_s: float = parameter(1.0, "> 0 s", "duration of the closing")
+    move_s: float = parameter(4.0, ">= 0 s", "time at which the target starts to move")
     distance_m: float = parameter(0.05, "m", "how far the target moves along +x")
     sideways_m: float = parameter(
         0.0, "m", "how far it moves along the second axis meanwhile (dof of 2 or more)"
     )
-    move_rise_s: float = parameter(3.0, "s", "duration of one minimum-jerk move", above=0.0)
-    rest_s: float = parameter(1.0, "s", "pause between moves", low=0.0)
+    move_rise_s: float = parameter(3.0, "> 0 s", "duration of one minimum-jerk move")
+    rest_s: float = parameter(1.0, ">= 0 s", "pause between moves")
