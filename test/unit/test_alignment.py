@@ -115,6 +115,27 @@ def test_drift_is_followed():
     assert off_s.max() < 1e-3  # without it: 3 ms
 
 
+@pytest.mark.parametrize("last", [500, 2500])
+@pytest.mark.parametrize("drift", [-100e-6, 100e-6])
+def test_a_path_whose_ways_change_places_stays_within_the_reported_uncertainty(last, drift):
+    """No line fits all of it; that of the last windows leaves the drift open before them."""
+    up_ns = np.where(np.arange(5000) < 5000 - last, 20_000_000, 300_000)
+    ways = {"up_ns": up_ns, "down_ns": 20_300_000 - up_ns}
+    of_master, of_server, sent, server_clock = conversation(drift=drift, **ways)
+    found = align(of_master, of_server)
+    off_s = np.abs(found.to_server(sent) - server_clock(sent)) * 1e-9
+    assert off_s.max() <= found.uncertainty_s + 1e-9
+    assert found.uncertainty_s < 35e-3
+
+
+def test_a_short_session_leaves_its_drift_open():
+    long, short = (
+        align(*conversation(seconds=seconds, jitter_ns=500_000)[:2]) for seconds in (40, 5)
+    )
+    assert short.uncertainty_s - long.uncertainty_s > 0.5e-3  # 500 ppm over half of 5 s
+    assert short.rate == pytest.approx(0.0, abs=1e-9)
+
+
 def test_what_an_emulated_link_delays_is_taken_off():
     of_master, of_server, sent, _ = conversation(link=24_000_000)
     told, untold = (

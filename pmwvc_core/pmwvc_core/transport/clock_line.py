@@ -110,6 +110,23 @@ def clock_line(out: Sequence[Least], into: Sequence[Least]) -> ClockLine | None:
     )
 
 
+def latest_line(windows: Sequence[tuple[Least, Least]]) -> tuple[ClockLine, int] | None:
+    """Return the line through as many of the last windows as one fits, and how many came before;
+    None without windows.
+
+    Parameters
+    ----------
+    windows
+        Least passages out and in of each; ascending in time.
+    """
+    for before in range(len(windows)):
+        out, into = zip(*windows[before:], strict=True)
+        line = clock_line(out, into)
+        if line is not None:
+            return line, before
+    return None
+
+
 def _relative(least: Sequence[Least], begin_ns: int, reference: int) -> tuple[Array, Array]:
     """Return times and passages as floats [ns]."""
     times: Array = np.array([each.at_ns - begin_ns for each in least], dtype=float)

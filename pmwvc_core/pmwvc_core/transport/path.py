@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from pmwvc_core.state import Stateful
-from pmwvc_core.transport.clock_line import ClockLine, Least, clock_line
+from pmwvc_core.transport.clock_line import ClockLine, Least, latest_line
 from pmwvc_core.transport.packet import WavePacket
 
 WINDOW_NS = 1_000_000_000
@@ -129,15 +129,11 @@ class Path(Stateful):
     def estimate(self) -> PathEstimate | None:
         """Return what is known; None before a whole window with both directions."""
         windows = self.windows
-        while windows:
-            line = clock_line(
-                [window.out.least for window in windows],
-                [window.into.least for window in windows],
-            )
-            if line is not None:
-                return self._estimated(windows, line)
-            windows = windows[1:]  # the path changed since
-        return None
+        found = latest_line([(window.out.least, window.into.least) for window in windows])
+        if found is None:
+            return None
+        line, before = found  # the path changed since those before
+        return self._estimated(windows[before:], line)
 
     def _close(self, now_ns: int) -> None:
         """Put the current window aside and begin one."""

@@ -15,8 +15,8 @@ Over a window the least of each stays, as in NTP:
 
     -min(down) <= theta <= min(up),     theta = (min(up) - min(down))/2 +- (min(up) + min(down))/2
 
-Where theta = 0 fits all windows, both run on one host: there is nothing to align. Otherwise theta
-follows a straight line through the windows: hosts drift.
+Where theta = 0 fits, both run on one host: there is nothing to align. Otherwise theta follows the
+line of :mod:`pmwvc_core.transport.clock_line`: hosts drift.
 
 Equations: docs/theory.md 13.10.
 """
@@ -29,10 +29,11 @@ from numpy.typing import NDArray
 
 from pmwvc_core.runtime.messages.fields import Wave
 from pmwvc_core.traces import FateTraces
-from pmwvc_core.transport.clock_line import one_clock
+from pmwvc_core.transport.clock_line import Least, latest_line
 
 Integers = NDArray[np.int64]
-WINDOW_NS = 10_000_000_000
+WINDOW_NS = 1_000_000_000
+MOST_WINDOWS = 120  # longer sessions have longer windows
 ONE_HOST, ECHO = "one host", "echo"
 LEAST_PAIRS = 8  # in a window, either way
 
@@ -75,51 +76,44 @@ def align(
 
     From their Wave messages, as sent, and what the emulated link up and down did to the packets.
     """
-    rising = _passages(of_server, _delays(up))  # of the master's packets, seen at the server
-    falling = _passages(of_master, _delays(down))
+    # Of the master's packets, by the server's echoes; and of the server's. Times: the master's.
+    rising = _passages([(m, m.echo_sent_ns) for m in of_server], _delays(up))
+    falling = _passages([(m, m.sent_ns - m.echo_hold_ns) for m in of_master], _delays(down))
     if min(len(rising), len(falling)) < LEAST_PAIRS:
         return None
     first, last = int(rising[:, 0].min()), int(rising[:, 0].max())
-    if one_clock(int(rising[:, 1].min()), int(falling[:, 1].min())):
-        return Alignment(ONE_HOST)
-    edges = np.arange(first, last + WINDOW_NS, WINDOW_NS)
-    guess = (int(rising[:, 1].min()) - int(falling[:, 1].min())) // 2
-    found = []
-    for start in edges.tolist():
-        ups = _within(rising, start, start + WINDOW_NS)
-        downs = _within(falling, start + guess, start + guess + WINDOW_NS)
+    window_ns = max(WINDOW_NS, (last - first) // MOST_WINDOWS)
+    windows = []
+    for start in range(first, last + 1, window_ns):
+        ups, downs = (_within(seen, start, start + window_ns) for seen in (rising, falling))
         if min(len(ups), len(downs)) >= LEAST_PAIRS:
-            least_up, least_down = int(ups.min()), int(downs.min())
-            middle = start + WINDOW_NS // 2 - first
-            theta, half = (least_up - least_down) / 2.0, (least_up + least_down) / 2.0
-            found.append((float(middle), theta, max(half, 0.0)))
-    if not found:
+            windows.append((_least(ups), _least(downs)))
+    found = latest_line(windows)
+    if found is None:
         return None
-    return _line(np.array(found), first)
+    line, before = found
+    if line.one_clock:
+        return Alignment(ONE_HOST)
+    open_ns = line.open_ns + line.rate_open * window_ns / 2.0
+    most_ns = open_ns
+    for out, into in windows[:before]:  # other delays than those of the line
+        over = out.passage_ns - line.theta_ns(out.at_ns)
+        under = into.passage_ns + line.theta_ns(into.at_ns)
+        drifted = open_ns + line.rate_open * abs(out.at_ns - line.at_ns)
+        most_ns = max(most_ns, min(max(abs(over), abs(under)), drifted))
+    return Alignment(ECHO, line.offset_ns, line.rate, line.at_ns, most_ns * 1e-9)
 
 
-def _line(windows: NDArray[np.float64], first_ns: int) -> Alignment:
-    """Return theta as a straight line through the windows, with what it leaves open."""
-    times, thetas, halves = windows.T
-    at_s, rate = float(times.mean()), 0.0
-    if len(windows) >= 3:
-        rate = float(np.polyfit(times - at_s, thetas, 1)[0])
-    offset = float(np.mean(thetas - rate * (times - at_s)))
-    left = np.abs(thetas - offset - rate * (times - at_s))
-    open_s = float(np.max(halves + left)) * 1e-9
-    return Alignment(ECHO, offset, rate, first_ns + round(at_s), open_s)
-
-
-def _passages(messages: Sequence[Wave], delays: Mapping[int, int]) -> Integers:
-    """Return per echo the sender's clock of the echoed packet, and its passage by both clocks less
-    its delay in the emulated link [ns] ``(packet, 2)``.
+def _passages(echoes: Sequence[tuple[Wave, int]], delays: Mapping[int, int]) -> Integers:
+    """Return per echo when its packet passed, on the master's clock, and its passage by both
+    clocks less its delay in the emulated link [ns] ``(packet, 2)``.
     """
     rows = [
         (
-            int(m.echo_sent_ns),
+            int(at_ns),
             int(m.sent_ns) - int(m.echo_hold_ns) - int(m.echo_sent_ns) - delays.get(seq, 0),
         )
-        for m in messages
+        for m, at_ns in echoes
         if (seq := int(m.echo_seq)) > 0
     ]
     return np.array(rows, dtype=np.int64).reshape(-1, 2)
@@ -127,7 +121,12 @@ def _passages(messages: Sequence[Wave], delays: Mapping[int, int]) -> Integers:
 
 def _within(passages: Integers, start: int, end: int) -> Integers:
     rows = (passages[:, 0] >= start) & (passages[:, 0] < end)
-    return np.asarray(passages[rows, 1])
+    return np.asarray(passages[rows])
+
+
+def _least(passages: Integers) -> Least:
+    at_ns, passage_ns = passages[np.argmin(passages[:, 1])].tolist()
+    return Least(at_ns, passage_ns)
 
 
 def _delays(fates: FateTraces | None) -> dict[int, int]:
