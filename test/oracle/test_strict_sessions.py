@@ -14,7 +14,7 @@ from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.safety.limiter import SafetyState
-from pmwvc_core.simulation.session import SessionBatch
+from pmwvc_core.simulation.batch import SessionBatch
 
 B = 25.0
 LEAST_J = -1e-9

@@ -14,7 +14,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.numeric import squared
 from pmwvc_core.params import DeadbandParams
-from pmwvc_core.simulation.session import SessionBatch
+from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.transport import Packer, Receiver
 from pmwvc_core.transport.deadband import Deadband
 from pmwvc_core.transport.strict_receiver import StrictReceiver
@@ -110,7 +110,7 @@ def test_frames_and_steps_lie_on_the_grid_of_their_rate(found):
         )
         for user in traces.users
     }
-    starts["server.period_s"] = batch.steps.tick
+    starts["server.period_s"] = np.array(batch.server_buffer.ticks)
     for name, ticks in starts.items():
         since = np.searchsorted(
             ticks, 1e3 * max([0.0, *(t for t, n, _ in found if n == name)]) - 0.5

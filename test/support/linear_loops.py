@@ -15,8 +15,8 @@ import numpy as np
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.plant.forces import RecordedForce
 from pmwvc_core.scenario.reader import parse_scenario
+from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.session import SessionBatch
 
 SETTLED = 200  # ticks after which every user has joined, whatever the delay here
 

@@ -9,28 +9,18 @@ import pytest
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_bringup import scenarios
-from pmwvc_core.simulation.session import SessionBatch
+from pmwvc_core.simulation.batch import SessionBatch
 
 CHANGE_NS, TICK_S = 3_000_000_000, 0.001
-
-
-class Changed(SessionBatch):
-    """A session in which user1's impedance changes at a frame start."""
-
-    impedance = 25.0
-
-    def _send(self, who, time_ns, tick):
-        port = self.users[who].loop.controller
-        if who == 0 and time_ns[0] >= CHANGE_NS and port.params.impedance != self.impedance:
-            port.configure(dataclasses.replace(port.params, impedance=self.impedance))
-        super()._send(who, time_ns, tick)
 
 
 @pytest.mark.parametrize("impedance", [0.01, 100.0, 1000.0])
 def test_to_the_safety_limits_goes_what_limited_ticks_took_and_nothing_else(impedance):
     scenario = scenarios.load("carry_16ms", duration_s=5.0)
-    session = Changed([scenario])
-    session.impedance = impedance
+    session = SessionBatch([scenario])
+    session.time.run(CHANGE_NS)  # up to a frame start
+    port = session.users[0].loop.controller
+    port.configure(dataclasses.replace(port.params, impedance=impedance))
     session.run(lambda _: None)
     traces = session.traces(0)
     user = traces.users[0]

@@ -9,8 +9,9 @@ from pmwvc_bringup import scenarios
 from pmwvc_core.frame.assembly import force_loop_of, server_step_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
+from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.session import SessionBatch, simulate_one
+from pmwvc_core.simulation.session import simulate_one
 
 TICK_NS = 1_000_000
 

@@ -9,7 +9,7 @@ import pytest
 
 from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import plan
-from pmwvc_core.simulation.session import SessionBatch
+from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.wave.limits import largest_wave
 
 TIMES = ("user1.safety.timeout_s=0.05", "user2.safety.timeout_s=0.2", "user2.safety.release_s=7")

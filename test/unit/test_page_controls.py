@@ -126,7 +126,7 @@ def test_dragging_the_delay_up_drops_no_hand_and_a_step_would():
     assert "the delay grew, to 90 ms" in notice
     simulation = running.session._simulation
     far = controls.changed(LIVE, {"link.delay_s": 0.3})
-    simulation.change(running.session.scenario(), far)  # the control: at once
+    simulation.change(far)  # the control: at once
     rows = running.polls(40, drag)
     assert 2.0 in set(running.value(rows, "user1.state"))
 

@@ -42,7 +42,7 @@ def told(name, seconds, settings_texts=(), targets=None, change=None):
         if change is not None and tick >= 1e3 * change[0]:
             wanted = changed(scenario, dict([change[1:]]))
             following = ramped(scenario, wanted, over_s=PERIOD_S)
-            simulation.change(scenario, following)
+            simulation.change(following)
             scenario = following
         simulation.run(tick)
         feed.others = {**lags(scenario, live=False), **simulation.places()}

@@ -7,7 +7,7 @@ import functools
 import numpy as np
 
 from pmwvc_bringup import scenarios
-from pmwvc_core.simulation.session import SessionBatch
+from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.wave.playout import Playout
 
 QUICK = ("channel=strict", "task.grip_s=0.1", "task.grip_rise_s=0.2")

@@ -11,7 +11,7 @@ from faults.fault import Fault, Outcome, joined
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.network.effects import mean_s
-from pmwvc_core.simulation.session import SessionBatch
+from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.transport.verdict import Verdict
 from pmwvc_core.wave.impedance import first_axis
 

@@ -16,10 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.recording.format.topics import source_of
+from pmwvc_analysis.replay.loop_times import LoopTimes
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.event_schedule import Integers, LoopTimes, Steps, frame_events
+from pmwvc_core.simulation.conditions import Integers, Steps
 from pmwvc_core.traces import PacketTraces, SessionTraces, UserTraces
 
 NEVER_NS = int(np.iinfo(np.int64).max)
@@ -107,19 +108,18 @@ def sent_and_used(
     if server is None or steps is None or not has_waves(recorded.controller):
         return {}
     found: dict[str, tuple[Sent, Looks]] = {}
-    ticks = max(len(loop.ran_ns) for loop in loops.values() if loop.ran_ns is not None)
     count = len(steps.tick)
     for user in traces.users:
         if user.name not in server.users or user.name not in loops:
             continue
         port, loop = server.users.index(user.name), loops[user.name]
         up, down = f"{user.name}/up", f"{user.name}/down"
-        _, sends_ns = frame_events(loop, 0, ticks=ticks, tick_ns=0)
+        _, sends_ns = loop.frame_events(0)
         if (sent := _sent(traces.packets.get(source_of(up)), sends_ns)) is not None:
             found[up] = sent, Looks(steps.ran_ns, server.u_s[port][:count])
         answers_ns = steps.ran_ns[server.state[port][:count] > 0]
         if (sent := _sent(traces.packets.get(source_of(down)), answers_ns)) is not None:
-            found[down] = sent, _used_by_master(user, loop, ticks)
+            found[down] = sent, _used_by_master(user, loop)
     return found
 
 
@@ -134,8 +134,8 @@ def _sent(packets: PacketTraces | None, times_ns: Integers) -> Sent | None:
     return Sent(times_ns[:count], packets.wave[:count])
 
 
-def _used_by_master(user: UserTraces, loop: LoopTimes, ticks: int) -> Looks:
+def _used_by_master(user: UserTraces, loop: LoopTimes) -> Looks:
     """Return the waves a master used: what its hold has reached before the next answer."""
-    tick, time_ns = frame_events(loop, loop.answer, ticks=ticks, tick_ns=0)
+    tick, time_ns = loop.frame_events(loop.answer)
     rows = np.searchsorted(tick_numbers(user.time_s, user.tick_s), tick[1:]) - 1
     return Looks(time_ns[:-1], user.v_m[rows])

@@ -20,7 +20,7 @@ from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.replay.arrivals import NEVER_NS, Looks, Sent, bounds
 from pmwvc_core.network import Cause, FateKind, RecordedFate, RecordedLink
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.event_schedule import Integers
+from pmwvc_core.simulation.conditions import Integers
 from pmwvc_core.traces import FateTraces, PacketTraces, SessionTraces
 
 TRANSPORT_NS = 150_000  # from the emulator of a live session to the receiver, usually

@@ -22,6 +22,7 @@ from typing import Literal
 import numpy as np
 
 from pmwvc_analysis.replay.arrivals import sent_and_used, tick_numbers
+from pmwvc_analysis.replay.loop_times import LoopTimes
 from pmwvc_analysis.replay.network import links
 from pmwvc_analysis.replay.targets import is_remote, remote_hand
 from pmwvc_analysis.traces.stages import stages
@@ -32,8 +33,7 @@ from pmwvc_core.plant.forces import ForceOnRecord
 from pmwvc_core.plant.operators import Operator
 from pmwvc_core.scenario.changes import Change, changes_text
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.event_schedule import Integers, LoopTimes, Steps
+from pmwvc_core.simulation.conditions import Conditions, Integers, Steps
 from pmwvc_core.traces import SessionTraces, UserTraces
 
 Hand = Literal["operator", "force"]
@@ -102,7 +102,7 @@ def prescription(
     conditions = Conditions(
         schedule=schedule,
         first={name: loop.first for name, loop in loops.items()},
-        ran_ns={name: loop.ran_ns for name, loop in loops.items() if loop.ran_ns is not None},
+        ran_ns={name: loop.ran_ns for name, loop in loops.items()},
         steps=_steps(traces, recorded, replayed, ticks),
         links=networks,
         hands=makers,
@@ -202,8 +202,8 @@ def _steps(
         return None
     tick = tick_numbers(server.time_s, tick_s)
     if replayed.server.period_s != recorded.server.period_s:
-        every = round(replayed.server.period_s / tick_s)
-        return Steps.on_grid(every=every, first=int(tick[0]), ticks=ticks, tick_ns=tick_ns)
+        tick = np.arange(tick[0], ticks, round(replayed.server.period_s / tick_s))
+        return Steps(tick, tick * tick_ns)
     late_s = traces.metadata.get("server_lateness_s")
     late_ns = np.zeros_like(tick)
     if late_s is not None and len(late_s) == len(tick):

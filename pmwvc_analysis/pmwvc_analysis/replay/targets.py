@@ -6,13 +6,13 @@ first tick that ran after its arrival.
 
 import numpy as np
 
+from pmwvc_analysis.replay.loop_times import LoopTimes
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import signal
 from pmwvc_core.plant.operators import Operator
 from pmwvc_core.plant.remote_hand import RemoteHand, Target
 from pmwvc_core.plant.targets import GivenTargets
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.simulation.event_schedule import LoopTimes
 from pmwvc_core.traces import SessionTraces
 
 
@@ -41,7 +41,6 @@ def remote_hand(
     if found is None:
         hand.source = GivenTargets([], early=True)
         return hand
-    assert loop.ran_ns is not None
     ran = np.flatnonzero(loop.ran_ns >= 0)
     rows = np.searchsorted(loop.ran_ns[ran], np.rint(found.time_s * 1e9))
     taken = rows < len(ran)

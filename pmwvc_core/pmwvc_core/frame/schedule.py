@@ -28,6 +28,11 @@ class FrameSchedule:
         """Return the tick of its period at which the server steps."""
         return round(self.server_s / tick_s) % period_ticks
 
+    def next_step(self, tick: int, *, tick_s: float, period_s: float) -> int:
+        """Return the first tick after another one at which the server steps."""
+        every = round(period_s / tick_s)
+        return next_on_grid(tick, every, self.server_tick(tick_s=tick_s, period_ticks=every))
+
     def answer_tick(self, *, tick_s: float, rate_drop: int) -> int:
         """Return the tick of a frame that takes the answer, the last one of shorter frames."""
         return min(round(self.answer_s / tick_s), rate_drop - 1)

@@ -11,7 +11,7 @@ from pmwvc_core.frame.force_loop import SIGNALS, FrameReport
 from pmwvc_core.frame.server_step import ServerRow, ServerStep
 from pmwvc_core.numeric import Array, Value, where
 from pmwvc_core.simulation.columns import Columns
-from pmwvc_core.simulation.event_schedule import LoopTimes
+from pmwvc_core.simulation.user import Frame
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
@@ -22,22 +22,20 @@ ENERGIES_PER_USER = ("energy_u_s", "energy_v_s")
 
 
 class UserBuffer:
-    """Traces of one user while running: rows per tick, and per frame after its last tick."""
+    """Traces of one user while running: rows per tick, and per frame after its last tick.
 
-    def __init__(self, name: str, loop: LoopTimes, *, ticks: int, runs: int, dof: int) -> None:
+    Parameters
+    ----------
+    ticks, blocks
+        Of the session; frames at most.
+    """
+
+    def __init__(self, name: str, *, ticks: int, blocks: int, runs: int, dof: int) -> None:
         self.name = name
-        self._loop = loop
-        every = np.arange(ticks, dtype=np.int64)
-        ran = every >= loop.first
-        if loop.ran_ns is not None:
-            ran &= loop.ran_ns[:ticks] >= 0
-        self._ran = every[ran]
-        self._starts = loop.starts(ticks)
-        self._block_of = np.searchsorted(self._starts, every, side="right") - 1
-        self._ends = np.zeros(ticks, dtype=np.bool_)
-        self._ends[self._ran[np.diff(self._block_of[ran], append=-1) != 0]] = True
-        self._last = frozenset(np.flatnonzero(self._ends).tolist())
-        blocks = len(self._last)
+        self._every = ticks
+        self._ticks: list[int] = []  # that ran, and when [ns]
+        self._times_ns: list[int] = []
+        self._ends: list[int] = []  # of frames [ticks]
         plain = runs == dof == 1
         self._signals = Columns(SIGNALS, rows=ticks, runs=runs, width=dof, plain=plain)
         self._energies = Columns(ENERGIES, rows=blocks, runs=runs, width=1, plain=plain)
@@ -45,18 +43,17 @@ class UserBuffer:
         self._reason: list[list[str]] = []
         self._accounts: dict[str, Array] = {}
 
-    def write_ticks(self, ticks: Sequence[int], values: Sequence[Value]) -> None:
-        """Write ``SIGNALS`` of consecutive ticks, tick by tick."""
-        self._signals.write(ticks, values)
+    def write_ticks(self, frame: Frame) -> None:
+        """Write the signals of consecutive ticks."""
+        self._signals.write(frame.ticks, frame.values)
+        self._ticks += frame.ticks
+        self._times_ns += frame.times_ns
 
-    def ends_block(self, tick: int) -> bool:
-        """Tell whether a tick is the last one of its frame that the loop ran."""
-        return tick in self._last
-
-    def write_block(self, report: FrameReport, work: tuple[Value, Value]) -> None:
-        """Write the report of a frame, after its last tick, with the work at the device [J]."""
-        block = len(self._reason)
+    def write_block(self, ends: int, report: FrameReport, work: tuple[Value, Value]) -> None:
+        """Write the report of a frame that ends with a tick, with the work at the device [J]."""
+        block = len(self._ends)
         reason = report.reason
+        self._ends.append(min(ends, self._every))
         self._state[block] = report.state
         self._reason.append([reason] if isinstance(reason, str) else list(reason))
         energies = (report.u_m, report.u_tx, report.v_rx, report.v_m, *work)
@@ -64,30 +61,27 @@ class UserBuffer:
         if report.accounts:
             _put(self._accounts, block, report.accounts, shape=self._state.shape)
 
-    def run(self, run: int, *, tick_s: float, safety_events: int) -> UserTraces:
-        """Return the traces of one run: of the ticks that the loop ran."""
-        loop, ran = self._loop, self._ran
-        ticks = len(self._ends)
-        ends = np.minimum(self._starts[self._block_of[self._ends] + 1], ticks).astype(np.float64)
-        time_s = ran.astype(np.float64) * tick_s
-        late_s = np.zeros(len(ran))
-        if loop.ran_ns is not None:
-            late_s = loop.ran_ns[ran].astype(np.float64) * 1e-9 - time_s
+    def run(self, run: int, *, first: int, tick_s: float, safety_events: int) -> UserTraces:
+        """Return the traces of one run: of the ticks that ran, numbered from the first."""
+        ran = np.array(self._ticks, dtype=np.int64)
+        late_ns = np.array(self._times_ns, dtype=np.int64) - ran * round(tick_s * 1e9)
         signals: dict[str, Any] = {name: self._signals.of(name, run) for name in SIGNALS}
         for name, rows in signals.items():  # an index for every row takes much longer than a copy
-            signals[name] = rows.copy() if len(ran) == ticks else rows[ran]
+            signals[name] = rows.copy() if len(ran) == self._every else rows[ran]
+        blocks = len(self._ends)
+        energies = {name: self._energies.of(name, run)[:blocks, 0].copy() for name in ENERGIES}
         return UserTraces(
             name=self.name,
             tick_s=tick_s,
-            time_s=time_s,
-            tick=ran - loop.first,
-            lateness_s=late_s,
+            time_s=ran.astype(np.float64) * tick_s,
+            tick=ran - first,
+            lateness_s=late_ns.astype(np.float64) * 1e-9,
             compute_s=np.zeros(len(ran)),
-            block_time_s=ends * tick_s,
-            state=self._state[:, run, 0].copy(),
+            block_time_s=np.array(self._ends, dtype=np.float64) * tick_s,
+            state=self._state[:blocks, run, 0].copy(),
             reason=[names[run if len(names) > 1 else 0] for names in self._reason],
-            energy={name: self._energies.of(name, run)[:, 0].copy() for name in ENERGIES},
-            accounts={name: a[:, run, 0].copy() for name, a in self._accounts.items()},
+            energy=energies,
+            accounts={name: a[:blocks, run, 0].copy() for name, a in self._accounts.items()},
             missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0,
             safety_events=safety_events,
             **signals,
@@ -95,7 +89,13 @@ class UserBuffer:
 
 
 class ServerBuffer:
-    """Traces of the server while running: a row per step."""
+    """Traces of the server while running: a row per step.
+
+    Attributes
+    ----------
+    ticks, ran_ns, periods_s
+        Of each step: its tick, when it ran [ns], how long it lasted [s].
+    """
 
     def __init__(self, users: Sequence[str], *, steps: int, runs: int, dof: int) -> None:
         self.users = list(users)
@@ -108,9 +108,16 @@ class ServerBuffer:
         self._target: list[Value] = []
         self._accounts: dict[str, Array] = {}
         self._shape = (steps, runs, 1)
+        self.ticks: list[int] = []
+        self.ran_ns: list[int] = []
+        self.periods_s: list[float] = []
 
-    def write(self, step: int, row: ServerRow) -> None:
+    def write(self, tick: int, ran_ns: int, period_s: float, row: ServerRow) -> None:
         """Write one step of the server."""
+        step = len(self.ticks)
+        self.ticks.append(tick)
+        self.ran_ns.append(ran_ns)
+        self.periods_s.append(period_s)
         signals = [row.x_o, row.xd_o]
         energies: list[Value] = [row.kinetic, row.potential, row.dissipated]
         for port in row.ports:
@@ -123,29 +130,30 @@ class ServerBuffer:
         if row.accounts:
             _put(self._accounts, step, row.accounts, shape=self._shape)
 
-    def run(self, run: int, *, time_s: Array, periods_s: Array) -> ServerTraces:
-        """Return the traces of one run, given when steps began and how long they lasted [s]."""
-        numbers = np.arange(len(self._target), dtype=np.int64)
-        each = range(len(self.users))
-        signals = {name: self._signals.of(name, run).copy() for name in OBJECT}
-        parts: dict[str, Any] = dict(signals)
-        parts["target"] = np.array(self._target).reshape(signals["x_o"].shape)
+    def run(self, run: int, *, time_s: Array) -> ServerTraces:
+        """Return the traces of one run, given when steps began [s]."""
+        steps, each = len(self.ticks), range(len(self.users))
+
+        def of(columns: Columns, name: str) -> Array:
+            return columns.of(name, run)[:steps].copy()
+
+        parts: dict[str, Any] = {name: of(self._signals, name) for name in OBJECT}
+        parts["target"] = np.array(self._target).reshape(parts["x_o"].shape)
         for name in PER_USER:
-            parts[name] = [self._signals.of(f"{name}{i}", run).copy() for i in each]
+            parts[name] = [of(self._signals, f"{name}{i}") for i in each]
         for name in STORED:
-            parts[name] = self._energies.of(name, run)[:, 0].copy()
+            parts[name] = of(self._energies, name)[:, 0]
         for name in ENERGIES_PER_USER:
-            parts[name] = [self._energies.of(f"{name}{i}", run)[:, 0].copy() for i in each]
-        contact = [self._energies.of(f"contact{i}", run)[:, 0] != 0.0 for i in each]
-        state = np.array(self._state, dtype=np.int64).reshape(len(numbers), len(self.users))
+            parts[name] = [of(self._energies, f"{name}{i}")[:, 0] for i in each]
+        state = np.array(self._state, dtype=np.int64).reshape(steps, len(self.users))
         return ServerTraces(
             users=self.users,
-            periods_s=periods_s,
+            periods_s=np.array(self.periods_s, dtype=np.float64),
             time_s=time_s,
-            step=numbers + 1,
-            contact=contact,
+            step=np.arange(1, steps + 1, dtype=np.int64),
+            contact=[of(self._energies, f"contact{i}")[:, 0] != 0.0 for i in each],
             state=[column.copy() for column in state.T],
-            accounts={name: a[:, run, 0].copy() for name, a in self._accounts.items()},
+            accounts={name: a[:steps, run, 0].copy() for name, a in self._accounts.items()},
             **parts,
         )
 

@@ -4,13 +4,30 @@
 the fate of every packet, the force of a hand, the times at which loops ran.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.plant.operators import Operator
-from pmwvc_core.simulation.event_schedule import Integers, Steps
+
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Steps:
+    """The server's steps: tick of the session of each, and when it ran ``(steps,)``."""
+
+    tick: Integers
+    ran_ns: Integers
+
+    def in_order(self) -> Iterator[tuple[int, int]]:
+        """Return tick and time of each step [ns]."""
+        return iter(list(zip(self.tick.tolist(), self.ran_ns.tolist(), strict=True)))
 
 
 @dataclass(frozen=True)
@@ -26,7 +43,7 @@ class Conditions:
     first
         Tick of the session with which a user's first frame starts.
     ran_ns
-        When each tick of a user ran; see :class:`.event_schedule.LoopTimes`.
+        When each tick of a user ran, negative where it did not ``(ticks,)``.
     steps
         When the server stepped.
     links
@@ -41,3 +58,41 @@ class Conditions:
     steps: Steps | None = None
     links: Mapping[str, Callable[[], RecordedLink]] = field(default_factory=dict)
     hands: Mapping[str, Callable[[], Operator]] = field(default_factory=dict)
+
+    def times(self, name: str, *, ticks: int, tick_ns: int) -> "TickTimes":
+        """Return the times of a user's ticks in a session of so many."""
+        first, ran_ns = self.first.get(name, 0), self.ran_ns.get(name)
+        if ran_ns is None:
+            return TickTimes(first, first, range(0, ticks * tick_ns, tick_ns), frozenset())
+        ran = np.flatnonzero(ran_ns[:ticks] >= 0)
+        ran = ran[ran >= first]
+        if not len(ran):
+            return TickTimes(first, 0, (), frozenset())
+        every = np.arange(ran[-1] + 1)
+        times = ran_ns[ran[np.searchsorted(ran, every)]].tolist()
+        missed = np.setdiff1d(every[ran[0] :], ran)
+        return TickTimes(first, int(ran[0]), times, frozenset(missed.tolist()))
+
+
+class TickTimes(NamedTuple):
+    """The times of the ticks of one user.
+
+    Attributes
+    ----------
+    first
+        Tick of the session with which the first frame starts.
+    begin
+        First tick that runs.
+    at_ns
+        Time of every tick of the session up to the last that runs.
+    missed
+        Ticks in between that do not run: they pass when the loop runs again.
+    """
+
+    first: int
+    begin: int
+    at_ns: Sequence[int]
+    missed: frozenset[int]
+
+
+FROM_SCENARIO = Conditions()

@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """One user in virtual time: device, hand, force loop, and the links both ways."""
 
-from collections.abc import Sequence
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,10 +17,28 @@ from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.plant.operators import Operator, make_operator
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import Conditions
-from pmwvc_core.simulation.event_schedule import LoopTimes
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.transport.receiver import Receiver
+
+
+class Frame(NamedTuple):
+    """Ticks of a frame that ran, all or a part.
+
+    Attributes
+    ----------
+    ticks, times_ns
+        Of the session, and when they ran [ns].
+    values
+        Signals tick by tick, in the order of ``SIGNALS``.
+    ends
+        Tick with which the next frame starts; None while more of this one is to run.
+    """
+
+    ticks: Sequence[int]
+    times_ns: Sequence[int]
+    values: list[Value]
+    ends: int | None
 
 
 class SimulatedUser:
@@ -28,10 +48,12 @@ class SimulatedUser:
     ----------
     index
         Number of the user, from 0.
+    ticks
+        Length of the session.
+    inbox
+        The user's receiver at the server.
     conditions
         Whatever does not come from the scenario.
-    rates
-        Rate drops that come later: tick of the session from which each holds, with the next frame.
     """
 
     def __init__(
@@ -39,39 +61,30 @@ class SimulatedUser:
         scenario: Scenario,
         index: int,
         *,
+        ticks: int,
         runs: int,
-        server_inbox: Receiver,
+        inbox: Receiver,
         conditions: Conditions,
-        rates: Sequence[tuple[int, int]] = (),
     ) -> None:
         user, dof, tick_s = scenario.users[index], scenario.dof, scenario.tick_s
         self.settings = user
         self.loop = force_loop_of(scenario, index, schedule=conditions.schedule)
-        self.times = LoopTimes(
-            user.master.rate_drop,
-            first=conditions.first.get(user.name, 0),
-            answer=self.loop.answer_tick,
-            changes=rates,
-            ran_ns=conditions.ran_ns.get(user.name),
-        )
+        times = conditions.times(user.name, ticks=ticks, tick_ns=round(tick_s * 1e9))
+        self.first, self._next, self._times, self._missed = times
         # As live: packets come in at every tick, and the hand begins the tick after an answer.
         self._live = conditions.schedule.answer_s > 0.0
         self._listens = self._live or scenario.strict
         self._acts = False
+        ways = (("up", user.link_up, inbox), ("down", user.link_down, self.loop.inbox))
         self.up, self.down = (
             SimulatedLink(
-                recorded() if recorded else params,
+                conditions.links.get(f"{user.name}/{name}", lambda params=params: params)(),
                 seed=stream_of(scenario.seed, index, way),
-                inbox=inbox,
+                inbox=end,
                 dof=dof,
                 direction=way,
             )
-            for way, (params, inbox, recorded) in enumerate(
-                (
-                    (user.link_up, server_inbox, conditions.links.get(f"{user.name}/up")),
-                    (user.link_down, self.loop.inbox, conditions.links.get(f"{user.name}/down")),
-                )
-            )
+            for way, (name, params, end) in enumerate(ways)
         )
         half = scenario.server.object_size_m / 2
         start = user.side * (half + user.contact.gap_m)
@@ -107,22 +120,42 @@ class SimulatedUser:
         if new.link_down is not old.link_down:
             self.down.configure(new.link_down)
 
-    def send(self, tick: int, now_ns: int) -> None:
-        """Send the packet of a frame start."""
-        packet = self.loop.start_frame(tick - self.times.first, now_ns, self._sample)
+    def send(self, until_ns: int) -> bool:
+        """Send the packet of a frame that starts by an instant [ns]; tell whether a tick is due by
+        then.
+        """
+        tick = self._next
+        if tick >= len(self._times) or self._times[tick] > until_ns:
+            return False
+        while tick in self._missed:
+            self._pass_by()
+            self._next = tick = tick + 1
+        now_ns = self._times[tick]
+        packet = self.loop.start_frame(tick - self.first, now_ns, self._sample)
         if packet is not None:
             self.up.send(packet, now_ns)
+        return True
 
-    def advance(self, ticks: Sequence[int], times_ns: Sequence[int]) -> list[Value]:
-        """Run the ticks between two events of the network.
+    def run(self, before_ns: int) -> Iterator[Frame]:
+        """Run the ticks that are due before an instant [ns], frame by frame."""
+        times, missed = self._times, self._missed
+        while self.send(before_ns - 1):
+            tick, ends = self._next, self.first + self.loop.next_frame
+            after = bisect_left(times, before_ns, tick, min(ends, len(times)))
+            if missed:
+                after = next((k for k in range(tick, after) if k in missed), after)
+            ticks, at = range(tick, after), times[tick:after]
+            values = self._advance(ticks, at)
+            self._next = after
+            while after in missed:
+                after += 1
+            over = after >= min(ends, len(times))
+            yield Frame(ticks, at, values, ends if over else None)
 
-        Returns
-        -------
-        list
-            Signals tick by tick, in the order of ``SIGNALS``.
-        """
+    def _advance(self, ticks: Sequence[int], times_ns: Sequence[int]) -> list[Value]:
+        """Run ticks of one frame; return their signals."""
         device, operator, sample, loop = self.device, self.operator, self._sample, self.loop
-        first, acts = self.times.first, self._acts
+        first, acts = self.first, self._acts
         numbers = [tick - first for tick in ticks] if first else ticks
         packets: Sequence[WavePacket] = ()
         comes = False
@@ -146,7 +179,7 @@ class SimulatedUser:
         self.f_applied, self._acts = f, acts or loop.coupled
         return values
 
-    def pass_by(self) -> None:
+    def _pass_by(self) -> None:
         """Let a tick pass that the force loop missed: the last force stays on the device."""
         device, operator = self.device, self.operator
         f_h = operator.step(device.x, device.xd) if self._acts else operator.hold()

@@ -107,9 +107,8 @@ class SimulatedSession(Session):
         """Change what is wanted otherwise; a delay never jumps."""
         if self._scenario == self._wanted:
             return
-        before = self._scenario
-        self._scenario = ramped(before, self._wanted, over_s=self._snapshot_s)
-        self._simulation.change(before, self._scenario)
+        self._scenario = ramped(self._scenario, self._wanted, over_s=self._snapshot_s)
+        self._simulation.change(self._scenario)
         if self._scenario == self._wanted:
             self._lags = description.lags(self._scenario, live=False)
 

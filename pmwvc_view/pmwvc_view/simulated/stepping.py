@@ -1,34 +1,28 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A session simulated in real time: the core's own ends of the protocol, stepped as far as the
-clock says. Needs no ROS.
+"""A session simulated in real time: virtual time as far as the clock says. Needs no ROS.
 
-As the simulator (:mod:`pmwvc_core.simulation.session`), frame start, server step and answer are
-one instant; unlike it this session has no end, and its links change while it runs.
+Unlike a simulation this session has no end, and its parameters change while it runs.
 """
 
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 
 from pmwvc_core.controllers import has_waves
-from pmwvc_core.frame.assembly import server_step_of
 from pmwvc_core.frame.force_loop import SIGNALS
-from pmwvc_core.frame.schedule import next_on_grid
 from pmwvc_core.frame.server_step import ServerRow
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.plant.remote_hand import RemoteHand, Target
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.links import SimulatedLink
-from pmwvc_core.simulation.user import SimulatedUser
+from pmwvc_core.simulation.user import Frame
+from pmwvc_core.simulation.virtual_time import VirtualTime
 from pmwvc_view.feed import traces
 from pmwvc_view.feed.accounts import MasterSums, ServerSums
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import Block, Step
 
-CONDITIONS = Conditions()
 LONGEST = 8  # ticks at once, so that a page is shown often enough
 _COLUMNS = [SIGNALS.index(name) for name in traces.SIGNALS]
 
@@ -64,13 +58,8 @@ class Simulation:
         self._names = [user.name for user in scenario.users]
         self._waves = has_waves(scenario.controller)
         self._dof = scenario.dof
-        self._server = server_step_of(scenario)
-        self._users = [
-            SimulatedUser(scenario, i, runs=1, server_inbox=inbox, conditions=CONDITIONS)
-            for i, inbox in enumerate(self._server.inboxes)
-        ]
-        self._serve_at = 0  # tick of the server's next step
-        self.tick_ns = round(scenario.tick_s * 1e9)
+        self._time = VirtualTime(scenario, on_frame=self._show_frame, on_step=self._show_step)
+        self._users, self.tick_ns = self._time.users, self._time.tick_ns
         self.targets: dict[str, PageTargets] = {}
         for user in self._users:
             if isinstance(user.operator, RemoteHand) and not user.settings.operator.file:
@@ -79,34 +68,17 @@ class Simulation:
         self.tick = 0
 
     def run(self, until_tick: int) -> None:
-        """Step up to a tick, from one frame start or step of the server to the next."""
+        """Step up to a tick."""
         while self.tick < until_tick:
-            self._begin()
-            begins = [self._serve_at, *(user.loop.next_frame for user in self._users)]
-            after = min(*begins, self.tick + LONGEST, until_tick)
-            self._advance(after)
-            self.tick = after
+            self.tick = min(self.tick + LONGEST, until_tick)
+            self._time.run(self.tick * self.tick_ns)
+            for index, user in enumerate(self._users):
+                for way, link in enumerate((user.up, user.down)):
+                    self._hand_packets(2 * index + way, link)
 
-    def change(self, old: Scenario, new: Scenario) -> None:
-        """Change parameters of a running session.
-
-        Both scenarios have one structure; what is equal in both stays as it is.
-        """
-        server = self._server
-        if new.server != old.server:
-            server.hand_over(partial(self._configure_server, new))
-        for index, (user, one, other) in enumerate(
-            zip(self._users, old.users, new.users, strict=True)
-        ):
-            user.change(one, other)
-            if other.contact != one.contact:
-                port = index, other.contact, other.server_impedance
-                server.hand_over(partial(server.configure_user, *port))
-
-    def _configure_server(self, new: Scenario) -> None:
-        """Give the server other parameters in a step; it ends where the next one begins."""
-        ends = next_on_grid(self.tick, new.period_ticks)
-        self._server.configure(new.server, first_s=(ends - self.tick) * new.tick_s)
+    def change(self, new: Scenario) -> None:
+        """Change parameters of the running session: another scenario of the same structure."""
+        self._time.change(new)
 
     def round_trips(self) -> dict[str, float | None]:
         """Return the measured round trip of every user, by column [s]."""
@@ -125,42 +97,9 @@ class Simulation:
                 found[f"{user.settings.name}.target"] = followed if user.operator.holding else None
         return found
 
-    def _link(self, user: int, way: int) -> SimulatedLink:
-        return self._users[user].down if way else self._users[user].up
-
-    def _begin(self) -> None:
-        """Run what is due at the present tick: frame starts, and the server's step."""
-        tick, now_ns = self.tick, self.tick * self.tick_ns
-        for user in self._users:
-            user.send(tick, now_ns)
-        if tick == self._serve_at:
-            self._serve(now_ns)
-            every = round(self._server.params.period_s * 1e9) // self.tick_ns
-            self._serve_at = next_on_grid(tick, every)
-
-    def _advance(self, after: int) -> None:
-        """Run the ticks from the present one on."""
-        ticks = range(self.tick, after)
-        times = [number * self.tick_ns for number in ticks]
-        for name, user in zip(self._names, self._users, strict=True):
-            values = user.advance(ticks, times)
-            self._feed.on_master(name, self._block(user, values, times))
-        for index in range(len(self._users)):
-            for way in (0, 1):
-                self._hand_packets(2 * index + way, self._link(index, way))
-
-    def _serve(self, now_ns: int) -> None:
-        packets = [user.up.collect(now_ns) for user in self._users]
-        answers, row = self._server.tick(now_ns, packets)
-        for user, answer in zip(self._users, answers, strict=True):
-            if answer is not None:
-                user.down.send(answer, now_ns)
-        if row is not None:
-            self._feed.on_server(self._server_row(row, now_ns))
-
-    def _server_row(self, row: ServerRow, now_ns: int) -> Step:
+    def _show_step(self, _: int, now_ns: int, row: ServerRow) -> None:
         vector = self._vector
-        return Step(
+        step = Step(
             start_ns=now_ns,
             object=np.array([vector(getattr(row, name)) for name in traces.OBJECT]),
             avatars=np.array(
@@ -174,15 +113,17 @@ class Simulation:
                 for name, port in zip(self._names, row.ports, strict=True)
             },
         )
+        self._feed.on_server(step)
 
-    def _block(self, user: SimulatedUser, values: list[Value], times: Sequence[int]) -> Block:
+    def _show_frame(self, index: int, frame: Frame) -> None:
+        user, times, values = self._users[index], frame.times_ns, frame.values
         every = values if self._dof == 1 else [self._vector(value) for value in values]
         signals = np.array(every).reshape(len(times), len(SIGNALS), self._dof)
         report = user.loop.report()
         sums = MasterSums(
             times[-1], self._epoch, _one(report.u_m), _one(report.v_m), _one(user.device.work[0])
         )
-        return Block(
+        block = Block(
             start_ns=times[0],
             period_ns=self.tick_ns,
             signals=signals[:, _COLUMNS].swapaxes(0, 1),
@@ -193,6 +134,7 @@ class Simulation:
             sums=sums,
             waves=self._waves and not report.accounts,
         )
+        self._feed.on_master(self._names[index], block)
 
     def _vector(self, value: Value) -> Array:
         every = np.reshape(np.asarray(value, dtype=np.float64), -1)  # one number: of all axes

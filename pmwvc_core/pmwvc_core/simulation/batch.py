@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Scenarios of equal structure stepped together, and what they leave behind."""
+
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from pmwvc_core.frame.server_step import ServerRow
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.changes import over_time
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.buffers import ServerBuffer, UserBuffer, add_faults
+from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
+from pmwvc_core.simulation.garbage import no_garbage
+from pmwvc_core.simulation.network_traces import NetworkTraces
+from pmwvc_core.simulation.stacking import stack_scenarios
+from pmwvc_core.simulation.user import Frame
+from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime
+from pmwvc_core.traces import SessionTraces
+
+PROGRESS_NS = 1_000_000_000  # of virtual time between two reports
+
+
+class SessionBatch:
+    """Scenarios of equal structure, stepped together."""
+
+    def __init__(
+        self, scenarios: Sequence[Scenario], conditions: Conditions = FROM_SCENARIO
+    ) -> None:
+        scenario, runs = stack_scenarios(scenarios), len(scenarios)
+        self.tick_s = scenario.tick_s
+        self.ticks = ticks = round(scenario.duration_s / self.tick_s)
+        self._shape = {"runs": runs, "dof": scenario.dof}
+        self._prescribed = bool(conditions.steps or conditions.schedule.server_s)
+        self._changes = over_time(scenario)
+        self.time = VirtualTime(
+            scenario,
+            ticks=ticks,
+            runs=runs,
+            conditions=conditions,
+            on_frame=self._note,
+            on_step=self._note_step,
+        )
+        self.tick_ns, self.server, self.users = (
+            self.time.tick_ns,
+            self.time.server,
+            self.time.users,
+        )
+        stages = [scenario, *(new for _, new in self._changes)]
+        names = [user.name for user in scenario.users]
+        self.user_buffers = [
+            UserBuffer(
+                name,
+                ticks=ticks,
+                blocks=_most(ticks, [stage.users[i].master.rate_drop for stage in stages]),
+                **self._shape,
+            )
+            for i, name in enumerate(names)
+        ]
+        steps = _most(ticks, [stage.period_ticks for stage in stages])
+        if conditions.steps is not None:
+            steps = len(conditions.steps.tick)
+        self.server_buffer = ServerBuffer(names, steps=steps, **self._shape)
+
+    def run(self, progress: Callable[[float], None]) -> None:
+        """Step to the end; ``progress`` is called with the ratio done, 0..1."""
+        end_ns, changes = self.ticks * self.tick_ns, deque(self._changes)
+        with no_garbage():
+            for begin_ns in range(0, end_ns, PROGRESS_NS):
+                progress(begin_ns / end_ns)
+                until_ns = min(begin_ns + PROGRESS_NS, end_ns)
+                while changes and changes[0][0].time_s * 1e9 < until_ns:
+                    change, new = changes.popleft()
+                    self.time.run(math.ceil(change.time_s * 1e9))
+                    self.time.change(new)
+                self.time.run(until_ns)
+            self.time.run(NEVER_NS)  # ticks and steps that a recording has later than due
+        for user in self.users:
+            user.up.drain(end_ns)
+            user.down.drain(end_ns)
+        progress(1.0)
+
+    def _note(self, index: int, frame: Frame) -> None:
+        """Note ticks of a user; energies and safety where a frame ends."""
+        user, buffer = self.users[index], self.user_buffers[index]
+        buffer.write_ticks(frame)
+        if frame.ends is not None:
+            buffer.write_block(frame.ends, user.loop.report(), user.device.work)
+
+    def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
+        self.server_buffer.write(tick, now_ns, self.server.period_s, row)
+
+    def traces(self, run: int) -> SessionTraces:
+        """Return what one run of the batch leaves behind."""
+        server = self.server_buffer
+        traces = SessionTraces(
+            source="simulated",
+            duration_s=self.ticks * self.tick_s,
+            users=[
+                buffer.run(
+                    run,
+                    first=user.first,
+                    tick_s=self.tick_s,
+                    safety_events=_of_run(user.loop.safety.events, run),
+                )
+                for user, buffer in zip(self.users, self.user_buffers, strict=True)
+            ],
+            server=server.run(run, time_s=self._began_s),
+        )
+        if self._prescribed:
+            late_ns = np.array(server.ran_ns) - np.array(server.ticks) * self.tick_ns
+            traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
+        add_faults(traces, self.server)
+        self._network.add_to(traces, run)
+        return traces
+
+    @property
+    def _began_s(self) -> Array:
+        """When steps began [s]."""
+        ticks, periods_s = self.server_buffer.ticks, self.server_buffer.periods_s
+        if self._prescribed or len(set(periods_s)) > 1:
+            return np.array(ticks, dtype=np.float64) * self.tick_s
+        return np.asarray(np.arange(len(ticks)) * np.array(periods_s))
+
+    @cached_property
+    def _network(self) -> NetworkTraces:
+        return NetworkTraces(self.users, self.server, **self._shape)
+
+
+def _most(ticks: int, lengths: list[int]) -> int:
+    """Return how many frames or steps a session has at most, if their length changes."""
+    return ticks // min(lengths) + 1 + len(lengths)
+
+
+def _of_run(value: object, run: int) -> int:
+    """Return one run's entry of a count that a batch may hold as an array."""
+    return int(value[run, 0]) if isinstance(value, np.ndarray) else int(value)  # type: ignore[call-overload]

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Both ends of the frame protocol in virtual time.
+
+Users meet at the server only: each runs by itself up to the server's next step. At the instant of
+a step all masters send that start a frame there, the server steps, then come the ticks. All lie on
+their grids, or, in a recorded session, where its loops really ran.
+"""
+
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
+
+from pmwvc_core.frame.assembly import server_step_of
+from pmwvc_core.frame.server_step import ServerRow
+from pmwvc_core.params import ServerParams
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
+from pmwvc_core.simulation.user import Frame, SimulatedUser
+
+ENDLESS = 1 << 40  # ticks
+NEVER_NS = sys.maxsize
+
+
+class VirtualTime:
+    """The ends of a scenario, stepped as far as wanted.
+
+    Parameters
+    ----------
+    scenario, ticks, runs
+        The session, its length, and of how many runs its numbers are columns ``(runs, 1)``.
+    on_frame
+        Called with number of a user and ticks that it ran: a frame, or a part of one.
+    on_step
+        Called with a step of the server: tick and time [ns] at which it began, and its row.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        on_frame: Callable[[int, Frame], None],
+        on_step: Callable[[int, int, ServerRow], None],
+        ticks: int = ENDLESS,
+        runs: int = 1,
+        conditions: Conditions = FROM_SCENARIO,
+    ) -> None:
+        self._present, self.tick_ns = scenario, round(scenario.tick_s * 1e9)
+        self.server = server_step_of(scenario)
+        self.users = [
+            SimulatedUser(scenario, i, ticks=ticks, runs=runs, inbox=inbox, conditions=conditions)
+            for i, inbox in enumerate(self.server.inboxes)
+        ]
+        self._on_frame, self._on_step = on_frame, on_step
+        self._next_step = partial(conditions.schedule.next_step, tick_s=scenario.tick_s)
+        self._steps = conditions.steps.in_order() if conditions.steps else self._on_grid(ticks)
+        self._tick, self._at_ns = next(self._steps, (0, NEVER_NS))  # of the server's next step
+
+    def run(self, before_ns: int) -> None:
+        """Step everything that is due before an instant [ns]."""
+        while True:
+            now_ns = min(self._at_ns, before_ns)
+            for index, user in enumerate(self.users):
+                for frame in user.run(now_ns):
+                    self._on_frame(index, frame)
+            if self._at_ns >= before_ns:
+                return
+            for user in self.users:
+                user.send(now_ns)
+            packets = [user.up.collect(now_ns) for user in self.users]
+            answers, row = self.server.tick(now_ns, packets)
+            for user, answer in zip(self.users, answers, strict=True):
+                if answer is not None:
+                    user.down.send(answer, now_ns)
+            if row is not None:
+                self._on_step(self._tick, now_ns, row)
+            self._tick, self._at_ns = next(self._steps, (0, NEVER_NS))
+
+    def _on_grid(self, ticks: int) -> Iterator[tuple[int, int]]:
+        tick = -1
+        while (tick := self._next_step(tick, period_s=self.server.params.period_s)) < ticks:
+            yield tick, tick * self.tick_ns
+
+    def change(self, new: Scenario) -> None:
+        """Hand over what another scenario has; groups without a change are the same objects."""
+        (old, self._present), server = (self._present, new), self.server
+        if new.server is not old.server:
+            server.hand_over(partial(self._configure, new.server))
+        for index, user in enumerate(self.users):
+            one, other = old.users[index], new.users[index]
+            user.change(one, other)
+            if other.contact is not one.contact:
+                port = index, other.contact, other.server_impedance
+                server.hand_over(partial(server.configure_user, *port))
+
+    def _configure(self, params: ServerParams) -> None:
+        """Give the server other parameters in a step; it ends where the next one begins."""
+        lasts = self._next_step(self._tick, period_s=params.period_s) - self._tick
+        self.server.configure(params, first_s=lasts * self._present.tick_s)

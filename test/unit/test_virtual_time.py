@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The order of sending, steps and ticks in virtual time, on the grid and as a session ran."""
+
+import numpy as np
+
+from pmwvc_analysis.replay.loop_times import LoopTimes
+from pmwvc_bringup import scenarios
+from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.simulation.conditions import Conditions, Steps
+from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime
+
+MS = 1_000_000
+TICKS = 16
+
+
+def ran(*settings, ran_ns=None, first=0, **conditions):
+    """Return what happened, in order: time [ns], what, whose, tick."""
+    texts = ["users=2", "channel=plain", *settings]
+    scenario = scenarios.load("carry_16ms", settings_texts=texts)
+    name = scenario.users[0].name
+    if ran_ns is not None:
+        conditions |= {"ran_ns": {name: np.asarray(ran_ns)}}
+    seen = []
+    time = VirtualTime(
+        scenario,
+        ticks=TICKS,
+        conditions=Conditions(first={name: first}, **conditions),
+        on_frame=lambda who, frame: None,
+        on_step=lambda tick, now_ns, row: seen.append((now_ns, "SERVE", 0, tick)),
+    )
+    for who, user in enumerate(time.users):
+        noted(user, who, seen)
+    time.run(NEVER_NS)
+    return seen
+
+
+def noted(user, who, seen):
+    """Note what a user sends and runs."""
+    step, send, passed = user.loop.tick, user.up.send, user._pass_by
+
+    def tick(number, now_ns, sample, packets):
+        seen.append((now_ns, "TICK", who, number + user.first))
+        return step(number, now_ns, sample, packets)
+
+    def sent(packet, now_ns):
+        seen.append((now_ns, "SEND", who, user._next))
+        send(packet, now_ns)
+
+    def pass_by():
+        seen.append((user._times[user._next], "PASS", who, user._next))
+        passed()
+
+    user.loop.tick, user.up.send, user._pass_by = tick, sent, pass_by
+
+
+def of(rows, what, who=0):
+    return [(time, tick) for time, kind, whose, tick in rows if (kind, whose) == (what, who)]
+
+
+def answers(loop):
+    """Return tick and time of every answer taken."""
+    return [found.tolist() for found in loop.frame_events(loop.answer)]
+
+
+def test_the_order_of_a_frame_is_send_serve_tick():
+    first = [row[1:3] for row in ran() if row[0] == 8 * MS]
+    assert first[:3] == [("SEND", 0), ("SEND", 1), ("SERVE", 0)]
+    assert first[3:] == [("TICK", 0), ("TICK", 1)]
+
+
+def test_every_tick_runs_once_and_frames_send_once():
+    rows = ran("user1.master.rate_drop=4", first=3)
+    for who, first in enumerate((3, 0)):
+        assert [tick for _, tick in of(rows, "TICK", who)] == list(range(first, TICKS))
+    assert [tick for _, tick in of(rows, "SEND")] == [3, 7, 11, 15]
+
+
+def test_live_phases_put_the_step_after_two_ticks_and_the_answer_after_four():
+    rows = ran(schedule=LIVE)
+    assert of(rows, "SERVE") == [(2 * MS, 2), (10 * MS, 10)]
+    on_grid = LoopTimes(8, first=0, answer=4, ran_ns=np.arange(TICKS) * MS)
+    assert answers(on_grid) == [[4, 12], [4 * MS, 12 * MS]]
+
+
+def test_events_come_in_the_order_in_which_loops_really_ran():
+    times = np.arange(TICKS) * MS
+    times[2:5] = [int(5.2 * MS), int(5.7 * MS), int(6.2 * MS)]  # late, and catching up
+    times[5:8] = [int(6.7 * MS), int(7.2 * MS), int(7.7 * MS)]
+    steps = Steps(np.array([2, 10]), np.array([2 * MS, 10 * MS + 300]))
+    rows = ran(schedule=LIVE, ran_ns=times, steps=steps)
+    own = [row for row in rows if row[2] == 0]
+    assert [row[0] for row in own] == sorted(row[0] for row in own)
+    kinds = [(kind, tick) for _, kind, _, tick in own]
+    assert kinds.index(("SERVE", 2)) < kinds.index(("TICK", 2))
+    assert kinds.index(("TICK", 10)) < kinds.index(("SERVE", 10))
+    assert answers(LoopTimes(8, first=0, answer=4, ran_ns=times))[1][0] == times[4]
+
+
+def test_a_missed_tick_passes_when_the_loop_runs_again():
+    times = np.arange(TICKS) * MS
+    times[6:10] = -1  # the end of one frame and the start of the next
+    rows = ran(ran_ns=times)
+    assert of(rows, "PASS") == [(10 * MS, k) for k in range(6, 10)]
+    assert [tick for _, tick in of(rows, "SEND")] == [0, 10]
+    at_ten = [kind for time, kind, who, _ in rows if (time, who) == (10 * MS, 0)]
+    assert at_ten == [*["PASS"] * 4, "SEND", "TICK"]
+
+
+def test_ticks_before_the_first_and_after_the_last_are_not_missed():
+    times = np.full(TICKS, -1)
+    times[3:12] = np.arange(3, 12) * MS
+    rows = ran(ran_ns=times, first=2)
+    assert not of(rows, "PASS")
+    assert [tick for _, tick in of(rows, "TICK")] == list(range(3, 12))
+
+
+def test_what_is_late_beyond_the_end_still_runs():
+    times = np.arange(TICKS) * MS
+    times[-1] += 3 * MS
+    assert of(ran(ran_ns=times), "TICK")[-1] == (times[-1], TICKS - 1)
