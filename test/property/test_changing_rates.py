@@ -15,8 +15,9 @@ from pmwvc_bringup import scenarios as files
 from pmwvc_core.numeric import squared
 from pmwvc_core.params import DeadbandParams
 from pmwvc_core.simulation.batch import SessionBatch
-from pmwvc_core.transport import Packer, Receiver
 from pmwvc_core.transport.deadband import Deadband
+from pmwvc_core.transport.packet import Packer
+from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.strict_receiver import StrictReceiver
 
 LEAST_J = -1e-12

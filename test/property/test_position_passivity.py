@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from pmwvc_core.master import SafetyLimiter, WaveMaster
 from pmwvc_core.numeric import dot, squared
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams, SafetyParams
-from pmwvc_core.transport import Packer
+from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave import Hold
 
 TICK_S = 0.001

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pmwvc_core.numeric import squared
-from pmwvc_core.transport import Packer, Receiver
+from pmwvc_core.transport.packet import Packer
+from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.strict_receiver import StrictReceiver
 from pmwvc_core.wave.playout import Playout
 

@@ -19,7 +19,9 @@ from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.numeric import squared
-from pmwvc_core.transport import Packer, Receiver, Verdict
+from pmwvc_core.transport.packet import Packer
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.verdict import Verdict
 from pmwvc_core.transport.zeroing_receiver import ZeroingReceiver
 
 PERIOD_S = 0.008

@@ -8,7 +8,7 @@ import pytest
 
 from pmwvc_core.master.position.energy_tank import EnergyTank
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
-from pmwvc_core.transport import Packer
+from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave import Hold
 from pmwvc_core.wave.design.aliasing import worst_case_gain
 

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pmwvc_core.transport import Packer
 from pmwvc_core.transport.clock_line import Least, clock_line
+from pmwvc_core.transport.packet import Packer
 from pmwvc_core.transport.path import Path
 
 MS = 1_000_000

@@ -7,8 +7,9 @@ import dataclasses
 import pytest
 
 from pmwvc_core.runtime.peers import Peers
-from pmwvc_core.transport import Packer, Receiver, Verdict
-from pmwvc_core.transport.packet import refused
+from pmwvc_core.transport.packet import Packer, refused
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.verdict import Verdict
 
 DOWN, UP = "/user1/wave_down", "/user1/wave_up"
 

@@ -11,8 +11,7 @@ from pmwvc_core.master import WaveMaster
 from pmwvc_core.master.position.energy_tank import SPREAD_S
 from pmwvc_core.numeric import dot, squared
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
-from pmwvc_core.transport import Packer
-from pmwvc_core.transport.packet import FLAG_ANEW
+from pmwvc_core.transport.packet import FLAG_ANEW, Packer
 
 M, TICK_S, FRAME_S = 8, 0.001, 0.008
 KINDS = ("printed", "budgeted", "integral")

@@ -8,7 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from pmwvc_core.transport import Packer, Receiver, Verdict
+from pmwvc_core.transport.packet import Packer
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.verdict import Verdict
 
 PERIOD_S = 0.008
 PERIOD_NS = 8_000_000

@@ -28,9 +28,10 @@ from pmwvc_bringup.scenarios import load
 from pmwvc_core.network import Cause, FateKind
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import FateTraces, ReceptionTraces
-from pmwvc_core.transport import Packer, Receiver, Verdict
-from pmwvc_core.transport.packet import refused
-from pmwvc_core.transport.reception import Passage, counts, fields
+from pmwvc_core.transport.packet import Packer, refused
+from pmwvc_core.transport.receiver import Receiver
+from pmwvc_core.transport.reception import PASSAGE, counts, passage
+from pmwvc_core.transport.verdict import Verdict
 
 FRAME_NS = 8_000_000
 
@@ -59,7 +60,7 @@ def received_of(rows):
     packets = [packer.pack(0.1, 0.0, n * FRAME_NS) for n in range(60)]
     for n, (seq, bad) in enumerate(rows):
         inbox.push(refused(Verdict.CORRUPTED) if bad else packets[seq - 1], n)
-    return ReceptionTraces("user1/up", 1, counts(inbox), fields(Passage()))
+    return ReceptionTraces("user1/up", 1, counts(inbox), passage(None))
 
 
 @given(st.lists(st.tuples(st.integers(1, 60), st.booleans()), max_size=150))
@@ -135,14 +136,14 @@ def test_a_receiver_that_was_started_again_is_not_compared():
     ],
 )
 def test_the_path_says_what_is_known_and_what_is_not(changed, words):
-    passage = fields(Passage(*[0.015] * 9)) | changed if changed else fields(Passage())
-    assert words in path_text(passage)
+    known = dict.fromkeys(PASSAGE, 0.015) | changed if changed else passage(None)
+    assert words in path_text(known)
 
 
 def test_refused_packets_are_named_by_their_reason():
     inbox = Receiver(1, period_s=0.008, timeout_s=0.03)
     inbox.push(refused(Verdict.FORGED), 0)
-    received = ReceptionTraces("user1/up", 1, counts(inbox), fields(Passage()))
+    received = ReceptionTraces("user1/up", 1, counts(inbox), passage(None))
     assert "refused: 1 without the user's token" in counts_text(received, None)
 
 
@@ -150,7 +151,7 @@ def test_the_messages_of_two_starts_are_added_up():
     from pmwvc_analysis.recording.assemble import reception_traces
 
     def message(epoch, seq, lost):
-        values = {**counts(Receiver(1, period_s=0.008, timeout_s=0.03)), **fields(Passage())}
+        values = {**counts(Receiver(1, period_s=0.008, timeout_s=0.03)), **passage(None)}
         stamp = SimpleNamespace(sec=seq, nanosec=0)
         return SimpleNamespace(**values | {"lost": lost}, epoch=epoch, seq=seq, stamp=stamp)
 

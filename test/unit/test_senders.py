@@ -7,8 +7,10 @@ import random
 
 import pytest
 
-from pmwvc_core.transport import FLAG_LEAVING, Packer, Receiver, Verdict
+from pmwvc_core.transport.packet import FLAG_LEAVING, Packer
+from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.senders import REMEMBERED
+from pmwvc_core.transport.verdict import Verdict
 
 PERIOD_NS = 8_000_000
 STRAY_NS = 25_000_000

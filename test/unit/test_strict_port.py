@@ -11,7 +11,7 @@ from pmwvc_core.master import WaveMaster
 from pmwvc_core.master.brake import HandBrake
 from pmwvc_core.master.strict_port import LIMIT_J, MORE, MUCH_J, StrictMaster
 from pmwvc_core.params import FilterParams, MasterParams
-from pmwvc_core.transport import Packer
+from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave.playout import Playout
 
 M, TICK_S, B = 8, 0.001, 25.0

@@ -6,7 +6,6 @@ A publisher that was started again begins new running sums; they are continued h
 energies are sums over the session. Rows are in the order of time.
 """
 
-import dataclasses
 import math
 from collections.abc import Sequence
 
@@ -27,7 +26,7 @@ from pmwvc_core.runtime.messages.fields import (
     Wave,
 )
 from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, ServerTraces, UserTraces
-from pmwvc_core.transport.reception import REFUSED, Passage
+from pmwvc_core.transport.reception import PASSAGE, REFUSED
 
 Integers = NDArray[np.int64]
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
@@ -221,7 +220,6 @@ _RECEIVED = (
     *REFUSED,
     "other_controller",
 )
-_PASSAGE = tuple(each.name for each in dataclasses.fields(Passage))
 _LINK_NUMBERS = (
     "in_count out_count lost duplicated reordered corrupted queued dropped "
     "delay_mean delay_min delay_max delay_error_max rate_hz delay_s jitter_s loss duplicate "
@@ -241,11 +239,11 @@ def link_states(messages: Sequence[LinkState], *, zero_ns: int) -> dict[str, Arr
 def reception_traces(link: str, messages: Sequence[Reception]) -> ReceptionTraces:
     """Return the last report of each start of a receiver, added up."""
     last: dict[int, Reception] = {}
-    passage = {name: math.nan for name in _PASSAGE}
+    passage = {name: math.nan for name in PASSAGE}
     for message in sorted(messages, key=lambda each: each.seq):
         last[int(message.epoch)] = message
     for message in sorted(messages, key=lambda each: nanoseconds(each.stamp)):
-        values = {name: float(getattr(message, name)) for name in _PASSAGE}
+        values = {name: float(getattr(message, name)) for name in PASSAGE}
         if math.isfinite(values["round_trip"]):
             passage = values
     return ReceptionTraces(

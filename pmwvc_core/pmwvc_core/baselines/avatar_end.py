@@ -22,7 +22,7 @@ from pmwvc_core.transport.packet import FLAG_DIRECT
 
 
 class AvatarEnd(ServerController):
-    """Avatars around one object; a controller adds how one moves and what goes back."""
+    """Avatars around one object; a controller adds how one moves, and another answer."""
 
     flags = FLAG_DIRECT
 
@@ -42,9 +42,9 @@ class AvatarEnd(ServerController):
     def _meet(self, i: int, position: Value, velocity: Value) -> None:
         """Move user i's avatar and form its force, given where the device was [m], [m/s]."""
 
-    @abstractmethod
     def _answer(self, port: UserPort) -> Value:
-        """Return what goes back to a present user."""
+        """Return what goes back to a present user: the force [N]."""
+        return port.f_s
 
     def _pull(
         self, port: UserPort, set_point: Value, velocity: Value, stiffness: Value, damping: Value

@@ -13,7 +13,6 @@ passive: the force is as old as the way there and back.
 from pmwvc_core.baselines.avatar_end import AvatarEnd
 from pmwvc_core.baselines.device_end import DeviceEnd
 from pmwvc_core.numeric import Value
-from pmwvc_core.server.user_ports import UserPort
 
 
 class DirectServer(AvatarEnd):
@@ -31,10 +30,6 @@ class DirectServer(AvatarEnd):
         rate = velocity - self.body.xd
         port.f_s = port.contact.force(rate)
         self._book(port, rate, lost)
-
-    def _answer(self, port: UserPort) -> Value:
-        """Return the force [N]."""
-        return port.f_s
 
 
 class DirectMaster(DeviceEnd):

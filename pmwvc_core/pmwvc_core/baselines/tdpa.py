@@ -31,7 +31,7 @@ from collections.abc import Mapping, Sequence
 from pmwvc_core.account import Entry, Role
 from pmwvc_core.baselines.arrivals import Arrivals
 from pmwvc_core.baselines.avatar_end import AvatarEnd
-from pmwvc_core.baselines.device_end import DeviceEnd
+from pmwvc_core.baselines.direct import DirectMaster
 from pmwvc_core.numeric import Value, dot, maximum, minimum, squared, where
 from pmwvc_core.params import ServerParams
 from pmwvc_core.params.baselines import TdpaParams
@@ -39,13 +39,9 @@ from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import WavePacket
 
+PART = "passivity controller"
 ENTRIES = DISSIPATED, ALLOWANCE = (
-    Entry(
-        "tdpa_dissipated",
-        "dissipated by the passivity controller",
-        Role.TAKEN,
-        part="passivity controller",
-    ),
+    Entry("tdpa_dissipated", "dissipated by the passivity controller", Role.TAKEN, part=PART),
     Entry("tdpa_allowance", "energy that may still be released", Role.LEVEL),
 )
 LEAST = 1e-30  # [m^2/s^2] or [N^2]: a square below it is nothing to divide by
@@ -130,12 +126,8 @@ class TdpaServer(AvatarEnd):
         given_way = f * (excess / (h * where(size > LEAST, size, 1.0)))
         return where(size > LEAST, velocity - given_way, velocity)
 
-    def _answer(self, port: UserPort) -> Value:
-        """Return the force [N]."""
-        return port.f_s
 
-
-class TdpaMaster(DeviceEnd):
+class TdpaMaster(DirectMaster):
     """The device's end: the force as last received, and a damper where that would give out more
     than the server put in.
 
@@ -146,7 +138,7 @@ class TdpaMaster(DeviceEnd):
     """
 
     BLOCKS = "observer"
-    SIGNALS = "_force _held"
+    SIGNALS = "_held"
     MEMORY = "_damping _braked"
 
     def __init__(self, params: TdpaParams, *, tick_s: float) -> None:
@@ -154,19 +146,16 @@ class TdpaMaster(DeviceEnd):
         self.observer = Observer()
         self._local = params.damping
         self._damping_max = params.damping_max
-        self._kept = _kept(params.fade_s, tick_s)
+        rate = tick_s / where(params.fade_s > 0.0, params.fade_s, 1.0)
+        self._kept = where(params.fade_s > 0.0, 1.0 / (1.0 + rate), 0.0)  # of a damping, by a tick
         self._damping: Value = 0.0
-        self._force: Value = 0.0  # [N] as last received
         self._held: Value = 0.0  # [N] on the device since the last tick, as safety let it through
         self._braked: Value = 0.0  # [N s/m] of the controller's damper in it
 
     @property
     def accounts(self) -> Mapping[str, Value]:
         """Energy dissipated by the controller, and energy it may still give out [J]."""
-        return {
-            DISSIPATED.name: self.observer.dissipated,
-            ALLOWANCE.name: self.observer.allowance,
-        }
+        return {DISSIPATED.name: self.observer.dissipated, ALLOWANCE.name: self.observer.allowance}
 
     def account(self) -> Value:
         """Send what went into the link at this end."""
@@ -175,14 +164,6 @@ class TdpaMaster(DeviceEnd):
     def on_packet(self, packet: WavePacket) -> None:
         """Take in what the server reports."""
         self.observer.on_packet(packet)
-
-    def receive(self, wave: Value) -> None:
-        """Take the newest force [N]."""
-        self._force = wave
-
-    def silence(self) -> None:
-        """Let go: no force until the next answer."""
-        self._force = 0.0 * self._force
 
     def step(self, x: Value, xd: Value) -> Value:
         """Return the held force and that of both dampers [N]."""
@@ -211,9 +192,3 @@ class TdpaMaster(DeviceEnd):
         """Note the force that safety let through [N]."""
         super().applied(f)
         self._held, self._braked = f, self._damping
-
-
-def _kept(fade_s: Value, tick_s: float) -> Value:
-    """Return what a tick leaves of a damping that fades with this time constant."""
-    rate = tick_s / where(fade_s > 0.0, fade_s, 1.0)
-    return where(fade_s > 0.0, 1.0 / (1.0 + rate), 0.0)

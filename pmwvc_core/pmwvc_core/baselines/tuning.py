@@ -109,11 +109,8 @@ def _require_round_trip(loop: Loop) -> None:
 def check_virtual_coupling(params: VirtualCouplingParams, loop: Loop) -> Proposal:
     """Return by how much a virtual coupling meets its rules."""
     k, damping, b = params.stiffness, params.damping, loop.damping
-    criteria = {
-        "colgate": b - 0.5 * k * loop.tick_s - damping,
-        "delay": b + damping - 0.5 * k * loop.round_trip_s,
-    }
-    return Proposal(params, criteria)
+    sampled, delayed = 0.5 * k * loop.tick_s, 0.5 * k * loop.round_trip_s
+    return Proposal(params, {"colgate": b - sampled - damping, "delay": b + damping - delayed})
 
 
 def virtual_coupling(loop: Loop) -> Proposal:

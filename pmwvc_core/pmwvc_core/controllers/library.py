@@ -7,14 +7,14 @@ A laboratory adds a controller by installing a package of its own that names a r
 """
 
 from pmwvc_core.account import Entry
-from pmwvc_core.controllers import direct, pspm, tdpa, virtual_coupling, waves
+from pmwvc_core.controllers import waves, without_waves
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.plugins import Records
 from pmwvc_core.server.compensations import COMPENSATIONS
 
 RECORDS: Records[Controller] = Records(
     Controller,
-    (one.RECORD for one in (waves, direct, virtual_coupling, tdpa, pspm)),
+    (waves.RECORD, *without_waves.RECORDS),
     group="pmwvc.controllers",
     parameter="controller",
     what="a controller",

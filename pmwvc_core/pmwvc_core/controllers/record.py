@@ -26,7 +26,6 @@ StrictMaker = Callable[[MasterParams, Playout, Packer, HandBrake], MasterControl
 ServerMaker = Callable[[ServerParams, Sequence[UserPort]], ServerController]
 BlackBoxMaker = Callable[[ServerParams, Sequence[UserPort], BlackBox, Call], ServerController]
 
-
 # The server's end of a controller without waves: the object moves under the forces held.
 HELD = Coupling(
     name="held forces",
@@ -35,28 +34,13 @@ HELD = Coupling(
 )
 
 
-def no_storage(master: MasterParams, baseline: BaselineParams) -> float:
-    """Return zero: the controller holds no energy at the start [J]."""
-    return 0.0
-
-
 @dataclass(frozen=True)
 class Rule:
-    """The tuning rule of a controller.
+    """The tuning rule of a controller."""
 
-    Attributes
-    ----------
-    group
-        Field of ``BaselineParams`` with the controller's parameters.
-    propose
-        Parameters that meet the criteria, where some do.
-    check
-        By how much given parameters of the group meet the criteria.
-    """
-
-    group: str
-    propose: Callable[[Loop], Proposal]
-    check: Callable[[Any, Loop], Proposal]
+    group: str  # field of BaselineParams with the controller's parameters
+    propose: Callable[[Loop], Proposal]  # parameters that meet the criteria, where some do
+    check: Callable[[Any, Loop], Proposal]  # by how much given parameters meet them
 
     def __post_init__(self) -> None:
         """Refuse a group that does not exist."""
@@ -77,10 +61,9 @@ class Controller(Record):
         Make the ends, at rest, with no user present.
     make_strict
         Makes the master's end on the strict channel, between the playout of the returning wave and
-        the sender of the outgoing one, which knows the packet that is next and its period, with
-        the brake of the device, which the safety limits step; None
-        where the controller has none, and ``channel`` does not matter. At the server the strict
-        channel is that of receiver and sender alone.
+        the sender of the outgoing one, with the brake of the device; None where the controller
+        has none, and ``channel`` does not matter. At the server the strict channel is that of
+        receiver and sender alone.
     make_black_box
         Makes the server's end around a black box (``server.coupling = unknown``); None where a
         wave controller has none.
@@ -106,7 +89,7 @@ class Controller(Record):
     make_black_box: BlackBoxMaker | None = None
     drifts: bool = False
     rule: Rule | None = None
-    storage_j: Callable[[MasterParams, BaselineParams], float] = no_storage
+    storage_j: Callable[[MasterParams, BaselineParams], float] = lambda master, baseline: 0.0
     coupling: Coupling | None = None
     accounts: tuple[Entry, ...] = ()
 

@@ -11,7 +11,7 @@ from rclpy.node import Node
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import TRACE_QOS
 from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.transport.reception import Passage, counts, fields
+from pmwvc_core.transport.reception import counts, passage
 
 PERIOD_S = 0.5
 
@@ -61,7 +61,7 @@ class Receptions:
                     link=link,
                     sender=inbox.epoch,
                     **counts(inbox, other_controller=self._other_controller()),
-                    **fields(Passage.of(inbox.path.estimate())),
+                    **passage(inbox.path.estimate()),
                 )
             )
 

@@ -13,7 +13,7 @@ from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.user import SimulatedUser
 from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, SessionTraces
 from pmwvc_core.transport.packet import WavePacket
-from pmwvc_core.transport.reception import Passage, counts, fields
+from pmwvc_core.transport.reception import counts, passage
 
 
 class NetworkTraces:
@@ -48,7 +48,7 @@ class NetworkTraces:
                     which,
                     receivers=1,
                     counts=counts(inbox, other_controller=end.other_controller),
-                    passage=fields(Passage.of(inbox.path.estimate())),
+                    passage=passage(inbox.path.estimate()),
                 )
                 if link.link.faults.count:  # of plug-ins
                     self._faults[which] = str(link.link.faults)

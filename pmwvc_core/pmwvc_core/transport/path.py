@@ -60,30 +60,16 @@ class OneWay:
 
 @dataclass(frozen=True)
 class PathEstimate:
-    """Estimate of a path at one of its ends.
+    """Estimate of a path at one of its ends."""
 
-    Attributes
-    ----------
-    out, into
-        Delays from this end and to it; true within ``open_s``, with opposite signs.
-    open_s
-        Bound of the division between the directions [s]; 0 where both ends read one clock.
-    one_clock
-        Whether they do.
-    offset_s, drift_ppm, drift_open_ppm
-        Other end's clock less this one's [s], its change and the bound of that [ppm].
-    round_trip_s
-        Sum of both least delays [s].
-    """
-
-    out: OneWay
-    into: OneWay
-    open_s: float
-    one_clock: bool
-    offset_s: float
-    drift_ppm: float
-    drift_open_ppm: float
-    round_trip_s: float
+    out: OneWay  # from this end; true within open_s, with the opposite sign of
+    into: OneWay  # to this end
+    open_s: float  # bound of the division between the directions; 0 where both read one clock
+    one_clock: bool  # whether they do
+    offset_s: float  # other end's clock less this one's
+    drift_ppm: float  # its change,
+    drift_open_ppm: float  # and the bound of that
+    round_trip_s: float  # sum of both least delays
 
 
 class Path(Stateful):

@@ -3,68 +3,19 @@
 """The record of one end of a link: what it has received, and the path as it sees it."""
 
 import math
-from dataclasses import asdict, dataclass
 
 from pmwvc_core.transport.path import PathEstimate
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.verdict import Verdict
 
-REFUSED = {  # field of the Reception message -> verdict
-    "stale": Verdict.STALE,
-    "stranger": Verdict.STRANGER,
-    "corrupted": Verdict.CORRUPTED,
-    "other_session": Verdict.OTHER_SESSION,
-    "forged": Verdict.FORGED,
-    "flood": Verdict.FLOOD,
-    "malformed": Verdict.MALFORMED,
-    "not_finite": Verdict.NOT_FINITE,
-    "wrong_length": Verdict.WRONG_LENGTH,
-    "wrong_period": Verdict.WRONG_PERIOD,
-    "too_large": Verdict.TOO_LARGE,
-}
-
-
-@dataclass(frozen=True)
-class Passage:
-    """Delay of the packets that come in and the clocks of both ends; NaN where not known.
-
-    Attributes
-    ----------
-    delay_least, delay_mean, delay_max, jitter, delay_open
-        Of this direction [s]; true within ``delay_open``, which is 0 where both read one clock.
-    offset, drift, drift_open
-        Sender's clock less the receiver's [s], its change per second and the bound of that.
-    round_trip
-        Least round trip [s].
-    """
-
-    delay_least: float = math.nan
-    delay_mean: float = math.nan
-    delay_max: float = math.nan
-    jitter: float = math.nan
-    delay_open: float = math.nan
-    offset: float = math.nan
-    drift: float = math.nan
-    drift_open: float = math.nan
-    round_trip: float = math.nan
-
-    @classmethod
-    def of(cls, path: PathEstimate | None) -> "Passage":
-        """Return what an estimate says of the packets that come in."""
-        if path is None:
-            return cls()
-        into = path.into
-        return cls(
-            into.least_s,
-            into.mean_s,
-            into.most_s,
-            into.jitter_s,
-            path.open_s,
-            path.offset_s,
-            path.drift_ppm * 1e-6,
-            path.drift_open_ppm * 1e-6,
-            path.round_trip_s,
-        )
+_TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH, Verdict.DUPLICATE, Verdict.REORDERED)
+REFUSED = {each.name.lower(): each for each in Verdict if each not in _TAKEN}  # by message field
+PASSAGE = (  # fields of the Reception message
+    *("delay_least", "delay_mean", "delay_max", "jitter"),  # [s] of packets that come in
+    "delay_open",  # [s] bound of these; 0 where both ends read one clock
+    *("offset", "drift", "drift_open"),  # sender's clock less the receiver's [s], change, bound
+    "round_trip",  # [s] the least
+)
 
 
 def counts(inbox: Receiver, *, other_controller: int = 0) -> dict[str, int]:
@@ -82,9 +33,16 @@ def counts(inbox: Receiver, *, other_controller: int = 0) -> dict[str, int]:
     }
 
 
-def fields(passage: Passage) -> dict[str, float]:
-    """Return a passage by the names of the Reception message."""
-    return asdict(passage)
+def passage(path: PathEstimate | None) -> dict[str, float]:
+    """Return what an estimate says of the packets that come in, by the names of the Reception
+    message; NaN where nothing is known.
+    """
+    if path is None:
+        return dict.fromkeys(PASSAGE, math.nan)
+    into = path.into
+    delays = (into.least_s, into.mean_s, into.most_s, into.jitter_s, path.open_s)
+    clocks = (path.offset_s, path.drift_ppm * 1e-6, path.drift_open_ppm * 1e-6)
+    return dict(zip(PASSAGE, (*delays, *clocks, path.round_trip_s), strict=True))
 
 
 def diagnostics(path: PathEstimate | None, *, out: str, into: str) -> dict[str, object]:

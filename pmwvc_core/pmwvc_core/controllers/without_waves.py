@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The records of the controllers without waves."""
+
+from dataclasses import replace
+
+from pmwvc_core.baselines import direct, pspm, tdpa, tuning, virtual_coupling
+from pmwvc_core.controllers.record import HELD, Controller, Rule
+from pmwvc_core.server.couplings.record import forward
+
+DIRECT = Controller(
+    name="direct",
+    words="Direct coupling: nothing keeps it passive as delay or stiffness grows.",
+    waves=False,
+    make_master=lambda params, _: direct.DirectMaster(tick_s=params.tick_s),
+    make_server=direct.DirectServer,
+    linear="direct",
+    drifts=True,
+    coupling=replace(HELD, moves=None),
+)
+VIRTUAL_COUPLING = Controller(
+    name="virtual_coupling",
+    words="Virtual coupling: stable where its rules are met; energy is not watched.",
+    waves=False,
+    make_master=lambda params, baseline: virtual_coupling.VirtualCouplingMaster(
+        baseline.virtual_coupling, tick_s=params.tick_s
+    ),
+    make_server=virtual_coupling.VirtualCouplingServer,
+    linear="virtual_coupling",
+    coupling=HELD,
+    rule=Rule("virtual_coupling", tuning.virtual_coupling, tuning.check_virtual_coupling),
+)
+TDPA = Controller(
+    name="tdpa",
+    words="Time-domain passivity control: energy that the link generated is dissipated "
+    "later; a device at rest dissipates none.",
+    waves=False,
+    make_master=lambda params, baseline: tdpa.TdpaMaster(baseline.tdpa, tick_s=params.tick_s),
+    make_server=tdpa.TdpaServer,
+    linear="direct",  # without dissipation
+    rule=Rule("tdpa", tuning.tdpa, tuning.check_tdpa),
+    coupling=replace(HELD, moves=forward),
+    accounts=tdpa.ENTRIES,
+)
+PSPM = Controller(
+    name="pspm",
+    words="Set-position modulation: neither end releases more energy than its tank holds.",
+    waves=False,
+    make_master=lambda params, baseline: pspm.PspmMaster(baseline.pspm, tick_s=params.tick_s),
+    make_server=pspm.PspmServer,
+    linear="virtual_coupling",  # with tanks that are never empty
+    coupling=HELD,
+    rule=Rule("pspm", tuning.pspm, tuning.check_pspm),
+    storage_j=lambda _, baseline: 2.0 * float(baseline.pspm.initial_j),  # [J] of both tanks
+    accounts=pspm.ENTRIES,
+)
+RECORDS = (DIRECT, VIRTUAL_COUPLING, TDPA, PSPM)
