@@ -6,12 +6,18 @@ way.
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
+from typing import TYPE_CHECKING, Protocol
 
 from pmwvc_core.frame.force_loop import FrameReport, Row
 from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.messages import TraceBlock
 from pmwvc_core.runtime.pacing import Tick
+from pmwvc_core.transport.packet import PacketLink
 from pmwvc_master.device_work import DeviceWork
+from pmwvc_master.devices import DeviceSample
+
+if TYPE_CHECKING:
+    from pmwvc_master.loop import MasterLoop
 
 
 class Block(TraceBlock):
@@ -38,6 +44,20 @@ class Block(TraceBlock):
         self.accounts = report.accounts
 
 
+class Wires(Protocol):
+    """Connections of the loop to the network and to observers."""
+
+    @property
+    def link(self) -> PacketLink:
+        """The user's packets."""
+
+    def publish_trace(self, block: Block, loop: "MasterLoop") -> None:
+        """Publish the ticks of a frame."""
+
+    def publish_motion(self, sample: DeviceSample, f: Value, due_ns: int) -> None:
+        """Publish velocity and force of the device for observers."""
+
+
 class TraceBlocks:
     """The block that is being filled, and the one before it, which waits to be published.
 
@@ -49,31 +69,31 @@ class TraceBlocks:
     ) -> None:
         self._filled, self._waiting = (Block(rate_drop, dof) for _ in range(2))
         self._dof = dof
+        self._first: int | None = None  # grid number of the first tick
         self._work, self._publish = work, publish
 
-    @property
-    def count(self) -> int:
-        """Ticks in the block that is being filled."""
-        return self._filled.count
+    def reaches(self, tick: int, *, last: bool) -> bool:
+        """Tell whether a tick of a frame is the next one, or would come after its last one."""
+        count = self._filled.count
+        return count == tick or (last and count < tick)
 
-    def resize(self, rate_drop: int) -> None:
-        """Go on with blocks of so many ticks, before the first tick of one."""
-        if self._filled.ticks != rate_drop:
-            self._filled = Block(rate_drop, self._dof)
-
-    def put(self, number: int, tick: Tick, row: Row, compute_ns: int) -> None:
-        """Note a tick: its number from the first one, and its signals."""
+    def put(self, tick: Tick, row: Row, compute_ns: int) -> None:
+        """Note a tick and its signals; ticks are numbered from the first."""
         block = self._filled
+        if self._first is None:
+            self._first = tick.grid
         if not block.count:
-            block.first_tick, block.start_ns = number, tick.due_ns
+            block.first_tick, block.start_ns = tick.grid - self._first, tick.due_ns
         block.put(*row, tick.lateness_ns * 1e-9, compute_ns * 1e-9)
 
-    def close(self, report: FrameReport | None) -> None:
-        """Set the current block aside for publishing and go on with the other one."""
+    def close(self, report: FrameReport | None, rate_drop: int) -> None:
+        """Set the block aside for publishing; go on with the other one, of so many ticks."""
         if self._filled.count and report is not None:
             self.publish()  # still there only after a skip
             self._filled.close(report, self._work)
             self._filled, self._waiting = self._waiting, self._filled
+        if self._filled.ticks != rate_drop:
+            self._filled = Block(rate_drop, self._dof)
 
     def publish(self) -> None:
         """Publish the block that waits, where there is one."""

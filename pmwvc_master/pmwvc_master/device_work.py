@@ -13,6 +13,8 @@ class DeviceWork:
     ----------
     device, hand
         Work of the device's force against the hand, and of the hand on the device [J].
+    samples
+        Samples of the device that were new.
     held
         Forces of device and hand since the last sample [N]; None before the first.
     """
@@ -21,10 +23,12 @@ class DeviceWork:
         self.device: Value = 0.0
         self.hand: Value = 0.0
         self._hand_force_known = hand_force_known
+        self.samples = 0
         self.held: tuple[Value, Value] | None = None
 
     def moved(self, x: Value, sample: DeviceSample) -> None:
-        """Add the work between the last valid position [m] and a new sample."""
+        """Take a sample; add the work since the last valid position [m]."""
+        self.samples += sample.fresh
         if sample.work is not None:
             self.device, self.hand = sample.work
         elif sample.valid and self.held is not None:

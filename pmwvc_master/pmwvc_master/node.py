@@ -163,7 +163,7 @@ class Master:
         trip = inbox.round_trip_s
         values |= {
             "missed deadlines": loop.missed,
-            "device samples": loop.samples,
+            "device samples": loop.work.samples,
             "state": state,
             "reason": safety.reason,
             "safety events": safety.events,
