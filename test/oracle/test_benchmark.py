@@ -6,18 +6,24 @@ import csv
 import dataclasses
 import io
 import math
+import types
 
 import numpy as np
 import pytest
+from benchmark import estimate
+from benchmark.again import again
+from benchmark.carry import placed_s
 from benchmark.drawn import picture
 from benchmark.intervals import median, ratio
 from benchmark.kept import FILE, Kept
 from benchmark.methods import METHODS
-from benchmark.networks import LEAST_J, Group, found_in
-from benchmark.networks import table as table_of_networks
-from benchmark.probe import Probe, rendered
-from benchmark.study import FULL, MEDIUM, SHORT, Plan, study
-from benchmark.trial import FAILED_COST, Outcome, run, scenario_of
+from benchmark.networks import Found, Group, found_in
+from benchmark.probe import Probe, Rendered, rendered, wall_rendered
+from benchmark.rivals import MEASURES, better, words
+from benchmark.study import FULL, MEDIUM, SHORT, Plan, Study, study
+from benchmark.swept import LEAST_J, page
+from benchmark.trial import FAILED_COST, Outcome, Trial, run, scenario_of
+from benchmark.walls import walls
 from benchmark.written import sessions, table
 
 from pmwvc_core.network.presets import PRESETS
@@ -43,7 +49,7 @@ def test_the_same_seed_gives_the_same_table_and_another_one_does_not(tiny):
     again = study(dataclasses.replace(TINY, methods=("plain",)), 5, Kept(workers=1))
     mine = {trial: one for trial, one in tiny.judged.items() if trial.method == "plain"}
     assert again.judged == mine  # whatever else was run
-    text = table(again).splitlines()[2]
+    text = next(line for line in table(again).splitlines() if line.startswith("| `plain`"))
     assert text in table(tiny)
     other = study(dataclasses.replace(TINY, methods=("plain",)), 6, Kept(workers=1))
     assert text not in table(other)
@@ -65,14 +71,14 @@ def test_a_session_that_fails_is_counted_and_not_dropped(tiny):
     assert shares["plain"].y[0] == 0.0
 
 
-def test_every_row_of_the_file_can_be_run_again(tiny):
+def test_a_row_of_the_file_run_alone_gives_the_same_numbers_to_the_last_bit(tiny):
     rows = list(csv.DictReader(io.StringIO(sessions(tiny))))
     assert len(rows) == 4
-    for trial, written in zip(tiny.judged, rows, strict=True):
-        assert written["settings"].split() == list(trial.settings)
-        assert (written["network"], int(written["seed"])) == (trial.network, trial.seed)
-    trial = next(trial for trial in tiny.judged if trial.method == "direct")
-    assert run(trial) == tiny.judged[trial]
+    for row in rows[1:3]:
+        found = again(row)
+        assert len(found) == len(dataclasses.fields(Outcome))
+        assert found == {name: row[name] for name in found}
+    assert again(rows[1] | {"seed": "1"}) != again(rows[1])
 
 
 def test_all_methods_meet_the_same_hands_and_packet_fates(tiny):
@@ -139,11 +145,74 @@ def test_what_a_method_renders_is_measured_and_what_cannot_be_has_failed():
     known = rendered(Probe("plain", METHODS["plain"].settings, "thesis_lan_16", 1, 2.0))
     assert 320.0 < known.stiffness_n_m < 420.0  # 1/500 + 43.5 ms/(2 b) would be 348 N/m at rest
     assert known.mass_kg == pytest.approx(0.25 + 25.0 * 0.0435 / 2.0, rel=0.02)
-    assert known.stiffness_max_n_m > 1000.0
+    assert known.stiffness_max_n_m == pytest.approx(20000.0)
     assert known.held_apart_m == pytest.approx(1.6 * 0.0435 / 50.0, rel=0.4)
     assert 0.0 < known.transparency < 1.0
+    assert 0.8 < known.completion_s < 2.0  # its target takes 1 s
+    assert known.z_width == known.z_width_passive == 1.0
     tuned = ("controller=pmwvc", "channel=plain", "master.position.gain=8")
-    assert rendered(Probe("plain", tuned, "ideal", 1, 2.0)).transparency < known.transparency
+    _, error = wall_rendered(Probe("plain", tuned, "ideal", 1, 2.0))
+    assert error < known.transparency
+
+
+def test_walls_on_which_a_direct_coupling_is_unstable_across_a_delay_do_not_count():
+    direct = walls(METHODS["direct"].settings, "thesis_lan_16", 1)
+    assert 0.1 < direct.rendered < 0.5
+    assert direct.rendered_passive == 0.0
+    assert 100.0 < direct.stiffness_max_n_m < 1000.0  # 47 N/m without the hand
+
+
+def test_a_cube_is_placed_once_it_stays_near_its_target():
+    time_s = 0.01 * np.arange(400)
+    target = np.where(time_s < 1.0, 0.0, 0.05)[:, None]
+
+    def took(distance):
+        server = types.SimpleNamespace(
+            time_s=time_s, target=target, x_o=target + distance[:, None]
+        )
+        return placed_s(types.SimpleNamespace(server=server))
+
+    late = np.where((time_s >= 1.0) & (time_s < 1.5), 0.02, 0.0)
+    assert took(late) == pytest.approx(0.5)
+    assert took(np.where(np.isclose(time_s, 2.5), -0.006, late)) == pytest.approx(1.51)
+    assert took(np.where(time_s > 3.2, late, 0.02)) is None  # there for less than a second
+    assert took(np.full(400, 0.02)) is None
+    assert took(np.where(time_s > 3.0, np.nan, 0.0)) is None
+
+
+def test_words_name_every_network_on_which_a_rival_is_better_and_no_other():
+    plan = Plan(1, (), 1, ("ideal", "lan", "leo"), 1, probes=1, methods=("strict", "tdpa"))
+    good = Outcome("", False, True, 0.0, *(1.0,) * 10)
+    bad = dataclasses.replace(good, failure="diverged", coherency_m=np.inf, passive=False)
+    close = dataclasses.replace(good, coherency_m=0.97, peak_n=0.5)
+    shown = Rendered(*(1.0,) * 10)
+    wide = dataclasses.replace(shown, z_width=0.5, completion_s=np.inf)
+
+    def of(kind, ours, theirs):
+        pairs = {"strict": ours, "tdpa": theirs}
+        return {
+            kind(name, (), network, 1, 1.0): one
+            for name, found in pairs.items()
+            for network, one in zip(plan.networks, found, strict=True)
+        }
+
+    judged = of(Trial, (good, bad, good), (close, good, bad))
+    probed = of(Probe, (wide, shown, shown), (shown, wide, shown))
+    of_both = Study(plan, 1, {}, judged, probed)
+    found = {one.label: [p.network for p in better(of_both, "tdpa", one)] for one in MEASURES}
+    assert {label: networks for label, networks in found.items() if networks} == {
+        "failed [%]": ["lan"],
+        "device less avatar [mm]": ["lan"],
+        "peak force [N]": ["ideal"],
+        "walls rendered [%]": ["ideal"],
+        "completion time [s]": ["ideal"],
+    }
+    text = words(of_both)
+    assert "failed [%] on 1 network (`lan`: 0 against 100)" in text
+    assert "completion time [s] on 1 network (`ideal`: 1 against fails)" in text
+    assert text.endswith("Not passive in 1 of 3 sessions.\n")
+    worse = Study(plan, 1, {}, of(Trial, (good,) * 3, (good,) * 3), of(Probe, *[(wide,) * 3] * 2))
+    assert words(worse) == "- `tdpa` is better in nothing. Not passive in 0 of 3 sessions.\n"
 
 
 def test_the_strict_channel_gives_nothing_out_on_any_network_and_plain_does():
@@ -157,9 +226,28 @@ def test_the_strict_channel_gives_nothing_out_on_any_network_and_plain_does():
     least = {group.channel: min(one.least_j) for group, one in found.items()}
     assert all(min(one.least_j) >= LEAST_J for g, one in found.items() if g.channel == "strict")
     assert least["plain"] < 10.0 * LEAST_J
-    text = table_of_networks(
-        {group: one for group, one in found.items() if group.network == "wifi_bad"}
-    )
-    strict, plain = text.splitlines()[2:]
+    text = page(found, "commit 1")
+    assert f"`strict`: no balance below -1 nJ in any of {len(PRESETS)} sessions" in text
+    below = sum(least < LEAST_J for least in list(found.values())[-1].least_j)
+    assert below > 0
+    assert f"`plain`: a balance below -1 nJ in {below} of 2 sessions, on 1 network: `wifi_" in text
+    strict, plain = (line for line in text.splitlines() if line.startswith("| wifi_bad "))
     assert strict.startswith("| wifi_bad | `strict` | 1 | 0 | 0 |")
-    assert plain.split(" | ")[4] != "0"
+    assert plain.split(" | ")[4] == str(below)
+
+
+def test_what_an_interrupted_sweep_finished_is_told():
+    groups = [Group("strict", "lan", (1, 2), 1.0), Group("strict", "lan", (3,), 1.0)]
+    kept = Kept(workers=1)
+    kept.results(lambda group: Found([0.0] * len(group.seeds), [0.0], [1.0]), groups[:1], Found)
+    told = page(kept.finished(groups, Found), "commit 1")
+    assert "in any of 2 sessions" in told
+    assert page(kept.finished(groups[1:], Found), "commit 1") == "No session has been finished.\n"
+
+
+def test_the_duration_of_a_plan_is_told_before_it_runs():
+    told = estimate.words(dataclasses.replace(TINY, duration_s=0.5), 2)
+    assert told.startswith(
+        "2 methods, 2 settings of each on 1 network, judged on 2: 8 sessions of"
+    )
+    assert "estimated: 1 minute on 2 cores" in told

@@ -1,23 +1,27 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Run the benchmark and write its tables and picture: ``python -m benchmark [SIZE]``."""
+"""Run the benchmark and write its page and picture: ``python -m benchmark [SIZE]``."""
 
 import argparse
+import sys
+import time
 from pathlib import Path
 
 from rich.progress import Progress
 
-from benchmark import networks
+from benchmark import estimate, networks, swept
+from benchmark.commit import commit
 from benchmark.kept import Kept
 from benchmark.study import FULL, MEDIUM, SHORT, Plan, study
-from benchmark.written import TABLE, write
+from benchmark.written import PAGE, write
+from pmwvc_core.errors import PmwvcError
 
 PLANS = {"full": FULL, "medium": MEDIUM, "short": SHORT}
 SWEEPS = {"networks": networks.FULL, "networks-short": networks.SHORT}
 
 
-def main() -> None:
-    """Run, write, show how far it is; what an interrupted run finished is not run again."""
+def main() -> int:
+    """Say how long it takes, run, write; what an interrupted run finished is not run again."""
     parser = argparse.ArgumentParser(prog="make benchmark")
     parser.add_argument(
         "size",
@@ -32,6 +36,21 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=Path("sessions/benchmark"))
     options = parser.parse_args()
     plan: Plan | networks.Plan = (PLANS | SWEEPS)[options.size]
+    try:
+        at_once = estimate.cores(options.workers, options.dask)
+        print(f"{options.size}: {estimate.words(plan, at_once)}", flush=True)
+        began = time.monotonic()
+        page = _run(plan, options)
+    except PmwvcError as error:
+        print(f"make benchmark: {error}", file=sys.stderr)
+        return 2
+    print(page.read_text("utf-8"))
+    print(f"took {(time.monotonic() - began) / 60.0:.0f} minutes; written: {options.folder}")
+    return 0
+
+
+def _run(plan: Plan | networks.Plan, options: argparse.Namespace) -> Path:
+    """Run a plan and return the page written."""
     with Progress() as progress:
         bar = progress.add_task("sessions", total=plan.items)
         kept = Kept(
@@ -41,14 +60,17 @@ def main() -> None:
             done=lambda: progress.advance(bar),
         )
         if isinstance(plan, Plan):
-            write(study(plan, options.seed, kept), options.folder)
-            table = options.folder / TABLE
-        else:
-            table = options.folder / networks.TABLE
-            table.write_text(networks.table(networks.sweep(plan, options.seed, kept)), "utf-8")
-    print(table.read_text("utf-8"))
-    print(f"written: {options.folder}")
+            write(study(plan, options.seed, kept), options.folder, commit())
+            return Path(options.folder / PAGE)
+        groups = list(networks.groups(plan, options.seed))
+        path = Path(options.folder / swept.PAGE)
+        try:
+            kept.results(networks.found_in, groups, networks.Found)
+        finally:  # also of what an interrupted run finished
+            found = kept.finished(groups, networks.Found)
+            path.write_text(swept.page(found, commit()), "utf-8")
+    return path
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -20,7 +20,7 @@ class Column(NamedTuple):
     name: str
     factor: float
     label: str
-    least: float = 0.0  # value drawn
+    least: float = 0.0  # value drawn, on a logarithmic axis where it is above zero
     larger: bool = False  # is better
     asked: bool = False  # networks on which it is known for no method are left out
 
@@ -30,14 +30,24 @@ ERRORS = (
     Column("force_error_n", 1.0, "force error [N]", 0.01),
     Column("path_error_m", 1e3, "cube less target [mm]", 1.0),
 )
+PEAK = Column("peak_n", 1.0, "peak force [N]")
 OF_SESSION = (
-    Column("peak_n", 1.0, "peak force [N]"),
+    Column("deficit_j", 1e3, "given out [mJ]"),
+    Column("lag_free_error_n", 1.0, "force error less lag [N]"),
+    Column("apart_max_m", 1e3, "largest distance [mm]"),
+    PEAK,
+    Column("squeeze_n", 1.0, "mean squeeze [N]"),
     Column("grip_lost", 100.0, "grip lost [%]"),
     Column("kept_back", 100.0, "kept back [%]"),
+    Column("asymmetry", 100.0, "work asymmetry [%]"),
 )
-STIFFEST = Column("stiffness_max_n_m", 1.0, "largest stiffness [N/m]", 10.0, larger=True)
+Z_WIDTH = Column("z_width", 100.0, "walls rendered [%]", larger=True)
+COMPLETION = Column("completion_s", 1.0, "completion time [s]")
+STIFFEST = Column("stiffness_max_n_m", 1.0, "largest stiffness [N/m]", larger=True)
 ERROR = Column("transparency", 1.0, "impedance error [decades]", 0.01)
 OF_PROBE = (
+    Z_WIDTH,
+    Column("z_width_passive", 100.0, "and passive [%]", larger=True),
     STIFFEST,
     Column("stiffness_n_m", 1.0, "rendered for 500 [N/m]", larger=True),
     Column("mass_kg", 1.0, "mass [kg]", asked=True),
@@ -45,6 +55,7 @@ OF_PROBE = (
     ERROR,
     Column("drift_m_s", 6e4, "drift [mm/min]"),
     Column("held_apart_m", 1e3, "apart after the hold [mm]"),
+    COMPLETION,
 )
 
 

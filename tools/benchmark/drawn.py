@@ -6,12 +6,23 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from benchmark.columns import ERROR, ERRORS, STIFFEST, Column, Rows, failed, median_of, restless
+from benchmark.columns import (
+    COMPLETION,
+    ERROR,
+    ERRORS,
+    Z_WIDTH,
+    Column,
+    Rows,
+    failed,
+    median_of,
+    restless,
+)
 from benchmark.study import Study
 from pmwvc_analysis.charts.chart import Chart, Dots, Panel
 from pmwvc_analysis.charts.colours import user_tint
 
 PICTURE = "benchmark"
+Found = Callable[[str, Sequence[str]], Rows]  # of a method on networks
 MARKS = ("ring", "cross", "plus")
 
 
@@ -19,29 +30,31 @@ def picture(study: Study) -> Chart:
     """Return failures and errors on every network; medians that are infinite are not drawn, small
     ones at the lower edge.
     """
+    probed = (ERROR, Z_WIDTH, COMPLETION) if study.probed else ()
     panels = [
-        _panel(study, "failed [%]", study.of, lambda row: 100.0 * failed(row).value, share=True),
-        _panel(
-            study, "restless [%]", study.of, lambda row: 100.0 * restless(row).value, share=True
-        ),
-        *(_panel(study, column.label, study.of, _scaled(column)) for column in ERRORS),
-        *(
-            _panel(study, column.label, study.measured, _scaled(column))
-            for column in (ERROR, STIFFEST)
-        ),
+        _panel(study, "failed [%]", study.of, lambda rows: 100.0 * failed(rows).value),
+        _panel(study, "restless [%]", study.of, lambda rows: 100.0 * restless(rows).value),
+        *(_of_column(study, column, study.of) for column in ERRORS),
+        *(_of_column(study, column, study.measured) for column in probed),
     ]
-    caption = "Shares of sessions, and medians over all seeds; failed sessions count as infinite."
+    caption = (
+        "Shares of sessions and walls, and medians over the seeds of a network. A median that is "
+        "infinite, as of mostly failed sessions, is not drawn. Networks with a star took part in "
+        "the search."
+    )
     heading = "Controllers and channels on every network"
     return Chart(PICTURE, heading, caption, panels)
 
 
+def _of_column(study: Study, column: Column, of: Found) -> Panel:
+    def value(rows: Rows) -> float:
+        return max(column.factor * median_of(rows, column).value, column.least)
+
+    return _panel(study, column.label, of, value, log=column.least > 0.0)
+
+
 def _panel(
-    study: Study,
-    label: str,
-    of: Callable[[str, Sequence[str]], Rows],
-    value: Callable[[Rows], float],
-    *,
-    share: bool = False,
+    study: Study, label: str, of: Found, value: Callable[[Rows], float], *, log: bool = False
 ) -> Panel:
     """Return a panel with a value of the sessions on each network, side by side by method."""
     networks = ordered(study)
@@ -55,10 +68,10 @@ def _panel(
     return Panel(
         label,
         dots=dots,
-        x_label=f"number of the network; the last {len(study.plan.training)}: of the search",
-        x_names=[str(number + 1) for number in range(len(networks))],
-        y_log=not share,
-        y_range=(-5.0, 105.0) if share else None,
+        x_label="",
+        x_names=[_name(study, network, row) for row, network in enumerate(networks)],
+        y_log=log,
+        y_range=(-5.0, 105.0) if label.endswith("[%]") else None,
     )
 
 
@@ -68,5 +81,7 @@ def ordered(study: Study) -> tuple[str, ...]:
     return (*study.held_out, *searched)
 
 
-def _scaled(column: Column) -> Callable[[Rows], float]:
-    return lambda rows: max(column.factor * median_of(rows, column).value, column.least)
+def _name(study: Study, network: str, place: int) -> str:
+    """Return a network's name in one of two rows, with a star where the search met it."""
+    star = "*" if network in study.plan.training else ""
+    return "\n" * (place % 2) + network + star

@@ -47,7 +47,7 @@ class Kept:
     ) -> None:
         self._path = folder / FILE if folder else None
         self._workers, self._dask, self._done = workers, dask, done
-        self._known: dict[str, Any] = {}
+        self._known: dict[str, Mapping[str, Any]] = {}
         if self._path is not None:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._known = dict(_lines(self._path)) if self._path.exists() else {}
@@ -62,18 +62,22 @@ class Kept:
         kind
             The dataclass of a result.
         """
-        names = {item: _name(item) for item in items}
-        found = {item: kind(**self._known[n]) for item, n in names.items() if n in self._known}
-        for _ in found:
+        known = self.finished(items, kind)
+        for _ in known:
             self._done()
-        missing = [item for item in items if item not in found]
+        missing = [item for item in items if item not in known]
         for item, result in finished(work, missing, workers=self._workers, dask=self._dask):
-            found[item] = result
-            self._keep(names[item], dataclasses.asdict(result))  # type: ignore[call-overload]
+            self._keep(_name(item), dataclasses.asdict(result))  # type: ignore[call-overload]
             self._done()
-        return {item: found[item] for item in items}
+        return self.finished(items, kind)
+
+    def finished(self, items: Sequence[T], kind: type[R]) -> dict[T, R]:
+        """Return the results that are known, in the order of the items."""
+        names = {item: _name(item) for item in items}
+        return {item: kind(**self._known[n]) for item, n in names.items() if n in self._known}
 
     def _keep(self, name: str, result: Mapping[str, Any]) -> None:
+        self._known[name] = result
         if self._path is not None:
             with self._path.open("a", encoding="utf-8") as file:
                 file.write(json.dumps([name, result]) + "\n")

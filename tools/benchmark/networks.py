@@ -12,18 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmark.kept import Kept
 from benchmark.trial import Trial, scenario_of
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.traces.reductions import position_error
 from pmwvc_core.network.presets import PRESETS
+from pmwvc_core.plural import count, listed
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate
 from pmwvc_core.traces import SessionTraces
 
-TABLE = "networks.md"
-LEAST_J = -1e-9  # a balance below it is a violation, by whatever amount
-ROUNDING_J = 1e-15  # shown as 0
 TOGETHER = 5  # seeds of an item
 END_S = 0.5
 
@@ -39,10 +36,16 @@ class Plan:
     @property
     def items(self) -> int:
         """Return how many groups of sessions are run."""
-        return len(list(_groups(self, 0)))
+        return len(list(groups(self, 0)))
+
+    @property
+    def words(self) -> str:
+        """What is run."""
+        seeds = listed([f"{count(number, 'seed')} of {name}" for name, number in self.seeds])
+        return f"{len(self.networks)} networks, {self.duration_s:g} s a session: {seeds} each"
 
 
-FULL = Plan((("strict", 100), ("plain", 100)))
+FULL = Plan((("strict", 100), ("plain", 10)))
 SHORT = Plan((("strict", 2), ("plain", 1)))
 
 
@@ -67,12 +70,16 @@ class Found:
     peak_n: list[float]
 
 
-Sweep = dict[Group, Found]
-
-
-def sweep(plan: Plan, seed: int, kept: Kept) -> Sweep:
-    """Run a sweep; ``seed`` is the first of every network."""
-    return kept.results(found_in, list(_groups(plan, seed)), Found)
+def groups(plan: Plan, seed: int) -> Iterator[Group]:
+    """Yield the groups of a sweep, the first seeds of all networks first; ``seed`` is the first of
+    every network.
+    """
+    for start in range(0, max(number for _, number in plan.seeds), TOGETHER):
+        for network in plan.networks:
+            for channel, number in plan.seeds:
+                seeds = range(seed + start, seed + min(start + TOGETHER, number))
+                if seeds:
+                    yield Group(channel, network, tuple(seeds), plan.duration_s)
 
 
 def found_in(group: Group) -> Found:
@@ -102,39 +109,3 @@ def numbers_of(traces: SessionTraces, scenario: Scenario) -> tuple[float, float,
             apart.append(float(np.linalg.norm(found[1][late].mean(axis=0))))
     peaks = [float(np.abs(user.f_applied).max()) for user in traces.users]
     return min(balances), max(apart), max(peaks)
-
-
-def table(found: Sweep) -> str:
-    """Return a row for each network and channel."""
-    lines = [
-        "| network | channel | sessions | least balance | below -1 nJ | apart at the end, median "
-        "(largest) [mm] | peak force, median (largest) [N] |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for network in dict.fromkeys(group.network for group in found):
-        for channel in dict.fromkeys(group.channel for group in found):
-            of = [one for g, one in found.items() if (g.network, g.channel) == (network, channel)]
-            least = np.concatenate([one.least_j for one in of])
-            apart = 1e3 * np.concatenate([one.apart_m for one in of])
-            peak = np.concatenate([one.peak_n for one in of])
-            cells = (
-                network,
-                f"`{channel}`",
-                len(least),
-                f"{1e3 * least.min():.3g} mJ" if least.min() < -ROUNDING_J else "0",
-                int(np.sum(least < LEAST_J)),
-                f"{np.median(apart):.2f} ({apart.max():.2f})",
-                f"{np.median(peak):.2f} ({peak.max():.2f})",
-            )
-            lines.append(f"| {' | '.join(map(str, cells))} |")
-    return "\n".join(lines) + "\n"
-
-
-def _groups(plan: Plan, seed: int) -> Iterator[Group]:
-    """Yield the groups, the first seeds of all networks first."""
-    for start in range(0, max(count for _, count in plan.seeds), TOGETHER):
-        for network in plan.networks:
-            for channel, count in plan.seeds:
-                numbers = range(seed + start, seed + min(start + TOGETHER, count))
-                if numbers:
-                    yield Group(channel, network, tuple(numbers), plan.duration_s)

@@ -14,6 +14,7 @@ from benchmark.methods import METHODS, Settings
 from benchmark.probe import Probe, Rendered, rendered
 from benchmark.trial import Outcome, Trial, run
 from pmwvc_core.network.presets import PRESETS
+from pmwvc_core.plural import count
 
 TRAINING = ("thesis_lan_16", "wifi_campus", "lte", "lan", "continental")
 HELD_OUT_SEED = 1000  # the first one of the sessions that judge
@@ -49,10 +50,31 @@ class Plan:
     methods: tuple[str, ...] = tuple(METHODS)
 
     @property
+    def sessions(self) -> int:
+        """Return how many sessions of each method are run."""
+        training = self.candidates * len(self.training) * self.training_seeds
+        return training + len(self.networks) * self.seeds
+
+    @property
+    def probed(self) -> int:
+        """Return how many probes of each method are run."""
+        return len(self.networks) * self.probes
+
+    @property
     def items(self) -> int:
         """Return how many sessions and probes are run."""
-        training = self.candidates * len(self.training) * self.training_seeds
-        return len(self.methods) * (training + len(self.networks) * (self.seeds + self.probes))
+        return len(self.methods) * (self.sessions + self.probed)
+
+    @property
+    def words(self) -> str:
+        """What is run."""
+        methods = len(self.methods)
+        return (
+            f"{methods} methods, {self.candidates} settings of each on "
+            f"{count(len(self.training), 'network')}, judged on {len(self.networks)}: "
+            f"{methods * self.sessions} sessions of {self.duration_s:g} s, "
+            f"{count(methods * self.probed, 'probe')}"
+        )
 
 
 FULL = Plan(60, TRAINING, 2, tuple(PRESETS), 10, probes=3)
@@ -109,12 +131,12 @@ def study(plan: Plan, seed: int, kept: Kept) -> Study:
     """
 
     def trials(
-        settings: dict[str, list[Settings]], networks: tuple[str, ...], first: int, count: int
+        settings: dict[str, list[Settings]], networks: tuple[str, ...], first: int, seeds: int
     ) -> list[Trial]:
         return [
             Trial(name, each, network, first + number, plan.duration_s)
             for network in networks
-            for number in range(count)
+            for number in range(seeds)
             for name in plan.methods
             for each in settings[name]
         ]

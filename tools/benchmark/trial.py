@@ -14,23 +14,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmark.carry import (
+    apart_max_m,
+    energies,
+    grip_lost,
+    lag_free_error_n,
+    path_error_m,
+    squeeze_n,
+)
 from benchmark.methods import Settings
-from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.compare.measures import measures
-from pmwvc_analysis.traces.reductions import COUPLED, rms
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.traces import SessionTraces
 
 SCENARIO = "carry_16ms"
 TASK = ("grip_s=0.5", "grip_rise_s=0.5", "move_s=1.5", "move_rise_s=2", "rest_s=0.5")
 JND_M, JND_N, PATH_M = 1e-3, 0.2, 5e-3  # anchors of the cost
 FAILED_COST, RESTLESS_COST = 100.0, 10.0
 RESTLESS = "sustained oscillation"
-OF_DEVICE = ("device_kinetic", "device_damping")
-OF_SERVER = ("contact_damping", "contact_stored", "object_kinetic", "object_damping")
 
 
 @dataclass(frozen=True)
@@ -58,12 +60,15 @@ class Outcome:
         Verdict of all ports, and their lowest balance [J]; None: not known.
     coherency_m, force_error_n, path_error_m
         RMS of device less avatar, of rendered less contact force, of the cube less its target.
-    peak_n
-        Largest force rendered.
+    lag_free_error_n, apart_max_m
+        Force error with the lag that makes it least; largest distance of device and avatar.
+    peak_n, squeeze_n
+        Largest force rendered, mean force between the hands since both first touched the cube.
     grip_lost
-        Share of the time since both hands first touched the cube in which they did not.
-    kept_back
-        Energy that stayed between hands and cube, per work that the hands did.
+        Share of that time in which they did not.
+    kept_back, asymmetry
+        Energy that stayed between hands and cube, and the difference of the works of the hands,
+        per work that they did.
     """
 
     failure: str
@@ -73,9 +78,18 @@ class Outcome:
     coherency_m: float
     force_error_n: float
     path_error_m: float
+    lag_free_error_n: float
+    apart_max_m: float
     peak_n: float
+    squeeze_n: float
     grip_lost: float
     kept_back: float
+    asymmetry: float
+
+    @property
+    def deficit_j(self) -> float:
+        """Energy given out beyond what was received, at the worst [J]; infinite: not known."""
+        return np.inf if self.energy_min_j is None else max(0.0, -self.energy_min_j)
 
     @property
     def cost(self) -> float:
@@ -119,9 +133,12 @@ def run(trial: Trial) -> Outcome:
         found["coherency_rms_m"],
         found["force_error_rms_n"],
         path_m,
+        lag_free_error_n(traces),
+        apart_max_m(traces),
         found["force_peak_n"],
+        squeeze_n(traces),
         grip_lost(traces),
-        kept_back(traces, scenario),
+        *(energies(traces, scenario) or (None, None)),
     )
     errors = [np.inf if error is None else float(error) for error in measured]
     failure = _failure(found["instability"], path_m, scenario)
@@ -129,49 +146,6 @@ def run(trial: Trial) -> Outcome:
         failure, errors = failure or "not measured", [np.inf] * len(errors)
     restless = not failure and not found["stable"]
     return Outcome(failure, restless, found["passive"], found["energy_min_j"], *errors)
-
-
-def path_error_m(traces: SessionTraces, scenario: Scenario) -> float | None:
-    """Return the RMS distance of the cube from its target since that began to move [m]; None where
-    the users were not all coupled before.
-    """
-    server = traces.server
-    if server is None:
-        return None
-    together = np.flatnonzero(np.all([state == COUPLED for state in server.state], axis=0))
-    if not len(together):
-        return None
-    moving = server.time_s >= server.time_s[together[0]] + scenario.task.move_s
-    apart = (server.x_o - server.target)[moving]
-    return rms(apart) if len(apart) else None
-
-
-def grip_lost(traces: SessionTraces) -> float | None:
-    """Return the share of steps in which not all hands touched the cube, since they first did;
-    None where they never did.
-    """
-    if traces.server is None:
-        return None
-    touching = np.all(traces.server.contact, axis=0)
-    held = np.flatnonzero(touching)
-    return float(1.0 - touching[held[0] :].mean()) if len(held) else None
-
-
-def kept_back(traces: SessionTraces, scenario: Scenario) -> float | None:
-    """Return the energy that neither devices nor contacts nor cube had at the end, per work of the
-    hands, None where it is not known.
-    """
-    found = budget(traces, scenario)
-    if found is None:
-        return None
-    work = sum(float(np.diff(sums).clip(0.0).sum()) for sums in found.hands.values())
-    parts = [
-        float(sums[-1])
-        for owner, each in found.parts.items()
-        for part, sums in each.items()
-        if part not in (OF_SERVER if owner == SERVER else OF_DEVICE)
-    ]
-    return sum(parts) / work if work > 0.0 else None
 
 
 def _failure(instability: str | None, path_m: float | None, scenario: Scenario) -> str:

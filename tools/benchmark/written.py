@@ -7,7 +7,7 @@ import dataclasses
 import io
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,24 +20,46 @@ from benchmark.columns import (
     median_of,
     restless,
 )
-from benchmark.drawn import ordered, picture
+from benchmark.drawn import PICTURE, picture
 from benchmark.intervals import Interval
 from benchmark.probe import Rendered
+from benchmark.rivals import BETTER, OURS, words
 from benchmark.study import Study
 from benchmark.trial import Outcome
 from pmwvc_analysis.charts import chart_png
 from pmwvc_core.plural import count
 
-TABLE, SESSIONS, PROBES = "table.md", "sessions.csv", "probes.csv"
+PAGE, SESSIONS, PROBES = "benchmark_results.md", "sessions.csv", "probes.csv"
+IMAGES = "images"
+ROUNDING = 1e-9  # in the unit of the column: shown as 0
+HEAD = """# Results of the benchmark
+
+Written by `make benchmark` ({commit}). What is run and what the columns mean:
+[benchmark](benchmark.md).
+
+"""
 
 
-def write(study: Study, folder: Path) -> None:
-    """Write table, picture and sessions into a folder, made if missing."""
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / TABLE).write_text(table(study), "utf-8")
+def write(study: Study, folder: Path, commit: str) -> None:
+    """Write page, picture and sessions into a folder, made if missing."""
+    (folder / IMAGES).mkdir(parents=True, exist_ok=True)
+    (folder / PAGE).write_text(page(study, commit), "utf-8")
     (folder / SESSIONS).write_text(sessions(study), "utf-8")
     (folder / PROBES).write_text(probes(study), "utf-8")
-    chart_png.write(picture(study), folder)
+    chart_png.write(picture(study), folder / IMAGES)
+
+
+def page(study: Study, commit: str) -> str:
+    """Return tables, picture, and where others are better."""
+    chart = picture(study)
+    head = HEAD.format(commit=commit)
+    image = f"![{chart.heading}]({IMAGES}/{PICTURE}.svg)\n\n{chart.caption}"
+    rivals = (
+        "## Where a rival is better\n\nMedians of a network that are better than those of "
+        f"`{OURS}` by more than {100.0 * BETTER:g} %, of {len(study.held_out)} networks; in "
+        "brackets the clearest case.\n"
+    )
+    return f"{head}{table(study)}\n{image}\n\n{rivals}\n{words(study)}"
 
 
 def table(study: Study) -> str:
@@ -64,26 +86,22 @@ def table(study: Study) -> str:
         kinds = Counter(one.failure for one in flat if one.failure).most_common()
         cells.append(", ".join(f"{number} {kind}" for kind, number in kinds) or "-")
         lines.append(_row([f"`{method}`", *cells]))
-    lines += ["", *_rendered(study)]
+    lines += ["", *_medians(study, OF_SESSION)]
+    lines += ["", *_medians(study, OF_PROBE)] if plan.probes else []
     sizes = (
         f"Seed {study.seed}. Search: {plan.candidates} settings for each method on "
         f"{', '.join(plan.training)}, {count(plan.training_seeds, 'seed')} each. Judged: "
-        f"{len(study.held_out)} other networks, {plan.seeds} other seeds each, "
+        f"{len(study.held_out)} other networks, {count(plan.seeds, 'other seed')} each, "
         f"{plan.duration_s:g} s a session; medians, in brackets 95 % intervals (bootstrap over "
         "networks and seeds); a session that failed counts as an infinite error. Probes: "
         f"{count(plan.probes, 'seed')} each, {plan.hold_s:g} s of hold."
     )
     chosen = [f"- `{name}`: `{' '.join(each)}`" for name, each in study.chosen.items()]
-    numbered = (f"{number} {name}" for number, name in enumerate(ordered(study), start=1))
-    networks = f"Networks in the picture: {', '.join(numbered)}."
-    return "\n".join(
-        [*lines, "", sizes, "", networks, "", "Settings that the search chose:", "", *chosen, ""]
-    )
+    return "\n".join([sizes, "", *lines, "", "Settings that the search chose:", "", *chosen, ""])
 
 
-def _rendered(study: Study) -> list[str]:
-    """Return the lines of the table of what the methods render and keep back."""
-    columns = (*OF_SESSION, *OF_PROBE)
+def _medians(study: Study, columns: Sequence[Column]) -> list[str]:
+    """Return the lines of a table of medians of sessions and probes."""
     lines = [
         _row(["method", *(each.label for each in columns)]),
         _row(["---"] * (len(columns) + 1)),
@@ -115,23 +133,24 @@ def _asked(study: Study, column: Column) -> list[str]:
 
 def sessions(study: Study) -> str:
     """Return every session that judges, as CSV: all that is needed to run it again."""
-    return _file(study, study.judged.items(), Outcome)
+    return _file(study, study.judged.items(), "duration_s", Outcome)
 
 
 def probes(study: Study) -> str:
     """Return every probe likewise."""
-    return _file(study, study.probed.items(), Rendered)
+    return _file(study, study.probed.items(), "hold_s", Rendered)
 
 
-def _file(study: Study, found: Iterable[tuple[Any, Any]], kind: type[Any]) -> str:
+def _file(study: Study, found: Iterable[tuple[Any, Any]], length: str, kind: type[Any]) -> str:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     names = [field.name for field in dataclasses.fields(kind)]
-    writer.writerow(["method", "network", "held_out", "seed", "settings", *names])
+    writer.writerow(["method", "network", "held_out", "seed", "settings", length, *names])
     for item, result in found:
         held_out = item.network in study.held_out
         row = [item.method, item.network, held_out, item.seed, " ".join(item.settings)]
-        writer.writerow([*row, *(_text(getattr(result, name)) for name in names)])
+        numbers = [text_of(getattr(result, name)) for name in names]
+        writer.writerow([*row, text_of(getattr(item, length)), *numbers])
     return stream.getvalue()
 
 
@@ -143,12 +162,15 @@ def _cell(found: Interval, factor: float, unit: str) -> str:
 def _number(value: float) -> str:
     if math.isnan(value):
         return "unknown"
+    if abs(value) < ROUNDING:
+        return "0"
     return f"{value:.3g}" if math.isfinite(value) else "fails"
 
 
-def _text(value: object) -> str:
+def text_of(value: object) -> str:
+    """Return a number of a result with every bit; empty: not known."""
     if isinstance(value, float):
-        return f"{value:.6g}"
+        return repr(value)
     return "" if value is None else str(value)
 
 

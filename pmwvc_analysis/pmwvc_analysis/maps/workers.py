@@ -90,7 +90,23 @@ def _one_thread_each() -> Iterator[None]:
                 os.environ[name] = value
 
 
+def dask_cores(address: str) -> int:
+    """Return how many items a Dask cluster computes at once."""
+    with _dask(address) as client:
+        return sum(client.ncores().values())
+
+
 def _on_dask(work: Callable[[T], R], items: Iterable[T], address: str) -> Iterator[tuple[T, R]]:
+    with _dask(address) as client:
+        futures = {client.submit(work, item, pure=False): item for item in items}
+        completed = importlib.import_module("distributed").as_completed
+        for future, result in completed(list(futures), with_results=True):
+            yield futures[future], result
+
+
+@contextlib.contextmanager
+def _dask(address: str) -> Iterator[Any]:
+    """Yield a client of a cluster with at least one worker."""
     try:
         # Optional with an installed ROS; make setup installs it.
         distributed: Any = importlib.import_module("distributed")
@@ -112,6 +128,4 @@ def _on_dask(work: Callable[[T], R], items: Iterable[T], address: str) -> Iterat
                 f"--dask {address}: the scheduler has no worker; start one with "
                 f"'dask worker {address}'"
             ) from None
-        futures = {client.submit(work, item, pure=False): item for item in items}
-        for future, result in distributed.as_completed(list(futures), with_results=True):
-            yield futures[future], result
+        yield client

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where a rival is better than the strict channel, in words made from the numbers."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from benchmark.columns import (
+    COMPLETION,
+    ERROR,
+    ERRORS,
+    PEAK,
+    Z_WIDTH,
+    Column,
+    failed,
+    median_of,
+    restless,
+)
+from benchmark.study import Study
+from pmwvc_core.plural import count
+
+OURS = "strict"
+BETTER = 0.05  # part of the strict channel's value by which another one has to be better
+Value = Callable[[Study, str, str], float]  # of a method on a network
+
+
+class Measure(NamedTuple):
+    """What is compared network by network."""
+
+    label: str
+    value: Value
+    larger: bool = False  # is better
+
+
+class Place(NamedTuple):
+    """A network with the values of a rival and of the strict channel there."""
+
+    network: str
+    rival: float
+    ours: float
+
+
+def _median(column: Column, *, probed: bool = False) -> Measure:
+    def value(study: Study, method: str, network: str) -> float:
+        rows = (study.measured if probed else study.of)(method, [network])
+        return column.factor * median_of(rows, column).value if rows[0] else math.nan
+
+    return Measure(column.label, value, column.larger)
+
+
+MEASURES = (
+    Measure("failed [%]", lambda study, *of: 100.0 * failed(study.of(of[0], of[1:])).value),
+    Measure("restless [%]", lambda study, *of: 100.0 * restless(study.of(of[0], of[1:])).value),
+    *(_median(column) for column in (*ERRORS, PEAK)),
+    *(_median(column, probed=True) for column in (ERROR, Z_WIDTH, COMPLETION)),
+)
+
+
+def words(study: Study) -> str:
+    """Return an item for each rival: what of it is better by 5 % or more, on how many of the
+    held-out networks and where most, and how often it gave out energy.
+    """
+    return "\n".join(_words(study, name) for name in study.plan.methods if name != OURS) + "\n"
+
+
+def better(study: Study, rival: str, measure: Measure) -> list[Place]:
+    """Return the held-out networks on which a rival is better, the clearest first."""
+    places = [
+        Place(net, measure.value(study, rival, net), measure.value(study, OURS, net))
+        for net in study.held_out
+    ]
+    sign = -1.0 if measure.larger else 1.0
+    found = [
+        place
+        for place in places
+        if math.isfinite(place.rival)
+        and sign * (place.ours - place.rival) > BETTER * min(abs(place.ours), 1e300)
+    ]
+    return sorted(found, key=lambda place: sign * _ratio(place))
+
+
+def _ratio(place: Place) -> float:
+    return place.rival / place.ours if place.ours else math.inf
+
+
+def _words(study: Study, rival: str) -> str:
+    parts = []
+    for measure in MEASURES:
+        places = better(study, rival, measure)
+        if places:
+            most = places[0]
+            parts.append(
+                f"{measure.label} on {count(len(places), 'network')} (`{most.network}`: "
+                f"{_number(most.rival)} against {_number(most.ours)})"
+            )
+    outcomes = [one for row in study.of(rival, study.held_out) for one in row]
+    active = sum(one.passive is False for one in outcomes)
+    what = f"is better in {'; '.join(parts)}" if parts else "is better in nothing"
+    return f"- `{rival}` {what}. Not passive in {active} of {count(len(outcomes), 'session')}."
+
+
+def _number(value: float) -> str:
+    return f"{value:.3g}" if math.isfinite(value) else "fails"
