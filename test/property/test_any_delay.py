@@ -150,3 +150,53 @@ def test_most_of_what_is_stable_at_all_delays_tried_is_proved(judged):
 def test_the_proof_holds_for_the_scenario_alone_and_not_for_its_name():
     of, _ = structure(0)
     assert any_delay(dataclasses.replace(of, controller="direct")) is None
+
+
+def coupled(matrices, **more):
+    """A scenario of two axes, a user per impedance matrix (given by its text)."""
+    of = scenario(dof=2, users=len(matrices), **more)
+    users = [
+        dataclasses.replace(user, master=dataclasses.replace(user.master, impedance_matrix=matrix))
+        for user, matrix in zip(of.users, matrices, strict=True)
+    ]
+    return dataclasses.replace(of, users=tuple(users))
+
+
+def turned(angle, *values):
+    """The text of a matrix with these eigenvalues."""
+    axes = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    matrix = (axes * values) @ axes.T
+    return "; ".join(" ".join(f"{entry:.17g}" for entry in row) for row in matrix)
+
+
+LATE = {"server__coupling": "one_step_delay", "device__damping": 4.0}
+
+
+@pytest.mark.parametrize("stiffness", [100.0, 400.0, 2000.0])
+def test_with_common_principal_axes_the_gain_is_the_largest_of_each_axis(stiffness):
+    values = 20.0, 45.0
+    settings = {**LATE, "server__contact_stiffness": stiffness}
+    both = any_delay(coupled([turned(0.6, *values)] * 2, **settings))
+    each = [any_delay(scenario(users=2, master__impedance=b, **settings)) for b in values]
+    assert both.gain == pytest.approx(max(one.gain for one in each), rel=1e-9)
+    assert both.proved == all(one.proved for one in each)
+
+
+def test_nothing_proved_for_impedance_matrices_is_unstable_at_any_delay():
+    draw = np.random.default_rng(7)
+    proofs = []
+    for _ in range(6):
+        b = np.exp(draw.uniform(*np.log((8.0, 60.0)), size=(2, 2)))
+        of = coupled(
+            [turned(draw.uniform(0.0, np.pi), *own) for own in b],
+            **LATE,
+            master__rate_drop=2,
+            server__period_s=0.002,
+            server__contact_stiffness=float(np.exp(draw.uniform(*np.log((100.0, 30000.0))))),
+        )
+        proofs.append(any_delay(of).proved)
+        for up, down in ((0, 0), (3, 1)):
+            delayed = varied(of, "link.up.delay_s", up * 0.002)
+            radius = float(np.max(radii(varied(delayed, "link.down.delay_s", down * 0.002))))
+            assert not proofs[-1] or radius <= 1.0 + ROUNDING
+    assert 0 < sum(proofs) < len(proofs)

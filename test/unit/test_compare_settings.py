@@ -15,6 +15,7 @@ from pmwvc_bringup.scenarios import load
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.traces import SessionTraces
 
+MATRIX = "30 2; 2 20"
 BASELINES = tuple(name for name, record in LIBRARY.items() if record.rule)
 
 
@@ -122,3 +123,12 @@ def test_the_conclusion_names_recorded_delays_with_their_size(tmp_path):
 
 def test_one_session_alone_has_no_conclusion():
     assert conclusion([entry("waves", k_felt=300.0)]) == []
+
+
+def test_an_impedance_matrix_is_shown_in_place_of_the_number():
+    one = load("carry_16ms", settings_texts=["dof=2", f"user2.master.impedance_matrix={MATRIX}"])
+    shown = {k: v for k, v in parameters_of(one).items() if "impedance" in k}
+    assert shown == {"master.impedance": 25.0, "user2.master.impedance_matrix": MATRIX}
+    both = load("carry_16ms", settings_texts=["dof=2", f"master.impedance_matrix={MATRIX}"])
+    shown = {k: v for k, v in parameters_of(both).items() if "impedance" in k}
+    assert shown == {"master.impedance_matrix": MATRIX}

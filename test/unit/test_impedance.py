@@ -164,9 +164,9 @@ def test_a_server_port_has_one_impedance_and_by_default_the_masters():
     np.testing.assert_allclose(server_impedance(own, master).matrix, [[10, 1], [1, 9]])
 
 
-def test_a_line_of_text_has_the_eigenvalues():
+def test_a_line_of_text_has_the_matrix():
     b = parsed("30 0; 0 20.25")
-    assert f"{b:.4g} N s/m" == "20.25 to 30 N s/m"
+    assert f"{b:.4g} N s/m" == "[30 0; 0 20.25] N s/m"
     assert repr(b) == "MatrixImpedance([[30.0, 0.0], [0.0, 20.25]])"
 
 

@@ -19,7 +19,8 @@ from pmwvc_core.params import BaselineParams
 from pmwvc_core.scenario.scenario import Scenario, User
 
 RULE, GIVEN = "by its rule", "as given"
-ALWAYS = ("master.impedance", "master.filter.kind", "master.hold", "server.coupling")
+IMPEDANCE = "master.impedance"
+ALWAYS = (IMPEDANCE, "master.filter.kind", "master.hold", "server.coupling")
 SWITCHES = (  # shown with waves where they are on: name, what belongs to it
     ("master.velocity_filter.kind", ("master.velocity_filter.order",)),
     ("master.bank.kind", ("master.local_model.stiffness",)),
@@ -88,6 +89,11 @@ def parameters_of(scenario: Scenario) -> dict[str, Any]:
         if _values(flat, name) != {"none"}:
             wanted += [name, *more]
     ends = {name for one in wanted for name in flat if name == one or name.endswith(f".{one}")}
+    matrices = [user.name for user in scenario.users if user.master.impedance_matrix]
+    ends -= {f"{name}.{IMPEDANCE}" for name in matrices}  # a matrix is in place of the number
+    if len(matrices) == len(scenario.users):
+        ends -= {IMPEDANCE}
+    ends |= {name for name in flat if name.endswith(f"{IMPEDANCE}_matrix") and flat[name]}
     return {name: flat[name] for name in flat if name in ends}
 
 

@@ -17,6 +17,9 @@ ledger without allowance), contacts may come and go ("parts rule").
 A device held over a tick has |G|^2 - 1 = (2 b T/m)/|1 + b Y|^2 > 0 by itself, so each condition is
 one on the whole end: what filter and rate drop lose must cover it at every frequency.
 
+An impedance matrix B = V diag(b) V^T couples the axes: then G_i = V diag(G_i(b)) V^T, and the
+same with its absolute value, which commutes with the delays of its user.
+
 Equations: docs/theory.md 14.5, 14.6.
 """
 
@@ -29,7 +32,7 @@ from pmwvc_analysis.models.linear import axes_of, nonlinear
 from pmwvc_core.controllers import proofs_hold
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.wave.impedance import eigenvalues
+from pmwvc_core.wave.impedance import eigenvalues, principal_axes
 
 TOLERANCE = 1e-9  # of a gain: below what the exact model calls growth
 POINTS = 500
@@ -83,8 +86,7 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
                 f"{user.name}'s end is unstable by itself (b T/m = {load:.3g}; a held device "
                 "needs less than 2)"
             )
-    one_axis = axes_of(scenario) == 1  # the loop rule is not worked out for coupled axes
-    server = server_end(scenario) if one_axis and not nonlinear(scenario) else None
+    server = server_end(scenario) if not nonlinear(scenario) else None
     if server is not None and not _settles(server):
         largest = float(np.abs(server.poles()).max())
         reasons.append(
@@ -93,7 +95,8 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     if reasons:
         return AnyDelay(False, False, None, None, tuple(reasons))
     angle = _angles([end for several in ends for end in several] + ([server] if server else []))
-    masters = Gains(ends, None)
+    axes = [principal_axes(user.impedance, axes_of(scenario)) for user in scenario.users]
+    masters = Gains(ends, axes, None)
     worst, at = masters.peak(angle)
     at_hz = at / (2.0 * np.pi * period_s)
     if worst <= 1.0 + TOLERANCE and _passive_server(scenario):
@@ -101,12 +104,10 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     text = f"the users' ends return up to {worst:.7g} times the wave they receive ({at_hz:.3g} Hz)"
     if server is None:
         reasons = [text] if worst > 1.0 + TOLERANCE else []
-        if not one_axis:
-            reasons.append("the gain around the loop is not computed for an impedance matrix")
-        elif not _passive_server(scenario):
+        if not _passive_server(scenario):
             reasons.append("no bound is known for the server's coupling")
         return AnyDelay(False, False, None, None, tuple(reasons))
-    gain, at = Gains(ends, server).peak(angle)
+    gain, at = Gains(ends, axes, server).peak(angle)
     at_hz = at / (2.0 * np.pi * period_s)
     if gain <= 1.0 + TOLERANCE:
         return AnyDelay(True, True, gain, at_hz, ())
@@ -120,26 +121,30 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
 
 
 class Gains:
-    """Gains over frequency: of the users' ends, or once around where there is a server."""
+    """Gains over frequency: of the users' ends, or once around where there is a server.
 
-    def __init__(self, ends: list[list[System]], server: System | None) -> None:
+    Each user's ends are those along its principal ``axes``, the columns of a matrix.
+    """
+
+    def __init__(self, ends: list[list[System]], axes: list[Array], server: System | None) -> None:
         self._ends, self._server = ends, server
+        self._axes = axes
 
     def at(self, angle: Array) -> Array:
         """Return the gain at angles per packet [rad]."""
         z: Complex = np.exp(1j * angle)
-        single = np.stack(
-            [
-                np.max([np.abs(end.response(z)[:, 0, 0]) for end in several], axis=0)
-                for several in self._ends
-            ],
-            axis=1,
-        )
+        single = [
+            np.stack([np.abs(end.response(z)[:, 0, 0]) for end in several], axis=1)
+            for several in self._ends
+        ]
         if self._server is None:
-            return np.asarray(single.max(axis=1))
-        root = np.sqrt(single)
-        around = root[:, :, np.newaxis] * self._server.response(z) * root[:, np.newaxis, :]
-        found: Array = np.linalg.norm(around, 2, axis=(1, 2))
+            return np.asarray(np.concatenate(single, axis=1).max(axis=1))
+        dof, users = len(self._axes[0]), len(self._axes)
+        blocks = np.zeros((len(z), users, dof, users, dof))
+        for user, (gains, axes) in enumerate(zip(single, self._axes, strict=True)):
+            blocks[:, user, :, user] = (axes * np.sqrt(gains)[:, np.newaxis]) @ axes.T
+        root: Array = blocks.reshape(len(z), users * dof, -1)
+        found: Array = np.linalg.norm(root @ self._server.response(z) @ root, 2, axis=(1, 2))
         return found
 
     def peak(self, angle: Array) -> tuple[float, float]:

@@ -118,12 +118,14 @@ def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool =
 
 
 def server_end(scenario: Scenario) -> System:
-    """Return the server's end from every user's packet to the answers of the same step."""
+    """Return the server's end from every user's packet, axis by axis, to the answers of the same
+    step.
+    """
     return _ends(scenario, live=False)[1]
 
 
 def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
-    """Return the end of the first user, and that of the server."""
+    """Return the end of the first user along its first axis, and that of the server."""
     at_once = LinkParams()
     users = [
         dataclasses.replace(user, link_up=at_once, link_down=at_once) for user in scenario.users
@@ -132,8 +134,9 @@ def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
     links = [(line.up, 1) for line in loop.lines] + [(line.down, 1) for line in loop.lines]
     model = opened_at(loop, links)
     (rows,), (sent,), n = model.rows, model.outputs["sent"], len(model.columns)
-    up = [len(SIGNALS) * user for user in range(len(users))]  # the wave in each packet
-    down = [len(SIGNALS) * len(users) + index for index in up]
+    packet = len(SIGNALS) * loop.dof  # the wave comes first
+    up = [packet * user + axis for user in range(len(users)) for axis in range(loop.dof)]
+    down = [packet * len(users) + index for index in up]
 
     def end(out: list[int], into: list[int]) -> System:
         columns = [n + j for j in into]

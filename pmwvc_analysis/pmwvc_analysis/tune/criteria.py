@@ -97,8 +97,10 @@ class Choice:
 @dataclass(frozen=True)
 class AsGiven(Choice):
     """The impedance, filter and hold that a scenario has; ``impedance`` is that of the first
-    user's master, of a matrix what a force along the first axis meets.
+    user's master, of a ``matrix`` what a force along the first axis meets.
     """
+
+    matrix: MatrixImpedance | None = None
 
     def settings(self, scenario: Scenario) -> dict[str, float | str]:
         """Return the choice as parameters by name; without an impedance that no number gives."""

@@ -35,7 +35,7 @@ from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.design.velocity_filter_design import chosen as velocity_filter
-from pmwvc_core.wave.impedance import first_axis
+from pmwvc_core.wave.impedance import MatrixImpedance, first_axis
 
 LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 STEP = 1.5  # factor between the alternatives
@@ -99,7 +99,9 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     order = sorted(passive, key=lambda key: (round(passive[key].cost or 0.0, 3), key))
     best_key, best = _proven(scenario, order, passive, bounds, live=live)
     user = scenario.users[0]
-    as_given = AsGiven(first_axis(user.impedance), user.master.filter, user.master.hold)
+    b = user.impedance
+    matrix = b if isinstance(b, MatrixImpedance) else None
+    as_given = AsGiven(first_axis(b), user.master.filter, user.master.hold, matrix)
     as_it_is = rated(scenario, as_given, live=live)
     others = {
         "as given": dataclasses.replace(as_it_is, simulated=simulated(as_given.applied(scenario)))

@@ -6,9 +6,16 @@ import dataclasses
 from typing import Any
 
 from pmwvc_analysis.models.linear import left_out, setting
-from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, Rating, velocity_step
+from pmwvc_analysis.tune.criteria import (
+    ENCODER_STEP_M,
+    NOTICED_N,
+    AsGiven,
+    Rating,
+    velocity_step,
+)
 from pmwvc_analysis.tune.search import LONGEST_S, STABLE, Proposal
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 HEADS = ("b", "lag", "rendered", "mass", "noise", "aliasing", "K max", "cost")
 UNITS = ("N s/m", "ms", "N/m", "kg", "mN", "-", "N/m", "steps")
@@ -60,6 +67,9 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
             "  channel = strict has neither anti-aliasing filter nor hold: rows of the same "
             "impedance are the same"
         )
+    for label, row in rows.items():
+        if matrix := _matrix(row):
+            lines.append(f"  {label}: impedance matrix {matrix:.4g} N s/m, rated along axis 1")
     best = found.best
     if best.k_ideal is not None and best.mass_ideal is not None:
         lines.append(
@@ -83,12 +93,17 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     return [*lines, f"use it with: {words}"]
 
 
+def _matrix(row: Rating) -> MatrixImpedance | None:
+    """Return the impedance matrix of a row that has one."""
+    return row.choice.matrix if isinstance(row.choice, AsGiven) else None
+
+
 def _cells(row: Rating) -> list[str]:
     def cell(value: float | None, factor: float = 1.0) -> str:
         return "-" if value is None else f"{value * factor:.3g}"
 
     return [
-        cell(row.choice.impedance),
+        "matrix" if _matrix(row) else cell(row.choice.impedance),
         cell(row.lag_s, 1e3),
         cell(row.k_felt),
         cell(row.mass_felt),

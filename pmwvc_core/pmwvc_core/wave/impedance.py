@@ -99,8 +99,9 @@ class MatrixImpedance:
         return self.inverse() * other
 
     def __format__(self, spec: str) -> str:
-        """Return the smallest and the largest eigenvalue, for a line of text."""
-        return f"{float(self.values[0]):{spec}} to {float(self.values[-1]):{spec}}"
+        """Return the matrix in a line, as a parameter is written: ``[30 2; 2 20]``."""
+        rows = (" ".join(f"{entry:{spec}}" for entry in row) for row in self.matrix.tolist())
+        return f"[{'; '.join(rows)}]"
 
     def __repr__(self) -> str:
         """Return the matrix."""
@@ -176,6 +177,13 @@ def eigenvalues(impedance: Impedance) -> list[float]:
     if isinstance(impedance, MatrixImpedance):
         return [float(value) for value in impedance.values]
     return [float(impedance)]
+
+
+def principal_axes(impedance: Impedance, dof: int) -> Array:
+    """Return the principal axes, one per column ``(dof, dof)``, in the order of the eigenvalues;
+    those of the world for a number.
+    """
+    return impedance.axes if isinstance(impedance, MatrixImpedance) else np.eye(dof)
 
 
 def smallest(impedance: Impedance) -> float:
