@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from pmwvc_core.params import DeviceParams, OperatorParams
 from pmwvc_core.params.user import RemoteHandParams
-from pmwvc_core.plant import SimulatedDevice
+from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.plant.remote_hand import FADE_S, SILENT_S, TAKE_S, RemoteHand
 from pmwvc_core.plant.targets import GivenTargets
 

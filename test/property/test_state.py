@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from pmwvc_core.frame.assembly import force_loop_of, server_step_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.plant.devices import SimulatedDevice
+from pmwvc_core.plant.forces import Setting
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.stacking import stack_scenarios
@@ -117,17 +118,8 @@ class Ends:
             device = SimulatedDevice(user.device, tick_s=tick_s, dof=dof)
             device.place(start + np.zeros((runs, 1)) if runs > 1 else start)
             self.devices.append(device)
-            self.hands.append(
-                make_operator(
-                    user.operator,
-                    scenario.task,
-                    side=user.side,
-                    half_width=half,
-                    tick_s=tick_s,
-                    dof=dof,
-                    start=start,
-                )
-            )
+            at = Setting(user.side, half, start, tick_s, dof)
+            self.hands.append(make_operator(user.operator, scenario.task, at))
         self.blocks = [*self.loops, *self.devices, *self.hands, self.server]
 
     def run(self, ticks):

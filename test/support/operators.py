@@ -5,7 +5,9 @@
 import numpy as np
 
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
-from pmwvc_core.plant import SimulatedDevice, make_operator
+from pmwvc_core.plant.devices import SimulatedDevice
+from pmwvc_core.plant.forces import Setting
+from pmwvc_core.plant.operators import make_operator
 
 TICK_S = 0.001
 HALF = 0.03
@@ -16,11 +18,7 @@ def operator(kind, *, task="free", side=-1, start=None, dof=1, tick_s=TICK_S, **
     return make_operator(
         OperatorParams(kind=kind, **params),
         TaskParams(kind=task, **times),
-        side=side,
-        half_width=HALF,
-        tick_s=tick_s,
-        dof=dof,
-        start=side * HALF if start is None else start,
+        Setting(side, HALF, side * HALF if start is None else start, tick_s, dof),
     )
 
 

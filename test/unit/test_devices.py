@@ -13,7 +13,7 @@ from scipy import integrate, signal
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.motion import SERIES_BELOW, motion
 from pmwvc_core.params import DeviceParams
-from pmwvc_core.plant import SimulatedDevice
+from pmwvc_core.plant.devices import SimulatedDevice
 
 TICK_S = 0.001
 masses = st.floats(0.01, 10.0)

@@ -19,7 +19,9 @@ from pmwvc_core.params import (
     SafetyParams,
     TaskParams,
 )
-from pmwvc_core.plant import SimulatedDevice, make_operator
+from pmwvc_core.plant.devices import SimulatedDevice
+from pmwvc_core.plant.forces import Setting
+from pmwvc_core.plant.operators import make_operator
 
 M = 8
 TICK_S = 0.001
@@ -186,15 +188,8 @@ def test_a_tick_of_hand_device_port_and_limits_keeps_no_memory():
         SafetyLimiter(SafetyParams(), tick_s=TICK_S, packet_s=0.008),
     )
     device = SimulatedDevice(DeviceParams(), tick_s=TICK_S, dof=1)
-    hand = make_operator(
-        OperatorParams(),
-        TaskParams(kind="carry", grip_s=0.0, move_s=0.0),
-        side=-1,
-        half_width=0.0,
-        tick_s=TICK_S,
-        dof=1,
-        start=0.0,
-    )
+    task = TaskParams(kind="carry", grip_s=0.0, move_s=0.0)
+    hand = make_operator(OperatorParams(), task, Setting(-1, 0.0, 0.0, TICK_S, 1))
 
     def ticks(count):
         for number in range(count):

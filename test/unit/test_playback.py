@@ -7,14 +7,16 @@ import pytest
 from scipy import io
 
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.plant import load_recording
+from pmwvc_core.params import OperatorParams
+from pmwvc_core.plant.playback import load_recording
 from pmwvc_core.plant.resampling import fade, resample
 
 TICK_S = 0.001
 
 
-def load(path, **options):
-    return load_recording(path, **({"columns": "", "tick_s": TICK_S} | options))
+def load(path, *, dof=2, **options):
+    params = OperatorParams(kind="playback_motion", file=str(path), **({"fade_s": 0.0} | options))
+    return load_recording(params, tick_s=TICK_S, dof=dof)
 
 
 def refusal(path, **options):

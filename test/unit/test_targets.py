@@ -9,7 +9,8 @@ import pytest
 
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.params import OperatorParams, TaskParams
-from pmwvc_core.plant import make_operator
+from pmwvc_core.plant.forces import Setting
+from pmwvc_core.plant.operators import make_operator
 
 TICK_S = 0.001
 HALF = 0.03
@@ -20,11 +21,7 @@ def remote(*, dof=1, task="free", **params):
     return make_operator(
         OperatorParams(kind="remote", **params),
         TaskParams(kind=task, **times),
-        side=-1,
-        half_width=HALF,
-        tick_s=TICK_S,
-        dof=dof,
-        start=-HALF - 0.01,
+        Setting(-1, HALF, -HALF - 0.01, TICK_S, dof),
     )
 
 

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pmwvc_core.params import TaskParams
-from pmwvc_core.plant import Task
-from pmwvc_core.plant.task import minimum_jerk
+from pmwvc_core.plant.task import Task, minimum_jerk
 
 STEP_S = 1e-6
 tasks = st.builds(

@@ -29,8 +29,7 @@ from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
 from pmwvc_core.numeric import Array
-from pmwvc_core.plant.forces import ForceOnRecord
-from pmwvc_core.plant.operators import Operator
+from pmwvc_core.plant.forces import ForceOnRecord, Operator
 from pmwvc_core.scenario.changes import Change, changes_text
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import Conditions, Integers, Steps

@@ -9,7 +9,7 @@ import numpy as np
 from pmwvc_analysis.replay.loop_times import LoopTimes
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import signal
-from pmwvc_core.plant.operators import Operator
+from pmwvc_core.plant.forces import Operator
 from pmwvc_core.plant.remote_hand import RemoteHand, Target
 from pmwvc_core.plant.targets import GivenTargets
 from pmwvc_core.scenario.scenario import User

@@ -11,6 +11,7 @@ from functools import partial
 from pmwvc_core.controllers import has_waves, make_master
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network import effects
+from pmwvc_core.plant.forces import Setting
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.scenario.disturbances import disturbances_of
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -84,15 +85,9 @@ def _problems(user: User, scenario: Scenario) -> Iterator[str]:
     half = float(scenario.server.object_size_m) / 2.0
 
     def operator() -> None:
-        make_operator(
-            user.operator,
-            scenario.task,
-            side=user.side,
-            half_width=half,
-            start=user.side * (half + float(user.contact.gap_m)),
-            tick_s=scenario.tick_s,
-            dof=scenario.dof,
-        )
+        start = user.side * (half + float(user.contact.gap_m))
+        at = Setting(user.side, half, start, scenario.tick_s, scenario.dof)
+        make_operator(user.operator, scenario.task, at)
 
     def master() -> None:
         make_master(scenario.controller, user.master, user.baseline)

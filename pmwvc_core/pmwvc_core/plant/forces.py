@@ -8,6 +8,7 @@ A given force is an ideal source: nothing limits the energy it can deliver, so i
 
 import math
 from abc import ABC, abstractmethod
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,16 @@ from pmwvc_core.numeric import Array, Value, dot
 from pmwvc_core.params import OperatorParams
 from pmwvc_core.plant.devices import along_first_axis
 from pmwvc_core.state import Stateful
+
+
+class Setting(NamedTuple):
+    """Place and side of an operator, and the rate at which it acts."""
+
+    side: int  # -1: left of the object, pushing towards +x; +1: right of it
+    half_width: Value  # half the object's width [m]
+    start: Value  # where the device is at first, along axis 0 [m]
+    tick_s: float  # period of the force loop
+    dof: int  # number of axes, of which axis 0 carries the task
 
 
 class Operator(Stateful, ABC):
@@ -136,7 +147,7 @@ def _sine(value: Value) -> Value:
     return np.sin(value) if isinstance(value, np.ndarray) else math.sin(value)
 
 
-class ForceOnRecord(Operator):
+class ForceOnRecord(RecordedForce):
     """The force of a recorded hand, one row per tick, ``(ticks, dof)`` [N]; none after its end.
 
     It does not react: where the replayed device meets another force than the recorded one did,
@@ -146,14 +157,10 @@ class ForceOnRecord(Operator):
     """
 
     def __init__(self, recording: Array, *, tick_s: float, dof: int) -> None:
-        super().__init__(tick_s=tick_s, dof=dof)
-        self._rows = rows_of(recording, dof)
+        super().__init__(recording, repeat=False, tick_s=tick_s, dof=dof)
 
     def hold(self) -> Value:
         """Return the recorded force of this tick [N]."""
         f_h = self._force(0.0, 0.0)
         self._ticks += 1
         return f_h
-
-    def _force(self, x: Value, xd: Value) -> Value:
-        return self._rows[self._ticks] if self._ticks < len(self._rows) else 0.0 * self.axis

@@ -30,7 +30,7 @@ from pmwvc_core.numeric import Array, Value, dot, maximum, where
 from pmwvc_core.params import OperatorParams
 from pmwvc_core.plant.arm import arm_step
 from pmwvc_core.plant.devices import along_first_axis
-from pmwvc_core.plant.forces import Operator, rows_of
+from pmwvc_core.plant.forces import Operator, Setting, rows_of
 from pmwvc_core.plant.task import Task
 
 LIGHTEST_DEVICE = 0.05  # [kg]
@@ -74,12 +74,8 @@ class Hand(Operator):
     ----------
     params, task
         The hand, and what it is to do.
-    side
-        -1: left of the object, pushing towards +x; +1: right of it.
-    half_width
-        Half the object's width [m].
-    start
-        Where the device is at first, along axis 0 [m].
+    at
+        Where it is, and its tick.
 
     Attributes
     ----------
@@ -94,32 +90,23 @@ class Hand(Operator):
     SIGNALS = "y yd"
     MEMORY = "effort_j target _closed _closing _squeeze _facing"
 
-    def __init__(
-        self,
-        params: OperatorParams,
-        task: Task,
-        *,
-        side: int,
-        half_width: Value,
-        start: Value,
-        tick_s: float,
-        dof: int,
-    ) -> None:
+    def __init__(self, params: OperatorParams, task: Task, at: Setting) -> None:
+        tick_s, dof = at.tick_s, at.dof
         super().__init__(tick_s=tick_s, dof=dof)
         self._grip = Grip(params, arm_mass=params.mass, tick_s=tick_s)
         self._task, self._dof = task, dof
-        self._face = side * half_width
-        self._gap = start - self._face
+        self._face = at.side * at.half_width
+        self._gap = at.start - self._face
         # The arm's spring takes k/K of it back when the grip gives way: press that much harder.
         firm = maximum(params.grip_stiffness, params.stiffness)
         give = params.stiffness / where(firm > 0.0, firm, 1.0)
-        self._half_squeeze = 0.5 * (-side * params.squeeze * (1.0 + give))
+        self._half_squeeze = 0.5 * (-at.side * params.squeeze * (1.0 + give))
         self._stiffness, self._damping = params.stiffness, params.damping
         self._twice_mass = 2.0 * params.mass
         self._inertia = (
             2.0 * params.mass + tick_s * params.damping + 0.5 * tick_s**2 * params.stiffness
         )
-        self.y: Value = along_first_axis(start, dof)
+        self.y: Value = along_first_axis(at.start, dof)
         self.yd: Value = 0.0 * self.y
         self.effort_j: Value = 0.0
         self._closed = 0.0  # closed ratio before the present tick
@@ -163,32 +150,18 @@ class RecordedHand(Operator):
     The arm itself yields to nothing, so any energy it gives is the work of the recorded motion.
     """
 
-    def __init__(
-        self,
-        params: OperatorParams,
-        recording: Array,
-        *,
-        start: Value,
-        tick_s: float,
-        dof: int,
-    ) -> None:
-        super().__init__(tick_s=tick_s, dof=dof)
-        self._grip = Grip(params, arm_mass=np.inf, tick_s=tick_s)
-        if params.repeat:
-            around = np.concatenate([recording[-1:], recording, recording[:1]])
-        else:
-            around = np.concatenate([recording[:1], recording, recording[-1:]])
-        self._y = rows_of(recording, dof)
-        self._yd = rows_of((around[2:] - around[:-2]) / (2.0 * tick_s), dof)
-        self._start = along_first_axis(start, dof)
+    def __init__(self, params: OperatorParams, recording: Array, at: Setting) -> None:
+        super().__init__(tick_s=at.tick_s, dof=at.dof)
+        self._grip = Grip(params, arm_mass=np.inf, tick_s=at.tick_s)
+        before, after = (-1, 0) if params.repeat else (0, -1)
+        around = np.concatenate([[recording[before]], recording, [recording[after]]])
+        self._y = rows_of(recording, at.dof)
+        self._yd = rows_of((around[2:] - around[:-2]) / (2.0 * at.tick_s), at.dof)
+        self._start = along_first_axis(at.start, at.dof)
         self._repeat = params.repeat
 
     def _force(self, x: Value, xd: Value) -> Value:
-        count = len(self._y)
-        if self._repeat:
-            row = self._ticks % count
-        elif self._ticks < count:
-            row = self._ticks
-        else:
+        row = self._ticks % len(self._y) if self._repeat else self._ticks
+        if row >= len(self._y):
             return self._grip.force(self._start + self._y[-1] - x, -xd)
         return self._grip.force(self._start + self._y[row] - x, self._yd[row] - xd)

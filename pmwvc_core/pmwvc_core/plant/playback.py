@@ -20,6 +20,7 @@ import numpy as np
 
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
+from pmwvc_core.params import OperatorParams
 from pmwvc_core.plant.matlab import MatlabFile
 from pmwvc_core.plant.resampling import fade, resample
 from pmwvc_core.plant.tables import Table, read_npy, read_text
@@ -27,81 +28,61 @@ from pmwvc_core.plant.tables import Table, read_npy, read_text
 _OUTSIDE_BRACKETS = re.compile(r",(?![^\[]*\])")
 
 
-def load_recording(
-    path: str | Path,
-    *,
-    columns: str,
-    tick_s: float,
-    time_column: str = "",
-    rate_hz: float = 1000.0,
-    scale: float = 1.0,
-    offset: float = 0.0,
-    fade_s: float = 0.0,
-) -> Array:
-    """Read columns of a file and bring them to the ticks of the force loop.
+def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:
+    """Return the recording of an operator at the ticks of the force loop, in SI units.
 
     Parameters
     ----------
-    path
-        CSV, MAT or NPY file, relative to the working directory.
-    columns, time_column
-        Columns of data, and the column with the time [s]; without one ``rate_hz`` holds.
-    tick_s
-        Period of the force loop [s].
-    rate_hz
-        Sample rate of a file without a time column [Hz].
-    scale, offset
-        SI value = scale * value + offset.
-    fade_s
-        Time over which the signal is led in from zero and out to zero [s].
+    params
+        File, relative to the working directory, its columns, their units, and the fading.
+    tick_s, dof
+        Period of the force loop [s]; number of axes.
 
     Returns
     -------
     Array
-        ``(ticks, columns)`` [N or m].
+        ``(ticks, 1 or dof)`` [N or m].
 
     Raises
     ------
     RecordingError
         Saying which file, what it holds, and what to do.
     """
-    file = Path(path)
-    values, times = read_columns(path, columns, time_column, rate_hz=rate_hz)
-    _check(file, values, times, time_column)
-    return fade(
-        scale * resample(values, times, tick_s=tick_s) + offset, fade_s=fade_s, tick_s=tick_s
-    )
+    values, times = read_columns(params, dof=dof)
+    _check(params.file, values, times, params.time_column)
+    signal = params.scale * resample(values, times, tick_s=tick_s) + params.offset
+    return fade(signal, fade_s=params.fade_s, tick_s=tick_s)
 
 
-def read_columns(
-    path: str | Path, columns: str, time_column: str, *, rate_hz: float = 1000.0
-) -> tuple[Array, Array]:
-    """Return columns of a file as they are, ``(rows, columns)``, and the times of the rows [s].
-
-    Parameters
-    ----------
-    path, columns, time_column, rate_hz
-        As for :func:`load_recording`.
+def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
+    """Return the columns of an operator's file as they are, ``(rows, 1 or dof)``, and the times of
+    the rows [s].
 
     Raises
     ------
     RecordingError
-        If there is no such file, or a column is not in it.
+        If there is no such file, a column is not in it, or they are none of so many axes.
     """
-    file = Path(path).expanduser()
-    if not str(path):
+    file = Path(params.file).expanduser()
+    if not params.file:
         raise RecordingError("operator.file is empty: name the CSV, MAT or NPY file to play")
     if not file.is_file():
-        raise RecordingError(f"{path}: no such file (looked in {Path.cwd()})")
+        raise RecordingError(f"{params.file}: no such file (looked in {Path.cwd()})")
     source = _open(file)
-    names = [name.strip() for name in _OUTSIDE_BRACKETS.split(columns) if name.strip()]
-    values = source.data(names, time_column)
-    if time_column:
-        return values, source.column(time_column)[:, 0]
-    return values, np.arange(len(values)) / rate_hz
+    names = [name.strip() for name in _OUTSIDE_BRACKETS.split(params.columns) if name.strip()]
+    values = source.data(names, params.time_column)
+    count = values.shape[1]
+    if count not in (1, dof):
+        raise RecordingError(
+            f"{params.file}: operator.columns = {params.columns!r} are {count} columns for {dof} "
+            "axes; give one column (it acts along the first axis) or one per axis"
+        )
+    if params.time_column:
+        return values, source.column(params.time_column)[:, 0]
+    return values, np.arange(len(values)) / params.rate_hz
 
 
-def _check(file: Path, values: Array, times: Array, time_column: str) -> None:
+def _check(file: str, values: Array, times: Array, time_column: str) -> None:
     """Refuse what cannot be played."""
     if len(values) != len(times):
         raise RecordingError(

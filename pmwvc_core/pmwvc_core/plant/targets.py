@@ -15,9 +15,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.numeric import Value, signal
+from pmwvc_core.numeric import signal
 from pmwvc_core.params import OperatorParams
 from pmwvc_core.plant.devices import along_first_axis
+from pmwvc_core.plant.forces import Setting
 from pmwvc_core.plant.playback import read_columns
 from pmwvc_core.plant.remote_hand import Target
 from pmwvc_core.plant.task import Task
@@ -59,22 +60,12 @@ class TaskTargets(Stateful):
     early = False
     MEMORY = "_tick"
 
-    def __init__(
-        self,
-        params: OperatorParams,
-        task: Task,
-        *,
-        side: int,
-        half_width: Value,
-        start: Value,
-        tick_s: float,
-        dof: int,
-    ) -> None:
-        self._task, self._dof, self._tick_s = task, dof, tick_s
-        self._start = along_first_axis(start, dof)
+    def __init__(self, params: OperatorParams, task: Task, at: Setting) -> None:
+        self._task, self._dof, self._tick_s = task, at.dof, at.tick_s
+        self._start = along_first_axis(at.start, at.dof)
         inside = params.squeeze / params.remote.stiffness
-        self._pressed = along_first_axis(side * (half_width - inside), dof)
-        self._every = max(1, round(POINTER_S / tick_s))
+        self._pressed = along_first_axis(at.side * (at.half_width - inside), at.dof)
+        self._every = max(1, round(POINTER_S / at.tick_s))
         self._tick = 0
 
     def take(self) -> Sequence[Target]:
@@ -102,13 +93,7 @@ def targets_from(params: OperatorParams, *, tick_s: float, dof: int) -> GivenTar
             f"{params.file}: operator.time_column is empty; a remote hand needs the times of its "
             "targets: name their column"
         )
-    values, times = read_columns(params.file, params.columns, params.time_column)
-    count = values.shape[1]
-    if count not in (1, dof):
-        raise RecordingError(
-            f"{params.file}: operator.columns = {params.columns!r} are {count} columns for {dof} "
-            "axes; give one column (it acts along the first axis) or one per axis"
-        )
+    values, times = read_columns(params, dof=dof)
     if not np.isfinite(times).all() or np.any(np.diff(times) < 0.0):
         raise RecordingError(
             f"{params.file}: {params.time_column} must be finite and must not go back"

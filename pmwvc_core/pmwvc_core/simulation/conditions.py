@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.network.recorded_link import RecordedLink
-from pmwvc_core.plant.operators import Operator
+from pmwvc_core.plant.forces import Operator
 
 Integers = NDArray[np.int64]
 

@@ -14,7 +14,8 @@ from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import SimulatedDevice
-from pmwvc_core.plant.operators import Operator, make_operator
+from pmwvc_core.plant.forces import Operator, Setting
+from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.simulation.links import SimulatedLink
@@ -92,18 +93,9 @@ class SimulatedUser:
         # In a batch every run has a place of its own from the beginning.
         self.device.place(start + np.zeros((runs, 1)) if runs > 1 else start)
         hand = conditions.hands.get(user.name)
+        at = Setting(user.side, half, start, tick_s, dof)
         self.operator: Operator = (
-            hand()
-            if hand
-            else make_operator(
-                user.operator,
-                scenario.task,
-                side=user.side,
-                half_width=half,
-                tick_s=tick_s,
-                dof=dof,
-                start=start,
-            )
+            hand() if hand else make_operator(user.operator, scenario.task, at)
         )
         self.f_applied: Value = 0.0
         self._sample = DeviceSample(*self.device.read())

@@ -11,6 +11,7 @@ one with a watchdog.
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.numeric import Value
 from pmwvc_core.plant.devices import SimulatedDevice as Plant
+from pmwvc_core.plant.forces import Setting
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.plant.remote_hand import RemoteHand
 from pmwvc_master.devices.hand_topics import HandTopics
@@ -36,15 +37,8 @@ class SimulatedDevice:
         self._catch_up = max(1, round(CATCH_UP_S / setup.tick_s))
         self._plant = Plant(setup.device, tick_s=setup.tick_s, dof=setup.dof)
         self._plant.place(setup.start_m)
-        self._operator = make_operator(
-            setup.operator,
-            setup.task,
-            side=setup.side,
-            half_width=setup.half_width_m,
-            tick_s=setup.tick_s,
-            dof=setup.dof,
-            start=setup.start_m,
-        )
+        at = Setting(setup.side, setup.half_width_m, setup.start_m, setup.tick_s, setup.dof)
+        self._operator = make_operator(setup.operator, setup.task, at)
         hand = self._operator
         if isinstance(hand, RemoteHand) and setup.node is not None and not setup.operator.file:
             hand.source = HandTopics(setup.node, dof=setup.dof)
