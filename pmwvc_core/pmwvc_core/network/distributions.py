@@ -25,8 +25,6 @@ STANDARD_NORMAL = NormalDist()
 LEAST = 1e-17  # in place of 0, whose normal quantile is infinite
 TAIL = 3.0  # usual tail index of Pareto, as in the tables of Linux
 USUAL_SHAPES = {"gamma": 2.0, "lognormal": 0.5, "pareto": TAIL, "paretonormal": TAIL}
-
-
 FORM = "must be probability:seconds from 0 to 1, rising, separated by blanks"
 
 
@@ -79,36 +77,18 @@ def quantiles_of(text: str) -> Quantiles:
 
 @dataclass(frozen=True)
 class Distribution:
-    """One distribution of jitter.
+    """One distribution of jitter."""
 
-    Attributes
-    ----------
-    words
-        What it is, for sentences.
-    at
-        Quantile of a number in [0, 1), for the settings of a link [s].
-    moments
-        Mean and standard deviation for the settings of a link [s].
-    conflict
-        What is wrong between settings that are each right; empty where nothing is.
-    check
-        Raises where what it is made from, a text or a file, cannot be used.
-    sized
-        Whether ``jitter_s`` is its size; without it there is no jitter.
-    half_width
-        Whether ``jitter_s`` is a half-width: no table in Linux.
-    linux
-        Whether a table of it comes with tc.
-    """
-
-    words: str
-    at: Callable[[LinkParams, float], float]
-    moments: Callable[[LinkParams], tuple[float, float]]
+    words: str  # what it is, for sentences
+    at: Callable[[LinkParams, float], float]  # quantile of a number in [0, 1) [s]
+    moments: Callable[[LinkParams], tuple[float, float]]  # mean and standard deviation [s]
+    # what is wrong between settings that are each right; empty where nothing is
     conflict: Callable[[LinkParams], str] = lambda params: ""
+    # raises where what it is made from, a text or a file, cannot be used
     check: Callable[[LinkParams], object] = lambda params: None
-    sized: bool = True
-    half_width: bool = False
-    linux: bool = False
+    sized: bool = True  # whether jitter_s is its size; without it there is no jitter
+    half_width: bool = False  # whether jitter_s is a half-width: no table in Linux
+    linux: bool = False  # whether a table of it comes with tc
 
     def quantile(self, params: LinkParams) -> Quantile:
         """Return the quantile function for the settings of a link."""

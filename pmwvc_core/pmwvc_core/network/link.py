@@ -46,11 +46,7 @@ class Link(InFlight):
     """
 
     def __init__(
-        self,
-        params: LinkParams,
-        *,
-        seed: int | Sequence[int],
-        direction: int = 0,
+        self, params: LinkParams, *, seed: int | Sequence[int], direction: int = 0
     ) -> None:
         super().__init__()
         self._seed = (seed,) if isinstance(seed, int) else tuple(seed)
@@ -88,7 +84,8 @@ class Link(InFlight):
         for record in active(params):
             name, made = record.name, self._made.get(record.name)
             if made is None:  # configured as it is made
-                made = self._made[name] = self._make(record, params)
+                with refused(f"effects: {name}"):
+                    made = self._made[name] = record.make(params, self._uniform(record))
                 made.begin_ns = self._begin_ns or 0
             else:
                 self._configure(name, made, params)
@@ -111,10 +108,6 @@ class Link(InFlight):
             if name in EFFECTS.library:
                 raise
             self.faults.note(name, error)
-
-    def _make(self, record: LinkEffect, params: LinkParams) -> Effect:
-        with refused(f"effects: {record.name}"):
-            return record.make(params, self._uniform(record))
 
     def _hooks(self, effects: Mapping[str, Effect], hook: str) -> list[Callable[..., Any]]:
         """Return a hook of the effects that have it; those of plug-ins contained."""

@@ -38,7 +38,7 @@ def tc_line(params: LinkParams, *, device: str = "DEV", seed: int | None = None)
     if params.mode == "netem" and not limited:
         limit = LIMIT
     words = [f"tc qdisc replace dev {device} root netem limit {limit}", *_delay(params)]
-    words += _loss(params)
+    words += _models(params)[:1]
     for name in ("duplicate", "corrupt", "reorder"):
         if ratio := getattr(params, name):
             words.append(f"{name} {_percent(ratio)}{_related(params, name)}")
@@ -103,10 +103,6 @@ def _models(params: LinkParams) -> list[str]:
     if p.loss:
         found.append(f"loss random {_percent(p.loss)}{_related(p, 'loss')}")
     return found
-
-
-def _loss(params: LinkParams) -> list[str]:
-    return _models(params)[:1]
 
 
 def _related(params: LinkParams, name: str) -> str:

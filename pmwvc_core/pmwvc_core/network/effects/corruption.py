@@ -2,23 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The corruption of packets: one bit is flipped; which one is the link's owner's to know."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, no_time
+from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
 from pmwvc_core.network.in_flight import Fate
-from pmwvc_core.network.streams import Correlated
-from pmwvc_core.params import LinkParams
 
 
 class Corruption(Effect):
     """Corrupt packets and copies with one probability."""
 
-    def __init__(self, params: LinkParams, uniform: Uniform) -> None:
-        self._chain = Correlated()
-        super().__init__(params, uniform)
-
     def corrupts(self, fate: Fate) -> float | None:
         """Return where in the packet, in [0, 1); None where it stays as it is."""
         rho = self.params.corrupt_correlation
-        u = self._chain.draw(self.uniform(fate), rho, goes_on=not fate.copy)
+        u = self.chain.draw(self.uniform(fate), rho, goes_on=not fate.copy)
         return self.uniform(fate, 1) if u < self.params.corrupt else None
 
 

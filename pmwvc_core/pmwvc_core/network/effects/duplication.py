@@ -2,23 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The duplication of packets."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, no_time
+from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
 from pmwvc_core.network.in_flight import Fate
-from pmwvc_core.network.streams import Correlated
-from pmwvc_core.params import LinkParams
 
 
 class Duplication(Effect):
     """Copy packets with one probability."""
 
-    def __init__(self, params: LinkParams, uniform: Uniform) -> None:
-        self._chain = Correlated()
-        super().__init__(params, uniform)
-
     def copies(self, fate: Fate) -> int:
         """Return 1 where a packet is copied, else 0."""
         rho = self.params.duplicate_correlation
-        return int(self._chain.draw(self.uniform(fate), rho) < self.params.duplicate)
+        return int(self.chain.draw(self.uniform(fate), rho) < self.params.duplicate)
 
 
 RECORD = LinkEffect(

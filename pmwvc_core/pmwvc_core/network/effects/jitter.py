@@ -12,9 +12,8 @@ from pmwvc_core.network.distributions import (
     drawn,
     file_conflict,
 )
-from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform
+from pmwvc_core.network.effects.record import Effect, LinkEffect
 from pmwvc_core.network.in_flight import Fate
-from pmwvc_core.network.streams import Correlated
 from pmwvc_core.params import LinkParams
 
 SLOT = 2  # among the numbers that every packet draws
@@ -22,10 +21,6 @@ SLOT = 2  # among the numbers that every packet draws
 
 class DrawnJitter(Effect):
     """Add a quantile of the distribution that ``jitter`` names."""
-
-    def __init__(self, params: LinkParams, uniform: Uniform) -> None:
-        self._chain = Correlated()
-        super().__init__(params, uniform)
 
     def configure(self, params: LinkParams) -> None:
         """Take the quantile function of the distribution."""
@@ -35,7 +30,7 @@ class DrawnJitter(Effect):
 
     def delay_s(self, fate: Fate) -> float:
         """Return the quantile of the packet's random number [s]."""
-        u = self._chain.draw(self.uniform(fate), self._rho, goes_on=not fate.copy)
+        u = self.chain.draw(self.uniform(fate), self._rho, goes_on=not fate.copy)
         return float(self._quantile(u))
 
 

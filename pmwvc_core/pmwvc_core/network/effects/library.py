@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 
 from pmwvc_core.errors import ParameterError, PmwvcError
 from pmwvc_core.network.effects import (
@@ -155,11 +156,8 @@ def conflicts(params: LinkParams) -> Iterator[str]:
     except ParameterError as error:
         yield str(error)
         return
-    yield from filter(None, (record.conflict(params) for record in records))
-    if text := netem_conflict(params, active(params)):
-        yield text
-    if text := _step_problem(params):
-        yield text
+    texts = (record.conflict(params) for record in records)
+    yield from filter(None, (*texts, netem_conflict(params, records), _step_problem(params)))
 
 
 def check(params: LinkParams) -> None:
@@ -172,31 +170,19 @@ def check(params: LinkParams) -> None:
     """
     for record in active(params):
         record.check(params)
-        if text := record.conflict(params):
-            raise ParameterError(text)
-    if text := netem_conflict(params, active(params)):
-        raise ParameterError(text)
-    if text := _step_problem(params):
+    for text in conflicts(params):
         raise ParameterError(text)
 
 
 def _step_problem(params: LinkParams) -> str:
-    """Return what is wrong with an entry of the timeline; empty where nothing is."""
-    for where, step in _steps(params):
-        try:
-            check(step)
-        except PmwvcError as error:
-            return f"{where}: {error}"
-    return ""
-
-
-def _steps(params: LinkParams) -> Iterator[tuple[str, LinkParams]]:
-    """Yield the settings of every entry of the timeline, without the timeline, for each way."""
+    """Return what is wrong with an entry of the timeline, either way; empty where nothing is."""
     try:
         entries = timeline_of(params.schedule).entries if params.schedule else ()
     except ParameterError:
-        return  # checked with the timeline itself
-    for entry in entries:
-        for direction in (0, 1):
-            step = replace(entry.applied(params, direction), schedule="")
-            yield f"schedule: entry at {entry.start_s:g} s", step
+        return ""  # told by the timeline itself
+    for entry, direction in product(entries, (0, 1)):
+        try:
+            check(replace(entry.applied(params, direction), schedule=""))
+        except PmwvcError as error:
+            return f"schedule: entry at {entry.start_s:g} s: {error}"
+    return ""

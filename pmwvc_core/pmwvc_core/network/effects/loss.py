@@ -4,9 +4,8 @@
 
 from typing import Any
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, no_time
+from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
 from pmwvc_core.network.in_flight import Fate
-from pmwvc_core.network.streams import Correlated
 from pmwvc_core.params import LinkParams
 
 RECEIVED, WITHIN_BURST, IN_BURST, ISOLATED = 1, 2, 3, 4  # states; lost in the last two
@@ -15,14 +14,10 @@ RECEIVED, WITHIN_BURST, IN_BURST, ISOLATED = 1, 2, 3, 4  # states; lost in the l
 class Loss(Effect):
     """Lose packets with one probability."""
 
-    def __init__(self, params: LinkParams, uniform: Uniform) -> None:
-        self._chain = Correlated()
-        super().__init__(params, uniform)
-
     def loses(self, fate: Fate) -> bool:
         """Tell whether a packet is lost."""
         rho = self.params.loss_correlation
-        return self._chain.draw(self.uniform(fate), rho) < self.params.loss
+        return self.chain.draw(self.uniform(fate), rho) < self.params.loss
 
 
 class GilbertElliott(Effect):

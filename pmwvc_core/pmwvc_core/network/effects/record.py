@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from pmwvc_core.network.in_flight import Cause, Fate
+from pmwvc_core.network.streams import Correlated
 from pmwvc_core.params import LinkParams, Spec
 from pmwvc_core.plugins import Record
 
@@ -32,6 +33,7 @@ class Effect:
 
     def __init__(self, params: LinkParams, uniform: Uniform) -> None:
         self.uniform = uniform
+        self.chain = Correlated()  # of its numbers, where it has a correlation
         self.configure(params)
 
     def configure(self, params: LinkParams) -> None:
@@ -70,27 +72,9 @@ class Effect:
 EffectMaker = Callable[[LinkParams, Uniform], Effect]
 
 
-def no_text(params: LinkParams) -> str:
-    """Return nothing."""
-    return ""
-
-
 def no_time(params: LinkParams) -> float:
     """Return zero [s]."""
     return 0.0
-
-
-def unknown_time(params: LinkParams) -> None:
-    """Return None: how much longer the delay becomes is not known."""
-
-
-def usable(params: LinkParams) -> None:
-    """Accept any settings."""
-
-
-def named(params: LinkParams) -> bool:
-    """Return True: an effect that ``link.effects`` names is active."""
-    return True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,52 +83,28 @@ class LinkEffect(Record):
 
     ``linear`` is ``delay`` where the linear model leaves the effect out, as every packet takes
     ``delay_s``; None where the model must not be asked.
-
-    Attributes
-    ----------
-    make
-        Makes the effect, for the settings and random numbers of a link.
-    parameters
-        Fields of ``link.*`` that it reads; the first switches it on.
-    active
-        Tells whether settings switch it on; plug-ins are switched on by ``link.effects``.
-    numbers
-        Numbers that ``link.effects`` must give a plug-in, by name, with their ranges.
-    slot
-        Index of its number among the four that every packet draws, and of a copy's behind it;
-        None: a random stream of its own.
-    random
-        Whether the seed decides what it does.
-    linux
-        Whether tc-netem has it.
-    spreads
-        Whether the delay differs from packet to packet.
-    spread_s
-        By how much tuning rules have to count the delay longer [s]; None where that is not known.
-    mean_s
-        What it adds to the delay on the mean [s].
-    amount, label
-        It and its amount, for sentences and for the drawing of the loop; empty: not mentioned.
-    off
-        Value of the first parameter that switches it off.
-    conflict
-        What is wrong between settings that are each right; empty where nothing is.
-    check
-        Raises where settings cannot be used, a file for example.
     """
 
-    make: EffectMaker
-    parameters: tuple[str, ...] = ("effects",)
-    active: Callable[[LinkParams], bool] = named
+    make: EffectMaker  # for the settings and random numbers of a link
+    parameters: tuple[str, ...] = ("effects",)  # of link.* that it reads; the first switches it on
+    # whether settings switch it on; plug-ins are switched on by link.effects
+    active: Callable[[LinkParams], bool] = lambda params: True
+    # those that link.effects must give a plug-in, by name, with their ranges
     numbers: Mapping[str, Spec] = field(default_factory=dict)
+    # index of its number among the four that every packet draws, and of a copy's behind it; None:
+    # a random stream of its own
     slot: int | None = None
-    random: bool = True
-    linux: bool = False
-    spreads: bool = False
-    spread_s: Callable[[LinkParams], float | None] = unknown_time
-    mean_s: Callable[[LinkParams], float] = no_time
-    amount: Callable[[LinkParams], str] = no_text
-    label: Callable[[LinkParams], str] = no_text
-    off: Any = ""
-    conflict: Callable[[LinkParams], str] = no_text
-    check: Callable[[LinkParams], object] = usable
+    random: bool = True  # whether the seed decides what it does
+    linux: bool = False  # whether tc-netem has it
+    spreads: bool = False  # whether the delay differs from packet to packet
+    # by how much tuning rules have to count the delay longer [s]; None: not known
+    spread_s: Callable[[LinkParams], float | None] = lambda params: None
+    mean_s: Callable[[LinkParams], float] = no_time  # what it adds to the delay on the mean [s]
+    # it and its amount, for sentences and for the drawing of the loop; empty: not mentioned
+    amount: Callable[[LinkParams], str] = lambda params: ""
+    label: Callable[[LinkParams], str] = lambda params: ""
+    off: Any = ""  # value of the first parameter that switches it off
+    # what is wrong between settings that are each right; empty where nothing is
+    conflict: Callable[[LinkParams], str] = lambda params: ""
+    # raises where settings cannot be used, a file for example
+    check: Callable[[LinkParams], object] = lambda params: None

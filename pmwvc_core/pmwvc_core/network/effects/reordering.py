@@ -2,24 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reordering of packets: some are sent at once and overtake those that wait."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, no_time
+from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
 from pmwvc_core.network.in_flight import Fate
-from pmwvc_core.network.streams import Correlated
 from pmwvc_core.params import LinkParams
 
 
 class Reordering(Effect):
     """Send at once, with one probability, one packet after every ``reorder_gap - 1`` others."""
 
-    def __init__(self, params: LinkParams, uniform: Uniform) -> None:
-        self._chain = Correlated()
-        self._since = 0  # packets since the last one sent at once
-        super().__init__(params, uniform)
+    _since = 0  # packets since the last one sent at once
 
     def at_once(self, fate: Fate) -> bool:
         """Tell whether a packet or copy goes without delay."""
         rho = self.params.reorder_correlation
-        u = self._chain.draw(self.uniform(fate), rho, goes_on=not fate.copy)
+        u = self.chain.draw(self.uniform(fate), rho, goes_on=not fate.copy)
         if self._since < self.params.reorder_gap - 1 or u >= self.params.reorder:
             self._since += 1
             return False
