@@ -17,7 +17,6 @@ from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.recording.mcap.mcap_check import check_file
 from pmwvc_analysis.recording.reader import read_scenario, session_of
 from pmwvc_core.errors import PmwvcError, RecordingError
-from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
@@ -49,7 +48,10 @@ def check_recording(folder: str | Path) -> list[Finding]:
         content = read_content(folder)
         traces = session_of(content, folder)
         findings += _losses(content, traces)
-        findings += _physics(traces, read_scenario(folder))
+        problems = inconsistencies(traces, read_scenario(folder))
+        findings += [Finding("physics", PROBLEM, problem) for problem in problems]
+        if not problems:
+            findings.append(Finding("physics", OK, "ports, powers and running sums agree"))
     except PmwvcError as error:
         findings.append(Finding("content", PROBLEM, str(error)))
     return findings
@@ -102,22 +104,13 @@ def _losses(content: Content, traces: SessionTraces) -> list[Finding]:
         for topic, count in traces.counts.items()
         if not count["messages"] and not topic.endswith(QUIET)
     ]
-    found += [
-        Finding("missing", WARNING, f"{event['who']}: {event['what']}")
-        for event in traces.events
-        if event.get("kind") == "link"
-    ]
-    found += [
-        Finding("missing", WARNING, str(event["what"]))
+    texts = [f"{e['who']}: {e['what']}" for e in traces.events if e.get("kind") == "link"]
+    texts += [
+        str(event["what"])
         for event in traces.events
         if event["who"] == "recorder" or event.get("kind") == "stranger"
     ]
+    found += [Finding("missing", WARNING, text) for text in texts]
     return found or [
         Finding("missing", OK, "nothing is missing: the numbers of every publisher are complete")
     ]
-
-
-def _physics(traces: SessionTraces, scenario: Scenario | None) -> list[Finding]:
-    problems = inconsistencies(traces, scenario)
-    found = [Finding("physics", PROBLEM, problem) for problem in problems]
-    return found or [Finding("physics", OK, "ports, powers and running sums agree")]

@@ -17,7 +17,8 @@ from pmwvc_analysis.charts import colours
 from pmwvc_analysis.charts.axis import Axis
 from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel
 from pmwvc_analysis.charts.chart_data import MOST_NUMBERS, payload, thinned
-from pmwvc_analysis.charts.chart_svg import file_svg, panel_svg
+from pmwvc_analysis.charts.chart_file import file_svg
+from pmwvc_analysis.charts.chart_svg import panel_svg
 from pmwvc_analysis.charts.decimate import envelope, reduced
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.figures import charts

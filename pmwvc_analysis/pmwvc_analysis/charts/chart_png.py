@@ -11,7 +11,7 @@ import numpy as np
 
 from pmwvc_analysis.charts import style
 from pmwvc_analysis.charts.chart import Chart, Dots, Layer, Line, Panel, Span
-from pmwvc_analysis.charts.chart_svg import file_svg
+from pmwvc_analysis.charts.chart_file import file_svg
 from pmwvc_analysis.charts.colours import LIGHT
 from pmwvc_analysis.charts.decimate import reduced
 

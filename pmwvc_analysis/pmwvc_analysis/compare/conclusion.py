@@ -36,7 +36,9 @@ def conclusion(entries: Sequence[Entry]) -> list[str]:
         groups.setdefault(heading if compared else "", []).append(entry)
     paragraphs = [_conditions(entries)]
     for heading, group in groups.items():
-        text = " ".join(_sentences(group))
+        stable = [entry for entry in group if entry.measures["stable"]]
+        found = [_unstable(group), *_stiffest(stable), _free(stable), *_passive(group)]
+        text = " ".join(sentence for sentence in found if sentence)
         paragraphs.append(f"With {heading}: {text}" if heading else text)
     return paragraphs
 
@@ -51,8 +53,8 @@ def _conditions(entries: Sequence[Entry]) -> str:
     )
     text = (
         f"{source} sessions of {_over(entries, lambda of: f'{of.duration_s:g} s')}, "
-        f"{_over(entries, _delay)}, "
-        f"contact {_over(entries, _contact)}; one set of hands and packet fates. "
+        f"{_over(entries, _delay)}, contact {_over(entries, _contact)}; one set of hands and "
+        "packet fates. "
         f"Stiffness, mass and damping are those rendered to {first.users[0].name}"
     )
     if sources:
@@ -88,12 +90,6 @@ def _contact(of: Scenario) -> str:
     return f"{contact.contact_stiffness:g} N/m with {contact.contact_damping:g} N s/m"
 
 
-def _sentences(group: Sequence[Entry]) -> list[str]:
-    stable = [entry for entry in group if entry.measures["stable"]]
-    found = [_unstable(group), *_stiffest(stable), _free(stable), *_passive(group)]
-    return [sentence for sentence in found if sentence]
-
-
 def _unstable(group: Sequence[Entry]) -> str:
     bad = [
         f"{_name(entry)} ({entry.measures['instability']})"
@@ -106,11 +102,13 @@ def _unstable(group: Sequence[Entry]) -> str:
 
 
 def _stiffest(stable: Sequence[Entry]) -> list[str]:
-    known = _ranked(stable, "k_felt")
+    known = [entry for entry in stable if entry.measures["k_felt"] is not None]
+    known.sort(key=lambda entry: -entry.measures["k_felt"])
     if not known:
         return ["No stiffness at rest is known."] if stable else []
     best, last = known[0], known[-1]
-    tied = _tied(known, "k_felt")
+    nearly = (1.0 - ALIKE) * best.measures["k_felt"]
+    tied = [_name(entry) for entry in known if entry.measures["k_felt"] >= nearly]
     renders = "renders" if len(tied) == 1 else "render"
     found = [f"{_joined(tied)} {renders} the stiffest contact, {_stiffness(best)}"]
     if len(tied) < len(known):
@@ -152,32 +150,18 @@ def _effort(entry: Entry) -> float:
 
 
 def _passive(group: Sequence[Entry]) -> list[str]:
-    passive = [_name(entry) for entry in group if entry.measures["passive"]]
     active = [
         f"{_name(entry)} ({entry.measures['active_part']}, "
         f"{1e3 * entry.measures['energy_min_j']:.3g} mJ)"
         for entry in group
         if entry.measures["passive"] is False
     ]
-    unknown = [_name(entry) for entry in group if entry.measures["passive"] is None]
-    found = []
-    if passive:
-        found.append(f"Passive at every port: {_joined(passive)}.")
-    if active:
-        found.append(f"Not passive, with port and least balance: {_joined(active)}.")
-    if unknown:
-        found.append(f"Passivity not judged: {_joined(unknown)}.")
-    return found
-
-
-def _ranked(entries: Sequence[Entry], measure: str) -> list[Entry]:
-    known = [entry for entry in entries if entry.measures[measure] is not None]
-    return sorted(known, key=lambda entry: -entry.measures[measure])
-
-
-def _tied(ranked: Sequence[Entry], measure: str) -> list[str]:
-    best = ranked[0].measures[measure]
-    return [_name(e) for e in ranked if e.measures[measure] >= (1.0 - ALIKE) * best]
+    groups = {
+        "Passive at every port": [_name(e) for e in group if e.measures["passive"]],
+        "Not passive, with port and least balance": active,
+        "Passivity not judged": [_name(e) for e in group if e.measures["passive"] is None],
+    }
+    return [f"{words}: {_joined(named)}." for words, named in groups.items() if named]
 
 
 def _stiffness(entry: Entry) -> str:

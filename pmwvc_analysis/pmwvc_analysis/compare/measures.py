@@ -54,23 +54,10 @@ from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 NOISE_HZ = 20.0
 MEASURES = (
-    "stable",
-    "instability",
-    "passive",
-    "active_part",
-    "k_max",
-    "k_felt",
-    "first_peak_hz",
-    "mass_free_kg",
-    "damping_free_n_s_m",
-    "free_hz",
-    "coherency_rms_m",
-    "force_error_rms_n",
-    "energy_min_j",
-    "force_noise_n",
-    "force_peak_n",
-    "left_out",
-)
+    "stable", "instability", "passive", "active_part", "k_max", "k_felt", "first_peak_hz",
+    "mass_free_kg", "damping_free_n_s_m", "free_hz", "coherency_rms_m", "force_error_rms_n",
+    "energy_min_j", "force_noise_n", "force_peak_n", "left_out",
+)  # fmt: skip
 
 
 class Least(NamedTuple):
@@ -117,7 +104,9 @@ class Entry:
 def measured(entry: Entry) -> Entry:
     """Fill in the measures of an entry and return it."""
     entry.measures = measures(entry.traces, entry.scenario)
-    live = _is_live(entry.traces)
+    # Whether the loops had the phases of live ones; a replay has those of its recording.
+    answer = entry.traces.metadata.get("replay", {}).get("answer_ticks", "0")
+    live = entry.traces.source == "live" or int(answer) > 0
     entry.measures["k_max"] = largest_stiffness(entry.scenario, live=live)
     if entry.measures["stable"]:
         entry.rendered = rendering(entry.traces, entry.scenario, live=live)
@@ -129,12 +118,6 @@ def measured(entry: Entry) -> Entry:
         entry.measures["damping_free_n_s_m"] = free.damping_n_s_m
         entry.measures["free_hz"] = free.frequency_hz
     return entry
-
-
-def _is_live(traces: SessionTraces) -> bool:
-    """Tell whether the loops had the phases of live ones; a replay has those of its recording."""
-    answer = traces.metadata.get("replay", {}).get("answer_ticks", "0")
-    return traces.source == "live" or int(answer) > 0
 
 
 def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]:

@@ -165,13 +165,6 @@ def _wave_sums(user: UserTraces) -> list[str]:
     return found
 
 
-def _untrue(user: UserTraces) -> list[str]:
-    """Say that a device with known forces is not where they lead, if they are known."""
-    if not np.isfinite(user.f_h).all():
-        return []
-    return [f"{user.name}: the device is not where its model and the forces recorded lead"]
-
-
 def _work(user: UserTraces, known: User | None, *, simulated: bool) -> list[str]:
     """Check the work of both forces against forces and motion, tick by tick."""
     if not complete(user) or known is None:
@@ -180,7 +173,9 @@ def _work(user: UserTraces, known: User | None, *, simulated: bool) -> list[str]
     if measured(known.device):
         motion = true_motion(user, known.device)
         if motion is None:
-            return _untrue(user) if simulated else []
+            untrue = simulated and np.isfinite(user.f_h).all()
+            text = f"{user.name}: the device is not where its model and the forces recorded lead"
+            return [text] if untrue else []
         x = motion.x[:-1]
     moved, found = np.diff(x, axis=0), []
     for name, force in (("device", user.f_applied), ("hand", user.f_h)):

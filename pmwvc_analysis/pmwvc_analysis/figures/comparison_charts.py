@@ -143,29 +143,16 @@ def overlay(first: Entry, second: Entry) -> Chart:
     others = {user.name: user for user in second.traces.users}
     for user in first.traces.users:
         other, tint = others[user.name], user_tint(names.index(user.name))
-        panels += [
-            Panel(
-                y_label,
-                [
-                    Line(first.label, user.time_s, scale * ours, tint, (), 2.6, user.tick_s),
-                    Line(
-                        second.label,
-                        other.time_s,
-                        scale * theirs,
-                        "object",
-                        (6, 4),
-                        1.4,
-                        other.tick_s,
-                    ),
-                ],
-                title=user.name,
-                tint=tint,
-            )
-            for y_label, ours, theirs, scale in (
-                ("device on hand [N]", user.f_applied[:, 0], other.f_applied[:, 0], 1.0),
-                ("device [mm]", user.x_m[:, 0], other.x_m[:, 0], 1e3),
-            )
-        ]
+        for y_label, signal, scale in (
+            ("device on hand [N]", "f_applied", 1.0),
+            ("device [mm]", "x_m", 1e3),
+        ):
+            ours, theirs = (scale * getattr(each, signal)[:, 0] for each in (user, other))
+            lines = [
+                Line(first.label, user.time_s, ours, tint, (), 2.6, user.tick_s),
+                Line(second.label, other.time_s, theirs, "object", (6, 4), 1.4, other.tick_s),
+            ]
+            panels.append(Panel(y_label, lines, title=user.name, tint=tint))
     return Chart(
         "overlay",
         "Two sessions overlaid",

@@ -8,6 +8,7 @@ from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
 from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Dots, Line, Note, Panel
 from pmwvc_analysis.charts.colours import user_tint
 from pmwvc_analysis.charts.text import quantity
+from pmwvc_analysis.events.event import runs
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.recording.losses import DROPPED
 from pmwvc_core.network import FateKind
@@ -36,10 +37,12 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
             sums = balance.balance_j * scale
             lines.append(Line(label, balance.time_s, sums, tint, dash, 1.8 - 0.2 * order, period))
             bands += [
-                Band(f"{label}: more out than in", each)
-                for each in spans(balance.violated, balance.time_s, join_s=JOIN_S)
+                Band(f"{label}: more out than in", tuple(balance.time_s[[first, last]].tolist()))
+                for first, last in runs(balance.violated, balance.time_s, join_s=JOIN_S)
             ]
-            notes += _lowest(balance, scale)
+            if not balance.passive and balance.minimum_time_s is not None:
+                text = f"▼ {quantity(balance.minimum_j, 'J')}"
+                notes.append(Note(text, balance.minimum_time_s, balance.minimum_j * scale))
         panels.append(
             Panel(
                 f"balance [{unit}]",
@@ -61,28 +64,10 @@ def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     )
 
 
-def spans(
-    flags: np.typing.NDArray[np.bool_], time_s: Array, *, join_s: float
-) -> list[tuple[float, float]]:
-    """Return the stretches of time with a flag set; those closer than ``join_s`` are one."""
-    rows = np.flatnonzero(flags)
-    if not len(rows):
-        return []
-    breaks = np.flatnonzero(np.diff(time_s[rows]) > join_s) + 1
-    return [(float(time_s[part[0]]), float(time_s[part[-1]])) for part in np.split(rows, breaks)]
-
-
 def _ways(entry: UserEnergy) -> list[tuple[str, Balance, tuple[float, ...]]]:
     if entry.up is None or entry.down is None:
         return [("both directions", entry.joint, ())]
     return [("up, to the server", entry.up, ()), ("down, to the device", entry.down, (6, 4))]
-
-
-def _lowest(balance: Balance, scale: float) -> list[Note]:
-    if balance.passive or balance.minimum_time_s is None:
-        return []
-    text = f"▼ {quantity(balance.minimum_j, 'J')}"
-    return [Note(text, balance.minimum_time_s, balance.minimum_j * scale)]
 
 
 def network(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:

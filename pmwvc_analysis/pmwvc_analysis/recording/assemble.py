@@ -217,8 +217,8 @@ _RECEIVED = (
     "lost",
     "duplicate",
     "reordered",
-    *REFUSED,
     "other_controller",
+    *REFUSED,
 )
 _LINK_NUMBERS = (
     "in_count out_count lost duplicated reordered corrupted queued dropped "

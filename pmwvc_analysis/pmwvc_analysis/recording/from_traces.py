@@ -27,7 +27,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import MessageTypes
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 
 SERVER_EPOCH = 1000
@@ -116,17 +116,13 @@ def _all(
         for way in ("up", "down")
     }
     for link, all_fates in traces.fates.items():
-        fates = _until(all_fates, _ns(traces.duration_s))
+        # packets still in flight at the end of the session never came out
+        out_ns, end_ns = all_fates.time_out_ns, _ns(traces.duration_s)
+        fates = replace(all_fates, time_out_ns=np.where(out_ns < end_ns, out_ns, 0))
         for at_ns, message in fate_blocks(types, fates, start):
             yield Outgoing(at_ns, "/netem/fates", schemas.PACKET_FATE, message)
         for at_ns, message in state_blocks(types, fates, links[link], start, seed=scenario.seed):
             yield Outgoing(at_ns, "/netem/links", schemas.LINK_STATE, message)
-
-
-def _until(fates: FateTraces, end_ns: int) -> FateTraces:
-    """Return fates in which packets still in flight at the end of the session never came out."""
-    out_ns = np.where(fates.time_out_ns < end_ns, fates.time_out_ns, 0)
-    return replace(fates, time_out_ns=out_ns)
 
 
 def _epoch(traces: SessionTraces, name: str) -> int:

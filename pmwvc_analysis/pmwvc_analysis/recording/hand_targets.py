@@ -8,7 +8,6 @@ A message's time is that of its publication, as long as it was received within `
 the processor longer than the master.
 """
 
-import struct
 from collections.abc import Iterable, Mapping
 
 import numpy as np
@@ -17,8 +16,6 @@ from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.mcap.salvage import RawMessage
 from pmwvc_core.traces import HandTargets
 
-_HEADS = {0: struct.Struct(">iII"), 1: struct.Struct("<iII")}  # stamp, length of frame_id
-_POINTS = {0: struct.Struct(">3d"), 1: struct.Struct("<3d")}
 TRUSTED_NS = 500_000_000
 NOWHERE: tuple[float, ...] = (np.nan, np.nan, np.nan)
 
@@ -59,7 +56,8 @@ def _arrived_ns(message: RawMessage) -> int:
 
 def _point(data: bytes) -> tuple[float, ...] | None:
     """Return the point of a serialized PointStamped; None if it is none."""
-    if len(data) < 16 or data[1] not in _HEADS:
+    try:
+        point = schemas.typestore(schemas.POINT).deserialize_cdr(data, schemas.POINT).point
+    except Exception:  # rosbags raises many kinds
         return None
-    begin = 4 + (12 + _HEADS[data[1]].unpack_from(data, 4)[2] + 7) // 8 * 8
-    return _POINTS[data[1]].unpack_from(data, begin) if len(data) >= begin + 24 else None
+    return point.x, point.y, point.z

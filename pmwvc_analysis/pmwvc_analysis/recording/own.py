@@ -156,7 +156,9 @@ def _continuing(series: Series, kind: str) -> list[bool]:
         rows = rows[np.argsort(numbers[rows], kind="stable")]
         if kind != schemas.WAVE:  # a link may deliver a packet twice
             rows = rows[np.diff(numbers[rows], prepend=-1) > 0]
-        rows = _without_jumps(rows, numbers)
+        # the largest group of numbers without a jump that no loss explains
+        cuts = np.flatnonzero(np.diff(numbers[rows]) > LARGEST_JUMP) + 1
+        rows = max(np.split(rows, cuts), key=len)
         if trace:
             starts = clock.monotonic_times([series.messages[row] for row in rows])
             increasing = _increasing(starts)
@@ -164,12 +166,6 @@ def _continuing(series: Series, kind: str) -> list[bool]:
             rows = rows[_clocks_agree(logs[rows] - starts)]
         kept[rows] = True
     return kept.tolist()
-
-
-def _without_jumps(rows: Integers, numbers: Integers) -> Integers:
-    """Return the largest group of numbers without a jump that no loss explains."""
-    cuts = np.flatnonzero(np.diff(numbers[rows]) > LARGEST_JUMP) + 1
-    return max(np.split(rows, cuts), key=len)
 
 
 def _increasing(values: Integers) -> Integers:

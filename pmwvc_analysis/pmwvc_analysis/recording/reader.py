@@ -15,7 +15,7 @@ import numpy as np
 
 from pmwvc_analysis.recording import assemble
 from pmwvc_analysis.recording.clocks import clock
-from pmwvc_analysis.recording.clocks.time_lines import time_lines
+from pmwvc_analysis.recording.clocks.clock import time_lines
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import source_of

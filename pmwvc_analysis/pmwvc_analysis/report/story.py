@@ -51,22 +51,16 @@ def _contact(
         indices = np.flatnonzero(touches[rows])
         if len(indices):
             first[name] = float(times[indices[0]])
-    name = "the object"
-    if scenario is not None:
-        name = scenario.environment.noun
+    name = "the object" if scenario is None else scenario.environment.noun
     if not first:
         yield f"No user touched {name}."
         return
-    who = _who(list(first), len(server.users))
+    who = listed(list(first))
+    if len(first) == len(server.users) or len(first) > 3:
+        who = f"{WORDS[len(first)]} user{'' if len(first) == 1 else 's'}"
     grips = scenario is not None and all(u.contact.grips for u in scenario.users)
     verb = "gripped" if grips and name == "the cube" else "touched"
     yield f"{who} {verb} {name} {_when(list(first.values()))}{_moved(server, rows)}."
-
-
-def _who(names: Sequence[str], users: int) -> str:
-    if len(names) == users or len(names) > 3:
-        return f"{WORDS[len(names)]} user{'' if len(names) == 1 else 's'}"
-    return listed(names)
 
 
 def _when(times: Sequence[float]) -> str:

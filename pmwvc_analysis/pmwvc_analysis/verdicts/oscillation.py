@@ -2,23 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """RMS velocity above the band in which an operator moves voluntarily.
 
-The voluntary band: everything below ``band_hz`` of the operator, in which hands move on
-purpose (for a target that rests, below half a hertz; while they close, below 6 Hz over the
-duration of the closing in s), and what an environment of the library is driven with. A hand that
+The voluntary band: :mod:`.bands`. A hand that
 moves in steps, an object let go or contact made for the first time give short bursts of fast
 motion; a median over quarter-second windows passes over them. Motion is judged from the middle of
 the session, or from the last time that contact was made or lost or a parameter changed if that is
 later; less than a second after it, it is unknown whether the vibration decays.
 
-Packets and server steps make images of purposeful motion: of motion at f sampled at f_s and held,
-one at f_s - f with f/(f_s - f) of its size. That much beyond the band is no oscillation of the
-loop.
-
 Where rows are missing, or the loop did not run, the motion is not known: it is filtered piece by
 piece, and where less than half of the windows of the end or the middle are known, there is no
 verdict.
-
-Not known: what drives an environment of somebody else's. Its motion counts as the loop's.
 """
 
 import itertools
@@ -29,10 +21,9 @@ import numpy as np
 
 from pmwvc_analysis.events.safety import COUPLED
 from pmwvc_analysis.traces.stages import stages
+from pmwvc_analysis.verdicts.bands import DEFAULT_BAND_HZ, bands, encoder_noise_m_s
 from pmwvc_core.numeric import Array
-from pmwvc_core.params import OperatorParams, ServerParams
-from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.server.environments import environment_of
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
 OSCILLATION_M_S = 1e-3
@@ -40,10 +31,6 @@ WINDOW_S = 0.25
 PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
 SETTLE_S = 1.0  # time for transients of contact to decay
 CHATTER = 4  # changes of contact in half a session: more are the loop's own
-DEFAULT_BAND_HZ = 8.0
-REST_BAND_HZ = 0.5
-MINIMUM_JERK = 6.0  # a minimum-jerk move of duration D has next to nothing above 6/D
-HARMONICS = 3.5  # of a sinusoid that makes and breaks contact
 
 
 @dataclass(frozen=True)
@@ -166,47 +153,6 @@ def beyond(velocity: Array, period_s: float, band_hz: float) -> Array:
     return found
 
 
-def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: bool) -> float:
-    """Return the frequency below which this operator moves on purpose.
-
-    A sinusoid brings harmonics where contact is made and broken. A recorded person moves and
-    trembles up to 10 Hz; so does one with a pointer, whose handle is let go and taken.
-    """
-    if operator.kind == "hand":
-        return max(2.0, MINIMUM_JERK / move_rise_s) if moves else REST_BAND_HZ
-    if operator.kind == "sinusoid":
-        return max(REST_BAND_HZ, HARMONICS * operator.frequency_hz)
-    if operator.kind == "chirp":
-        return 1.5 * max(operator.frequency_hz, operator.frequency_end_hz)
-    if operator.kind == "remote" or operator.kind.startswith("playback"):
-        return 10.0
-    return REST_BAND_HZ
-
-
-def environment_band_hz(server: ServerParams) -> float:
-    """Return the frequency below which the environment moves by itself, 0 where it does not."""
-    return HARMONICS * environment_of(server.environment).drive_hz(server)
-
-
-def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
-    """Return the band of a session [Hz], that of the fastest hand and of the environment, and the
-    largest ratio of sampling images to purposeful motion.
-
-    ``closing``: hands close in what is judged.
-    """
-    moves = scenario.task.kind == "carry"
-    rise = scenario.task.move_rise_s
-    band = max(operator_band_hz(user.operator, rise, moves=moves) for user in scenario.users)
-    band = max(band, environment_band_hz(scenario.server))
-    if closing:
-        band = max(band, MINIMUM_JERK / scenario.task.grip_rise_s)
-    drives = (user.operator.frequency_hz for user in scenario.users)
-    driven = all(user.operator.kind == "sinusoid" for user in scenario.users)
-    highest = max(drives) if driven else band
-    slowest = max(scenario.server.period_s, *(user.master.frame_s for user in scenario.users))
-    return band, highest / max(1.0 / slowest - highest, highest)
-
-
 def motions(traces: SessionTraces, scenario: Scenario | None) -> list[Motion]:
     """Return what is judged of a session: the motion of every device and of the object."""
     server = traces.server
@@ -269,14 +215,3 @@ def _disturbed_s(traces: SessionTraces) -> float:
         if 0 < len(times) and np.sum(times > 0.5 * traces.duration_s) <= CHATTER:
             latest = max(latest, float(times[-1]))
     return latest
-
-
-def encoder_noise_m_s(user: User | None) -> float:
-    """Return twice the RMS of the velocity that an encoder's steps alone make [m/s].
-
-    The difference of two positions, each uniform within a step q, over one tick: q / (tick sqrt
-    6).
-    """
-    if user is None or user.device.velocity != "euler":
-        return 0.0
-    return 2.0 * user.device.encoder_step_m / (user.master.tick_s * math.sqrt(6.0))

@@ -68,18 +68,16 @@ def components(found: Passivity) -> list[str]:
 def component(finding: Finding, found: Passivity) -> str:
     """Return what one component generated, and whether the ports, which decide, show it."""
     where = "server" if finding.owner == SERVER else finding.owner
-    return (
+    text = (
         f"{where}: {words_of(finding.part)} generated {joule(finding.given_j)} "
         f"({_beside_moved(finding)}) by {finding.least_s:.2f} s, "
         f"first at {finding.since_s:.2f} s; tolerance {joule(finding.tolerance_j)}"
-    ) + (f"; {_covered(found)}" if found.session else "")
-
-
-def _covered(found: Passivity) -> str:
-    """Return what took in the energy of a component where every port is passive."""
+    )
+    if not found.session:
+        return text
     storage = any(each.declared_j > 0.0 for each in found.findings if each.decides)
     others = "other components or the declared storage" if storage else "other components"
-    return f"the ports decide and all are passive: {others} covered it"
+    return f"{text}; the ports decide and all are passive: {others} covered it"
 
 
 def _beside_moved(finding: Finding) -> str:

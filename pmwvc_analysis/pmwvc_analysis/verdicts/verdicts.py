@@ -31,7 +31,6 @@ Where device and avatar start apart (grip), that constant distance is taken out 
 and ``drift``.
 """
 
-from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -51,20 +50,12 @@ from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_analysis.verdicts.passivity import Passivity, passivity
 from pmwvc_analysis.verdicts.receptions import reception_summaries
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import SessionTraces, UserTraces
 
 PREDICTION_KEYS = (
-    "spectral_radius",
-    "stable",
-    "k_max",
-    "any_delay",
-    "loop_gain",
-    "aliasing_gain",
-    "k_felt",
-    "mass_felt",
-    "environment_limited",
-    "left_out",
-)
+    "spectral_radius", "stable", "k_max", "any_delay", "loop_gain", "aliasing_gain", "k_felt",
+    "mass_felt", "environment_limited", "left_out",
+)  # fmt: skip
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number
@@ -99,13 +90,7 @@ def summary(
         "passivity": _passivity(found),
         "object": _object(traces),
         "users": [
-            _user(
-                user,
-                traces,
-                found.passive(user.name),
-                balances.get(user.name),
-                limited.get(user.name),
-            )
+            _user(user, traces, found, balances.get(user.name), limited.get(user.name))
             for user in traces.users
         ],
         "links": link_summaries(traces),
@@ -145,8 +130,10 @@ def _object(traces: SessionTraces) -> dict[str, Any]:
     server = traces.server
     if server is None:
         return {"position_final_m": None, "velocity_rms_m_s": None, "path_error_rms_m": None}
+    ends = (float(user.time_s[-1]) for user in traces.users)
+    end_s = max(ends, default=float(server.time_s[-1]))
     return {
-        "position_final_m": final(server.x_o, server.time_s, _end_s(traces.users, server)),
+        "position_final_m": final(server.x_o, server.time_s, end_s),
         "velocity_rms_m_s": rms(server.xd_o),
         "path_error_rms_m": rms(server.x_o - server.target),
     }
@@ -184,7 +171,7 @@ def _finding(found: Finding) -> dict[str, Any]:
 def _user(
     user: UserTraces,
     traces: SessionTraces,
-    passive: bool | None,
+    found: Passivity,
     balance: energy.UserEnergy | None,
     limited: environment.Limited | None,
 ) -> dict[str, Any]:
@@ -195,7 +182,7 @@ def _user(
         apart = position_error(user, server, index, joins_s=first_packets(traces, user.name))
     return {
         "name": user.name,
-        "passive": passive,
+        "passive": found.passive(user.name),
         "energy_up_min_j": balance.up.minimum_j if balance and balance.up else None,
         "energy_down_min_j": balance.down.minimum_j if balance and balance.down else None,
         "energy_balance_j": _last_balance(balance),
@@ -214,11 +201,6 @@ def _user(
         "safety_events": int(user.safety_events),
         "environment_limited": limited.summary if limited else None,
     }
-
-
-def _end_s(users: Sequence[UserTraces], server: ServerTraces) -> float:
-    """Return when the last user ended; without any, when the server did [s]."""
-    return max((float(user.time_s[-1]) for user in users), default=float(server.time_s[-1]))
 
 
 def _last_balance(balance: energy.UserEnergy | None) -> float | None:

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.verdicts import oscillation
+from pmwvc_analysis.verdicts import bands, oscillation
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.traces import NS
@@ -95,16 +95,16 @@ class Shaking:
     def __init__(self, scenario: Scenario | None, name: str) -> None:
         users = {user.name: user for user in scenario.users} if scenario else {}
         user = users.get(name)
-        self._band_hz, self._images = oscillation.DEFAULT_BAND_HZ, 0.0
+        self._band_hz, self._images = bands.DEFAULT_BAND_HZ, 0.0
         self._still = self._band_hz, self._images
         self._moved_ns = 0  # when somebody moved on purpose last
         if scenario is not None:
             closing = scenario.task.kind != "free" and any(
                 each.operator.kind == "hand" for each in users.values()
             )
-            self._band_hz, self._images = oscillation.bands(scenario, closing=closing)
+            self._band_hz, self._images = bands.bands(scenario, closing=closing)
             self._still = still_bands(scenario, (self._band_hz, self._images))
-        self._noise_m_s = oscillation.encoder_noise_m_s(user)
+        self._noise_m_s = bands.encoder_noise_m_s(user)
         self._most_n = user.safety.max_force if user is not None else np.inf
         self._span = _Span()
         self._contacts: deque[int] = deque()  # when contact was made or lost [ns]
@@ -197,5 +197,5 @@ def still_bands(scenario: Scenario, moving: tuple[float, float]) -> tuple[float,
         replace(user, operator=replace(user.operator, kind="none")) if user in remote else user
         for user in scenario.users
     )
-    band_hz, images = oscillation.bands(replace(scenario, users=resting), closing=False)
+    band_hz, images = bands.bands(replace(scenario, users=resting), closing=False)
     return (max(band_hz, STILL_HZ), images) if band_hz < moving[0] else moving

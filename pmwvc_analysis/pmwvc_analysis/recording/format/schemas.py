@@ -11,7 +11,7 @@ without ROS, from the tables that rosbags carries.
 import functools
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,10 +31,6 @@ POINT = "geometry_msgs/msg/PointStamped"
 FLAG = "std_msgs/msg/Bool"
 OUR_TYPES = (WAVE, MASTER_TRACE, SERVER_TRACE, LINK_STATE, PACKET_FATE, RECEPTION)
 
-_PRIMITIVES = frozenset(
-    "bool byte char float32 float64 int8 uint8 int16 uint16 int32 uint32 int64 uint64 string "
-    "wstring".split()
-)
 _SEPARATOR = "=" * 80
 
 
@@ -78,17 +74,14 @@ def message_text(type_name: str) -> str:
 
 def used_types(type_name: str) -> list[str]:
     """Return the message types that the fields of a type have, as ``package/msg/Type``."""
-    package = type_name.partition("/")[0]
+    from rosbags.interfaces import Nodetype
+    from rosbags.typesys import get_types_from_msg
+
     found = []
-    for line in message_text(type_name).splitlines():
-        words = line.partition("#")[0].split()
-        if len(words) < 2 or "=" in words[1]:
-            continue
-        base = words[0].partition("[")[0].partition("<")[0]
-        if base in _PRIMITIVES:
-            continue
-        owner, _, name = base.rpartition("/")
-        found.append(f"{owner.partition('/')[0] or package}/msg/{name}")
+    for _, (kind, inner) in get_types_from_msg(message_text(type_name), type_name)[type_name][1]:
+        while kind not in (Nodetype.BASE, Nodetype.NAME):  # of arrays, that of an element
+            (kind, inner), _ = inner
+        found += [str(inner)] if kind == Nodetype.NAME else []
     return found
 
 
@@ -111,21 +104,21 @@ def schema_text(type_name: str) -> str:
 @functools.cache
 def typestore(*type_names: str) -> "Typestore":
     """Return a rosbags type store that knows these types (ours when none is named)."""
-    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-
-    store = get_typestore(Stores.EMPTY)
-    for type_name in type_names or OUR_TYPES:
-        store.register(get_types_from_msg(schema_text(type_name), type_name))
-    return store
+    return _store({name: schema_text(name) for name in type_names or OUR_TYPES})
 
 
 @functools.cache
 def store_of(schema: str, type_name: str) -> "Typestore":
     """Return a rosbags type store that knows a type given by its whole schema text."""
+    return _store({type_name: schema})
+
+
+def _store(schemas: Mapping[str, str]) -> "Typestore":
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.EMPTY)
-    store.register(get_types_from_msg(schema, type_name))
+    for type_name, schema in schemas.items():
+        store.register(get_types_from_msg(schema, type_name))
     return store
 
 
