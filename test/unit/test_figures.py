@@ -12,9 +12,10 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.budget.parts import account_words, group_of, words_of
 from pmwvc_analysis.charts import chart_png, style
+from pmwvc_analysis.events.event import runs
 from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
 from pmwvc_analysis.figures.figures import FIGURES, charts, write_all
-from pmwvc_analysis.figures.link_charts import energy, loop, network, spans
+from pmwvc_analysis.figures.link_charts import energy, loop, network
 from pmwvc_analysis.figures.motion_charts import forces, positions
 from pmwvc_core.simulation.session import simulate_one
 
@@ -164,8 +165,8 @@ def test_png_and_description_show_the_same_points():
 def test_stretches_close_together_are_one():
     time_s = np.arange(10) * 0.1
     flags = np.array([0, 1, 1, 0, 1, 0, 0, 0, 0, 1], dtype=bool)
-    found = spans(flags, time_s, join_s=0.25)
-    np.testing.assert_allclose(found, [(0.1, 0.4), (0.9, 0.9)])
+    found = runs(flags, time_s, join_s=0.25)
+    assert found == [(1, 4), (9, 9)]
 
 
 def test_the_stack_of_energies_ends_where_the_hands_do():
