@@ -42,13 +42,7 @@ DEPTH = 4096  # more than twenty seconds of a topic at the packet rate
 
 
 class Recorder:
-    """The work of the recorder node: subscriptions, and the thread that writes the file.
-
-    Raises
-    ------
-    ParameterError, RecordingError
-        If the folder or the users cannot be used.
-    """
+    """The work of the recorder node: subscriptions, and the thread that writes the file."""
 
     def __init__(self, node: Node) -> None:
         folder, topics, reserve = declare_settings(node)

@@ -104,12 +104,8 @@ MODEL = (SCENARIO, USERS, settings(), LIVE)  # for questions about the model of 
 
 
 def scenario_of(arguments: argparse.Namespace) -> Scenario:
-    """Return the scenario that the arguments name, with their changes.
-
-    Raises
-    ------
-    ScenarioError
-        Listing every mistake of file and options.
+    """Return the scenario that the arguments name, with their changes; ScenarioError with every
+    mistake of file and options.
     """
     return files.load(
         arguments.scenario,

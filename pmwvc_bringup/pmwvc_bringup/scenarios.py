@@ -62,13 +62,7 @@ def known() -> dict[str, Path]:
 
 
 def find(name: str) -> Path:
-    """Return the file of a scenario given by name or as a file.
-
-    Raises
-    ------
-    ScenarioError
-        Naming the nearest scenario, or the missing file.
-    """
+    """Return the file of a scenario given by name or as a file; ScenarioError if there is none."""
     path = Path(name).expanduser()
     if path.suffix in SUFFIXES or os.sep in name:
         if not path.is_file():
@@ -85,12 +79,8 @@ def find(name: str) -> Path:
 
 
 def read(path: Path) -> dict[str, object]:
-    """Return the values of a scenario file by dotted name, with absolute paths of named files.
-
-    Raises
-    ------
-    ScenarioError
-        Where the file cannot be read or is not YAML, with line and column.
+    """Return the values of a scenario file by dotted name, with absolute paths of named files;
+    ScenarioError where it cannot be read or is not YAML, with line and column.
     """
     try:
         content = yaml.load(path.read_text("utf-8"), Loader=_Loader)

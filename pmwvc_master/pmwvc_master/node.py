@@ -40,13 +40,7 @@ STATES = ("starting", "coupled", "damping", "fault")
 
 
 class Master:
-    """The node: settings, device and loop.
-
-    Raises
-    ------
-    ParameterError, DeviceError
-        If a setting or the device cannot be used.
-    """
+    """The node: settings, device and loop."""
 
     def __init__(self, node: Node) -> None:
         self.node = node

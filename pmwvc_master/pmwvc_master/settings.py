@@ -63,13 +63,7 @@ class MasterSettings:
         return is_strict(self.controller, self.channel)
 
     def check_deadband(self, master: MasterParams) -> None:
-        """Refuse a deadband that the channel or the receiver cannot do with.
-
-        Raises
-        ------
-        ParameterError
-            With the reason.
-        """
+        """Refuse (ParameterError) a deadband that the channel or the receiver cannot do with."""
         wrong = master.deadband.problem(strict=self.strict, timeout_s=self.safety.timeout_s)
         if wrong:
             raise ParameterError(f"master.deadband.{wrong}")
@@ -112,13 +106,7 @@ def declare_settings(
     on_master: Callable[[MasterParams], None],
     on_safety: Callable[[SafetyParams], None],
 ) -> MasterSettings:
-    """Declare all parameters of the node and return their values.
-
-    Raises
-    ------
-    ParameterError
-        Naming what is wrong.
-    """
+    """Declare all parameters of the node and return the values; ParameterError if one is wrong."""
 
     def value(name: str, spec: Spec, default: Any) -> Any:
         return declare_value(node, name, spec, default)

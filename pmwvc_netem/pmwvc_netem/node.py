@@ -31,13 +31,7 @@ LATE_NS = 2_000_000  # a release this late is worth a warning
 
 
 class Netem:
-    """The node: settings, links, relay and reports.
-
-    Raises
-    ------
-    ParameterError
-        If a setting cannot be used.
-    """
+    """The node: settings, links, relay and reports."""
 
     def __init__(self, node: Node) -> None:
         self._node = node

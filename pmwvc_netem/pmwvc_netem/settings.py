@@ -64,18 +64,10 @@ class LinkSetup:
 
 
 class Settings:
-    """All parameters of the relay.
+    """All parameters of the relay; ParameterError where one given to the node is wrong.
 
-    Parameters
-    ----------
-    listener
-        Gets name and complete settings of a link after each accepted change, in the thread that
-        serves parameters.
-
-    Raises
-    ------
-    ParameterError
-        If anything given to the node is wrong.
+    ``listener`` gets name and complete settings of a link after each accepted change, in the
+    thread that serves parameters.
     """
 
     def __init__(self, node: Node, listener: Callable[[str, LinkParams], None]) -> None:

@@ -64,12 +64,8 @@ class Worker:
         threading.Thread(target=self._work, name="environment", daemon=True).start()
 
     def __call__(self, exchange: Callable[[], Any]) -> Any:
-        """Return the answer, or raise what the environment raised.
-
-        Raises
-        ------
-        Unanswered
-            If it takes too long, or is still busy.
+        """Return the answer, or raise what the environment raised; Unanswered where it takes too
+        long, or is still busy.
         """
         last = self._last
         if last is not None and not last.done.is_set():

@@ -29,7 +29,8 @@ from pmwvc_core.transport.reception import diagnostics
 from pmwvc_core.transport.verdict import Verdict
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene
-from pmwvc_server.settings import PauseParams, declare_changed, declare_settings
+from pmwvc_server.params import PauseParams
+from pmwvc_server.settings import declare_changed, declare_settings
 from pmwvc_server.wires import RosWires
 
 MARKER_HZ = 30.0
@@ -42,13 +43,7 @@ NEWS = {
 
 
 class Server:
-    """The node: settings, environment and loop.
-
-    Raises
-    ------
-    ParameterError
-        If a setting cannot be used.
-    """
+    """The node: settings, environment and loop."""
 
     def __init__(self, node: Node) -> None:
         self.node = node

@@ -8,11 +8,9 @@ coupling and object may change while the node runs; the last word counts, and a 
 users goes to each of them.
 """
 
-import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
@@ -22,16 +20,7 @@ from pmwvc_core.controllers import is_strict
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.assembly import UserAtServer, make_server_step
 from pmwvc_core.frame.server_step import ServerStep
-from pmwvc_core.params import (
-    BaselineParams,
-    ContactParams,
-    MasterParams,
-    SafetyParams,
-    ServerParams,
-    TaskParams,
-    Validated,
-)
-from pmwvc_core.params.fields import parameter
+from pmwvc_core.params import BaselineParams, ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameter_values import CHANGED_AT_STEP, values_of
 from pmwvc_core.runtime.parameters import (
@@ -50,52 +39,10 @@ from pmwvc_core.server.couplings.contained import solver_of
 from pmwvc_core.transport.token import Token
 from pmwvc_core.wave.impedance import Impedance, server_impedance
 from pmwvc_server.asking import caller
+from pmwvc_server.params import PauseParams, PortParams, WatchdogParams
 
 LARGEST = 8
 BLACK_BOX = "a black box and its port are fixed once running"
-
-
-def _same_as(owner: type, name: str) -> Any:
-    """Declare a field that is the same parameter as one of another dataclass."""
-    field = next(field for field in dataclasses.fields(owner) if field.name == name)
-    return dataclasses.field(default=field.default, metadata=field.metadata)
-
-
-@dataclass(frozen=True)
-class PortParams(Validated):
-    """Parameters of a user's master that the server needs."""
-
-    impedance: float = _same_as(MasterParams, "impedance")
-    impedance_matrix: str = _same_as(MasterParams, "impedance_matrix")
-    rate_drop: int = _same_as(MasterParams, "rate_drop")
-    tick_s: float = _same_as(MasterParams, "tick_s")
-
-    def conflicts(self) -> list[str]:
-        """Check that the matrix is one."""
-        return matrix_conflicts(self.impedance_matrix)
-
-    @property
-    def frame_s(self) -> float:
-        """Packet interval of the user [s]."""
-        return self.rate_drop * self.tick_s
-
-
-@dataclass(frozen=True)
-class WatchdogParams(Validated):
-    """Times after which a user counts as silent, as gone, and as active: those of the masters."""
-
-    timeout_s: float = _same_as(SafetyParams, "timeout_s")
-    release_s: float = _same_as(SafetyParams, "release_s")
-    soft_start_s: float = _same_as(SafetyParams, "soft_start_s")
-
-
-@dataclass(frozen=True)
-class PauseParams(Validated):
-    """A parameter of the node alone, which no scenario has."""
-
-    paused: bool = parameter(
-        False, "-", "the object stands still, users are taken out and join anew afterwards"
-    )
 
 
 @dataclass(frozen=True)
@@ -157,20 +104,11 @@ def declare_settings(
     on_pause: Callable[[PauseParams], None],
     settled: Callable[[], None],
 ) -> ServerSettings:
-    """Declare all parameters of the node and return their values.
+    """Declare all parameters of the node and return the values; ParameterError if one is wrong.
 
-    Parameters
-    ----------
-    on_server, on_contact, on_pause
-        Get complete new parameters after each accepted change, in the thread that serves
-        parameters; those of a contact with the number of the user, from 0.
-    settled
-        Called behind them, once for what was set together.
-
-    Raises
-    ------
-    ParameterError
-        Naming what is wrong.
+    After each accepted change ``on_server``, ``on_contact`` and ``on_pause`` get complete new
+    parameters, those of a contact with the number of the user, from 0; then ``settled`` is called,
+    once for what was set together. All of it in the thread that serves parameters.
     """
     binding = ParameterBinding(node, settled=settled)
     binding.declare("", PauseParams, on_pause)
@@ -190,7 +128,7 @@ def declare_settings(
         users=tuple(
             UserSettings(
                 name=name,
-                side=_side(node, name, -1 if number % 2 == 0 else 1),
+                side=declare_value(node, f"{name}.side", SIDE, -1 if number % 2 == 0 else 1),
                 port=declare(node, f"{name}.master", PortParams, defaults=port),
                 contact=binding.declare(
                     f"{name}.server",
@@ -212,6 +150,8 @@ def declare_settings(
     for_all.strict = is_strict(settings.controller, settings.channel)
     for_all.timeout_s = settings.watchdog.timeout_s
     for user in settings.users:
+        if user.side == 0:
+            raise ParameterError(f"{user.name}.side = 0: must be -1 or 1")
         for_all.check_deadband(user.contact)
         for group, given in (("master", user.port), ("server", user.contact)):
             wrong = matrix_conflicts(given.impedance_matrix, settings.dof)
@@ -274,10 +214,3 @@ def declare_changed(node: Node) -> Callable[[int], None]:
         node.set_parameters([Parameter(CHANGED_AT_STEP, value=step)])
 
     return changed
-
-
-def _side(node: Node, name: str, default: int) -> int:
-    side: int = declare_value(node, f"{name}.side", SIDE, default)
-    if side == 0:
-        raise ParameterError(f"{name}.side = 0: must be -1 or 1")
-    return side

@@ -58,12 +58,8 @@ _BY_PATH = {control.path: control for control in CONTROLS}
 
 
 def control_of(path: str) -> Control:
-    """Return the control that a path names, with or without a user before it.
-
-    Raises
-    ------
-    ParameterError
-        If there is none.
+    """Return the control that a path names, with or without a user before it; ParameterError
+    where there is none.
     """
     number, rest = split_user(path)
     found = _BY_PATH.get(rest)
@@ -73,13 +69,7 @@ def control_of(path: str) -> Control:
 
 
 def require_changeable(scenario: Scenario, control: Control) -> None:
-    """Refuse a change of what is fixed in a session of this scenario once it runs.
-
-    Raises
-    ------
-    ParameterError
-        With the reason.
-    """
+    """Refuse (ParameterError) a change of what is fixed in a session of this scenario."""
     fixed = why_fixed(
         control.path, strict=scenario.strict, server=scenario.server, coupling=scenario.coupling
     )
@@ -88,12 +78,8 @@ def require_changeable(scenario: Scenario, control: Control) -> None:
 
 
 def changed(scenario: Scenario, values: Settings) -> Scenario:
-    """Return a scenario with settings of a page.
-
-    Raises
-    ------
-    ParameterError
-        If one of them cannot be changed from a page, or may not have its value.
+    """Return a scenario with settings of a page; ParameterError where one of them cannot be
+    changed from there, or may not have its value.
     """
     for path in values:
         control_of(path)

@@ -48,13 +48,7 @@ SPECS: Mapping[str, tuple[Spec, Any]] = {
 
 
 class View:
-    """The node: settings, and the server of the page.
-
-    Raises
-    ------
-    ParameterError
-        If a setting cannot be used.
-    """
+    """The node: settings, and the server of the page."""
 
     def __init__(self, node: Node) -> None:
         self._node = node

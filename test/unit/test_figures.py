@@ -12,11 +12,11 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.budget.parts import account_words, group_of, words_of
 from pmwvc_analysis.charts import chart_png, style
-from pmwvc_analysis.events.event import runs
 from pmwvc_analysis.figures.energy_charts import accounts, whereabouts
 from pmwvc_analysis.figures.figures import FIGURES, charts, write_all
 from pmwvc_analysis.figures.link_charts import energy, loop, network
 from pmwvc_analysis.figures.motion_charts import forces, positions
+from pmwvc_analysis.traces.reductions import runs
 from pmwvc_core.simulation.session import simulate_one
 
 

@@ -97,13 +97,7 @@ def is_comparison(folder: Path) -> bool:
 
 
 def read_comparison(folder: Path) -> dict[str, Any]:
-    """Return what ``comparison.json`` holds.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be read.
-    """
+    """Return what ``comparison.json`` holds; RecordingError where it cannot be read."""
     try:
         found: dict[str, Any] = json.loads((folder / JSON).read_text("utf-8"))
     except (OSError, ValueError) as error:

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pmwvc_analysis.events.event import Event, changes, event, runs
+from pmwvc_analysis.events.event import Event, changes, event
 from pmwvc_analysis.traces import holes
+from pmwvc_analysis.traces.reductions import runs
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces

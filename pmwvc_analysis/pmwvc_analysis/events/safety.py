@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.events.event import Event, event, runs
+from pmwvc_analysis.events.event import Event, event
+from pmwvc_analysis.traces.reductions import runs
 from pmwvc_core.master.safety.states import BRAKING, SafetyState
 from pmwvc_core.plural import count
 from pmwvc_core.traces import UserTraces

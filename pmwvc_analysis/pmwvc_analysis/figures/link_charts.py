@@ -8,9 +8,9 @@ from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
 from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Dots, Line, Note, Panel
 from pmwvc_analysis.charts.colours import user_tint
 from pmwvc_analysis.charts.text import quantity
-from pmwvc_analysis.events.event import runs
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.recording.losses import DROPPED
+from pmwvc_analysis.traces.reductions import runs
 from pmwvc_core.network import FateKind
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count

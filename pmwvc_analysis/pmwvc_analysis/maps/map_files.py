@@ -30,12 +30,8 @@ class Measured(NamedTuple):
 
 
 class Unfinished:
-    """The finished lines of a map that is being computed, in a folder that is made where need be.
-
-    Raises
-    ------
-    PmwvcError
-        If the folder holds another map.
+    """The finished lines of a map that is being computed, in a folder that is made where need be;
+    PmwvcError where it holds another map.
     """
 
     def __init__(self, folder: Path, grid: Grid) -> None:

@@ -98,13 +98,7 @@ class Replay:
 
 
 def scenario_of(folder: Path) -> Scenario:
-    """Return the scenario of a session folder.
-
-    Raises
-    ------
-    RecordingError
-        If it has none.
-    """
+    """Return the scenario of a session folder; RecordingError where it has none."""
     if not folder.is_dir():
         raise RecordingError(f"{folder}: there is no such session folder")
     scenario = read_scenario(folder)

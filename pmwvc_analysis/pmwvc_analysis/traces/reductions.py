@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import ServerTraces, UserTraces
@@ -74,3 +75,14 @@ def position_error(
             apart[since] -= apart[since[0]].copy()
             kept[since] = there[since]
     return (times[kept], apart[kept]) if kept.any() else None
+
+
+def runs(flags: NDArray[np.bool_], time_s: Array, *, join_s: float) -> list[tuple[int, int]]:
+    """Return first and last row of every stretch with a flag set; close ones are one."""
+    rows = np.flatnonzero(flags)
+    if not len(rows):
+        return []
+    breaks = np.flatnonzero(np.diff(time_s[rows]) > join_s)
+    firsts = rows[np.concatenate([[0], breaks + 1])]
+    lasts = rows[np.concatenate([breaks, [len(rows) - 1]])]
+    return [(int(first), int(last)) for first, last in zip(firsts, lasts, strict=True)]

@@ -93,12 +93,7 @@ def _build(scenario: Scenario) -> None:
 def settings_of(variant: str, defaults: Mapping[str, str]) -> list[str]:
     """Return the settings ``name=value`` of a variant: a name, or features joined by ``+``.
 
-    ``defaults`` are those of :func:`defaults_of`.
-
-    Raises
-    ------
-    ScenarioError
-        Naming the known ones.
+    ``defaults`` are those of :func:`defaults_of`; ScenarioError names the known variants.
     """
     if variant in controllers.names():
         return [f"controller={variant}"]
@@ -119,11 +114,6 @@ def fitting(
     """Return the variants that a scenario can be run with, and the reasons against the others.
 
     Where it cannot be run with any, all are returned: then the scenario itself is wrong.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such variant or scenario.
     """
     defaults = defaults_of(files.load(name, settings_texts=settings_texts)) if variants else {}
     kept, left_out = [], {}
@@ -141,13 +131,7 @@ def fitting(
 
 
 def variants_of(text: str | None) -> Sequence[str]:
-    """Return the variants of a comma-separated list.
-
-    Raises
-    ------
-    ScenarioError
-        If a name is empty or given twice.
-    """
+    """Return the variants of a comma-separated list; ScenarioError where one is given twice."""
     if text is None:
         return ()
     variants = [name.strip() for name in text.split(",")]

@@ -3,7 +3,6 @@
 """The disturbances of a live session at work: what its scenario asks to be done to its nodes."""
 
 import signal
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +17,7 @@ SIGNALS = {"stop": signal.SIGSTOP, "continue": signal.SIGCONT}
 class Disturber:
     """Kills, starts, stops and continues nodes of a session when it is time.
 
-    ``wanted`` is in the order of time; ``note`` takes each disturbance as an event.
+    ``wanted`` is in the order of time; ``note`` takes who, kind and what of each as an event.
     """
 
     def __init__(
@@ -29,7 +28,7 @@ class Disturber:
         children: Children,
         environment: Mapping[str, str],
         logs: Path,
-        note: Callable[[dict[str, object]], None],
+        note: Callable[[str, str, str], None],
     ) -> None:
         self._left = list(wanted)
         self._nodes = {node.namespace or node.kind: node for node in nodes}
@@ -58,9 +57,7 @@ class Disturber:
             if child.reported:
                 child.process.wait()
         what = f"as the scenario asks: {wanted.action}"
-        self._note(
-            {"time_ns": time.time_ns(), "who": node.name, "kind": "disturbance", "what": what}
-        )
+        self._note(node.name, "disturbance", what)
 
     def _start(self, node: NodePlan) -> None:
         """Start a node again, at once and not paused."""

@@ -10,10 +10,9 @@ import sys
 
 from rich.console import Console
 
-from pmwvc_bringup.session.page import show
+from pmwvc_bringup.session.page import address_in, show
 from pmwvc_bringup.session.plan import MODULES, Page
 from pmwvc_bringup.session.processes import Interrupts
-from pmwvc_bringup.session.runner import PAGE
 from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment, running_domains
 from pmwvc_core.errors import PmwvcError
 
@@ -21,12 +20,8 @@ DOMAIN = "ROS_DOMAIN_ID"
 
 
 def view(console: Console, *, page: Page, namespace: str, browser: bool) -> int:
-    """Run the view node until it ends or the user interrupts; return its exit code.
-
-    Raises
-    ------
-    PmwvcError
-        If several sessions run on this machine and none is chosen.
+    """Run the view node until it ends or the user interrupts; return its exit code. PmwvcError
+    where several sessions run on this machine and none is chosen.
     """
     environment = own_environment({RANGE: LOCALHOST, **os.environ})
     if not environment.get(DOMAIN):
@@ -45,6 +40,6 @@ def view(console: Console, *, page: Page, namespace: str, browser: bool) -> int:
         assert process.stdout is not None
         with process.stdout as lines:
             for line in lines:
-                if line.startswith(PAGE):
-                    show(line[len(PAGE) :].strip(), console, browser=browser)
+                if address := address_in(line):
+                    show(address, console, browser=browser)
         return process.wait()

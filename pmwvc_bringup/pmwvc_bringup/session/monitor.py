@@ -64,9 +64,10 @@ class Monitor:
 
         ``ends``: topic -> wanted numbers of publishers and subscribers, this node not counted.
         """
+        polled = [*self._masters.values(), self._server, self._links, *self._receptions]
         found = []
         for topic, (publishers, subscribers) in ends.items():
-            own = sum(topic == each.subscription.topic_name for each in self._polled())
+            own = sum(topic == each.subscription.topic_name for each in polled)
             sending = self._node.count_publishers(topic)
             listening = self._node.count_subscribers(topic) - own
             if sending < publishers:
@@ -112,7 +113,11 @@ class Monitor:
             if late := [name for name in nodes if name not in answers]:
                 raise PmwvcError(f"{', '.join(late)}: no answer to a call of start")
         until = time.monotonic() + FIRST_TICKS_TIMEOUT_S
-        while not self._all_ticking() and time.monotonic() < until:
+        while time.monotonic() < until:
+            for user, polled in self._masters.items():
+                self._take(user, polled)
+            if all(user in self._seen for user in self._masters):
+                return
             time.sleep(0.01)
 
     def _call(self, nodes: Sequence[str], service: str) -> dict[str, str]:
@@ -137,12 +142,6 @@ class Monitor:
                 settings = json.loads(message.data)
                 found = settings if isinstance(settings, dict) else found
         return found
-
-    def _all_ticking(self) -> bool:
-        """Tell whether the first ticks of every master have come."""
-        for user, polled in self._masters.items():
-            self._take(user, polled)
-        return all(user in self._seen for user in self._masters)
 
     def status(self) -> list[UserStatus]:
         """Return the newest values of every user."""
@@ -212,9 +211,6 @@ class Monitor:
     def _fresh(self, name: str) -> Any:
         at_s, message = self._seen.get(name, (0.0, None))
         return message if time.monotonic() - at_s < STALE_S else None
-
-    def _polled(self) -> list[Polled]:
-        return [*self._masters.values(), self._server, self._links, *self._receptions]
 
 
 def not_connected(missing: Sequence[str]) -> str:

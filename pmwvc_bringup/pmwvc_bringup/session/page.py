@@ -18,6 +18,8 @@ from pmwvc_view.session import Session
 from pmwvc_view.web.access import new_token
 from pmwvc_view.web.server import PageServer
 
+PAGE = "page "  # begin of the line with the address
+
 
 class _Stop:
     """Set once the user interrupts."""
@@ -31,19 +33,19 @@ class _Stop:
 
 
 def serve(session: Session, console: Console, *, host: str, port: int, browser: bool) -> None:
-    """Serve a session until interrupted.
-
-    Raises
-    ------
-    PmwvcError
-        If the address cannot be listened on.
-    """
+    """Serve a session until interrupted; PmwvcError where the address cannot be listened on."""
     server = PageServer(session, host=host, port=port, token=new_token(), snapshot_s=SNAPSHOT_S)
     with Interrupts().caught() as interrupts:
         try:
             server.run(_Stop(interrupts), lambda: show(server.address, console, browser=browser))
         except (OSError, OverflowError) as error:
             raise PmwvcError(f"--host {host} --port {port}: {error}") from None
+
+
+def address_in(output: str) -> str | None:
+    """Return the address that a view node has printed as a line of its output, or None."""
+    lines = (line for line in output.splitlines() if line.startswith(PAGE))
+    return next((line.removeprefix(PAGE) for line in lines), None)
 
 
 def show(address: str, console: Console, *, browser: bool) -> None:

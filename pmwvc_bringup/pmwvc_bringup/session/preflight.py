@@ -48,13 +48,7 @@ def check(scenario: Scenario) -> None:
 
 
 def require_ros() -> None:
-    """Refuse what needs ROS where there is none.
-
-    Raises
-    ------
-    PmwvcError
-        With what to do about it.
-    """
+    """Refuse (PmwvcError) what needs ROS where there is none."""
     if importlib.util.find_spec("rclpy") is None:
         raise PmwvcError(
             "ROS 2 is not in this Python environment (no rclpy): run 'make setup' in the source "

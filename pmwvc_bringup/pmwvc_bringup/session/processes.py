@@ -129,7 +129,7 @@ class Children:
         """
         chosen = [self.children[name] for name in names if name in self.children]
         for child in chosen:
-            _wake(child)
+            _send(child, signal.SIGCONT)  # one that was stopped (SIGSTOP) can end
         for number, timeout_s in STOP_SIGNALS:
             for child in chosen:
                 _send(child, number)
@@ -166,11 +166,6 @@ def _send(child: Child, number: signal.Signals) -> None:
     if child.running:
         with contextlib.suppress(ProcessLookupError):
             child.process.send_signal(number)
-
-
-def _wake(child: Child) -> None:
-    """Continue a process that was stopped (SIGSTOP), so that it can end."""
-    _send(child, signal.SIGCONT)
 
 
 def _await(children: Sequence[Child], timeout_s: float, hurried: Callable[[], bool]) -> bool:

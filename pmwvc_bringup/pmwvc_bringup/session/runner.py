@@ -12,6 +12,8 @@ import json
 import os
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs, urlsplit
@@ -22,7 +24,7 @@ from rich.live import Live
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.disturber import Disturber
-from pmwvc_bringup.session.page import show
+from pmwvc_bringup.session.page import address_in, show
 from pmwvc_bringup.session.processes import Children, Ending, Interrupts
 from pmwvc_bringup.session.status import Status
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
@@ -38,7 +40,6 @@ STATUS_PERIOD_S = 0.25
 LINE_PERIOD_S = 2.0  # of status lines where there is no terminal
 PUBLISHERS_PERIOD_S = 1.0  # of checks for publishers that do not belong to the session
 READY = "ready"
-PAGE = "page "  # begin of the view's line with its address
 STOPPED = "recorder: recording stopped"  # begin of the recorder's line when its disk is full
 
 
@@ -76,20 +77,13 @@ class LiveSession:
         self.ends = plan.topic_ends(scenario)
 
     def run(self) -> bool:
-        """Run the session; return whether it took place.
-
-        Returns False when it was interrupted before its nodes were connected.
-
-        Raises
-        ------
-        StartError
-            If a node did not start.
+        """Run the session; return whether it took place: False when it was interrupted before its
+        nodes were connected. StartError where a node did not start.
         """
-        try:
+        logs = self.folder / "nodes"
+        with self._writing():
             (self.folder / "scenario.yaml").write_text(to_yaml(self.scenario), "utf-8")
-            (self.folder / "nodes").mkdir()
-        except OSError as error:
-            raise self._not_written(error) from None
+            logs.mkdir()
         with (
             self.interrupts.caught(),
             own_domain(os.environ) as domain,
@@ -101,13 +95,14 @@ class LiveSession:
                 self.scenario, folder=self.folder, paused=True, tokens=Path(tokens), page=self.page
             )
             self.console.print(f"other ROS programs join this session with ROS_DOMAIN_ID={domain}")
-            logs = self.folder / "nodes"
             environment = node_environment(os.environ, domain=domain, log_folder=logs / "ros")
             try:
-                try:
-                    self._start_nodes(logs, environment)
-                except OSError as error:  # the folder was taken away meanwhile
-                    raise self._not_written(error) from None
+                with self._writing():  # the folder may be taken away meanwhile
+                    for node in self.nodes:
+                        file = logs / f"{node.file_name}.yaml"
+                        file.write_text(node.parameter_file(), "utf-8")
+                        command, log = node.command(file), file.with_suffix(".log")
+                        self.children.start(node.name, command, env=environment, log=log)
                 # rclpy starts threads that a fork would copy half: only after the last child
                 os.environ.update(environment)
                 from pmwvc_bringup.session.monitor import watching
@@ -124,11 +119,14 @@ class LiveSession:
                     self._write_events()
         return begun
 
-    def _not_written(self, error: OSError) -> StartError:
-        return StartError(
-            f"cannot write into {self.folder}: {error.strerror or error}; "
-            "choose another folder with --out"
-        )
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Raise a StartError where files cannot be written inside the block."""
+        try:
+            yield
+        except OSError as error:
+            why = f"{error.strerror or error}; choose another folder with --out"
+            raise StartError(f"cannot write into {self.folder}: {why}") from None
 
     def _write_events(self) -> None:
         try:
@@ -137,18 +135,20 @@ class LiveSession:
         except OSError as error:
             self.console.print(f"events.json is not written: {error.strerror or error}")
 
-    def _start_nodes(self, logs: Path, environment: dict[str, str]) -> None:
-        for node in self.nodes:
-            file = logs / f"{node.file_name}.yaml"
-            file.write_text(node.parameter_file(), "utf-8")
-            log = logs / f"{node.file_name}.log"
-            self.children.start(node.name, node.command(file), env=environment, log=log)
+    def _disturber(self, logs: Path, environment: dict[str, str]) -> Disturber:
+        return Disturber(
+            disturbances_of(self.scenario.disturbances),
+            nodes=self.nodes,
+            children=self.children,
+            environment=environment,
+            logs=logs,
+            note=self._note,
+        )
 
     def _begin(self, monitor: "Monitor") -> bool:
         """Wait until every topic has its ends and each end has matched the others, then start."""
         from pmwvc_bringup.session.monitor import CONNECTION_TIMEOUT_S, not_connected
 
-        ends = self.ends
         names = [node.ros_name for node in self.nodes]
         recorder = self.children.children["recorder"]
         until = time.monotonic() + CONNECTION_TIMEOUT_S
@@ -156,8 +156,10 @@ class LiveSession:
             if self.interrupts.count:
                 return False
             if ended := self.children.endings():
-                raise StartError(f"{ended[0]} before the session began\n{self._log_end(ended[0])}")
-            missing = monitor.unconnected(names, ends)
+                child = self.children.children[ended[0].name]
+                lines = [*child.log_tail().splitlines(), f"({child.log})"]
+                raise StartError("\n  ".join([f"{ended[0]} before the session began", *lines]))
+            missing = monitor.unconnected(names, self.ends)
             if not missing and recorder.has_logged(READY):
                 break
             missing = missing or ["recorder: not ready"]
@@ -170,23 +172,6 @@ class LiveSession:
         monitor.start(*plan.start_order(self.nodes))
         return True
 
-    def _log_end(self, ending: Ending) -> str:
-        """Return the last lines of a node's log, indented."""
-        child = self.children.children[ending.name]
-        return "\n".join(f"  {line}" for line in child.log_tail().splitlines()) + (
-            f"\n  ({child.log})"
-        )
-
-    def _disturber(self, logs: Path, environment: dict[str, str]) -> Disturber:
-        return Disturber(
-            disturbances_of(self.scenario.disturbances),
-            nodes=self.nodes,
-            children=self.children,
-            environment=environment,
-            logs=logs,
-            note=self.events.append,
-        )
-
     def _watch(self, monitor: "Monitor", disturber: Disturber) -> None:
         """Watch the running session until its time is over or it is interrupted."""
         begin = time.monotonic()
@@ -197,7 +182,7 @@ class LiveSession:
             while (now := time.monotonic()) < begin + length and not self.interrupts.count:
                 disturber.act(now - begin)
                 for ending in self.children.endings():
-                    self._note(ending)
+                    self._note_end(ending)
                     ended.append(str(ending))
                 if not self.children.running():
                     return
@@ -228,8 +213,7 @@ class LiveSession:
         """Print the page's address, and open it, once its server has said it."""
         if self.page is None or self.page.port:
             return
-        lines = self.children.children["view"].log_tail(lines=1000).splitlines()
-        address = next((line[len(PAGE) :] for line in lines if line.startswith(PAGE)), None)
+        address = address_in(self.children.children["view"].log_tail(lines=1000))
         if address is not None:
             parts = urlsplit(address)
             token = parse_qs(parts.query)["token"][0]
@@ -243,17 +227,15 @@ class LiveSession:
             names = [node.name for node in self.nodes if node.kind == kind]
             endings = self.children.stop(names, hurried=lambda: self.interrupts.count > first)
             for ending in [*endings, *self.children.endings()]:
-                self._note(ending)
+                self._note_end(ending)
 
     def _recording_stopped(self) -> str | None:
         """Note, once, that the recorder has stopped recording, and return it as a text."""
         lines = self.children.children["recorder"].log_tail().splitlines()
         stopped = next((line for line in lines if line.startswith(STOPPED)), "")
-        what = stopped.removeprefix("recorder: ")
-        if not stopped or any(event["what"] == what for event in self.events):
+        if not stopped or self._noted(what := stopped.removeprefix("recorder: ")):
             return None
-        event = {"time_ns": time.time_ns(), "who": "recorder", "kind": "recording", "what": what}
-        self.events.append(event)
+        self._note("recorder", "recording", what)
         self.console.print(stopped, markup=False)
         return "recording stopped"
 
@@ -261,24 +243,22 @@ class LiveSession:
         """Note every publisher that does not belong to the session, once; return them as texts."""
         found = []
         for topic, what in monitor.other_publishers(self.ends).items():
-            if any(event["what"] == what for event in self.events):
+            if self._noted(what):
                 continue
-            event = {"time_ns": time.time_ns(), "who": topic, "kind": "stranger", "what": what}
-            self.events.append(event)
+            self._note(topic, "stranger", what)
             self.console.print(f"Warning: {what}", markup=False)
             found.append(what)
         return found
 
-    def _note(self, ending: Ending) -> None:
-        """Keep the end of a node as an event, for the report."""
-        self.events.append(
-            {
-                "time_ns": time.time_ns(),
-                "who": ending.name,
-                "kind": "ended",
-                "what": str(ending).removeprefix(f"{ending.name} "),
-                "code": ending.code,
-                "signal": ending.signal,
-            }
-        )
+    def _noted(self, what: str) -> bool:
+        return any(event["what"] == what for event in self.events)
+
+    def _note(self, who: str, kind: str, what: str, **more: object) -> None:
+        """Keep an event, for the report."""
+        event = {"time_ns": time.time_ns(), "who": who, "kind": kind, "what": what, **more}
+        self.events.append(event)
+
+    def _note_end(self, ending: Ending) -> None:
+        what = str(ending).removeprefix(f"{ending.name} ")
+        self._note(ending.name, "ended", what, code=ending.code, signal=ending.signal)
         self.console.print(f"{ending}; its log: {self.children.children[ending.name].log}")

@@ -21,12 +21,8 @@ RESERVING_PORT = 21_000  # + domain, TCP: also bound by tests that use a domain
 
 
 def new_folder(scenario: str, out: str | None) -> Path:
-    """Make the folder of a new session and return it.
-
-    Raises
-    ------
-    PmwvcError
-        If it holds something already, or cannot be made.
+    """Make the folder of a new session and return it; PmwvcError where it holds something already,
+    or cannot be made.
     """
     if out is None:
         stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())

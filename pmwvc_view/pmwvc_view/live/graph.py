@@ -61,10 +61,7 @@ class Graph:
     def scenario(self, about: Mapping[str, object]) -> Scenario:
         """Return the scenario that the nodes' parameters make; ``about``: name and length of it.
 
-        Raises
-        ------
-        PmwvcError
-            If they make none.
+        PmwvcError where they make none.
         """
         server = self.values[self.server]
         found: dict[str, Any] = {

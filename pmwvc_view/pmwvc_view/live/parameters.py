@@ -27,13 +27,7 @@ class Parameters:
         self._setters: dict[str, Any] = {}
 
     def read(self, other: str, stop: threading.Event) -> dict[str, Any]:
-        """Return all parameters of a node by name.
-
-        Raises
-        ------
-        PmwvcError
-            If it does not answer.
-        """
+        """Return all parameters of a node by name; PmwvcError where it does not answer."""
         listing = ListParameters.Request(depth=ListParameters.Request.DEPTH_RECURSIVE)
         names = list(
             self._call(ListParameters, f"{other}/list_parameters", listing, stop).result.names

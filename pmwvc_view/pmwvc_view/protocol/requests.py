@@ -175,13 +175,7 @@ _CHECKS: Mapping[str, Callable[[Any], Any]] = {  # by the name of a field
 
 
 def read(text: str) -> Request:
-    """Return the request that a message of a page holds.
-
-    Raises
-    ------
-    ProtocolError
-        Naming what is wrong.
-    """
+    """Return the request that a message of a page holds; ProtocolError with what is wrong."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):

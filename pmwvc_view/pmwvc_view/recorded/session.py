@@ -28,10 +28,7 @@ SLOWEST, FASTEST = 0.01, 4.0
 class RecordedSession(Session):
     """See :class:`.session.Session`; ``summary`` has its verdicts, as in ``summary.json``.
 
-    Raises
-    ------
-    RecordingError
-        If nothing of the scenario's users was recorded.
+    RecordingError where nothing of the scenario's users was recorded.
     """
 
     can = frozenset({"ask", "pause", "seek", "speed", "seen"})

@@ -74,12 +74,8 @@ class PageServer:
         return len(self._clients)
 
     def run(self, stop: Stop, ready: Callable[[], None]) -> None:
-        """Serve until asked to stop or the session is over, ``ready`` called once that begins.
-
-        Raises
-        ------
-        OSError
-            If the address cannot be listened on.
+        """Serve until asked to stop or the session is over, ``ready`` called once that begins;
+        OSError where the address cannot be listened on.
         """
         asyncio.run(self.serve(stop, ready))
 

@@ -47,12 +47,8 @@ def _message_folders(package: str) -> Iterator[Path]:
 
 @functools.cache
 def message_text(type_name: str) -> str:
-    """Return the ``.msg`` text of one type, such as ``pmwvc_msgs/msg/Wave``.
-
-    Raises
-    ------
-    RecordingError
-        If no folder holds it and rosbags does not know it either.
+    """Return the ``.msg`` text of one type, such as ``pmwvc_msgs/msg/Wave``; RecordingError where
+    neither a folder nor rosbags has it.
     """
     package, _, name = type_name.replace("/msg/", "/").partition("/")
     for folder in _message_folders(package):

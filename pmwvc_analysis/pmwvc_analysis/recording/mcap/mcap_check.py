@@ -51,13 +51,7 @@ class Structure:
 
 
 def check_file(path: str | Path) -> Structure:
-    """Check one file.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be read at all.
-    """
+    """Check one file; RecordingError where it cannot be read at all."""
     with file_errors(f"read {path}"):
         data = Path(path).read_bytes()
     return check_bytes(data)

@@ -66,12 +66,8 @@ class Record(NamedTuple):
         return self.offset + self.size
 
     def parsed(self) -> McapRecord:
-        """Return the record as the library parses it.
-
-        Raises
-        ------
-        Malformed
-            If a text is not UTF-8, or a length in it is wrong.
+        """Return the record as the library parses it; Malformed where a text is not UTF-8, or a
+        length in it is wrong.
         """
         raw = PREFIX.pack(self.opcode, len(self.content)) + self.content
         builder = RecordBuilder()

@@ -92,13 +92,7 @@ def run(arguments: argparse.Namespace) -> Result:
 
 
 def axis_of(scenario: Scenario, text: str, option: str) -> "Axis":
-    """Return the axis of ``NAME=A:B:N`` or of a name alone.
-
-    Raises
-    ------
-    PmwvcError
-        If it is neither, or not a number of the scenario.
-    """
+    """Return the axis of ``NAME=A:B:N`` or of a name alone; PmwvcError where it is neither."""
     from pmwvc_analysis.maps.maps import Axis
 
     name, equals, span = text.partition("=")
@@ -143,13 +137,7 @@ def _spread(first: float, last: float, count: int) -> tuple[float, ...]:
 
 
 def points_in(folders: Sequence[Path], grid: "Grid") -> list["Measured"]:
-    """Return sessions as points of a map.
-
-    Raises
-    ------
-    RecordingError
-        Naming every folder that is none, and why.
-    """
+    """Return sessions as points of a map; RecordingError with every folder that is none."""
     found, wrong = [], []
     for folder in folders:
         try:
@@ -162,13 +150,7 @@ def points_in(folders: Sequence[Path], grid: "Grid") -> list["Measured"]:
 
 
 def measured_in(folder: Path, grid: "Grid") -> "Measured":
-    """Return a session as a point of a map.
-
-    Raises
-    ------
-    RecordingError
-        If it is no session folder, or has no verdict.
-    """
+    """Return a session as a point of a map; RecordingError where it has no scenario or verdict."""
     from pmwvc_analysis.maps.map_files import Measured
     from pmwvc_analysis.recording.reader import read_scenario
 

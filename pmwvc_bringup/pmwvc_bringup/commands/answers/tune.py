@@ -41,13 +41,7 @@ def run(arguments: argparse.Namespace) -> Result:
 
 
 def _target(text: str) -> Path:
-    """Return the file to write; refused before anything is computed.
-
-    Raises
-    ------
-    PmwvcError
-        If it is no YAML file, is there already, or has no folder to be in.
-    """
+    """Return the file to write; PmwvcError, before anything is computed, where it cannot be."""
     path = Path(text)
     if path.suffix not in files.SUFFIXES:
         raise PmwvcError(f"--out {text}: must end in {' or '.join(files.SUFFIXES)}")
