@@ -8,7 +8,6 @@ an error of the runner too, masters, server, emulator and recorder stop in this 
 first, and the last packets are still recorded.
 """
 
-import json
 import os
 import tempfile
 import time
@@ -24,8 +23,9 @@ from rich.live import Live
 from pmwvc_bringup.scenarios import to_yaml
 from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.disturber import Disturber
+from pmwvc_bringup.session.notes import Notes
 from pmwvc_bringup.session.page import address_in, show
-from pmwvc_bringup.session.processes import Children, Ending, Interrupts
+from pmwvc_bringup.session.processes import Children, Interrupts
 from pmwvc_bringup.session.status import Status
 from pmwvc_bringup.session.surroundings import node_environment, own_domain
 from pmwvc_core.errors import PmwvcError
@@ -40,7 +40,6 @@ STATUS_PERIOD_S = 0.25
 LINE_PERIOD_S = 2.0  # of status lines where there is no terminal
 PUBLISHERS_PERIOD_S = 1.0  # of checks for publishers that do not belong to the session
 READY = "ready"
-STOPPED = "recorder: recording stopped"  # begin of the recorder's line when its disk is full
 
 
 class StartError(PmwvcError):
@@ -68,7 +67,7 @@ class LiveSession:
         self.folder = folder
         self.console = console
         self.children = Children()
-        self.events: list[dict[str, object]] = []
+        self.notes = Notes(console)
         self.interrupts = Interrupts()
         self.page = page
         self.restart: dict[str, Any] | None = None
@@ -116,7 +115,7 @@ class LiveSession:
                     self._stop_nodes()
                 finally:
                     self.children.kill()
-                    self._write_events()
+                    self.notes.write(self.folder)
         return begun
 
     @contextmanager
@@ -128,13 +127,6 @@ class LiveSession:
             why = f"{error.strerror or error}; choose another folder with --out"
             raise StartError(f"cannot write into {self.folder}: {why}") from None
 
-    def _write_events(self) -> None:
-        try:
-            text = json.dumps(self.events, indent=2) + "\n"
-            (self.folder / "events.json").write_text(text, "utf-8")
-        except OSError as error:
-            self.console.print(f"events.json is not written: {error.strerror or error}")
-
     def _disturber(self, logs: Path, environment: dict[str, str]) -> Disturber:
         return Disturber(
             disturbances_of(self.scenario.disturbances),
@@ -142,7 +134,7 @@ class LiveSession:
             children=self.children,
             environment=environment,
             logs=logs,
-            note=self._note,
+            note=self.notes.note,
         )
 
     def _begin(self, monitor: "Monitor") -> bool:
@@ -182,7 +174,7 @@ class LiveSession:
             while (now := time.monotonic()) < begin + length and not self.interrupts.count:
                 disturber.act(now - begin)
                 for ending in self.children.endings():
-                    self._note_end(ending)
+                    self.notes.ended(ending, self.children.children[ending.name])
                     ended.append(str(ending))
                 if not self.children.running():
                     return
@@ -194,11 +186,11 @@ class LiveSession:
                         return
                 if now >= publishers_at:
                     publishers_at += PUBLISHERS_PERIOD_S
-                    ended += self._other_publishers(monitor)
+                    for topic, what in monitor.other_publishers(self.ends).items():
+                        ended += self.notes.stranger(topic, what)
                 if now >= status_at:
                     status_at += STATUS_PERIOD_S
-                    if stopped := self._recording_stopped():
-                        ended.append(stopped)
+                    ended += self.notes.recording_stopped(self.children.children["recorder"])
                     status = Status(now - begin, length, monitor.status(), ended)
                     if self.console.is_terminal:
                         live.update(status.table(), refresh=True)
@@ -227,38 +219,4 @@ class LiveSession:
             names = [node.name for node in self.nodes if node.kind == kind]
             endings = self.children.stop(names, hurried=lambda: self.interrupts.count > first)
             for ending in [*endings, *self.children.endings()]:
-                self._note_end(ending)
-
-    def _recording_stopped(self) -> str | None:
-        """Note, once, that the recorder has stopped recording, and return it as a text."""
-        lines = self.children.children["recorder"].log_tail().splitlines()
-        stopped = next((line for line in lines if line.startswith(STOPPED)), "")
-        if not stopped or self._noted(what := stopped.removeprefix("recorder: ")):
-            return None
-        self._note("recorder", "recording", what)
-        self.console.print(stopped, markup=False)
-        return "recording stopped"
-
-    def _other_publishers(self, monitor: "Monitor") -> list[str]:
-        """Note every publisher that does not belong to the session, once; return them as texts."""
-        found = []
-        for topic, what in monitor.other_publishers(self.ends).items():
-            if self._noted(what):
-                continue
-            self._note(topic, "stranger", what)
-            self.console.print(f"Warning: {what}", markup=False)
-            found.append(what)
-        return found
-
-    def _noted(self, what: str) -> bool:
-        return any(event["what"] == what for event in self.events)
-
-    def _note(self, who: str, kind: str, what: str, **more: object) -> None:
-        """Keep an event, for the report."""
-        event = {"time_ns": time.time_ns(), "who": who, "kind": kind, "what": what, **more}
-        self.events.append(event)
-
-    def _note_end(self, ending: Ending) -> None:
-        what = str(ending).removeprefix(f"{ending.name} ")
-        self._note(ending.name, "ended", what, code=ending.code, signal=ending.signal)
-        self.console.print(f"{ending}; its log: {self.children.children[ending.name].log}")
+                self.notes.ended(ending, self.children.children[ending.name])

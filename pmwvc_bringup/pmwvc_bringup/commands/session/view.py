@@ -52,7 +52,7 @@ def _running(arguments: argparse.Namespace) -> Result:
     preflight.require_ros()
     if arguments.users or arguments.settings:
         raise PmwvcError("--users and --set belong to a scenario: name one, or a session folder")
-    from pmwvc_bringup.session.joined import view
+    from pmwvc_bringup.session.page import view
 
     return Result(
         view(
