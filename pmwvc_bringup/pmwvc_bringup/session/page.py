@@ -25,23 +25,12 @@ DOMAIN = "ROS_DOMAIN_ID"
 PAGE = "page "  # begin of the line with the address
 
 
-class _Stop:
-    """Set once the user interrupts."""
-
-    def __init__(self, interrupts: Interrupts) -> None:
-        self._interrupts = interrupts
-
-    def is_set(self) -> bool:
-        """Tell whether the user has interrupted."""
-        return self._interrupts.count > 0
-
-
 def serve(session: Session, console: Console, *, host: str, port: int, browser: bool) -> None:
     """Serve a session until interrupted; PmwvcError where the address cannot be listened on."""
     server = PageServer(session, host=host, port=port, token=new_token(), snapshot_s=SNAPSHOT_S)
     with Interrupts().caught() as interrupts:
         try:
-            server.run(_Stop(interrupts), lambda: show(server.address, console, browser=browser))
+            server.run(interrupts, lambda: show(server.address, console, browser=browser))
         except (OSError, OverflowError) as error:
             raise PmwvcError(f"--host {host} --port {port}: {error}") from None
 

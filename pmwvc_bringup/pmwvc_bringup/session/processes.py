@@ -200,5 +200,9 @@ class Interrupts:
             for number, handler in before.items():
                 signal.signal(number, handler)
 
+    def is_set(self) -> bool:
+        """Tell whether there was one."""
+        return self.count > 0
+
     def _take(self, _: int, __: FrameType | None) -> None:
         self.count += 1
