@@ -73,11 +73,14 @@ def test_a_session_that_fails_is_counted_and_not_dropped(tiny):
 
 def test_a_row_of_the_file_run_alone_gives_the_same_numbers_to_the_last_bit(tiny):
     rows = list(csv.DictReader(io.StringIO(sessions(tiny))))
+    exact = ("energy_min_j", "coherency_m", "asymmetry")
     assert len(rows) == 4
     for row in rows[1:3]:
         found = again(row)
         assert len(found) == len(dataclasses.fields(Outcome))
         assert found == {name: row[name] for name in found}
+    for row, outcome in zip(rows, tiny.judged.values(), strict=True):
+        assert [float(row[n]) for n in exact] == [getattr(outcome, n) for n in exact]
     assert again(rows[1] | {"seed": "1"}) != again(rows[1])
 
 

@@ -34,8 +34,12 @@ def main() -> int:
     parser.add_argument("file", type=Path, help="sessions.csv or probes.csv of a run")
     parser.add_argument("row", type=int, help="number of the row, from 1")
     options = parser.parse_args()
-    with options.file.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
+    try:
+        rows = list(csv.DictReader(options.file.read_text("utf-8").splitlines()))
+    except OSError as error:
+        parser.error(f"{options.file}: {error.strerror}")
+    if not rows or not {"method", "network", "seed", "settings"} <= set(rows[0]):
+        parser.error(f"{options.file}: no rows of a benchmark")
     if not 1 <= options.row <= len(rows):
         parser.error(f"{options.file}: row {options.row}: it has rows 1 to {len(rows)}")
     row = rows[options.row - 1]
