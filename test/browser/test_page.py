@@ -5,9 +5,9 @@
 import pytest
 from playwright.sync_api import expect
 from support.page_server import SNAPSHOT_S, TOKEN, served, serving
+from support.plain import load
 from support.simulated import judged, simulated
 
-from pmwvc_bringup.scenarios import load
 from pmwvc_view.recorded.replay_page import replay_page
 from pmwvc_view.recorded.session import RecordedSession
 

@@ -23,6 +23,7 @@ SCENARIO = {
     "name": "unequal",
     "duration_s": 1.0,
     "controller": "pmwvc",
+    "channel": "plain",
     "users": 3,
     "master": {"impedance": 20.0},
     "server": {"contact_stiffness": 700.0, "gap_m": 0.01, "object_size_m": 0.08},

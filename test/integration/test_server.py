@@ -28,7 +28,8 @@ BILATERAL = {"server.contact": "bilateral", "server.object_damping": 20.0}
 
 
 def start_server(**parameters):
-    values = {"users": list(SIDES)} | {n.replace("__", "."): v for n, v in parameters.items()}
+    given = {name.replace("__", "."): value for name, value in parameters.items()}
+    values = {"users": list(SIDES), "channel": "plain"} | given
     return NodeProcess("pmwvc_server.node", values)
 
 
@@ -36,6 +37,7 @@ def start_master(user, **parameters):
     """A master of a user who presses on the object with 1 N, without a network between."""
     side = SIDES[user]
     values = {
+        "channel": "plain",
         "side": side,
         "operator": OperatorParams(kind="constant", force=-side * 1.0),
         "device": DeviceParams(damping=10.0, workspace_m=5.0),  # drifts slowly when let go

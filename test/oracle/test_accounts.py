@@ -5,10 +5,10 @@
 import numpy as np
 import pytest
 from oracle.offline_budget import offline
+from support import plain as files
 
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_bringup import scenarios as files
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.simulation.session import simulate_one
 

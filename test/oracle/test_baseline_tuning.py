@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.plain import load
 
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.verdicts.stability import verdict
-from pmwvc_bringup.scenarios import load
 from pmwvc_core.baselines import tuning
 from pmwvc_core.baselines.tuning import Loop, loop_of
 from pmwvc_core.controllers import LIBRARY

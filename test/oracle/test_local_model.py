@@ -21,6 +21,7 @@ def scenario(loop):
             "name": "local",
             "duration_s": 1.0,
             "controller": "pmwvc",
+            "channel": "plain",
             "users": 1,
             "master": {
                 "impedance": loop.b,

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+from support import plain as scenarios
 from support.linear_loops import scenario
 
 from pmwvc_analysis.delays import long_delay
@@ -16,7 +17,6 @@ from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.transparency.transparency import transparency, untouched
-from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.names import varied
 

@@ -5,8 +5,8 @@
 from pathlib import Path
 
 import pytest
+from support.plain import load
 
-from pmwvc_bringup.scenarios import load
 from reproduction import pages
 from reproduction.files import read
 from reproduction.position_drift import FIGURES, HANDS, LINKS, MODEL

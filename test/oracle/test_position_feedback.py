@@ -45,6 +45,7 @@ def pressed(kind, setting, *, force=1.0, duration_s=8.0, **more):
             "name": "press",
             "duration_s": duration_s,
             "controller": "pmwvc",
+            "channel": "plain",
             "users": 1,
             "device": {"mass": 0.1, "damping": 1.5},
             "operator": {"kind": "constant", "force": force},

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+from support import plain as files
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
@@ -16,7 +17,6 @@ from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.traces.reductions import position_error
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.passivity_words import verdict
-from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.params import MasterParams, PositionParams
 from pmwvc_core.params.baselines import PspmParams

@@ -4,12 +4,12 @@
 
 import numpy as np
 import pytest
+from support.plain import load
 
 from pmwvc_analysis.compare.probes import free_space, pressed_stiffness, swing_hz
 from pmwvc_analysis.models.multirate import build
 from pmwvc_analysis.transparency.frequency import response
 from pmwvc_analysis.transparency.transparency import transparency, untouched
-from pmwvc_bringup.scenarios import load
 
 LINEAR = (
     ("wall", []),

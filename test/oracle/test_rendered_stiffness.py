@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from support import plain as scenarios
 from support.pressed_wall import wall
 
 from pmwvc_analysis.models import multirate
@@ -22,7 +23,6 @@ from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 
 FILTERS = (

@@ -21,6 +21,7 @@ BASE = {
     "name": "short",
     "duration_s": 1.6,
     "controller": "pmwvc",
+    "channel": "plain",
     "users": 2,
     "task": {
         "kind": "carry",

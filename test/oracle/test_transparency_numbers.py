@@ -29,6 +29,7 @@ def printed(*, impedance, mass=0.15, damping=1.0, stiffness=3500.0, contact_damp
             "name": "printed",
             "duration_s": 5.0,
             "controller": "pmwvc",
+            "channel": "plain",
             "users": 1,
             "master": {
                 "impedance": impedance,

@@ -6,9 +6,9 @@ encoder's noise in the force, and of following the wall at 5 Hz.
 
 import numpy as np
 import pytest
+from support import plain as scenarios
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate
 
 FREQUENCY_HZ = 5.0

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import plain as scenarios
 from support.handmade import oscillating
 
 from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.traces.cut import until
 from pmwvc_analysis.verdicts.stability import verdict
-from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 
 

@@ -5,8 +5,8 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import plain as scenarios
 
-from pmwvc_bringup import scenarios
 from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.server.couplings import coupled_axes

@@ -47,6 +47,7 @@ def scenario(**overrides: Any) -> Scenario:
             "description": "Two users press a resting object from both sides.",
             "duration_s": 4.0,
             "controller": "pmwvc",
+            "channel": "plain",
             "users": 2,
             "master": {
                 "impedance": IMPEDANCE,

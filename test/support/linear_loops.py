@@ -43,6 +43,7 @@ def scenario(**overrides):
             "name": "loop",
             "duration_s": 1.0,
             "controller": "pmwvc",
+            "channel": "plain",
             "users": 2,
             "master": {"filter": {"kind": "first_order", "pole_rad_s": 50.0}, "hold": "zoh"},
             "device": {"workspace_m": 1e9},

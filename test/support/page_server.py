@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_bringup.scenarios import load
 from pmwvc_core.numeric import Array
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import F_APPLIED, Block

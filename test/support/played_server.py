@@ -23,7 +23,7 @@ STEP_N = SafetyParams().max_slew * MasterParams().tick_s + 1e-9
 @contextlib.contextmanager
 def master(peer, **parameters):
     """A master with a constant operator, seen by ``peer``: trace blocks and waves."""
-    values = {"operator": OperatorParams(kind="constant", force=1.0)}
+    values = {"operator": OperatorParams(kind="constant", force=1.0), "channel": "plain"}
     values |= {name.replace("__", "."): value for name, value in parameters.items()}
     blocks = peer.collect(MasterTrace, "/user1/trace")
     waves = peer.collect(Wave, "/user1/wave_up")

@@ -12,6 +12,7 @@ def wall(**overrides):
             "name": "press",
             "duration_s": 5.0,
             "controller": "pmwvc",
+            "channel": "plain",
             "users": 1,
             "device": {"mass": 0.2, "damping": 1.0},
             "operator": {"kind": "constant"},

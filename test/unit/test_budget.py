@@ -8,13 +8,13 @@ import json
 import numpy as np
 import pytest
 from support import handmade
+from support import plain as files
 
 from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER, TOLERANCE_NOTED
 from pmwvc_analysis.verdicts import passivity_words
 from pmwvc_analysis.verdicts.passivity import Passivity
-from pmwvc_bringup import scenarios as files
 from pmwvc_core.simulation.session import simulate_one
 
 

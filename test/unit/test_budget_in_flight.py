@@ -6,9 +6,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from support import plain as scenarios
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.batch import SessionBatch
 
 CHANGE_NS, TICK_S = 3_000_000_000, 0.001

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support import plain as scenarios
 from support.handmade import oscillating
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.events import events
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_bringup import scenarios
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.changes import Change, changes_text, over_time, read_changes
 from pmwvc_core.simulation.session import simulate, simulate_one

@@ -5,13 +5,13 @@
 import dataclasses
 
 import pytest
+from support.plain import load
 
 from pmwvc_analysis.compare.conclusion import conclusion
 from pmwvc_analysis.compare.measures import MEASURES, Entry
 from pmwvc_analysis.compare.settings import GIVEN, RULE, parameters_of, tuned, tuning_of
 from pmwvc_analysis.models.stability import radii
 from pmwvc_bringup.comparison.combinations import combinations
-from pmwvc_bringup.scenarios import load
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.traces import SessionTraces
 

@@ -12,11 +12,11 @@ from importlib.metadata import EntryPoint
 import pytest
 from support.command_line import refused
 from support.lab import example_of
+from support.plain import load
 
 from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.prediction import text as prediction_text
-from pmwvc_bringup.scenarios import load
 from pmwvc_core import controllers, plugins
 from pmwvc_core.controllers import library
 from pmwvc_core.controllers.library import CHANNELS

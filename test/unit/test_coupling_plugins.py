@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from support.command_line import refused
 from support.lab import example_of
+from support.plain import load
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.delays.any_delay import any_delay
 from pmwvc_analysis.events.events import complete
-from pmwvc_bringup.scenarios import load
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.scenario.reader import parse_scenario
@@ -157,7 +157,13 @@ def lab(monkeypatch):
 
 
 def scenario(coupling):
-    values = {"name": "one", "controller": "pmwvc", "users": 1, "duration_s": 0.2}
+    values = {
+        "name": "one",
+        "controller": "pmwvc",
+        "channel": "plain",
+        "users": 1,
+        "duration_s": 0.2,
+    }
     return parse_scenario(values | {"server": {"coupling": coupling}})
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from support import handmade
+from support import plain as files
 from support.command_line import call
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
@@ -16,7 +17,6 @@ from pmwvc_analysis.doctor import PROBLEM, WARNING, check_recording, exit_code
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_bringup import machine
-from pmwvc_bringup import scenarios as files
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.simulation.session import simulate_one
 

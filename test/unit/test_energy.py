@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 from support import handmade
+from support import plain as files
 from support.handmade import DELAY_FRAMES, FRAME_S, IN_FLIGHT_J, TICKS
 
 from pmwvc_analysis.budget.criterion import TOLERANCE_J
@@ -17,7 +18,6 @@ from pmwvc_analysis.budget.energy import (
     running,
     user_energies,
 )
-from pmwvc_bringup import scenarios as files
 from pmwvc_core.motion import motion
 from pmwvc_core.simulation.session import simulate_one
 

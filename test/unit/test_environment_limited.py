@@ -6,13 +6,13 @@ import functools
 
 import numpy as np
 import pytest
+from support import plain as scenarios
 
 from pmwvc_analysis.events import environment
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 
 

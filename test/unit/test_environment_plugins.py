@@ -130,6 +130,7 @@ def test_a_simulated_session_goes_on_and_tells_what_failed(lab, monkeypatch):
         {
             "name": "melting",
             "controller": "pmwvc",
+            "channel": "plain",
             "users": 1,
             "duration_s": 0.4,
             "server": {"coupling": "unknown", "environment": "honey"},

@@ -5,10 +5,10 @@
 import numpy as np
 import pytest
 from support import handmade
+from support import plain as scenarios
 
 from pmwvc_analysis.events.events import complete
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 
 

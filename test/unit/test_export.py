@@ -9,12 +9,12 @@ import h5py
 import numpy as np
 import pytest
 from scipy.io import loadmat
+from support import plain as scenarios
 from support.simulated import simulated
 
 from pmwvc_analysis.export.files import KINDS, export
 from pmwvc_analysis.export.tables import AVATARS, FATES, PACKETS, STEPS, TICKS, tables
 from pmwvc_analysis.recording.from_traces import record_traces
-from pmwvc_bringup import scenarios
 from pmwvc_bringup.cli import main
 from pmwvc_core.errors import PmwvcError, RecordingError
 from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, UserTraces

@@ -8,6 +8,7 @@ import copy
 
 import numpy as np
 import pytest
+from support import plain as files
 
 from pmwvc_analysis.budget import tables
 from pmwvc_analysis.budget.budget import budget
@@ -16,7 +17,6 @@ from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.consistency.numbers import SMALLEST
 from pmwvc_analysis.verdicts import passivity_words
 from pmwvc_analysis.verdicts.passivity import passivity
-from pmwvc_bringup import scenarios as files
 from pmwvc_core.simulation.session import simulate_one
 
 ENCODER = ("device.encoder_step_m=5.5e-5", "device.velocity=euler")

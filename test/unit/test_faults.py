@@ -12,8 +12,8 @@ import pytest
 from faults.groups import GROUPS
 from faults.processes import PROCESSES
 from faults.sessions import SESSIONS
+from support import plain as scenarios
 
-from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.disturber import Disturber
 from pmwvc_bringup.session.processes import Children

@@ -4,8 +4,8 @@
 
 import numpy as np
 import pytest
+from support import plain as scenarios
 
-from pmwvc_bringup import scenarios
 from pmwvc_core.frame.assembly import force_loop_of, server_step_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule

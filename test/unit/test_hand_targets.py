@@ -10,12 +10,12 @@ import pytest
 from geometry_msgs.msg import PointStamped
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Bool
+from support import plain as scenarios
 
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.hand_targets import hand_targets, is_of_hand
 from pmwvc_analysis.recording.mcap.salvage import RawMessage
 from pmwvc_analysis.replay.run import replay, reproduced
-from pmwvc_bringup import scenarios
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.plant.remote_hand import RemoteHand
 from pmwvc_core.plant.targets import GivenTargets

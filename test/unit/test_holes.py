@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import handmade
+from support import plain as scenarios
 from support.handmade import FRAME_S
 
 from pmwvc_analysis.budget.budget import budget
@@ -16,7 +17,6 @@ from pmwvc_analysis.traces.holes import Unjudged, holes
 from pmwvc_analysis.verdicts.open_balances import hidden
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 
 BLOCKS = 250  # of two seconds

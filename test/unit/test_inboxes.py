@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from support import plain as scenarios
 
-from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import plan
 from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.wave.limits import largest_wave

@@ -6,10 +6,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from support import plain as scenarios
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.parts import account_words, accounted, words_of
-from pmwvc_bringup import scenarios
 from pmwvc_core.account import Entry, Role
 from pmwvc_core.controllers import LIBRARY, RECORDS, entries
 from pmwvc_core.scenario.reader import parse_scenario
@@ -33,7 +33,13 @@ VARIANTS = [
 
 @pytest.mark.parametrize("variant", VARIANTS, ids=lambda v: "-".join(map(str, v.values())))
 def test_every_account_of_a_session_is_described(variant):
-    base = {"name": "kept", "duration_s": 0.05, "controller": "pmwvc", "users": 1}
+    base = {
+        "name": "kept",
+        "duration_s": 0.05,
+        "controller": "pmwvc",
+        "channel": "plain",
+        "users": 1,
+    }
     traces = simulate_one(parse_scenario(base, overrides=variant))
     kept = {*traces.users[0].accounts, *traces.server.accounts}
     assert kept <= set(entries()), kept - set(entries())

@@ -6,13 +6,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+from support import plain as scenarios
 from support.pressed_wall import wall
 
 from pmwvc_analysis.models import multirate
 from pmwvc_analysis.transparency import frequency
 from pmwvc_analysis.transparency.measured import TRUSTED, measure, pattern
 from pmwvc_analysis.transparency.pressing import pressing
-from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one

@@ -4,6 +4,7 @@
 
 import numpy as np
 import pytest
+from support.plain import load
 
 from pmwvc_analysis.compare.measures import (
     MEASURES,
@@ -14,7 +15,6 @@ from pmwvc_analysis.compare.measures import (
     measures,
 )
 from pmwvc_analysis.compare.rendered import ideal_rendering, rendering
-from pmwvc_bringup.scenarios import load
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate_one
 
@@ -22,6 +22,7 @@ BASE = {
     "name": "short",
     "duration_s": 2.0,
     "controller": "pmwvc",
+    "channel": "plain",
     "users": 2,
     "server": {"contact": "bilateral"},
     "task": {"kind": "hold", "grip_s": 0.1, "grip_rise_s": 0.2},
@@ -115,6 +116,7 @@ CHIRP = {
     "name": "chirp",
     "duration_s": 30.0,
     "controller": "pmwvc",
+    "channel": "plain",
     "users": 1,
     "server": {"environment": "wall", "contact": "bilateral", "contact_stiffness": 800.0},
     "operator": {

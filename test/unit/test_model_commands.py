@@ -8,8 +8,7 @@ import json
 import pytest
 import yaml
 from support.command_line import call, refused
-
-from pmwvc_bringup.scenarios import load
+from support.plain import load
 
 FIRST_ORDER = ("--set", "master.filter.kind=first_order")
 LATE = ("--set", "server.coupling=one_frame_late", "--set", "master.hold=zoh", *FIRST_ORDER)

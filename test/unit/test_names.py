@@ -3,8 +3,8 @@
 """Dotted names: what they mean, and that reader, ROS and variation agree on them."""
 
 import pytest
+from support.plain import load
 
-from pmwvc_bringup.scenarios import load
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import assembled, flat_mapping, flattened, leaves, nested, replaced

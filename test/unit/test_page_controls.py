@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.plain import load
 
-from pmwvc_bringup.scenarios import load
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.plain import load
 from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_bringup.scenarios import load
 from pmwvc_view.feed.accounts import Accounts, MasterSums, ServerSums
 from pmwvc_view.feed.feed import PATIENCE_NS, Feed
 from pmwvc_view.feed.traces import F_APPLIED, SIGNALS, Block, Step

@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.plain import load
 from support.simulated import judged, simulated
 
-from pmwvc_bringup.scenarios import load
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.traces import HandTargets
 from pmwvc_view.recorded import replay_page

@@ -3,10 +3,10 @@
 """The verdict of a page while its session runs: shaking, force limits, an encoder, a new delay."""
 
 import pytest
+from support.plain import load
 from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_bringup.scenarios import load
 from pmwvc_core.numeric import signal
 from pmwvc_view.controls import changed
 from pmwvc_view.description import lags

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 import yaml
+from support import plain as scenarios
 
 from pmwvc_analysis.recording.format.topics import session_topics
-from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import plan
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params import ContactParams, LinkParams, MasterParams

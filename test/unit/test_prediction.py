@@ -4,6 +4,7 @@
 
 import pytest
 from support import handmade
+from support import plain as scenarios
 
 from pmwvc_analysis.prediction.prediction import (
     aliasing_gain,
@@ -15,7 +16,6 @@ from pmwvc_analysis.prediction.prediction import (
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_bringup import scenarios
 
 
 def controlled(**overrides):

@@ -4,6 +4,7 @@
 
 import pytest
 from support import handmade
+from support import plain as scenarios
 
 from pmwvc_analysis.prediction.lag import lag_s, network_s, step_lag_s
 from pmwvc_analysis.prediction.prediction import (
@@ -13,7 +14,6 @@ from pmwvc_analysis.prediction.prediction import (
 )
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_bringup import scenarios
 from pmwvc_core.params import DeviceParams, FilterParams, MasterParams
 
 BLACK_BOX = {

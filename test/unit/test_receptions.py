@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support import handmade
+from support.plain import load
 
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
@@ -24,7 +25,6 @@ from pmwvc_analysis.verdicts.receptions import (
     reception_summaries,
 )
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_bringup.scenarios import load
 from pmwvc_core.network import Cause, FateKind
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import FateTraces, ReceptionTraces

@@ -10,7 +10,7 @@ import yaml
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.reader import parse_scenario
 
-BASE = {"name": "pair", "duration_s": 5, "controller": "pmwvc", "users": 2}
+BASE = {"name": "pair", "duration_s": 5, "controller": "pmwvc", "channel": "plain", "users": 2}
 
 
 def problems(mapping, **options):

@@ -6,9 +6,9 @@ import copy
 
 import numpy as np
 import pytest
+from support import plain as scenarios
 from support.simulated import judged, simulated
 
-from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 
 

@@ -6,12 +6,12 @@ import functools
 
 import numpy as np
 import pytest
+from support import plain as scenarios
 from support.simulated import judged, simulated
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_bringup import scenarios
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params.server import COUPLINGS
@@ -46,7 +46,13 @@ def scenario_of(dof, *, matrix=None, **overrides):
         "server.contact_stiffness": 200.0,
         "link.delay_s": 0.008,
     }
-    base = {"name": "axes", "duration_s": TICKS * TICK_S, "controller": "pmwvc", "users": 2}
+    base = {
+        "name": "axes",
+        "duration_s": TICKS * TICK_S,
+        "controller": "pmwvc",
+        "channel": "plain",
+        "users": 2,
+    }
     return parse_scenario(base, overrides=values | {"dof": dof} | overrides)
 
 

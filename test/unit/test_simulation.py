@@ -8,9 +8,9 @@ import gc
 
 import numpy as np
 import pytest
+from support.plain import load
 
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_bringup.scenarios import load
 from pmwvc_core.network.link import Link, stream_of
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate, simulate_one
@@ -20,6 +20,7 @@ SHORT = {
     "name": "short",
     "duration_s": 1.5,
     "controller": "pmwvc",
+    "channel": "plain",
     "users": 2,
     "task": {"kind": "hold", "grip_s": 0.1, "grip_rise_s": 0.2},
 }
@@ -162,6 +163,7 @@ def test_a_run_that_runs_away_leaves_the_others_of_its_batch_alone():
         "name": "batch",
         "duration_s": 16.0,
         "controller": "pmwvc",
+        "channel": "plain",
         "users": 1,
         "master": {"impedance": 15.0, "rate_drop": 20},
         "server": {

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy import signal
 from support import handmade
+from support import plain as scenarios
 from support.handmade import oscillating, session
 
 from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.verdicts.oscillation import OSCILLATION_M_S, beyond, motions, strength
 from pmwvc_analysis.verdicts.stability import verdict
-from pmwvc_bringup import scenarios
 from pmwvc_core.simulation.session import simulate_one
 
 

@@ -9,7 +9,7 @@ from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.stacking import batches, stack, structure_of
 
-BASE = {"name": "pair", "duration_s": 5, "controller": "pmwvc", "users": 2}
+BASE = {"name": "pair", "duration_s": 5, "controller": "pmwvc", "channel": "plain", "users": 2}
 
 
 def scenario(**overrides):

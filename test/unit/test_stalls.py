@@ -4,8 +4,8 @@
 
 import numpy as np
 import pytest
+from support import plain as scenarios
 
-from pmwvc_bringup import scenarios
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
 from pmwvc_core.params import SafetyParams

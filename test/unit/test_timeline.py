@@ -6,8 +6,8 @@ import subprocess
 import sys
 
 import pytest
+from support.plain import load
 
-from pmwvc_bringup.scenarios import load
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network import Cause, FateKind, Link
 from pmwvc_core.network.presets import PRESETS

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import plain as scenarios
 
 from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import relative
@@ -22,7 +23,6 @@ from pmwvc_analysis.tune.criteria import Choice, cost_of, noise_n, rated
 from pmwvc_analysis.tune.search import best_impedance, bounds_of, simulated
 from pmwvc_analysis.tune.words import answer, costs, sentences
 from pmwvc_analysis.verdicts.stability import verdict
-from pmwvc_bringup import scenarios
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import FilterParams
 from pmwvc_core.simulation.session import simulate_one

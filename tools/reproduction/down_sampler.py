@@ -40,6 +40,7 @@ def printed_scenario(**overrides: Any) -> Scenario:
         "name": "down_sampler",
         "duration_s": 31.0,
         "controller": "pmwvc",
+        "channel": "plain",
         "users": 1,
         "master": {"impedance": 80.0, "rate_drop": 20, "hold": "zoh"},
         "device": {"mass": 0.15, "damping": 1.0},

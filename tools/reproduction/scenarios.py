@@ -84,6 +84,7 @@ def scenario(
         "name": "reproduction",
         "duration_s": duration_s,
         "controller": controller,
+        "channel": "plain",
         "users": users,
         "operator": dict(operator or {"kind": "none"}),
         "task": {"kind": task},

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Variants of a scenario by name: ``--controllers waves,ledger,filter_bank+position,tdpa``.
 
-``pmwvc`` is the scenario's own settings with waves; ``waves`` is plain waves without port filters;
-a feature stands for plain waves with it, and several may be joined by ``+``; the other
+``pmwvc`` is the scenario's own settings with waves; ``waves`` is the plain channel without port
+filters; a feature stands for that with it, and several may be joined by ``+``; the other
 controllers stand for themselves. Where a scenario leaves them open, the gain of position feedback
 is a default, and the order of the velocity filter is the one with the least noise for its
 anti-aliasing filter. ``velocity_filter_printed`` is of order 1, as App. D has it.
@@ -24,6 +24,7 @@ from pmwvc_core.wave.design.velocity_filter_response import noise_gain
 
 PLAIN: Mapping[str, str] = {
     "controller": "pmwvc",
+    "channel": "plain",
     "server.compensation": "none",
     "server.decoding": "late",
     "master.velocity_filter.kind": "none",

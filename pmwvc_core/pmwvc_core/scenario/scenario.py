@@ -14,8 +14,8 @@ from typing import Any
 
 from pmwvc_core.controllers.library import (
     CHANNELS,
-    PLAIN,
     RECORDS,
+    STRICT,
     is_strict,
     is_zeroing,
     record_of,
@@ -74,7 +74,7 @@ REQUIRED = ("name", "duration_s", "controller", "users")
 DEFAULTS: Mapping[str, Any] = {
     "description": "",
     "seed": 1,
-    "channel": PLAIN,
+    "channel": STRICT,
     "disturbances": "",
     "dof": 1,
     "changes": "",
@@ -145,7 +145,7 @@ class Scenario:
     users: tuple[User, ...]
     server: ServerParams
     task: TaskParams
-    channel: str = PLAIN
+    channel: str = STRICT
     changes: str = ""
     disturbances: str = ""
 
