@@ -63,7 +63,7 @@ CASES = {
         },
     ),
     "unknown environment": Case("wall_slow", server=PORT),
-    "three axes": Case("cube_3d", masters=(set(), set())),
+    "three axes": Case("cube_3d", ("channel=plain",), (set(), set())),
 }
 
 

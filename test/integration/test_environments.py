@@ -61,11 +61,13 @@ def installed(tmp_path, monkeypatch):
 def nodes(stack, environment):
     """Start a server with an environment, and a master whose user pushes with 1 N."""
     server = {
+        "channel": "plain",
         "users": ["user1"],
         "server.coupling": "unknown",
         "server.environment": environment,
     }
     master = {
+        "channel": "plain",
         "side": -1,
         "operator": OperatorParams(kind="constant", force=1.0),
         "device": DeviceParams(damping=20.0, workspace_m=5.0),

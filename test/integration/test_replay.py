@@ -28,6 +28,7 @@ def recorded(tmp_path_factory):
     folder = tmp_path_factory.mktemp("recorded") / "session"
     link = {"delay_s": 0.012, "jitter": "uniform", "jitter_s": 0.006, "loss": 0.05}
     words = [word for name, value in link.items() for word in ("--set", f"link.{name}={value}")]
+    words += ["--set", "channel=plain"]
     with Running(folder, "carry_16ms", "--duration", 4, *words) as session:
         assert session.end() == 0, session.output()
     return folder
@@ -114,7 +115,10 @@ def test_live_sessions_are_compared_side_by_side(tmp_path):
 
 def test_a_hand_from_outside_and_a_change_in_flight_are_recorded_and_replayed(tmp_path):
     """The test is the pointer: it drags user1's handle, and makes the contact stiffer."""
-    folder, settings = tmp_path / "session", ("user1.operator.kind=remote", "task.kind=hold")
+    folder, settings = (
+        tmp_path / "session",
+        ("user1.operator.kind=remote", "task.kind=hold", "channel=plain"),
+    )
     words = [word for setting in settings for word in ("--set", setting)]
     with Running(folder, "carry_16ms", "--duration", 5, *words) as session:
         domain = int(re.search(r"ROS_DOMAIN_ID=(\d+)", session.await_line("ROS_DOMAIN_ID"))[1])

@@ -68,8 +68,9 @@ def test_the_loops_run_at_their_rates(carried):
 
 
 def test_a_live_session_does_what_the_simulated_one_does(carried):
-    """Forces within 0.1 N of 1 N, avatars within 0.5 mm: the live loop has 4 ms more round trip,
-    which moves a device by 0.08 mm per newton, and wakes up late now and then.
+    """Forces within 0.1 N of 1 N, avatars within 1 mm: the live loop has 4 ms more round trip,
+    which moves a device by 0.08 mm per newton, and what it is late now and then the playouts keep
+    at hand.
     """
     live, simulated = carried.summary(), judged(load("carry_16ms", duration_s=4.0))
     assert live["object"]["position_final_m"] == pytest.approx(
@@ -78,7 +79,7 @@ def test_a_live_session_does_what_the_simulated_one_does(carried):
     for one, other in zip(live["users"], simulated["users"], strict=True):
         for name in ("force_final_n", "avatar_force_final_n", "force_peak_n"):
             assert one[name] == pytest.approx(other[name], abs=0.1)
-        assert one["drift_m"] == pytest.approx(other["drift_m"], abs=0.0005)
+        assert one["drift_m"] == pytest.approx(other["drift_m"], abs=0.001)
         assert one["passive"] is other["passive"] is True
 
 

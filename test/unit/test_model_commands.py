@@ -10,7 +10,8 @@ import yaml
 from support.command_line import call, refused
 from support.plain import load
 
-FIRST_ORDER = ("--set", "master.filter.kind=first_order")
+PLAIN = ("--set", "channel=plain")
+FIRST_ORDER = (*PLAIN, "--set", "master.filter.kind=first_order")
 LATE = ("--set", "server.coupling=one_frame_late", "--set", "master.hold=zoh", *FIRST_ORDER)
 
 
@@ -97,7 +98,7 @@ def test_a_map_is_written_with_sessions_as_points(pmwvc, tmp_path):
     assert "another --out" in refused(other)
 
 
-SMALL = ("map", "wall", "--x", "server.contact_damping=0:20:2", "--y")
+SMALL = ("map", "wall", *PLAIN, "--x", "server.contact_damping=0:20:2", "--y")
 
 
 def test_another_range_makes_another_map_and_the_same_command_goes_on(pmwvc, tmp_path):

@@ -3,8 +3,8 @@
 """Files and plug-ins of a scenario are looked at before anything starts."""
 
 import pytest
-from support import plain as scenarios
 
+from pmwvc_bringup import scenarios
 from pmwvc_bringup.session import preflight
 from pmwvc_core.errors import PmwvcError, ScenarioError
 

@@ -86,6 +86,7 @@ def test_a_recorded_session_stands_beside_its_model(tmp_path):
         "server.contact": "bilateral",
         "server.gap_m": 0,
     }
+    settings["channel"] = "plain"
     words = [word for name, value in settings.items() for word in ("--set", f"{name}={value}")]
     done = run("simulate", "wall", "--duration", 14, "--out", session, *words)
     assert done.returncode == 0, done.stderr
@@ -98,7 +99,7 @@ def test_a_recorded_session_stands_beside_its_model(tmp_path):
 
 
 def test_an_axis_is_asked_for_by_its_number(capfd):
-    assert main(["transparency", "cube_3d", "--axis", "2"]) == 0
+    assert main(["transparency", "cube_3d", "--set", "channel=plain", "--axis", "2"]) == 0
     said = capfd.readouterr().out
     assert "user1, through the link: stiffness 362.7 N/m" in said  # along axis 1 it is 402 N/m
     assert "Along axis 2 of 3, the other axes free." in said
