@@ -11,7 +11,7 @@ from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.recorded import prescription
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_bringup import scenarios as files
+from support import plain as files
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.simulation.session import simulate_one
 

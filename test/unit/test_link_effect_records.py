@@ -18,7 +18,7 @@ from pmwvc_analysis.models.linear import NonlinearError, left_out, require_linea
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
-from pmwvc_bringup.scenarios import load
+from support.plain import load
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network import FateKind, Link
