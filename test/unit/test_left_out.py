@@ -4,6 +4,7 @@
 
 import numpy as np
 import pytest
+from support import plain as files
 
 from pmwvc_analysis.compare.measures import measures
 from pmwvc_analysis.consistency.consistency import inconsistencies
@@ -11,7 +12,6 @@ from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.recorded import prescription
 from pmwvc_analysis.verdicts.verdicts import summary
-from support import plain as files
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.simulation.session import simulate_one
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.plain import load
 
 from pmwvc_analysis.compare.settings import GIVEN, RULE, tuned, tuning_of
 from pmwvc_analysis.events.events import complete, kept
@@ -18,7 +19,6 @@ from pmwvc_analysis.models.linear import NonlinearError, left_out, require_linea
 from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
-from support.plain import load
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.network import FateKind, Link
