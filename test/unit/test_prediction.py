@@ -226,6 +226,26 @@ def test_the_outcome_of_a_prediction_is_stated(predicted, was, words):
     assert words in outcomes(scenario, result)[0].text
 
 
+def test_settings_without_effect_on_the_strict_channel_are_named_and_what_gives_them_one():
+    def warnings(*texts):
+        scenario = scenarios.load("carry_16ms", settings_texts=texts)
+        return [line for line in lines(scenario, live=False) if "Warning" in line]
+
+    wanted = ["user2.master.filter.kind=first_order", "user2.master.filter.cutoff_hz=50"]
+    (strict,) = warnings("channel=strict", *wanted, "master.hold=zoh")
+    for words in (
+        "user1, user2: without effect: ",
+        "master.hold = zoh",
+        "master.filter.kind = first_order",
+        "master.filter.cutoff_hz = 50.0",
+        "channel = plain has both",
+    ):
+        assert words in strict
+    assert not warnings("channel=strict")
+    (plain,) = warnings("channel=plain", *wanted, "master.hold=zoh")
+    assert plain.startswith("Warning: user2: the anti-aliasing filter is weak")
+
+
 def test_a_filter_above_half_the_packet_rate_is_warned_of_with_its_gain():
     filtering = ["user2.master.filter.kind=first_order", "user2.master.filter.cutoff_hz=80"]
     scenario = scenarios.load("carry_16ms", settings_texts=filtering)

@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+import yaml
 from mcap.reader import make_reader
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
@@ -76,6 +77,15 @@ def test_what_was_recorded_comes_back(tmp_path, dof):
 def test_the_scenario_comes_back(folder, tmp_path):
     assert read_scenario(folder) == handmade.scenario(duration_s=1.0)
     assert read_scenario(tmp_path) is None
+
+
+def test_a_recording_from_before_there_were_channels_is_one_of_the_plain_channel(folder, tmp_path):
+    known = yaml.safe_load((folder / "scenario.yaml").read_text("utf-8"))
+    del known["channel"]
+    (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(known), "utf-8")
+    assert read_scenario(tmp_path).channel == "plain"
+    (tmp_path / "scenario.yaml").write_text(yaml.safe_dump(known | {"channel": "strict"}), "utf-8")
+    assert read_scenario(tmp_path).channel == "strict"
 
 
 @pytest.mark.parametrize("plugin", list(StoragePlugin))

@@ -97,10 +97,7 @@ def test_scenarios_of_one_task_differ_only_in_what_their_names_give():
     assert different == {"name", "description", "controller"}
     calm, stiff = scenarios.load("carry_24ms").flat(), scenarios.load("stiff_24ms").flat()
     different = {name for name in calm if calm[name] != stiff[name]}
-    names = {"name", "description", "server.contact_stiffness"}
-    # the filter with the margin for it, on its channel, which the scenario's file explains
-    names |= {"channel"}
-    assert different == names | {"master.filter.kind", "master.filter.pole_rad_s"}
+    assert different == {"name", "description", "server.contact_stiffness"}
 
 
 def test_the_recording_is_what_its_formula_gives():

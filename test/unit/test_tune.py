@@ -189,6 +189,7 @@ def test_what_cannot_be_stable_states_what_to_change():
 
 def test_the_settings_printed_give_the_choice():
     words = [sys.executable, "-m", "pmwvc_bringup.cli", "tune", "wall", "--json"]
+    words += ["--set", "channel=plain"]
     found = json.loads(subprocess.run(words, capture_output=True, check=True).stdout)
     texts = [f"{name}={value}" for name, value in found["best"]["settings"].items()]
     chosen = scenarios.load("wall", settings_texts=texts).users[0].master
@@ -197,6 +198,21 @@ def test_the_settings_printed_give_the_choice():
     assert (chosen.filter, chosen.hold) == (best.filter, best.hold)
     assert set(found) == {"scenario", "not_linear", "bounds", "best", "others", "costs"}
     assert found["not_linear"] == []
+
+
+def test_on_the_strict_channel_the_impedance_alone_is_chosen():
+    scenario = scenarios.load("wall", settings_texts=["channel=strict", "master.hold=zoh"])
+    found = propose(scenario)
+    assert set(found.others) <= {"as given", "stiffer", "lighter"}
+    settings_of = found.best.choice.settings(scenario)
+    assert list(settings_of) == ["master.impedance"]
+    chosen = found.best.choice.applied(scenario).users[0].master
+    assert (chosen.filter, chosen.hold) == (scenario.users[0].master.filter, "zoh")
+    assert found.best.simulated == "stable" and found.best.aliasing_gain is None
+    lines = sentences(scenario, found)
+    assert any("the impedance alone is chosen" in line for line in lines)
+    assert lines[-1] == f"use it with: --set master.impedance={settings_of['master.impedance']}"
+    json.dumps(answer(scenario, found), allow_nan=False)
 
 
 def test_the_table_names_every_row_and_ends_with_the_command():

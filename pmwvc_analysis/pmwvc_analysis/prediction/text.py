@@ -31,9 +31,16 @@ from pmwvc_analysis.prediction.prediction import (
 from pmwvc_core.baselines import tuning
 from pmwvc_core.controllers import has_waves, proofs_hold, record_of
 from pmwvc_core.network.effects import unbounded
+from pmwvc_core.params import MasterParams
+from pmwvc_core.params.names import flattened
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design import aliasing
 from pmwvc_core.wave.impedance import MatrixImpedance, first_axis, largest, smallest
+
+STRICT = (
+    "The channel is passive at any delay, jitter and loss, by its account of every packet "
+    "(channel = strict); how far the loop is from instability at another delay is not computed."
+)
 
 
 def lines(scenario: Scenario, *, live: bool) -> list[str]:
@@ -50,12 +57,13 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     else:
         for user in scenario.users:
             found += _rendering_lines(user, scenario, live=live)
-    found += _aliasing_lines(scenario)
+    found += _no_effect_lines(scenario) if scenario.strict else _aliasing_lines(scenario)
     for user in scenario.users:
         if one_step_bound(user, scenario) is False:
             found.append(f"{user.name}: K T + 2B > b: late decoding may generate energy.")
     found += environment.lines(scenario)
-    return found + _delay_lines(known) + _device_lines(scenario)
+    found += [STRICT] if scenario.strict else _delay_lines(known)
+    return found + _device_lines(scenario)
 
 
 def _rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
@@ -138,6 +146,23 @@ def _rule_lines(scenario: Scenario) -> list[str]:
             verdict = "met, margin" if margin >= 0.0 else "NOT met, deficit"
             found.append(f"{user.name}: rule '{rule}' {verdict} {abs(margin):.1f} N s/m.")
     return found
+
+
+def _no_effect_lines(scenario: Scenario) -> list[str]:
+    """Return a warning for settings of filter and hold, which the strict channel has not."""
+    default = flattened("master", MasterParams())
+    found: dict[str, list[str]] = {}
+    for user in scenario.users:
+        for name, value in flattened("master", user.master).items():
+            if name.startswith(("master.filter.", "master.hold")) and value != default[name]:
+                found.setdefault(f"{name} = {value}", []).append(user.name)
+    if not found:
+        return []
+    users = dict.fromkeys(name for names in found.values() for name in names)
+    return [
+        f"Warning: {', '.join(users)}: without effect: {', '.join(found)}. channel = strict, the "
+        "default, has neither anti-aliasing filter nor hold; channel = plain has both."
+    ]
 
 
 def _aliasing_lines(scenario: Scenario) -> list[str]:

@@ -22,6 +22,7 @@ from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.recording.hand_targets import hand_targets
 from pmwvc_analysis.recording.losses import not_relayed, topic_counts
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
+from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime.messages.fields import PacketFate
 from pmwvc_core.scenario.scenario import Scenario
@@ -120,7 +121,10 @@ def _nothing(folder: Path, content: Content) -> str:
 
 
 def read_scenario(folder: str | Path) -> Scenario | None:
-    """Return the scenario of a session folder, or None where the folder holds none."""
+    """Return the scenario of a session folder, or None where the folder holds none.
+
+    One without ``channel`` is from before there was a choice: the plain channel.
+    """
     path = Path(folder) / "scenario.yaml"
     if not path.is_file():
         return None
@@ -128,7 +132,10 @@ def read_scenario(folder: str | Path) -> Scenario | None:
 
     from pmwvc_core.scenario.reader import parse_scenario
 
-    return parse_scenario(yaml.safe_load(path.read_text(encoding="utf-8")), source=str(path))
+    found = yaml.safe_load(path.read_text(encoding="utf-8"))
+    if isinstance(found, dict):
+        found = {"channel": PLAIN} | found
+    return parse_scenario(found, source=str(path))
 
 
 def _fate_zeros(of_links: Mapping[str, Sequence[PacketFate]], zero_ns: int) -> dict[str, int]:

@@ -49,7 +49,9 @@ ENCODER_STEP_M = 1e-5  # taken where the scenario's device is exact
 
 @dataclass(frozen=True)
 class Choice:
-    """One impedance [N s/m], filter and hold, for every user."""
+    """One impedance [N s/m], filter and hold, for every user; on the strict channel the scenario's
+    filter and hold stay as they are.
+    """
 
     impedance: float
     filter: FilterParams
@@ -57,16 +59,17 @@ class Choice:
 
     def settings(self, scenario: Scenario) -> dict[str, float | str]:
         """Return what gives a scenario this choice, as parameters by name."""
-        found: dict[str, float | str] = {
-            "master.impedance": round(self.impedance, 2),
-            "master.hold": self.hold,
-        }
+        found: dict[str, float | str] = {"master.impedance": round(self.impedance, 2)}
+        if not scenario.strict:
+            found["master.hold"] = self.hold
         if any(user.master.impedance_matrix for user in scenario.users):
             found["master.impedance_matrix"] = ""
         if any(user.contact.impedance_matrix for user in scenario.users):
             found["server.impedance_matrix"] = ""
         if any(user.contact.impedance is not None for user in scenario.users):
             found["server.impedance"] = "null"
+        if scenario.strict:
+            return found
         default = FilterParams()
         for field in dataclasses.fields(FilterParams):
             value = getattr(self.filter, field.name)
@@ -126,7 +129,7 @@ class Rating:
     free_radius: float  # with nothing touched
     k_max: float | None  # [N/m] None: no limit found
     passive: bool
-    aliasing_gain: float
+    aliasing_gain: float | None  # None: nothing is sampled (the strict channel)
     lag_s: float
     k_felt: float | None  # [N/m]
     k_ideal: float | None
@@ -162,7 +165,7 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
         free_radius=free_radius,
         k_max=limit.first,
         passive=prediction.passive(chosen),
-        aliasing_gain=prediction.aliasing_gain(user),
+        aliasing_gain=None if chosen.strict else prediction.aliasing_gain(user),
         lag_s=lag.lag_s(user, chosen, live=live),
         k_felt=own.k_felt if own else None,
         k_ideal=_ideal(found.ideal.k_felt, user.contact.contact_stiffness) if found else None,

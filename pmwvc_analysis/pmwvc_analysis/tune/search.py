@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The search: filters and holds that are fit for the rate drop, and the best impedance of each.
+"""The search: filters and holds that are fit for the rate drop, and the best impedance of each. On
+the strict channel, which has neither, the impedance alone.
 
 The best impedance of a filter and a hold is found from their lag (the link is a spring 2b/tau and
 a mass b tau/2) and the noise of the encoder; the few choices that are left are then rated by the
@@ -86,7 +87,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
             scenario, best_impedance(scenario, one, hold, bounds, live=live), live=live
         )
         for name, one in names.items()
-        for hold in HOLDS
+        for hold in (HOLDS if not scenario.strict else (scenario.users[0].master.hold,))
     }
     usable = {key: row for key, row in rows.items() if row.stable and row.cost is not None}
     if not usable:
@@ -182,6 +183,8 @@ def bounds_of(scenario: Scenario) -> tuple[float, float]:
 def filters_of(scenario: Scenario) -> dict[str, FilterParams]:
     """Return the filters to choose from, by what they are called in the answer."""
     master = scenario.users[0].master
+    if scenario.strict:
+        return {"filter as given": master.filter}
     half_hz = 0.5 / master.frame_s  # half the packet rate
     found = {
         "integrate and dump": FilterParams(kind="integrate_and_dump"),

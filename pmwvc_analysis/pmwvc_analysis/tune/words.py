@@ -64,8 +64,8 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
         lines.append(f"  {label:{width}}  {cells}{word}")
     if scenario.strict:
         lines.append(
-            "  channel = strict has neither anti-aliasing filter nor hold: rows of the same "
-            "impedance are the same"
+            "  channel = strict has neither anti-aliasing filter nor hold: the impedance alone is "
+            "chosen"
         )
     for label, row in rows.items():
         if matrix := _matrix(row):
