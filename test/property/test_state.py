@@ -84,6 +84,7 @@ def scenarios(draw):
         "controller": controller,
         "users": 2,
         "dof": dof,
+        "channel": "plain",
         "master": master,
         "device": draw(st.sampled_from(DEVICES)),
         "operator": {"kind": draw(st.sampled_from(HANDS))},
