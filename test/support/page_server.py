@@ -18,6 +18,7 @@ from pmwvc_view.protocol.snapshots import Snapshot
 from pmwvc_view.session import Session
 from pmwvc_view.simulated.session import SimulatedSession
 from pmwvc_view.web.server import PageServer
+from support.plain import load
 
 SNAPSHOT_S = 0.016
 TOKEN = "token-of-the-test"
