@@ -23,7 +23,8 @@ import numpy as np
 
 from pmwvc_analysis.recording.format.size import live_bytes_per_minute
 from pmwvc_bringup import scenarios
-from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, hold_memory, request_real_time
+from pmwvc_core.runtime.pacing import Pacer
+from pmwvc_core.runtime.real_time import RealTimeReport, hold_memory, request_real_time
 
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
 MIB = 2**20

@@ -18,7 +18,8 @@ from pmwvc_core.frame.schedule import LIVE, next_on_grid
 from pmwvc_core.frame.server_step import Presence, ServerRow, ServerStep
 from pmwvc_core.params import ServerParams
 from pmwvc_core.runtime.health import Health
-from pmwvc_core.runtime.pacing import Pacer, RealTimeReport, Tick, request_real_time
+from pmwvc_core.runtime.pacing import Pacer, Tick
+from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
 from pmwvc_core.transport.packet import PacketLink
 
 PRIORITY = 20

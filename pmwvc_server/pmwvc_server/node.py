@@ -20,9 +20,9 @@ from pmwvc_core.frame.server_step import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plural import count
 from pmwvc_core.runtime.health import Health
-from pmwvc_core.runtime.pacing import hold_memory
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
+from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.receptions import Receptions
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.reception import diagnostics

@@ -16,9 +16,9 @@ from rclpy.node import Node
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import Spec
-from pmwvc_core.runtime.pacing import request_priority
 from pmwvc_core.runtime.parameters import declare_names, declare_value
 from pmwvc_core.runtime.process import OK, publish_health, run_node
+from pmwvc_core.runtime.real_time import request_priority
 from pmwvc_view import SNAPSHOT_S
 from pmwvc_view.live.graph import LONGEST_S, find
 from pmwvc_view.live.session import LiveSession

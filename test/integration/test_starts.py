@@ -10,7 +10,7 @@ from support.processes import NodeProcess, ros
 from support.starts import everybody_was_there
 
 from pmwvc_analysis.recording.reader import read_session
-from pmwvc_core.runtime.matched import PUBLISHERS, SUBSCRIPTIONS, unmatched
+from pmwvc_core.runtime.services import PUBLISHERS, SUBSCRIPTIONS, unmatched
 from pmwvc_msgs.msg import Wave
 
 pytestmark = pytest.mark.integration

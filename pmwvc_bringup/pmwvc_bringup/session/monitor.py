@@ -27,9 +27,9 @@ from std_srvs.srv import Trigger
 
 from pmwvc_bringup.session.status import UserStatus
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.runtime.matched import unmatched
 from pmwvc_core.runtime.messages import misfit, nanoseconds
 from pmwvc_core.runtime.polling import Polled
+from pmwvc_core.runtime.services import unmatched
 from pmwvc_msgs.msg import LinkState, MasterTrace, Reception, ServerTrace
 
 NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)

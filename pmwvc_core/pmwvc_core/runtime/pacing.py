@@ -1,31 +1,25 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The clock of a loop: absolute deadlines, and the system's help in meeting them.
+"""The clock of a loop: absolute deadlines.
 
 A deadline is a point ``k * period + phase`` of the monotonic clock and never ``now + period``:
 lateness does not add up, and loops of several processes on one machine keep their phases.
 Nothing here knows what a tick computes; no control law belongs in this file.
 """
 
-import contextlib
 import ctypes
 import errno
-import gc
 import os
-import resource
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from pmwvc_core.errors import ParameterError
 
 _NS_PER_S = 1_000_000_000
 _TIMER_ABSTIME = 1
-_PR_SET_TIMERSLACK = 29
-_MCL_CURRENT = 1
-_MCL_FUTURE = 2
-_libc = ctypes.CDLL(None, use_errno=True)
+_libc = ctypes.CDLL(None)
 
 
 class _Timespec(ctypes.Structure):
@@ -147,130 +141,3 @@ class Pacer:
             if stop.is_set():
                 return
             yield tick
-
-
-@dataclass(frozen=True)
-class RealTimeReport:
-    """The real-time requests that the system granted, and the reason of each refusal."""
-
-    granted: tuple[str, ...] = ()
-    refused: dict[str, str] = field(default_factory=dict)
-
-    def __add__(self, other: "RealTimeReport") -> "RealTimeReport":
-        """Return a report of the requests of both."""
-        return RealTimeReport(self.granted + other.granted, self.refused | other.refused)
-
-    def __str__(self) -> str:
-        """Return one line for a log."""
-        refused = [f"{name} refused ({reason})" for name, reason in self.refused.items()]
-        return "real time: " + "; ".join([*(f"{name} granted" for name in self.granted), *refused])
-
-
-def hold_memory() -> RealTimeReport:
-    """Ask for memory that stays where it is: locked, the garbage collector's survivors frozen.
-
-    Both hold for the whole process, so call this after set-up. It takes up to seconds on a busy
-    machine, so call it before a node can be started: nodes that are started together then begin
-    together.
-    """
-    return _asked(
-        ("memory lock", _lock_memory),
-        ("frozen garbage collector", _freeze_garbage),
-    )
-
-
-def request_real_time(priority: int) -> RealTimeReport:
-    """Ask for what makes the calling thread wake in time; a refusal is reported, never raised.
-
-    Timer slack and scheduling class belong to the calling thread, so call this from the loop's own
-    thread; threads and processes it starts later do not inherit the class. The threads of the
-    middleware, without which no packet comes in, go one step below.
-
-    Parameters
-    ----------
-    priority
-        Priority asked for under SCHED_FIFO, 1 to 99.
-    """
-    return _asked(
-        ("timer slack 1 ns", _set_timer_slack),
-        (f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)),
-        ("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(max(priority - 1, 1))),
-    )
-
-
-def request_reception(priority: int) -> RealTimeReport:
-    """Ask for a middleware that takes packets in whatever else the machine does; see above.
-
-    For programs without a loop of their own: they may be late, but nothing overflows meanwhile.
-    """
-    return _asked(("SCHED_FIFO of the middleware", lambda: _set_middleware_fifo(priority)))
-
-
-def request_priority(priority: int) -> RealTimeReport:
-    """Ask for SCHED_FIFO for the calling thread only: it sleeps most of the time, and is not to be
-    put aside by ordinary programs when it wakes.
-    """
-    return _asked((f"SCHED_FIFO {priority}", lambda: _set_fifo(priority)))
-
-
-def _asked(*requests: tuple[str, Callable[[], None]]) -> RealTimeReport:
-    granted = []
-    refused = {}
-    for name, ask in requests:
-        try:
-            ask()
-        except OSError as error:
-            hint = _WAY_OUT.get(error.errno or 0, {}).get(name.split()[0])
-            reason = error.strerror or str(error)
-            refused[name] = f"{reason}; {hint}" if hint else reason
-        else:
-            granted.append(name)
-    return RealTimeReport(tuple(granted), refused)
-
-
-_WAY_OUT = {
-    errno.EPERM: {
-        "SCHED_FIFO": "raise the user's rtprio limit",
-        "memory": "raise the user's memlock limit",
-    },
-    errno.ENOMEM: {"memory": "raise the user's memlock limit"},
-    errno.EINVAL: {"SCHED_FIFO": "the priority must be 1 to 99"},
-}
-
-
-def _set_timer_slack() -> None:
-    if _libc.prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(1), 0, 0, 0):
-        raise _last_error()
-
-
-def _set_fifo(priority: int) -> None:
-    policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
-    os.sched_setscheduler(0, policy, os.sched_param(priority))
-
-
-def _set_middleware_fifo(priority: int) -> None:
-    """Raise the threads that Python has not started: here those of the middleware."""
-    ours = {thread.native_id for thread in threading.enumerate()}
-    policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
-    for task in map(int, os.listdir("/proc/self/task")):
-        if task not in ours:
-            with contextlib.suppress(ProcessLookupError):  # it has ended meanwhile
-                os.sched_setscheduler(task, policy, os.sched_param(priority))
-
-
-def _lock_memory() -> None:
-    """Lock what is mapped now, and what comes later only where no limit could make that fail."""
-    limit, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
-    limitless = limit == resource.RLIM_INFINITY or os.geteuid() == 0
-    if _libc.mlockall(_MCL_CURRENT | _MCL_FUTURE if limitless else _MCL_CURRENT):
-        raise _last_error()
-
-
-def _freeze_garbage() -> None:
-    gc.collect()
-    gc.freeze()
-
-
-def _last_error() -> OSError:
-    code = ctypes.get_errno()
-    return OSError(code, os.strerror(code))

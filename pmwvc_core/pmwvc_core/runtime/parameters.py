@@ -14,12 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from rcl_interfaces.msg import (
-    FloatingPointRange,
-    IntegerRange,
-    ParameterDescriptor,
-    SetParametersResult,
-)
+from rcl_interfaces import msg
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -29,33 +24,36 @@ from pmwvc_core.params.names import hint, leaves
 from pmwvc_core.runtime.parameter_values import built, from_ros, to_ros, values_of
 
 P = TypeVar("P")
-_TYPES = {
-    float: Parameter.Type.DOUBLE,
-    int: Parameter.Type.INTEGER,
-    bool: Parameter.Type.BOOL,
-    str: Parameter.Type.STRING,
-}
-_LARGEST_INT = 2**63 - 1
+Type = Parameter.Type
+_TYPES = {float: Type.DOUBLE, int: Type.INTEGER, bool: Type.BOOL, str: Type.STRING}
+_LARGEST, _LARGEST_INT = sys.float_info.max, 2**63 - 1
 _NAME = re.compile("[A-Za-z][A-Za-z0-9_]*")
 _OWN_OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
 
 
-def declare(node: Node, prefix: str, kind: type[P], *, defaults: P | None = None) -> P:
-    """Declare a parameter dataclass whose values are fixed at the start of the node.
+def declare(
+    node: Node, prefix: str, kind: type[P], *, defaults: P | None = None, fixed: bool = True
+) -> P:
+    """Declare a parameter dataclass, whose values are fixed at the start of the node by default.
 
     Raises
     ------
     ParameterError
         If a value given to the node is wrong; names every wrong one.
     """
-    return _declared(node, prefix, kind, defaults, fixed=True)
+    present = values_of(prefix, kind() if defaults is None else defaults)
+    given = {name: _given(node, name, value) for name, value in present.items()}
+    value = built(prefix, kind, given)
+    accepted = values_of(prefix, value)
+    for name, spec in leaves(prefix, kind).items():
+        _describe(node, name, spec, accepted[name], fixed=fixed)
+    return value
 
 
 def declare_value(node: Node, name: str, spec: Spec, default: Any) -> Any:
     """Declare one parameter that belongs to no dataclass, fixed at the start of the node."""
     value = from_ros(spec, _given(node, name, to_ros(spec, default)))
-    problem = spec.problem(value)
-    if problem:
+    if problem := spec.problem(value):
         raise ParameterError(f"{name} = {problem}")
     _describe(node, name, spec, value, fixed=True)
     return value
@@ -74,16 +72,13 @@ def declare_names(node: Node, name: str, default: Sequence[str], description: st
         raise ParameterError(f"{name} = {value!r}: must be a list of texts, like ['a','b']")
     for entry in value:
         if not _NAME.fullmatch(entry):
-            raise ParameterError(
-                f"{name}: {entry!r} must be letters, digits and _, beginning with a letter"
-            )
+            wanted = "letters, digits and _, beginning with a letter"
+            raise ParameterError(f"{name}: {entry!r} must be {wanted}")
         if value.count(entry) > 1:
             raise ParameterError(f"{name}: {entry!r} is there twice")
-    descriptor = ParameterDescriptor(
-        type=Parameter.Type.STRING_ARRAY.value, description=description, read_only=True
-    )
-    parameter = Parameter(name, Parameter.Type.STRING_ARRAY, value)
-    node.set_descriptor(name, descriptor, parameter.get_parameter_value())
+    kind = Type.STRING_ARRAY
+    told = msg.ParameterDescriptor(type=kind.value, description=description, read_only=True)
+    node.set_descriptor(name, told, Parameter(name, kind, value).get_parameter_value())
     return value
 
 
@@ -97,14 +92,11 @@ def refuse_undeclared(node: Node) -> None:
     ParameterError
         Naming each with the nearest right name.
     """
-    known: list[str] = []
-    unknown: list[str] = []
-    for name in node.get_parameters_by_prefix(""):
-        if not name.startswith(_OWN_OF_ROS):
-            (known if node.describe_parameter(name).description else unknown).append(name)
+    given = [n for n in node.get_parameters_by_prefix("") if not n.startswith(_OWN_OF_ROS)]
+    known = [name for name in given if node.describe_parameter(name).description]
+    unknown = [f"{n}: there is no such parameter{hint(n, known)}" for n in given if n not in known]
     if unknown:
-        texts = [f"{name}: there is no such parameter{hint(name, known)}" for name in unknown]
-        raise ParameterError("; ".join(texts))
+        raise ParameterError("; ".join(unknown))
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,9 +123,7 @@ class ParameterBinding:
     A change is checked by building the complete new dataclass from the old values and the new
     ones, and refused as a whole with the dataclass's own message. An accepted one reaches the
     group's listener as a complete new object, in the thread that serves parameters: the listener
-    only hands it over, the owner applies it at a frame boundary.
-
-    Make one per node; ROS asks it about all sets of parameters of that node.
+    only hands it over, the owner applies it at a frame boundary. One per node.
 
     Parameters
     ----------
@@ -144,7 +134,7 @@ class ParameterBinding:
     def __init__(self, node: Node, *, settled: Callable[[], None] = lambda: None) -> None:
         self._node = node
         self._settled = settled
-        self._specs: dict[str, Spec] = {}
+        self._floats: set[str] = set()  # names of parameters that are doubles
         self._owner: dict[str, _Group] = {}
         node.add_pre_set_parameters_callback(self._convert)
         node.add_on_set_parameters_callback(self._validate)
@@ -164,14 +154,8 @@ class ParameterBinding:
 
         Parameters
         ----------
-        prefix
-            What its dotted names start with.
-        kind
-            The dataclass.
         listener
             Gets the complete new object after each accepted change.
-        defaults
-            Values where nothing is given to the node; those of the dataclass by default.
         check
             Raises ``ParameterError`` for what the dataclass cannot know, at the start and at each
             change.
@@ -184,33 +168,32 @@ class ParameterBinding:
         ParameterError
             If a value given to the node is wrong.
         """
-        value = _declared(self._node, prefix, kind, defaults, fixed=False)
+        value = declare(self._node, prefix, kind, defaults=defaults, fixed=False)
         check(value)
         group = _Group(prefix, kind, listener, check, check_change)
         for name, spec in leaves(prefix, kind).items():
-            self._specs[name] = spec
             self._owner[name] = group
+            if spec.kind is float:
+                self._floats.add(name)
         return value
 
     def _convert(self, parameters: list[Parameter]) -> list[Parameter]:
         """Turn whole numbers given for doubles into doubles."""
         return [
-            Parameter(p.name, Parameter.Type.DOUBLE, float(p.value))
-            if p.type_ == Parameter.Type.INTEGER
-            and p.name in self._specs
-            and self._specs[p.name].kind is float
+            Parameter(p.name, Type.DOUBLE, float(p.value))
+            if p.type_ == Type.INTEGER and p.name in self._floats
             else p
             for p in parameters
         ]
 
-    def _validate(self, parameters: list[Parameter]) -> SetParametersResult:
+    def _validate(self, parameters: list[Parameter]) -> msg.SetParametersResult:
         try:
             for group, present, value in self._rebuilt(parameters):
                 group.check(value)
                 group.check_change(present, value)
         except ParameterError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
+            return msg.SetParametersResult(successful=False, reason=str(error))
+        return msg.SetParametersResult(successful=True)
 
     def _hand_over(self, parameters: list[Parameter]) -> None:
         for group, _, value in self._rebuilt(parameters):
@@ -222,26 +205,15 @@ class ParameterBinding:
         new = {p.name: p.value for p in parameters if p.name in self._owner}
         for group in dict.fromkeys(self._owner[name] for name in new):
             prefix, kind = group.prefix, group.kind
-            names = leaves(prefix, kind)
-            present = {name: self._node.get_parameter(name).value for name in names}
-            changed = {n: new[n] for n in names if n in new}
+            present = {n: self._node.get_parameter(n).value for n in leaves(prefix, kind)}
+            changed = {n: value for n, value in new.items() if n in present}
             yield group, built(prefix, kind, present), built(prefix, kind, present | changed)
-
-
-def _declared(node: Node, prefix: str, kind: type[P], defaults: P | None, *, fixed: bool) -> P:
-    present = values_of(prefix, kind() if defaults is None else defaults)
-    given = {name: _given(node, name, value) for name, value in present.items()}
-    value = built(prefix, kind, given)
-    accepted = values_of(prefix, value)
-    for name, spec in leaves(prefix, kind).items():
-        _describe(node, name, spec, accepted[name], fixed=fixed)
-    return value
 
 
 def _given(node: Node, name: str, default: Any) -> Any:
     """Return what the node was given for a parameter, of whatever type, else the default."""
     if not node.has_parameter(name):
-        node.declare_parameter(name, default, ParameterDescriptor(dynamic_typing=True))
+        node.declare_parameter(name, default, msg.ParameterDescriptor(dynamic_typing=True))
     return node.get_parameter(name).value
 
 
@@ -251,11 +223,11 @@ def _describe(node: Node, name: str, spec: Spec, value: Any, *, fixed: bool) -> 
     node.set_descriptor(name, _descriptor(spec, fixed=fixed), parameter.get_parameter_value())
 
 
-def _descriptor(spec: Spec, *, fixed: bool) -> ParameterDescriptor:
+def _descriptor(spec: Spec, *, fixed: bool) -> msg.ParameterDescriptor:
     """Return the descriptor for tools; ranges are closed, ``additional_constraints`` is exact."""
     unit = f" [{spec.unit}]" if spec.unit and spec.unit != "-" else ""
     absent = " (0: not given)" if spec.optional else ""
-    descriptor = ParameterDescriptor(
+    descriptor = msg.ParameterDescriptor(
         type=_TYPES[spec.kind].value,
         description=f"{spec.description}{unit}{absent}",
         additional_constraints=spec.range_text().replace(" or null", " or 0"),
@@ -268,16 +240,10 @@ def _descriptor(spec: Spec, *, fixed: bool) -> ParameterDescriptor:
     if spec.optional:
         low = min(low or 0.0, 0.0)  # zero stands for "not given"
     if spec.kind is int:
-        integers = IntegerRange(
-            from_value=-_LARGEST_INT if low is None else int(low),
-            to_value=_LARGEST_INT if high is None else int(high),
-        )
-        descriptor.integer_range = [integers]
+        low, high = -_LARGEST_INT if low is None else low, _LARGEST_INT if high is None else high
+        descriptor.integer_range = [msg.IntegerRange(from_value=int(low), to_value=int(high))]
     else:
-        largest = sys.float_info.max
-        numbers = FloatingPointRange(
-            from_value=-largest if low is None else float(low),
-            to_value=largest if high is None else float(high),
-        )
-        descriptor.floating_point_range = [numbers]
+        low, high = -_LARGEST if low is None else low, _LARGEST if high is None else high
+        span = msg.FloatingPointRange(from_value=float(low), to_value=float(high))
+        descriptor.floating_point_range = [span]
     return descriptor

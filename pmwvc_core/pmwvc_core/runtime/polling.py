@@ -13,20 +13,13 @@ from typing import Any
 from rclpy.callback_groups import CallbackGroup
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-WAVE_QOS = QoSProfile(
-    depth=10, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
-)
-TRACE_QOS = QoSProfile(
-    depth=256, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE
-)
-
-
+WAVE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+TRACE_QOS = QoSProfile(depth=256, reliability=ReliabilityPolicy.RELIABLE)
+# deep enough that a flood does not push out the packets of a sender
+TAKEN_QOS = QoSProfile(depth=64, reliability=ReliabilityPolicy.BEST_EFFORT)
 DEADLINE_PERIODS = 3
-TAKEN_QOS = QoSProfile(  # deep enough that a flood does not push out the packets of a sender
-    depth=64, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
-)
 
 
 def message_class(type_name: str) -> Any:
@@ -41,12 +34,8 @@ def offered(qos: QoSProfile, period_s: float) -> QoSProfile:
     A subscriber that asks for none is matched all the same; one that asks for as much or more is
     notified by the middleware when the topic falls silent. It costs 10 us a message.
     """
-    return QoSProfile(
-        depth=qos.depth,
-        reliability=qos.reliability,
-        durability=qos.durability,
-        deadline=Duration(nanoseconds=round(DEADLINE_PERIODS * period_s * 1e9)),
-    )
+    deadline = Duration(nanoseconds=round(DEADLINE_PERIODS * period_s * 1e9))
+    return QoSProfile(depth=qos.depth, reliability=qos.reliability, deadline=deadline)
 
 
 class _Unserved(CallbackGroup):
@@ -76,13 +65,7 @@ class Polled:
     """
 
     def __init__(
-        self,
-        node: Node,
-        kind: Any,
-        topic: str,
-        qos: QoSProfile = WAVE_QOS,
-        *,
-        raw: bool = False,
+        self, node: Node, kind: Any, topic: str, qos: QoSProfile = WAVE_QOS, *, raw: bool = False
     ) -> None:
         self.kind = kind
         self.raw = raw

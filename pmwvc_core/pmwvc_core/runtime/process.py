@@ -27,13 +27,11 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
-from std_srvs.srv import Trigger
 
 from pmwvc_core.errors import ParameterError, PmwvcError
-from pmwvc_core.params import Spec
-from pmwvc_core.runtime.matched import serve_matched
 from pmwvc_core.runtime.messages import diagnostic, live_types
-from pmwvc_core.runtime.parameters import declare_value, refuse_undeclared
+from pmwvc_core.runtime.parameters import refuse_undeclared
+from pmwvc_core.runtime.services import StartGate
 
 OK, WARN, ERROR = 0, 1, 2
 _SWITCH_S = 1e-4  # a loop that wakes gets the interpreter after this, not after 5 ms
@@ -93,31 +91,6 @@ def run_node(
             code = 1
         _remove(node, code)
     return code
-
-
-class StartGate:
-    """Holds a node's work back until a person or the session runner starts it."""
-
-    def __init__(self, node: Node) -> None:
-        spec = Spec(bool, description="wait for a call of ~/start before the first tick")
-        self._open = threading.Event()
-        if not declare_value(node, "start.paused", spec, False):
-            self._open.set()
-        node.create_service(Trigger, "~/start", self._start)
-        serve_matched(node)
-
-    def wait(self, stop: threading.Event) -> bool:
-        """Wait until started or stopped; return whether started."""
-        while not stop.is_set():
-            if self._open.wait(0.02):
-                return True
-        return False
-
-    def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.message = "already running" if self._open.is_set() else "started"
-        response.success = True
-        self._open.set()
-        return response
 
 
 def publish_health(

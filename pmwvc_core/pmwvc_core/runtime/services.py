@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The services of every node: ``~/start`` lets its work begin, ``~/matched`` tells what it knows.
+
+Discovery is not symmetric in time: the graph may show both ends of a topic while one of them does
+not know the other yet, and what is sent then is lost without a trace. Only each end itself knows
+how many remote ends its own publishers and subscriptions have matched; ``~/matched`` asks it.
+"""
+
+import json
+import threading
+from collections.abc import Mapping
+
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from pmwvc_core.params import Spec
+from pmwvc_core.runtime.parameters import declare_value
+
+PUBLISHERS, SUBSCRIPTIONS = "publishers", "subscriptions"
+
+
+class StartGate:
+    """Holds a node's work back until a person or the session runner starts it; offers both."""
+
+    def __init__(self, node: Node) -> None:
+        spec = Spec(bool, description="wait for a call of ~/start before the first tick")
+        self._open = threading.Event()
+        if not declare_value(node, "start.paused", spec, False):
+            self._open.set()
+        self._node = node
+        node.create_service(Trigger, "~/start", self._start)
+        node.create_service(Trigger, "~/matched", self._matched)
+
+    def wait(self, stop: threading.Event) -> bool:
+        """Wait until started or stopped; return whether started."""
+        while not stop.is_set():
+            if self._open.wait(0.02):
+                return True
+        return False
+
+    def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.message = "already running" if self._open.is_set() else "started"
+        response.success = True
+        self._open.set()
+        return response
+
+    def _matched(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = True
+        response.message = json.dumps(matched(self._node))
+        return response
+
+
+def matched(node: Node) -> dict[str, dict[str, int]]:
+    """Return per own publisher the matched subscriptions, per own subscription the publishers."""
+    return {
+        PUBLISHERS: {end.topic_name: end.get_subscription_count() for end in node.publishers},
+        SUBSCRIPTIONS: {end.topic_name: end.get_publisher_count() for end in node.subscriptions},
+    }
+
+
+def unmatched(
+    matches: Mapping[str, Mapping[str, int]], ends: Mapping[str, tuple[int, int]]
+) -> list[str]:
+    """Return what a node lacks, in words.
+
+    Parameters
+    ----------
+    ends
+        Topic -> wanted numbers of publishers and subscribers.
+    """
+    found = []
+    for side, other, wanted_index in (
+        (PUBLISHERS, "subscribers", 1),
+        (SUBSCRIPTIONS, "publishers", 0),
+    ):
+        for topic, count in matches[side].items():
+            wanted = ends[topic][wanted_index] if topic in ends else 0
+            if count < wanted:
+                found.append(f"{topic}: {count} of {wanted} {other} matched")
+    return found
