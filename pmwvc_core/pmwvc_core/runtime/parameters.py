@@ -77,8 +77,9 @@ def declare_names(node: Node, name: str, default: Sequence[str], description: st
         if value.count(entry) > 1:
             raise ParameterError(f"{name}: {entry!r} is there twice")
     kind = Type.STRING_ARRAY
-    told = msg.ParameterDescriptor(type=kind.value, description=description, read_only=True)
-    node.set_descriptor(name, told, Parameter(name, kind, value).get_parameter_value())
+    descriptor = msg.ParameterDescriptor(type=kind.value, description=description, read_only=True)
+    parameter = Parameter(name, kind, value)
+    node.set_descriptor(name, descriptor, parameter.get_parameter_value())
     return value
 
 
