@@ -2,32 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The measures of a comparison: one row of numbers per session. Unknown measures are None.
 
-======================  ===========================================================================
-``stable``              judged from the motion (``verdicts.stability``); ``instability`` names it
-``passive``             verdict of the ports of all users and of the server
-                        (``verdicts.passivity``); None where it is not judged
-``active_part``         the port with the lowest balance, in words; None where none is below zero
-``k_max``               largest contact stiffness with which the exact linear model is stable
-                        [N/m]; None where there is none below its bound or no linear model
-``k_felt``              stiffness that is rendered to the first user at rest [N/m]: exact model,
-                        chirp or simulated press (``compare.rendered``); None where the session was
-                        not stable
-``first_peak_hz``       first resonance of what the first user moves, likewise [Hz]
-``mass_free_kg``,       mass [kg] and damping [N s/m] rendered to the first user with nothing
-``damping_free_n_s_m``  touched, device included, at ``free_hz``; from a simulated session of its
-                        own (``compare.probes``), live ones too
-``coherency_rms_m``     RMS of x_m - x_s of all users while coupled, the distance at joining taken
-                        out [m]
-``force_error_rms_n``   RMS of F_m - F_s of all users at the server's steps while coupled: force
-                        rendered less contact force of the same instant, so the lag of the way
-                        back counts, too [N]
-``energy_min_j``        lowest energy balance of any port of any user and of the server, zero where
-                        none ever was below [J]
-``force_noise_n``       RMS of the rendered force beyond 20 Hz in the second half, the largest of
-                        the users [N]: hands do not move so fast on purpose
-``force_peak_n``        largest rendered force [N]
-``left_out``            ratio of packets left out by deadbands, the mean of all that are on
-======================  ===========================================================================
+What each measure means: docs/file_format.md. Where they come from: stability and passivity from
+the verdicts, ``k_max`` from the exact model, stiffness and resonance from :mod:`.rendered` (None
+where the session was not stable), free space from :mod:`.probes`, live sessions too.
 """
 
 from collections.abc import Callable

@@ -48,11 +48,12 @@ def export(
         }
     path = Path(target)
     with file_errors(f"write {path}"):
+        path.parent.mkdir(parents=True, exist_ok=True)
         KINDS[kind](path, tables(traces), about)
 
 
 def _write_csv(folder: Path, found: Sequence[Table], about: About) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(exist_ok=True)
     for table in found:
         columns = [
             axis for name, values in table.columns.items() for axis in by_axis(name, values)
@@ -79,7 +80,6 @@ def _rows(file: Path, head: Sequence[str], rows: Any) -> None:
 def _write_mat(file: Path, found: Sequence[Table], about: About) -> None:
     from scipy.io import savemat
 
-    file.parent.mkdir(parents=True, exist_ok=True)
     content: dict[str, Any] = {table.name: dict(table.columns) for table in found}
     content["units"] = {
         table.name: {name: table.meanings[name].unit for name in table.columns} for table in found
@@ -97,7 +97,6 @@ def _write_hdf5(file: Path, found: Sequence[Table], about: About) -> None:
         raise PmwvcError(
             "HDF5 needs the package h5py: pip install 'pmwvc[hdf5]'; or export as csv or mat"
         ) from None
-    file.parent.mkdir(parents=True, exist_ok=True)
     with h5py.File(file, "w") as stream:
         stream.attrs.update(about)
         for table in found:

@@ -3,13 +3,14 @@
 """The traces of a session up to an instant."""
 
 from dataclasses import fields, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
 
+Table = TypeVar("Table", FateTraces, PacketTraces)
 BLOCKS = ("block_time_s", "state", "block_number", "epoch")
 
 
@@ -33,9 +34,11 @@ def until(traces: SessionTraces, end_s: float) -> SessionTraces:
         duration_s=end_s,
         users=[user_until(user, end_s) for user in traces.users if user.block_time_s[0] <= end_s],
         server=server,
-        packets={topic: _packets(each, end_s) for topic, each in traces.packets.items()},
+        packets={
+            topic: _kept(each, each.time_s < end_s) for topic, each in traces.packets.items()
+        },
         fates={
-            link: _fates(each, round(end_s * 1e9) + zeros.get(link, 0))
+            link: _kept(each, each.time_in_ns < round(end_s * 1e9) + zeros.get(link, 0))
             for link, each in traces.fates.items()
         },
         metadata=metadata,
@@ -74,19 +77,8 @@ def server_rows(server: ServerTraces, kept: NDArray[np.bool_]) -> ServerTraces:
     return replace(server, **changed)
 
 
-def _packets(packets: PacketTraces, end_s: float) -> PacketTraces:
-    kept = packets.time_s < end_s
-    rows = {
-        each.name: getattr(packets, each.name)[kept]
-        for each in fields(packets)
-        if each.name != "topic"
-    }
-    return replace(packets, **rows)
-
-
-def _fates(fates: FateTraces, end_ns: int) -> FateTraces:
-    kept = fates.time_in_ns < end_ns
-    rows = {
-        each.name: getattr(fates, each.name)[kept] for each in fields(fates) if each.name != "link"
-    }
-    return replace(fates, **rows)
+def _kept(table: Table, rows: NDArray[np.bool_]) -> Table:
+    """Return some rows of a table of arrays."""
+    values = {each.name: getattr(table, each.name) for each in fields(table)}
+    arrays: dict[str, Any] = {n: v[rows] for n, v in values.items() if isinstance(v, np.ndarray)}
+    return replace(table, **arrays)

@@ -78,15 +78,9 @@ def _by_ticks(user: UserTraces) -> list[Hole]:
     lost = np.diff(user.tick)[jumps] - 1
     if int(lost.sum()) <= user.missed:
         return []
-    return [
-        Hole(
-            user.name,
-            float(user.time_s[row] + user.tick_s),
-            float(user.time_s[row + 1]),
-            int(ticks),
-        )
-        for row, ticks in zip(jumps.tolist(), lost.tolist(), strict=True)
-    ]
+    starts, ends = user.time_s[jumps] + user.tick_s, user.time_s[jumps + 1]
+    rows = zip(starts.tolist(), ends.tolist(), lost.tolist(), strict=True)
+    return [Hole(user.name, *row) for row in rows]
 
 
 def of_server(server: ServerTraces) -> list[Hole]:

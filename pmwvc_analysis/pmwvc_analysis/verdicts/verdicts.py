@@ -2,33 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """``summary.json``: the verdicts and numbers of one session, the same keys whatever its source.
 
-Vectors are a number for one axis and a list for several; an unknown value is null.
-``*_final_*`` are means over the last 0.5 s of a user's own ticks: a server goes on a little after
-the users have left.
-
-=============================  ====================================================================
-``stable``, ``instability``    stability.py
-``active``                     components of the energy budget that generated energy, in sentences
-                               with amount and tolerance, worst first; null without a budget
-``passivity``                  all findings of passivity.py: ``passive`` of the session,
-                               the ports that decide it, the components
-``passive``                    of a user: its ports; null where they are not judged
-``energy_up_min_j``            lowest energy balance of the way up; null without waves
-``energy_down_min_j``          the same for the way down
-``energy_balance_j``           what the channel had kept or turned to heat at the end, both ways
-``force_final_n``, ``_peak_``  force rendered by the device (f_applied); the peak is a length
-``avatar_force_final_n``       contact force on the avatar
-``coherency_rms_m``            RMS of x_m - x_s at the server's steps while the user is coupled
-``drift_m``                    mean of x_m - x_s over the last 0.5 s of the user
-``ticks_missing``              ticks between the first and the last that are not in the recording
-``environment_limited``        energy withheld from a user's returning waves, and the displacement
-                               of the device by that (environment.py); null where nothing was
-``velocity_rms_m_s``           of the object, over the session
-``path_error_rms_m``           RMS of object less target, over the session
-=============================  ====================================================================
-
-Where device and avatar start apart (grip), that constant distance is taken out of ``coherency``
-and ``drift``.
+What each key means: docs/file_format.md. Where device and avatar start apart (grip), that constant
+distance is taken out of ``coherency_rms_m`` and ``drift_m``.
 """
 
 from dataclasses import asdict
