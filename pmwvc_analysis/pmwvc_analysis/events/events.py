@@ -4,23 +4,7 @@
 
 One list for live, simulated and replayed sessions: what reader and session runner noted, and what
 the traces show. An event is ``{"time_s": float | None, "who": str, "kind": str, "what": str}``;
-kinds:
-
-===============  ===============================================================================
-``join, leave``  a user at the server; ``restart``: a node was started again
-``ended``        a node ended before the session did
-``grip``         or ``contact``: an avatar touches; ``release``: no longer, or the safety limits
-                 let go of the hand, with the cause
-``damping``      the safety limits leave only damping, or the server holds an avatar; and back
-``limit``        the safety limits shortened the force of a coupled device
-``stall``        a loop did not run, though nothing is missing in the recording
-``recording``    messages are missing; nothing is judged there
-``link``         a link delivered nothing for a while, or an effect of it failed
-``disturbance``  what the scenario asked to be done to a node
-``stranger``     a publisher that is not of this session
-``parameter``    a parameter changed in flight
-``environment``  environment or coupling failed, or the environment was limited
-===============  ===============================================================================
+kinds: docs/file_format.md.
 """
 
 from collections.abc import Iterator
