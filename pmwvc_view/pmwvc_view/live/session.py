@@ -11,42 +11,33 @@ from typing import Any
 from rclpy.node import Node
 from std_msgs.msg import String
 
-from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view import controls, description
 from pmwvc_view.controls import Setting, Settings
-from pmwvc_view.feed.feed import Feed
-from pmwvc_view.feed.notices import Notices
-from pmwvc_view.feed.traces import NS
-from pmwvc_view.feed.verdict import verdict
 from pmwvc_view.live.differences import differences, links_of, server_of
 from pmwvc_view.live.graph import Graph
 from pmwvc_view.live.hands import HELD_QOS, PublishedHand
 from pmwvc_view.live.inlets import Inlets
 from pmwvc_view.live.parameters import Parameters
-from pmwvc_view.prediction import Predictor
-from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.protocol.snapshots import Snapshot
-from pmwvc_view.session import BEGIN_ANEW, Answer, Session
+from pmwvc_view.running import RunningSession, State
+from pmwvc_view.session import BEGIN_ANEW, Answer
 from pmwvc_view.simulated.ramp import ramped
 
 RESTART = "view/restart"
 STEP_S = 0.02  # between two steps of a delay on its way
 SILENT_S = 3.0  # without a trace: the session is over
-TEXT_EVERY = 8  # snapshots between two verdicts
 
 
-class LiveSession(Session):
+class LiveSession(RunningSession):
     """See :class:`pmwvc_view.session.Session`; an executor serves the node in another thread.
 
     ``about`` are name, description and length as far as they are known; ``duration_s`` is None
     where the session goes on until it is ended [s].
     """
-
-    can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
 
     def __init__(
         self,
@@ -57,14 +48,13 @@ class LiveSession(Session):
         snapshot_s: float,
         duration_s: float | None,
     ) -> None:
-        super().__init__(Predictor(live=True))
+        super().__init__(live=True, snapshot_s=snapshot_s)
         self._node, self._graph, self._about = node, graph, about
         self._duration_s = duration_s
-        self._scenario = scenario = graph.scenario(about)
+        scenario = graph.scenario(about)
+        exact = [user.name for user in scenario.users if user.device.plugin == "simulated"]
+        self._show(scenario, exact)
         self._parameters = Parameters(node)
-        self.layout = Layout(graph.users, scenario.dof)
-        period_ns = round(snapshot_s * NS)
-        self._feed = Feed(self.layout, graph.users, period_ns=period_ns, scenario=scenario)
         waves = has_waves(scenario.controller)
         self._inlets = Inlets(node, graph, dof=scenario.dof, waves=waves)
         self._hands = {
@@ -73,27 +63,10 @@ class LiveSession(Session):
             if user.operator.kind == "remote" and not user.operator.file
         }
         self._restarts = node.create_publisher(String, f"{graph.prefix}/{RESTART}", HELD_QOS)
-        self._exact = [user.name for user in scenario.users if user.device.plugin == "simulated"]
-        self._lags = description.lags(scenario, live=True)
-        self._text: dict[str, Any] = {}
-        self._polls = 0
         self._changing = asyncio.Lock()
-        self._values = controls.Values()
-        self._notices = Notices()
 
-    def description(self) -> dict[str, Any]:
-        """Return the session message without what the server adds."""
-        return description.describe(
-            self._scenario,
-            mode="live",
-            duration_s=self._duration_s,
-            values=controls.values_of(self._scenario, self._preset()),
-            remote=list(self._hands),
-        )
-
-    def scenario(self) -> Scenario:
-        """Return the scenario that settings are added to."""
-        return self._scenario
+    def _remote(self) -> list[str]:
+        return list(self._hands)
 
     def poll(self) -> Sequence[Snapshot]:
         """Return the snapshots since the last call."""
@@ -122,39 +95,14 @@ class LiveSession(Session):
         except PmwvcError as error:
             self._node.get_logger().warning(str(error))
 
-    def news(self) -> Mapping[str, Mapping[str, Any]]:
-        """Return verdict and values of controls."""
-        self._polls += 1
-        if self._polls % TEXT_EVERY == 1:
-            self._text = verdict(
-                self._feed,
-                self._graph.users,
-                storage_j={
-                    user.name: declared_storage_j(self._scenario.controller, user)
-                    for user in self._scenario.users
-                },
-                exact_hands=self._exact,
-                notices=self._standing() + self._notices.texts(),
-            )
-        return {
-            "text": self._text,
-            "values": {"values": self._values(self._scenario, self._preset())},
-            "play": {"paused": self._paused(), "time_s": None, "ratio": 1.0},
-        }
-
-    def _paused(self) -> bool:
-        return bool(self._graph.values[self._graph.server].get("paused", False))
-
-    def _standing(self) -> list[str]:
-        """Return what holds of the session at present, for people."""
-        found = [] if self._graph.emulated else ["The links are not emulated here."]
-        if self._paused():
-            found.append("Paused: the server stands still; users join it anew when it goes on.")
-        return found
-
-    def _preset(self) -> str | None:
-        preset = self._graph.values.get(self._graph.netem, {}).get("preset")
-        return None if preset in (None, "none") else str(preset)
+    def _state(self) -> State:
+        values = self._graph.values
+        paused = bool(values[self._graph.server].get("paused", False))
+        preset = values.get(self._graph.netem, {}).get("preset")
+        notices = [] if self._graph.emulated else ["The links are not emulated here."]
+        if paused:
+            notices.append("Paused: the server stands still; users join it anew when it goes on.")
+        return State(paused, None if preset in (None, "none") else str(preset), notices)
 
     def target(self, user: str, position: tuple[float, ...] | None) -> None:
         """Give a hand its newest target [m]; None opens it."""

@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A session that goes on, live or simulated: its feed, the verdict on it, and notices."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from pmwvc_analysis.budget.energy import declared_storage_j
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_view import controls, description
+from pmwvc_view.feed.feed import Feed
+from pmwvc_view.feed.notices import Notices
+from pmwvc_view.feed.traces import NS
+from pmwvc_view.feed.verdict import verdict
+from pmwvc_view.prediction import Predictor
+from pmwvc_view.protocol.snapshot import Layout
+from pmwvc_view.session import Session
+
+TEXT_EVERY = 8  # snapshots between two verdicts
+
+
+class State(NamedTuple):
+    """Whether time stands still, the network by name, and notices as long as they hold."""
+
+    paused: bool
+    preset: str | None
+    notices: list[str]
+
+
+class RunningSession(Session):
+    """See :class:`.session.Session`; ``_duration_s`` is None where the end is not known [s]."""
+
+    can = frozenset({"take", "let_go", "target", "set", "ask", "pause", "restart", "seen"})
+
+    def __init__(self, *, live: bool, snapshot_s: float) -> None:
+        super().__init__(Predictor(live=live))
+        self._live, self._snapshot_s = live, snapshot_s
+        self._duration_s: float | None = None
+        self._values = controls.Values()
+
+    def _show(self, scenario: Scenario, exact: Sequence[str]) -> None:
+        """Begin to show a session in which the devices of these users count their true motion."""
+        self._scenario, self._exact = scenario, exact
+        self._names = [user.name for user in scenario.users]
+        self.layout = Layout(self._names, scenario.dof)
+        period_ns = round(self._snapshot_s * NS)
+        self._feed = Feed(self.layout, self._names, period_ns=period_ns, scenario=scenario)
+        self._lags = description.lags(scenario, live=self._live)
+        self._notices = Notices()
+        self._text: dict[str, Any] = {}
+        self._polls = 0
+
+    def _state(self) -> State:
+        raise NotImplementedError
+
+    def _remote(self) -> list[str]:
+        """Return the users whose handle a page can take."""
+        raise NotImplementedError
+
+    def scenario(self) -> Scenario:
+        """Return the scenario that settings are added to."""
+        return self._scenario
+
+    def description(self) -> dict[str, Any]:
+        """Return the session message without what the server adds."""
+        return description.describe(
+            self._scenario,
+            mode="live" if self._live else "simulated",
+            duration_s=self._duration_s,
+            values=controls.values_of(self.scenario(), self._state().preset),
+            remote=self._remote(),
+        )
+
+    def news(self) -> Mapping[str, Mapping[str, Any]]:
+        """Return verdict, values of controls, and whether time passes."""
+        state, scenario = self._state(), self._scenario
+        self._polls += 1
+        if self._polls % TEXT_EVERY == 1:
+            self._text = verdict(
+                self._feed,
+                self._names,
+                storage_j={
+                    user.name: declared_storage_j(scenario.controller, user)
+                    for user in scenario.users
+                },
+                exact_hands=self._exact,
+                notices=state.notices + self._notices.texts(),
+            )
+        return {
+            "text": self._text,
+            "values": {"values": self._values(self.scenario(), state.preset)},
+            "play": {"paused": state.paused, "time_s": None, "ratio": 1.0},
+        }
