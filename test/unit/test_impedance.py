@@ -179,6 +179,8 @@ def test_a_server_port_has_one_impedance_and_by_default_the_masters():
 
 
 def test_a_line_of_text_has_the_matrix():
+    b = parsed("30 6 0; 6 20 4; 0 4 25")
+    assert f"{b:.4g}" == "[30 6 0; 6 20 4; 0 4 25]"
     b = parsed("30 0; 0 20.25")
     assert f"{b:.4g} N s/m" == "[30 0; 0 20.25] N s/m"
     assert repr(b) == "MatrixImpedance([[30.0, 0.0], [0.0, 20.25]])"

@@ -15,7 +15,7 @@ from pmwvc_core.network.effects import EFFECTS, active
 from pmwvc_core.params import FilterParams, LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design.filter_design import pole_of
-from pmwvc_core.wave.impedance import MatrixImpedance, first_axis
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, first_axis
 
 PARTS: Mapping[str, tuple[str, ...]] = {
     "device": ("device_kinetic", "device_damping", "sample_hold", "safety"),
@@ -54,8 +54,8 @@ def _texts(scenario: Scenario, user: User) -> dict[str, tuple[str, list[str]]]:
     port = [f"{_hertz(1.0 / master.tick_s)}"]
     decoder = [f"{_hertz(1.0 / server.period_s)}", server.coupling.replace("_", " ")]
     if waves:
-        port = [f"b = {user.impedance:.4g} N s/m", *port, *_around(user)]
-        decoder.insert(0, f"b = {user.server_impedance:.4g} N s/m")
+        port = [*_impedance(user.impedance), *port, *_around(user)]
+        decoder = [*_impedance(user.server_impedance), *decoder]
     title = "wave port" if proofs_hold(scenario.controller) else scenario.controller
     rate = f"1 of {master.rate_drop}, {_hertz(1.0 / (master.tick_s * master.rate_drop))}"
     limits = f"limits: {_number(user.safety.max_force)} N"
@@ -131,11 +131,11 @@ def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
     stiffness = rendered_stiffness(user, tau)
     free = lag_s(user, scenario, live=live, touching=False)
     spring = f"{2.0 * b / tau:.0f}"
-    along = " Along axis 1." if isinstance(user.impedance, MatrixImpedance) else ""
+    along = "along axis 1 " if isinstance(user.impedance, MatrixImpedance) else ""
     return (
-        f"{text}; the link acts like {article(spring)} {spring} N/m spring and a "
+        f"{text}; {along}the link acts like {article(spring)} {spring} N/m spring and a "
         f"{b * free / 2.0:.2f} kg mass. Rendered stiffness, in series with the contact: "
-        f"{stiffness:.0f} N/m.{along}"
+        f"{stiffness:.0f} N/m."
     )
 
 
@@ -160,6 +160,11 @@ def _energies(name: str, energies: Budget | None) -> dict[str, float]:
 def _known(part: str) -> bool:
     groups: Iterable[tuple[str, ...]] = PARTS.values()
     return any(part in members for members in groups)
+
+
+def _impedance(impedance: Impedance) -> list[str]:
+    """Return an impedance, a row of a matrix in each line."""
+    return f"b = {impedance:.4g} N s/m".replace("; ", ";\n").splitlines()
 
 
 def _hertz(value: float) -> str:

@@ -25,6 +25,8 @@ import numpy as np
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params.matrix import matrix_of
 
+ROUNDING = 1e-12
+
 
 class MatrixImpedance:
     """B, for signals ``(..., dof)`` where a scalar impedance may stand.
@@ -100,7 +102,9 @@ class MatrixImpedance:
 
     def __format__(self, spec: str) -> str:
         """Return the matrix in a line, as a parameter is written: ``[30 2; 2 20]``."""
-        rows = (" ".join(f"{entry:{spec}}" for entry in row) for row in self.matrix.tolist())
+        least = ROUNDING * float(self.values[-1])  # smaller entries are left by the eigenvalues
+        shown = np.where(np.abs(self.matrix) < least, 0.0, self.matrix).tolist()
+        rows = (" ".join(f"{entry:{spec}}" for entry in row) for row in shown)
         return f"[{'; '.join(rows)}]"
 
     def __repr__(self) -> str:
