@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.hand_work import hand_work
 from pmwvc_analysis.budget.parts import accounted
-from pmwvc_analysis.budget.result import AtFrames, Sums, sum_of
+from pmwvc_analysis.budget.result import AtFrames, Sums
 from pmwvc_analysis.traces.stages import Stage, rows_of
-from pmwvc_analysis.traces.sums import UserSums, running, up_to
+from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
 from pmwvc_analysis.traces.true_motion import TrueMotion, complete, measured, true_motion
 from pmwvc_core.account import Account, wave_energy
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE

@@ -24,11 +24,11 @@ from numpy.typing import NDArray
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.budget.parts import Remainder, accounted, of_server
-from pmwvc_analysis.budget.result import SERVER, Budget, sum_of
+from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.stretches import stretches
-from pmwvc_analysis.traces.sums import UserSums
+from pmwvc_analysis.traces.sums import UserSums, sum_of
 from pmwvc_core.account import Account
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array

@@ -17,6 +17,7 @@ import numpy as np
 from pmwvc_analysis.budget.criterion import Finding, judge, tolerance
 from pmwvc_analysis.budget.parts import Remainder, accounted
 from pmwvc_analysis.traces.holes import Unjudged
+from pmwvc_analysis.traces.sums import sum_of
 from pmwvc_core.numeric import Array
 
 TOLERANCE = 1e-9  # of the energy moved
@@ -45,11 +46,6 @@ class AtFrames(NamedTuple):
 
     time_s: Array
     sums: Sums
-
-
-def sum_of(sums: list[Array]) -> Array:
-    """Return the sum of several energies over time."""
-    return np.asarray(np.sum(sums, axis=0), dtype=float)
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ Equations: docs/theory.md 14.4.
 import numpy as np
 
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.wave.filters import AntiAliasing
 from pmwvc_core.wave.impedance import largest
+from pmwvc_core.wave.rates import AntiAliasing
 
 TICKS = 4000
 

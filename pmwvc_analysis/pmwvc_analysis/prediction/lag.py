@@ -47,8 +47,8 @@ from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design import aliasing
 from pmwvc_core.wave.design.velocity_filter_response import slow_lags
-from pmwvc_core.wave.filters import AntiAliasing
 from pmwvc_core.wave.impedance import first_axis, transformation
+from pmwvc_core.wave.rates import AntiAliasing
 from pmwvc_core.wave.transform import WavePort
 
 RATIO_TOLERANCE = 1e-9  # of impedances: below it the ends are equal

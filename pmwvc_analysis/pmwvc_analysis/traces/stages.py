@@ -40,7 +40,7 @@ def stages(traces: SessionTraces, scenario: Scenario) -> list[Stage]:
     Changes that no scenario can have (a preset's of a link, other programs' parameters) are left
     out.
     """
-    present = replace(scenario, changes="")
+    present = replace(scenario, changes="") if scenario.changes else scenario
     found = [Stage(-np.inf, present)]
     for change in changes_of(traces, scenario):
         try:

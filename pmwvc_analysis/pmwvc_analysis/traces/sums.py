@@ -20,6 +20,11 @@ def running(sums: Array) -> Array:
     return result
 
 
+def sum_of(sums: list[Array]) -> Array:
+    """Return the sum of several energies over time."""
+    return np.asarray(np.sum(sums, axis=0), dtype=float)
+
+
 def anchored(user: UserTraces, per_tick: Value, at_block_ends: Array | None) -> Array:
     """Return the running sum after each tick [J].
 

@@ -30,8 +30,7 @@ from pmwvc_core.master.position.feedback import make_position_feedback
 from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, root, squared, where
 from pmwvc_core.params import MasterParams
 from pmwvc_core.transport.packet import WavePacket
-from pmwvc_core.wave.filters import AntiAliasing
-from pmwvc_core.wave.rates import Hold
+from pmwvc_core.wave.rates import AntiAliasing, Hold
 
 
 class WaveMaster(DevicePort):

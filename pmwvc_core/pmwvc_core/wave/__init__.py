@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Wave variables at run time: transformation, filter and rate drop, hold, impedance, ledgers."""
 
-from pmwvc_core.wave.filters import AntiAliasing
 from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, impedance_of
 from pmwvc_core.wave.ledger import EnergyLedger, PortLedger
-from pmwvc_core.wave.rates import Hold
+from pmwvc_core.wave.rates import AntiAliasing, Hold
 from pmwvc_core.wave.transform import WavePort
 
 __all__ = [

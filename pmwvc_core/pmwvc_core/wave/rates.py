@@ -1,15 +1,131 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From the packet rate up to the tick rate: zero-order hold and delayed first-order hold.
+"""Between tick rate and packet rate: anti-aliasing filter with rate drop, and hold (App. A, B).
 
-A packet v_i stands for M ticks, so it brings the energy |v_i|^2 M T_c / 2. The rate drop on the
-other way belongs to the anti-aliasing filter (:mod:`pmwvc_core.wave.filters`).
+The filter takes the outgoing wave of every tick, and a packet is what it gives at a frame start. A
+packet v_i that comes back stands for M ticks, so it brings the energy |v_i|^2 M T_c / 2; the hold,
+zero-order or delayed first-order, expands it to them. On floats or on arrays ``(runs, dof)``.
 
-Equations: docs/theory.md 3.1.
+Coefficients come from :mod:`pmwvc_core.wave.design.filter_design`; what the rate drop makes of
+them is judged in :mod:`pmwvc_core.wave.design.aliasing`.
+
+Equations: docs/theory.md 2.1, 2.5, 3.1.
 """
 
-from pmwvc_core.numeric import Value
+from typing import Protocol
+
+from pmwvc_core.numeric import Value, exponential
+from pmwvc_core.params import FilterParams
 from pmwvc_core.state import Stateful
+from pmwvc_core.wave.cascade import Cascade
+from pmwvc_core.wave.design.filter_design import design, pole_of
+
+
+class Stage(Protocol):
+    """One kind of filter with the rate drop behind it."""
+
+    def step(self, u: Value) -> Value:
+        """Take the wave of one fast tick; return the filtered one."""
+
+    def sample(self) -> Value:
+        """Return what a packet carries."""
+
+
+class _Passing(Stateful):
+    """No filter: the packet is the wave of the last tick."""
+
+    SIGNALS = "_u"
+
+    def __init__(self) -> None:
+        self._u: Value = 0.0
+
+    def step(self, u: Value) -> Value:
+        self._u = u
+        return u
+
+    def sample(self) -> Value:
+        return self._u
+
+
+class _FirstOrder(Stateful):
+    """y+ = p y + (1-p) u, y = 0 at first; the output after a tick already holds that tick."""
+
+    SIGNALS = "_y"
+
+    def __init__(self, p: Value) -> None:
+        self._p = p
+        self._rest = 1.0 - p
+        self._y: Value = 0.0
+
+    def step(self, u: Value) -> Value:
+        self._y = y = self._rest * u + self._p * self._y
+        return y
+
+    def sample(self) -> Value:
+        return self._y
+
+
+class _IntegrateAndDump(Stateful):
+    """The mean over the frame: the integral of the wave over M ticks, divided by their duration.
+
+    (mean)^2 M <= sum of squares (Cauchy-Schwarz), so at every frame end no more energy has been
+    sent than has come in, whatever the signal. A frame that lost ticks is still divided by M,
+    which keeps both the integral and the bound; a longer one by its own number.
+    """
+
+    SIGNALS = "_sum"
+    MEMORY = "_ticks"
+
+    def __init__(self, rate_drop: int) -> None:
+        self._rate_drop = rate_drop
+        self._sum: Value = 0.0
+        self._ticks = 0
+
+    def step(self, u: Value) -> Value:
+        self._sum = self._sum + u
+        self._ticks += 1
+        return self._mean()
+
+    def sample(self) -> Value:
+        mean = self._mean()
+        self._sum = 0.0
+        self._ticks = 0
+        return mean
+
+    def _mean(self) -> Value:
+        return self._sum / (self._ticks if self._ticks > self._rate_drop else self._rate_drop)
+
+
+class AntiAliasing(Stateful):
+    """Filter of the outgoing wave and drop from the tick rate to the packet rate.
+
+    ``step`` is called once per fast tick, ``sample`` at each frame start: it returns the filter's
+    output after the last tick. With ``integrate_and_dump`` ``sample`` also begins the next frame,
+    and ``step`` returns the packet as far as it has grown. All states start at zero.
+
+    Parameters
+    ----------
+    params
+        Which filter; numbers may be ``(runs, 1)``.
+    rate_drop
+        M, ticks per frame.
+    """
+
+    BLOCKS = "_stage"
+
+    def __init__(self, params: FilterParams, *, tick_s: float, rate_drop: int) -> None:
+        stage: Stage
+        if params.kind == "none":
+            stage = _Passing()
+        elif params.kind == "first_order":
+            stage = _FirstOrder(exponential(-pole_of(params) * tick_s))
+        elif params.kind == "butterworth":
+            stage = Cascade(design(params, tick_s=tick_s))
+        else:
+            stage = _IntegrateAndDump(rate_drop)
+        self._stage = stage
+        self.step = stage.step  # bound once: one call less per tick
+        self.sample = stage.sample
 
 
 class Hold(Stateful):
