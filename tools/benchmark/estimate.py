@@ -49,7 +49,7 @@ def _study_s(plan: Plan) -> float:
     }
     first = plan.methods[0]
     probe_s = 0.0
-    if plan.probes:
+    if plan.probed:
         probe_s = _took(rendered, Probe(first, settings[first], network, seed, plan.hold_s))
     total_s = sum(session_s.values())
     return total_s * (plan.sessions + plan.probed * probe_s / session_s[first])

@@ -17,6 +17,8 @@ from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.plural import count
 
 TRAINING = ("thesis_lan_16", "wifi_campus", "lte", "lan", "continental")
+FAR = ("geo", "iss", "lunar", "torture")  # beyond 0.3 s each way probes take longest
+NEAR = tuple(name for name in PRESETS if name not in (*TRAINING[:4], *FAR))
 HELD_OUT_SEED = 1000  # the first one of the sessions that judge
 Results = dict[Trial, Outcome]
 
@@ -35,8 +37,8 @@ class Plan:
         The same of the sessions that judge.
     duration_s
         Of each session.
-    probes, hold_s
-        Seeds per network of the sessions that measure what is rendered, and duration of a hold.
+    probing, probes, hold_s
+        Networks of the sessions that measure what is rendered, seeds of each, duration of a hold.
     """
 
     candidates: int
@@ -45,6 +47,7 @@ class Plan:
     networks: tuple[str, ...]
     seeds: int
     duration_s: float = 10.0
+    probing: tuple[str, ...] = ()
     probes: int = 1
     hold_s: float = 60.0
     methods: tuple[str, ...] = tuple(METHODS)
@@ -58,7 +61,7 @@ class Plan:
     @property
     def probed(self) -> int:
         """Return how many probes of each method are run."""
-        return len(self.networks) * self.probes
+        return len(self.probing) * self.probes
 
     @property
     def items(self) -> int:
@@ -77,9 +80,9 @@ class Plan:
         )
 
 
-FULL = Plan(60, TRAINING, 2, tuple(PRESETS), 10, probes=3)
-MEDIUM = Plan(12, TRAINING[:4], 1, tuple(PRESETS), 4, hold_s=20.0)
-SHORT = Plan(6, TRAINING[:3], 1, tuple(PRESETS), 3, hold_s=10.0)
+FULL = Plan(60, TRAINING, 2, tuple(PRESETS), 10, probing=tuple(PRESETS), probes=3)
+MEDIUM = Plan(12, TRAINING[:4], 1, tuple(PRESETS), 4, probing=NEAR, hold_s=20.0)
+SHORT = Plan(6, TRAINING[:3], 1, tuple(PRESETS), 3, probing=NEAR, hold_s=10.0)
 
 
 @dataclass(frozen=True)
@@ -98,6 +101,11 @@ class Study:
     def held_out(self) -> tuple[str, ...]:
         """Networks that no search has met."""
         return tuple(name for name in self.plan.networks if name not in self.plan.training)
+
+    @property
+    def probed_on(self) -> tuple[str, ...]:
+        """Those of them on which it was measured what is rendered."""
+        return tuple(name for name in self.held_out if name in self.plan.probing)
 
     def of(self, method: str, networks: Sequence[str]) -> list[list[Outcome]]:
         """Return the outcomes of a method, a list per network, by seed."""
@@ -153,7 +161,7 @@ def study(plan: Plan, seed: int, kept: Kept) -> Study:
     )
     probes = [
         Probe(name, chosen[name], network, seed + HELD_OUT_SEED + number, plan.hold_s)
-        for network in plan.networks
+        for network in plan.probing
         for number in range(plan.probes)
         for name in plan.methods
     ]

@@ -24,7 +24,7 @@ from benchmark.drawn import PICTURE, picture
 from benchmark.intervals import Interval
 from benchmark.probe import Rendered
 from benchmark.rivals import BETTER, OURS, words
-from benchmark.study import Study
+from benchmark.study import HELD_OUT_SEED, Study
 from benchmark.trial import Outcome
 from pmwvc_analysis.charts import chart_png
 from pmwvc_core.plural import count
@@ -56,8 +56,9 @@ def page(study: Study, commit: str) -> str:
     image = f"![{chart.heading}]({IMAGES}/{PICTURE}.svg)\n\n{chart.caption}"
     rivals = (
         "## Where a rival is better\n\nMedians of a network that are better than those of "
-        f"`{OURS}` by more than {100.0 * BETTER:g} %, of {len(study.held_out)} networks; in "
-        "brackets the clearest case.\n"
+        f"`{OURS}` by more than {100.0 * BETTER:g} %, of {len(study.held_out)} networks, of "
+        f"{len(study.probed_on)} for impedance, walls and completion time; in brackets the "
+        "clearest case.\n"
     )
     return f"{head}{table(study)}\n{image}\n\n{rivals}\n{words(study)}"
 
@@ -87,13 +88,16 @@ def table(study: Study) -> str:
         cells.append(", ".join(f"{number} {kind}" for kind, number in kinds) or "-")
         lines.append(_row([f"`{method}`", *cells]))
     lines += ["", *_medians(study, OF_SESSION)]
-    lines += ["", *_medians(study, OF_PROBE)] if plan.probes else []
+    lines += ["", *_medians(study, OF_PROBE)] if study.probed_on else []
+    first = study.seed + HELD_OUT_SEED
     sizes = (
         f"Seed {study.seed}. Search: {plan.candidates} settings for each method on "
         f"{', '.join(plan.training)}, {count(plan.training_seeds, 'seed')} each. Judged: "
-        f"{len(study.held_out)} other networks, {count(plan.seeds, 'other seed')} each, "
+        f"{len(study.held_out)} other networks, {count(plan.seeds, 'other seed')} each (from "
+        f"{first} on), "
         f"{plan.duration_s:g} s a session; medians, in brackets 95 % intervals (bootstrap over "
         "networks and seeds); a session that failed counts as an infinite error. Probes: "
+        f"{count(len(study.probed_on), 'network')} of these ({', '.join(study.probed_on)}), "
         f"{count(plan.probes, 'seed')} each, {plan.hold_s:g} s of hold."
     )
     chosen = [f"- `{name}`: `{' '.join(each)}`" for name, each in study.chosen.items()]
@@ -118,10 +122,10 @@ def _medians(study: Study, columns: Sequence[Column]) -> list[str]:
 
 
 def _asked(study: Study, column: Column) -> list[str]:
-    """Return the held-out networks that count in a column."""
+    """Return the networks that count in a column."""
     return [
         network
-        for network in study.held_out
+        for network in (study.held_out if column in OF_SESSION else study.probed_on)
         if not column.asked
         or any(
             math.isfinite(getattr(one, column.name))
