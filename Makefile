@@ -40,6 +40,9 @@ figures: setup  ## the dissertation's figures and numbers, computed again (minut
 faults: setup  ## every fault tried, and docs/faults.md written (minutes)
 	@PYTHONPATH=tools $(PY) -m faults
 
+presses: setup  ## ten minutes of presses on stiff walls, and docs/presses.md written (minutes)
+	@$(PY) tools/presses.py
+
 film: setup  ## the animated picture of the README, from a live session
 	@$(PY) tools/film.py
 
@@ -56,4 +59,4 @@ lock: setup  ## new lock file after editing tools/requirements.in
 clean:  ## remove environment, build and caches (sessions stay)
 	rm -rf .venv .ros .hypothesis .pytest_cache .ruff_cache .mypy_cache
 
-.PHONY: help setup run live test lint bench benchmark figures faults film course docs lock clean
+.PHONY: help setup run live test lint bench benchmark figures faults presses film course docs lock clean

@@ -28,6 +28,7 @@ from pmwvc_analysis.prediction.prediction import (
     answer,
     one_step_bound,
 )
+from pmwvc_analysis.prediction.presses import press_lines
 from pmwvc_core.baselines import tuning
 from pmwvc_core.controllers import has_waves, proofs_hold, record_of
 from pmwvc_core.network.effects import unbounded
@@ -62,6 +63,8 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
         if one_step_bound(user, scenario) is False:
             found.append(f"{user.name}: K T + 2B > b: late decoding may generate energy.")
     found += environment.lines(scenario)
+    for user in scenario.users:
+        found += press_lines(user, scenario, live=live)
     found += [STRICT] if scenario.strict else _delay_lines(known)
     return found + _device_lines(scenario)
 

@@ -144,8 +144,9 @@ class PositionParams(Validated):
     adapts: bool = parameter(
         False,
         "-",
-        "budgeted, integral: K_p = 0.5 sqrt(2b)/tau, with the round trip tau that packets show; "
-        "gain then holds until the first answer",
+        "budgeted, integral: K_p = 0.5 sqrt(2b)/tau, with the round trip tau that packets show, "
+        "on the strict channel up to twice that where less is left of the loan; gain then holds "
+        "until the first answer",
     )
     storage_j: float = parameter(
         0.0,

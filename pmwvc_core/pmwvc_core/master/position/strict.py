@@ -9,7 +9,14 @@ packets get it. A tick takes at most what is free, spread over ``SPREAD_S``: in 
 be a force step. What the playouts hold and owe is in e, so that after an outage device and avatar
 come together.
 
-Equations: docs/theory.md 17.8.
+A packet tells where the avatar is once a step; in between e follows a line from packet to packet,
+else it would have the steps of the server in it.
+
+A gain that adapts is larger by up to ``MOST`` where less is left of the loan. At the wall of
+stiffness K a larger gain makes slow presses give back more than they take (17.16), so what
+presses have taken comes back, up to the stiffness for which ``MOST`` is enough.
+
+Equations: docs/theory.md 17.8, 17.16.
 """
 
 import dataclasses
@@ -18,11 +25,14 @@ from collections.abc import Mapping
 from pmwvc_core.master.position.correction import SPENT, PositionCorrection
 from pmwvc_core.master.position.energy_tank import SPREAD_S
 from pmwvc_core.master.position.error import KEPT, PositionError, PositionResidual
-from pmwvc_core.numeric import Value, maximum
+from pmwvc_core.numeric import Value, anywhere, maximum, minimum, where
 from pmwvc_core.params import FilterParams, MasterParams
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.wave.affordable import affordable
 from pmwvc_core.wave.playout import Playout
+
+MOST = 2.0  # times the gain, with less left than a share of the loan
+FULL, LEAST = 0.75, 0.25  # shares of the loan: the gain itself is used above, MOST times it below
 
 
 class _Played(PositionError):
@@ -30,10 +40,13 @@ class _Played(PositionError):
     any time.
     """
 
-    MEMORY = "_frame_s _time_s _times_s"
+    SIGNALS = "_line"
+    MEMORY = "_frame_s _time_s _times_s _left_s"
 
     def __init__(self, params: MasterParams, playout: Playout) -> None:
         self._playout = playout
+        self._line: Value = 0.0  # the avatar's place on the line to the newest packet's [m]
+        self._left_s = 0.0  # until it is there
         self._time_s = 0.0  # that the packets so far stand for
         self._times_s: dict[int, float] = {}  # up to each of them
         super().__init__(params)
@@ -49,6 +62,24 @@ class _Played(PositionError):
         self._time_s += frame_s
         self._times_s[seq] = self._time_s
         self._times_s.pop(seq - KEPT, None)
+
+    def on_packet(self, packet: WavePacket) -> None:
+        avatar = self._avatar
+        super().on_packet(packet)
+        if self._avatar != avatar:
+            self._line = self._place
+        elif self._fresh:
+            self._left_s = packet.period
+
+    def step(self, x: Value, v: Value) -> Value:
+        if self._left_s > 0.0:
+            ratio = min(self._tick_s / self._left_s, 1.0)
+            self._line = self._line + ratio * (self._place - self._line)
+            self._left_s = self._left_s - self._tick_s
+        return super().step(x, v)
+
+    def _chosen(self, apart: Value, rest: Value | None, reference: Value) -> Value:
+        return super()._chosen(apart + (self._place - self._line), rest, reference)
 
     def _waiting_s(self, packet: WavePacket) -> Value:
         return 0.5 * self._frame_s + self._time_s - self._times_s[packet.echo_seq]
@@ -98,10 +129,20 @@ class StrictPosition(PositionCorrection):
         wanted = self.asked(v, x)
         if wanted is None:
             return v
+        if self._adapts and anywhere(self.stored_j > 0.0):
+            wanted = wanted * self._larger(free_j)
         power = maximum(free_j, 0.0) * (2.0 / SPREAD_S)
         wanted, cost = affordable(v, wanted, power)
         self.spent_j = self.spent_j + cost * self._half_s
         return v + wanted
+
+    def _larger(self, free_j: Value) -> Value:
+        """Return what the gain is multiplied by, given what is left of the loan [J]."""
+        lent = where(self.stored_j > 0.0, self.stored_j, 1.0)
+        used = (FULL - free_j / lent) * (1.0 / (FULL - LEAST))
+        return 1.0 + (MOST - 1.0) * where(
+            self.stored_j > 0.0, minimum(maximum(used, 0.0), 1.0), 0.0
+        )
 
     def take(self, u: Value) -> None:
         """Note the wave of a tick that is over [sqrt(W)]."""
