@@ -117,7 +117,7 @@ def _instants(traces: SessionTraces, users: list[UserTraces]) -> tuple[Array, ND
     known = times <= end + 1e-9
     for user in users:
         stays = stretches(user, traces.server, traces)
-        known &= stays.known(times) & (times <= stays.lives[0].end_s)
+        known &= stays.known(times) & (times < stays.first_s)
     rows = np.flatnonzero(known) if known.any() else np.zeros(1, dtype=np.intp)
     return times[rows], rows
 

@@ -24,7 +24,7 @@ came down is that of the playout.
 What counts when: a tick counts once it has run, a server step counts with its whole period at
 its start. A server step answers packets sent before it, and a master expands values sent before,
 so cause is never behind effect. A late server step is taken at the time it really ran. Gaps in the
-recording and nodes that were started again: :mod:`.stretches`.
+recording and nodes that were started again: :mod:`..traces.stretches`, :mod:`..traces.server_starts`.
 
 Without waves the two directions cannot be separated; nor can they where something at the device
 answers the outgoing wave at once (velocity filter, filter bank): what goes up and what comes down
@@ -40,6 +40,7 @@ import numpy as np
 from pmwvc_analysis.budget.blocks import alters_wave, paid
 from pmwvc_analysis.budget.criterion import tolerance
 from pmwvc_analysis.budget.hand_work import hand_work
+from pmwvc_analysis.traces.server_starts import completed, instants, lost
 from pmwvc_analysis.traces.stretches import Stretches, stretches
 from pmwvc_analysis.traces.sums import UserSums, anchored, ran_s, running, up_to
 from pmwvc_core.account import wave_energy
@@ -153,9 +154,12 @@ def _of_user(
     lateness = traces.metadata.get("server_lateness_s")
     if lateness is not None and len(lateness) == len(times):
         times = times + lateness
+    times, steps = instants(server, times)
     stays = stretches(user, server, traces)
     rows = stays.known(times)
-    u_s, v_s = running(server.energy_u_s[index]), running(server.energy_v_s[index])
+    u_s = running(server.energy_u_s[index])[steps]
+    v_s = completed(running(server.energy_v_s[index]), server, traces, user.name)[steps]
+    gone = lost(times, server, traces, user.name)
 
     def balance(gained: Array, given: Array) -> Balance:
         """Return the balance of two sums at all steps; each life begins at zero."""
@@ -168,18 +172,18 @@ def _of_user(
 
     work = hand_work(user, known.device if known else None)
     at = work.at(user, times)
-    joint = balance(at.sums, u_s - v_s)
+    joint = balance(at.sums - gone, u_s - v_s)
     up = down = None
     if scenario is not None and scenario.strict and known is not None:
         live = traces.source == "live"
-        up = balance(paid(UserSums(user, times), live=live), u_s)
+        up = balance(paid(UserSums(user, times), live=live) - gone, u_s)
         if not alters_wave(known):
             v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
             down = balance(v_s, _at(times, user, v_m))
     elif (user.u_m.any() or user.v_m.any()) and not user.accounts:
         u_m = anchored(user, wave_energy(user.u_m, user.tick_s), user.energy.get("u_m"))
         v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
-        up = balance(_at(times, user, u_m), u_s)
+        up = balance(_at(times, user, u_m) - gone, u_s)
         down = balance(v_s, _at(times, user, v_m))
     storage = declared_storage_j(scenario.controller, known) if scenario and known else 0.0
     return UserEnergy(user.name, up, down, joint, at.resolution[rows], storage, stays)

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 WHY = "not recorded"
@@ -88,6 +89,11 @@ def of_server(server: ServerTraces) -> list[Hole]:
     found = []
     if len(server.step) and server.step[0] > 1:
         found.append(Hole(SERVER, 0.0, float(server.time_s[0]), int(server.step[0]) - 1))
+    for start in starts(server):
+        missing = int(server.step[start.row]) - 1
+        if missing > 0:
+            at_s = float(server.time_s[start.row])
+            found.append(Hole(SERVER, start.begins_s, at_s, missing))
     jumps = np.diff(server.step)
     for row in np.flatnonzero(jumps > 1).tolist():
         start_s = float(server.time_s[row] + server.periods_s[row])

@@ -4,17 +4,20 @@
 
 Master and server keep running sums of their energies, so a gap in either record hides nothing but
 what happened inside it: a user is judged again from the end of its first block after the gap. A
-master or server that was started again begins its sums at zero, and what went on in between is
-unknown: the balance begins anew, at zero, at the first packet of the new master.
+master that was started again begins its sums at zero, and what went on in between is unknown: the
+balance begins anew, at zero, at the first packet of the new master. A server that was started again
+interrupts no balance (:mod:`.server_starts`).
 """
 
 import itertools
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.holes import Unjudged
+from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 GAP = "not recorded"
@@ -29,10 +32,14 @@ class Interval(NamedTuple):
 
 
 class Stretches(NamedTuple):
-    """The judged intervals of a user's session; each of ``lives`` has its own balance."""
+    """The judged intervals of a user's session; each of ``lives`` has its own balance.
+
+    ``first_s`` is the time up to which neither master nor server was started again.
+    """
 
     lives: list[Interval]
     unjudged: list[Unjudged]
+    first_s: float = math.inf
 
     def known(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Tell which instants are judged."""
@@ -62,11 +69,10 @@ def stretches(user: UserTraces, server: ServerTraces, traces: SessionTraces) -> 
     for row in gaps(user):
         back_s = _block_end_s(user, float(user.time_s[row + 1]))
         unjudged.append(Unjudged(float(ran[row] + 0.5 * user.tick_s), back_s, GAP))
-    for row in np.flatnonzero(np.diff(server.step) < 0):
-        at_s = float(server.time_s[row + 1])
-        lives = [part for life in lives for part in _split(life, at_s)]
-        unjudged.append(Unjudged(float(server.time_s[row]), at_s, AGAIN))
-    return Stretches(lives, unjudged)
+    again_s = [float(server.time_s[start.row]) for start in starts(server)]
+    if len(lives) > 1:  # where its last tick led to is not known
+        again_s.append(float(ran[ends[0]]))
+    return Stretches(lives, unjudged, min(again_s, default=math.inf))
 
 
 def gaps(user: UserTraces) -> NDArray[np.intp]:
@@ -97,12 +103,6 @@ def _block_end_s(user: UserTraces, time_s: float) -> float:
     """Return the end of the block with the tick at a time [s]."""
     later = user.block_time_s[user.block_time_s > time_s + 0.5 * user.tick_s]
     return float(later.min(initial=time_s if not len(later) else np.inf))
-
-
-def _split(life: Interval, at_s: float) -> list[Interval]:
-    if not life.start_s < at_s <= life.end_s:
-        return [life]
-    return [Interval(life.start_s, at_s - 1e-9), Interval(at_s, life.end_s)]
 
 
 def first_packets(traces: SessionTraces, name: str) -> list[float]:

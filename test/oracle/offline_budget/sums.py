@@ -105,6 +105,6 @@ def clock_of(traces: SessionTraces, users: list[UserTraces]) -> Clock:
     known = times <= end + 1e-9
     for user in users:
         stays = stretches(user, traces.server, traces)
-        known &= stays.known(times) & (times <= stays.lives[0].end_s)
+        known &= stays.known(times) & (times < stays.first_s)
     rows = np.flatnonzero(known) if known.any() else np.zeros(1, dtype=np.intp)
     return Clock(times[rows], rows)
