@@ -32,7 +32,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE, PICTURE = ROOT / "docs" / "presses.md", ROOT / "docs" / "images" / "presses.svg"
 GAP_M, GRIP_N_M, LOAN_J, DELAY_S = 2e-3, 375.0, 5e-3, 0.016
 LENT = ("master.position.adapts=true", f"master.position.storage_j={LOAN_J}")
-MINUTES_10 = 600.0
+LENGTH_S = 601.0
 SHOWN = (1, 10, 100, 600)
 
 
@@ -88,7 +88,7 @@ def simulated(scenario: Scenario, motion: Array) -> SessionTraces:
     return traces
 
 
-def pressed(run: Presses, duration_s: float = MINUTES_10) -> Found:
+def pressed(run: Presses, duration_s: float = LENGTH_S) -> Found:
     """Return what is felt in every press of a run, and what is left after it."""
     scenario = scenario_of(run, duration_s)
     traces = simulated(scenario, raised_cosine(run, scenario.tick_s))
@@ -133,7 +133,7 @@ TEXT = """# Presses
 
 Slow presses on a wall of stiffness K take K tau (K/(sqrt(2b) K_p) - 1) times the integral of
 xd^2 from the loan, and give that much back where K < sqrt(2b) K_p
-([theory 17.16](theory.md#17-the-strict-channel)). K_p adapts between 0.5 and 1 sqrt(2b)/tau by
+([theory 17.17](theory.md#17-the-strict-channel)). K_p adapts between 0.5 and 1 sqrt(2b)/tau by
 what is left of the loan, so presses leave it at a level above zero up to K = 2b/tau, the
 stiffness of the link itself: {link:.0f} N/m here. On a stiffer wall a slow press takes more than
 it brings, and a larger gain makes light contacts oscillate: the loan goes. After it the feedback
@@ -193,7 +193,7 @@ def draw(results: list[tuple[Presses, Found]]) -> None:
         axes[1].plot(minutes, found.felt_n_m / run.stiffness, label=label)
     axes[0].set(ylabel="left of the loan [mJ]", ylim=(0.0, 5.5))
     axes[1].set(ylabel="felt over true stiffness", ylim=(0.4, 1.1), xlabel="minutes of presses")
-    axes[1].legend(ncols=2, loc="lower left")
+    axes[1].legend(ncols=2, loc="center right", bbox_to_anchor=(1.0, 0.45))
     figure.savefig(PICTURE, metadata={"Date": None})
     plt.close(figure)
 

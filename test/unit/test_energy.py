@@ -220,14 +220,17 @@ def test_energy_that_a_later_life_makes_is_found():
     assert not user_energies(traces)[0].passive
 
 
-def test_a_server_that_was_started_again_begins_the_balance_anew():
-    traces = handmade.session()
+def test_a_server_that_was_started_again_interrupts_no_balance():
+    traces, whole = handmade.session(), user_energies(handmade.session())[0]
     server = traces.server
-    server.step[250:] -= 250
-    server.energy_u_s[0][250:] += 1.0  # what was before it is not known
+    server.step[250:] -= server.step[249]
     found = user_energies(traces)[0]
     assert found.passive
-    assert found.up.balance_j[found.up.time_s >= server.time_s[250]][0] == 0.0
+    for way in ("up", "down", "joint"):
+        balance = getattr(found, way).balance_j
+        np.testing.assert_allclose(balance, getattr(whole, way).balance_j, atol=1e-12)
+    server.energy_u_s[0][250:] += 1.0
+    assert not user_energies(traces)[0].passive
 
 
 def test_a_master_that_was_found_late_is_judged_from_there():

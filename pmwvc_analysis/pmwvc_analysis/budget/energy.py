@@ -24,7 +24,8 @@ came down is that of the playout.
 What counts when: a tick counts once it has run, a server step counts with its whole period at
 its start. A server step answers packets sent before it, and a master expands values sent before,
 so cause is never behind effect. A late server step is taken at the time it really ran. Gaps in the
-recording and nodes that were started again: :mod:`..traces.stretches`, :mod:`..traces.server_starts`.
+recording and nodes that were started again: :mod:`..traces.stretches`,
+:mod:`..traces.server_starts`.
 
 Without waves the two directions cannot be separated; nor can they where something at the device
 answers the outgoing wave at once (velocity filter, filter bank): what goes up and what comes down
@@ -172,7 +173,7 @@ def _of_user(
 
     work = hand_work(user, known.device if known else None)
     at = work.at(user, times)
-    joint = balance(at.sums - gone, u_s - v_s)
+    joint = balance(at.sums, u_s - v_s)
     up = down = None
     if scenario is not None and scenario.strict and known is not None:
         live = traces.source == "live"

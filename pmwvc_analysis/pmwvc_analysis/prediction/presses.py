@@ -7,7 +7,7 @@ with K_most = sqrt(2b) K_p; nothing up to K_most. K_p is the largest that it ada
 named is a raised cosine of ``FORCE_N`` in ``PRESS_S``, for which that integral is pi^2 F^2/(2 K^2
 T).
 
-Equations: docs/theory.md 17.16.
+Equations: docs/theory.md 17.17.
 """
 
 import math

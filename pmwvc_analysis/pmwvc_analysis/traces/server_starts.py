@@ -5,9 +5,9 @@
 While no server runs nothing enters the links at its end, and the masters' records go on: the sums
 of the server stand still, those of the masters are known, and the balances of the links are judged
 all the time. What a server that was killed sent and had not recorded yet is found in its packets,
-which carry the energy sent so far. What it received in such a step died with it, and so did what packets
-brought while no server ran: no later server may give it out. A queue keeps the last packets that
-came before a server's first step.
+which carry the energy sent so far. What it received in such a step died with it, and so did what
+packets brought while no server ran: no later server may give it out. A queue keeps the last
+packets that came before a server's first step.
 """
 
 from typing import NamedTuple
@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces
-
 
 QUEUE = 64  # packets that wait for a server's first step at most
 
@@ -89,7 +88,8 @@ def lost(times: Array, server: ServerTraces, traces: SessionTraces, user: str) -
     if packets is None or len(np.unique(packets.epoch)) > 1:  # another start of the user as well
         return found
     for start in starts(server):
-        before = packets.energy[packets.time_s <= server.time_s[start.last]]
+        last_s = server.time_s[start.last] + server.periods_s[start.last]
+        before = packets.energy[packets.time_s <= last_s]
         idle = packets.energy[packets.time_s < start.begins_s][:-QUEUE]
         if len(before) and len(idle):
             gone = max(float(idle.max()) - float(before.max()), 0.0)

@@ -5,8 +5,8 @@
 Master and server keep running sums of their energies, so a gap in either record hides nothing but
 what happened inside it: a user is judged again from the end of its first block after the gap. A
 master that was started again begins its sums at zero, and what went on in between is unknown: the
-balance begins anew, at zero, at the first packet of the new master. A server that was started again
-interrupts no balance (:mod:`.server_starts`).
+balance begins anew, at zero, at the first packet of the new master. A server that was started
+again interrupts no balance (:mod:`.server_starts`).
 """
 
 import itertools

@@ -13,7 +13,7 @@ A packet tells where the avatar is once a step; in between e follows a line from
 else it would have the steps of the server in it.
 
 A gain that adapts is larger by up to ``MOST`` where less is left of the loan. At the wall of
-stiffness K a larger gain makes slow presses give back more than they take (17.16), so what
+stiffness K a larger gain makes slow presses give back more than they take (17.17), so what
 presses have taken comes back, up to the stiffness for which ``MOST`` is enough.
 
 Equations: docs/theory.md 17.8, 17.16.

@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A server that is killed and started again: what the links give out is judged all the time."""
+
+import numpy as np
+import pytest
+from hypothesis import Phase, example, given, settings
+from hypothesis import strategies as st
+
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.recording.assemble import continued
+from pmwvc_analysis.verdicts.passivity import passivity
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.frame.assembly import server_step_of
+from pmwvc_core.simulation.batch import SessionBatch
+
+STEP_NS = 8_000_000
+ENERGIES = ("energy_u_s", "energy_v_s")
+
+
+class TwoServers:
+    """A server, nothing, and another server, in place of one."""
+
+    def __init__(self, scenario, dead_ns, again_ns):
+        self._first, self._second = server_step_of(scenario), server_step_of(scenario)
+        for packer in self._second.packers:
+            packer.epoch += 100
+        self._dead_ns, self._again_ns = dead_ns, again_ns
+        self.present = self._first
+
+    def __getattr__(self, name):
+        return getattr(self.present, name)
+
+    def tick(self, now_ns, packets):
+        if self._dead_ns <= now_ns < self._again_ns:
+            return [None for _ in packets], None
+        if now_ns >= self._again_ns:
+            self.present = self._second
+        return self.present.tick(now_ns, packets)
+
+
+def restarted(dead_step, away_steps, *, channel="strict", unrecorded=0):
+    """Return a session whose server is dead for some steps, as it would be read from a recording;
+    so many of the new server's first steps are not recorded.
+    """
+    texts = [f"channel={channel}", "link.delay_s=0.016", "operator.stiffness=120"]
+    scenario = files.load("wall", settings_texts=texts, duration_s=4.0)
+    batch = SessionBatch([scenario])
+    again = dead_step + away_steps
+    batch.time.server = TwoServers(scenario, dead_step * STEP_NS, again * STEP_NS)
+    batch.run(lambda _: None)
+    traces = batch.traces(0)
+    server = traces.server
+    server.time_s = np.array(batch.server_buffer.ticks) * batch.tick_s
+    server.step = np.concatenate(
+        [1 + np.arange(dead_step), 1 + np.arange(len(server.time_s) - dead_step)]
+    )
+    epochs = (np.arange(len(server.step)) >= dead_step).astype(np.uint64)
+    for name in ENERGIES:
+        setattr(server, name, [continued(each, epochs) for each in getattr(server, name)])
+    kept = np.r_[0:dead_step, dead_step + unrecorded : len(server.step)]
+    for name in ("time_s", "step", "periods_s"):
+        setattr(server, name, getattr(server, name)[kept])
+    for name in (*ENERGIES, "f_s", "xd_s"):
+        setattr(server, name, [each[kept] for each in getattr(server, name)])
+    return traces, scenario
+
+
+def ports(traces, scenario):
+    found = passivity(traces, scenario, None)
+    return {each.part: each for each in found.of("user1")}
+
+
+@example(dead=291, away=71, unrecorded=0)
+@settings(max_examples=8, phases=(Phase.explicit, Phase.generate))
+@given(
+    dead=st.integers(200, 330),
+    away=st.integers(1, 120),
+    unrecorded=st.sampled_from([0, 0, 1, 3, 40]),
+)
+def test_a_restart_at_any_time_takes_nothing_from_a_passive_link(dead, away, unrecorded):
+    traces, scenario = restarted(dead, away, unrecorded=unrecorded)
+    (entry,) = user_energies(traces, scenario)
+    for way in (entry.up, entry.down, entry.joint):
+        assert way.minimum_j >= -1e-12
+        gaps = np.diff(way.time_s)
+        assert gaps.max() < 0.009 + 0.008 * unrecorded  # judged while no server ran, too
+    for port in ports(traces, scenario).values():
+        assert port.passive or (unrecorded and port.passive is None)
+    # what went to no server is not there for the new one: next to nothing is left over
+    after = entry.up.time_s >= (dead + away) * 0.008
+    assert entry.up.balance_j[after][0] < entry.up.balance_j[~after].max() + 2e-3
+
+
+@pytest.mark.parametrize("way", ["up", "down"])
+def test_energy_that_is_made_after_a_restart_is_found(way):
+    traces, scenario = restarted(260, 60)
+    (user,), server = traces.users, traces.server
+    assert all(port.passive for port in ports(traces, scenario).values())
+    if way == "up":
+        server.energy_u_s[0][330:] += 5e-3
+    else:
+        rows = user.block_time_s > 3.0
+        user.v_m[user.time_s > 3.0] += 0.3
+        user.energy["v_m"][rows] += 5e-3
+    assert ports(traces, scenario)[way].passive is False
+
+
+def test_steps_that_a_killed_server_did_not_record_are_found_in_its_packets():
+    traces, scenario = restarted(260, 60)
+    expected = user_energies(traces, scenario)[0].down
+    server = traces.server
+    kept = np.r_[0:257, 260 : len(server.step)]  # three steps were sent and not recorded
+    lost_j = server.energy_v_s[0][259] - server.energy_v_s[0][256]
+    assert lost_j > 1e-5
+    for name in ("time_s", "step", "periods_s"):
+        setattr(server, name, getattr(server, name)[kept])
+    for name in (*ENERGIES, "f_s", "xd_s"):
+        setattr(server, name, [each[kept] for each in getattr(server, name)])
+    for sums in (server.energy_u_s[0], server.energy_v_s[0]):
+        sums[257:] -= lost_j if sums is server.energy_v_s[0] else 0.0
+    found = user_energies(traces, scenario)[0].down
+    np.testing.assert_allclose(found.balance_j[-50:], expected.balance_j[-50:], atol=1e-12)
