@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.numeric import Array
+from pmwvc_core.plant.forces import Setting
 from pmwvc_core.plant.hand import RecordedHand
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Conditions
@@ -78,11 +79,11 @@ def raised_cosine(run: Presses, tick_s: float) -> Array:
 def simulated(scenario: Scenario, motion: Array) -> SessionTraces:
     """Return the session of a hand that repeats a motion from where the device is [m]."""
     (user,) = scenario.users
-    start = user.side * (scenario.server.object_size_m / 2 + GAP_M)
+    half = scenario.server.object_size_m / 2
+    at = Setting(user.side, half, user.side * (half + GAP_M), scenario.tick_s, 1)
 
     def hand() -> RecordedHand:
-        at = {"start": start, "tick_s": scenario.tick_s, "dof": 1}
-        return RecordedHand(user.operator, motion[:, np.newaxis], **at)
+        return RecordedHand(user.operator, motion[:, np.newaxis], at)
 
     (traces,) = simulate([scenario], conditions=Conditions(hands={user.name: hand}))
     return traces
