@@ -111,6 +111,9 @@ _BOUND = re.compile(
 _SIDES = {">=": "low", ">": "above", "<=": "high", "<": "below"}
 
 
+NO_DEFAULT: Any = dataclasses.MISSING  # in place of a default: a value has to be given
+
+
 def parameter(
     default: float | int | bool | str | None,
     allowed: str | tuple[str, ...],
@@ -128,7 +131,8 @@ def parameter(
         Range and unit, as messages show them: ``0..1 s``, ``> 0 and <= 20 N``, ``>= 1``; ``-``
         without either. Or the names allowed.
     kind
-        Type of a value; needed only where the default is ``None`` (an optional parameter).
+        Type of a value; needed only where the default is ``None`` (an optional parameter) or
+        ``NO_DEFAULT``.
     group
         Group of entry points whose plug-ins are allowed besides the names.
     """

@@ -9,7 +9,7 @@ Equations: docs/theory.md 1.8.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from pmwvc_core.controllers.library import (
@@ -32,72 +32,15 @@ from pmwvc_core.params import (
     ServerParams,
     Spec,
     TaskParams,
+    groups,
+    specs,
 )
+from pmwvc_core.params.fields import NO_DEFAULT, group, parameter
 from pmwvc_core.params.names import flattened, nested
 from pmwvc_core.scenario.conflicts import conflicts
 from pmwvc_core.server.couplings import COUPLINGS, Coupling
 from pmwvc_core.server.environments import Environment, environment_of
 from pmwvc_core.wave.impedance import Impedance, impedance_of, server_impedance
-
-TOP: Mapping[str, Spec] = {
-    "name": Spec(str, description="name of the scenario; also part of the session folder's name"),
-    "description": Spec(str, description="one sentence: what happens, what one should see"),
-    "duration_s": Spec(float, "s", above=0.0, high=86400.0, description="length of the session"),
-    "seed": Spec(int, "-", low=0, high=2**31 - 1, description="seed of all random numbers"),
-    "controller": Spec(
-        str,
-        choices=tuple(RECORDS.library),
-        plugins=RECORDS.installed,
-        description="controller between the users and the server",
-    ),
-    "channel": Spec(
-        str,
-        choices=CHANNELS,
-        description="way of the waves between the ends; strict: integral and energy in every "
-        "packet, never more energy out than in; plain: samples of the wave, as in the "
-        "dissertation, each held until the next comes; zeroing: each for one step, then zero",
-    ),
-    "disturbances": Spec(
-        str,
-        description="live: nodes killed, started, stopped and continued, TIME ACTION NODE; ...: "
-        "6 kill server; 7 start server (also netem, recorder, user1)",
-    ),
-    "dof": Spec(int, "-", low=1, high=6, description="axes of motion"),
-    "users": Spec(int, "-", low=1, high=8, description="number of users"),
-    "changes": Spec(
-        str,
-        description="parameters that change during a session in virtual time, times in s: "
-        "'TIME NAME=VALUE ...; TIME NAME=VALUE ...'",
-    ),
-}
-REQUIRED = ("name", "duration_s", "controller", "users")
-DEFAULTS: Mapping[str, Any] = {
-    "description": "",
-    "seed": 1,
-    "channel": STRICT,
-    "disturbances": "",
-    "dof": 1,
-    "changes": "",
-}
-
-# Dotted prefix -> (attribute, dataclass): what each user has for itself, and what all share.
-USER_GROUPS: Mapping[str, tuple[str, type]] = {
-    "master": ("master", MasterParams),
-    "baseline": ("baseline", BaselineParams),
-    "device": ("device", DeviceParams),
-    "operator": ("operator", OperatorParams),
-    "safety": ("safety", SafetyParams),
-    "server": ("contact", ContactParams),
-    "link.up": ("link_up", LinkParams),
-    "link.down": ("link_down", LinkParams),
-}
-SHARED_GROUPS: Mapping[str, tuple[str, type]] = {
-    "server": ("server", ServerParams),
-    "task": ("task", TaskParams),
-}
-SIDE = Spec(
-    int, "-", low=-1, high=1, description="side of the object the user is on: -1 pushes towards +x"
-)
 
 
 @dataclass(frozen=True)
@@ -105,15 +48,15 @@ class User:
     """One user: device, hand, limits, wave port, contact at the server, and the link both ways."""
 
     name: str
-    side: int
-    master: MasterParams
-    baseline: BaselineParams
-    device: DeviceParams
-    operator: OperatorParams
-    safety: SafetyParams
-    contact: ContactParams
-    link_up: LinkParams
-    link_down: LinkParams
+    side: int = parameter(-1, "-1..1", "side of the object the user is on: -1 pushes towards +x")
+    master: MasterParams = group(MasterParams)
+    baseline: BaselineParams = group(BaselineParams)
+    device: DeviceParams = group(DeviceParams)
+    operator: OperatorParams = group(OperatorParams)
+    safety: SafetyParams = group(SafetyParams)
+    contact: ContactParams = group(ContactParams)
+    link_up: LinkParams = group(LinkParams)
+    link_down: LinkParams = group(LinkParams)
 
     @property
     def impedance(self) -> Impedance:
@@ -126,7 +69,7 @@ class User:
         return server_impedance(self.contact, self.master)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Scenario:
     """A complete session: users, server, task, controller, duration and seed.
 
@@ -136,18 +79,44 @@ class Scenario:
         If groups that are each right contradict one another.
     """
 
-    name: str
-    description: str
-    duration_s: float
-    seed: int
-    controller: str
-    dof: int
+    name: str = parameter(
+        NO_DEFAULT, "-", "name of the scenario; also part of the session folder's name", kind=str
+    )
+    description: str = parameter("", "-", "one sentence: what happens, what one should see")
+    duration_s: float = parameter(
+        NO_DEFAULT, "> 0 and <= 86400 s", "length of the session", kind=float
+    )
+    seed: int = parameter(1, "0..2147483647", "seed of all random numbers")
+    controller: str = parameter(
+        NO_DEFAULT,
+        tuple(RECORDS.library),
+        "controller between the users and the server",
+        kind=str,
+        group=RECORDS.plugins.group,
+    )
+    channel: str = parameter(
+        STRICT,
+        CHANNELS,
+        "way of the waves between the ends; strict: integral and energy in every packet, never "
+        "more energy out than in; plain: samples of the wave, as in the dissertation, each held "
+        "until the next comes; zeroing: each for one step, then zero",
+    )
+    disturbances: str = parameter(
+        "",
+        "-",
+        "live: nodes killed, started, stopped and continued, TIME ACTION NODE; ...: "
+        "6 kill server; 7 start server (also netem, recorder, user1)",
+    )
+    dof: int = parameter(1, "1..6", "axes of motion")
+    changes: str = parameter(
+        "",
+        "-",
+        "parameters that change during a session in virtual time, times in s: "
+        "'TIME NAME=VALUE ...; TIME NAME=VALUE ...'",
+    )
     users: tuple[User, ...]
-    server: ServerParams
-    task: TaskParams
-    channel: str = STRICT
-    changes: str = ""
-    disturbances: str = ""
+    server: ServerParams = group(ServerParams)
+    task: TaskParams = group(TaskParams)
 
     def __post_init__(self) -> None:
         """Check what holds between groups."""
@@ -191,18 +160,8 @@ class Scenario:
         A per-user parameter that is the same for all stands once, without the user's name;
         otherwise one entry a user.
         """
-        values: dict[str, Any] = {
-            "name": self.name,
-            "description": self.description,
-            "duration_s": self.duration_s,
-            "seed": self.seed,
-            "controller": self.controller,
-            "channel": self.channel,
-            "disturbances": self.disturbances,
-            "dof": self.dof,
-            "users": len(self.users),
-            "changes": self.changes,
-        }
+        values: dict[str, Any] = {name: getattr(self, name) for name in specs(self)}
+        values["users"] = len(self.users)
         for prefix, (attribute, _) in SHARED_GROUPS.items():
             values |= flattened(prefix, getattr(self, attribute))
         each = [
@@ -226,3 +185,22 @@ class Scenario:
     def to_dict(self) -> dict[str, Any]:
         """Return the complete scenario as nested plain dictionaries, the form of a YAML file."""
         return nested(self.flat())
+
+
+SIDE = specs(User)["side"]
+USERS = Spec(int, "-", low=1, high=8, description="number of users")
+TOP: Mapping[str, Spec] = {**specs(Scenario), "users": USERS}
+DEFAULTS: Mapping[str, Any] = {
+    each.name: each.default
+    for each in fields(Scenario)
+    if each.name in TOP and each.default is not NO_DEFAULT
+}
+REQUIRED = tuple(name for name in TOP if name not in DEFAULTS)
+# Dotted prefix -> (attribute, dataclass): what each user has for itself, and what all share.
+_PREFIXES = {"contact": "server", "link_up": "link.up", "link_down": "link.down"}
+USER_GROUPS: Mapping[str, tuple[str, type]] = {
+    _PREFIXES.get(name, name): (name, kind) for name, kind in groups(User).items()
+}
+SHARED_GROUPS: Mapping[str, tuple[str, type]] = {
+    name: (name, kind) for name, kind in groups(Scenario).items()
+}
