@@ -12,7 +12,8 @@ from std_msgs.msg import String
 from support.processes import NodeProcess, ros
 from support.relayed import Line, same
 
-from pmwvc_core.network import Cause, FateKind, Link, stream_of
+from pmwvc_core.network.in_flight import Cause, FateKind
+from pmwvc_core.network.link import Link, stream_of
 from pmwvc_core.params import LinkParams
 from pmwvc_core.transport.admission import intact
 from pmwvc_core.transport.packet import size_bytes

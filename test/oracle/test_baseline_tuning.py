@@ -16,7 +16,7 @@ from pmwvc_core.baselines import tuning
 from pmwvc_core.baselines.tuning import Loop, loop_of
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.network import load_delay_trace
+from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
 from pmwvc_core.scenario.reader import parse_scenario

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pmwvc_core.network import FateKind, Link
+from pmwvc_core.network.in_flight import FateKind
+from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 
 FOREVER = 10**15

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.network import Link, load_delay_trace
+from pmwvc_core.network.delay_trace import load_delay_trace
+from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 
 MS = 1_000_000

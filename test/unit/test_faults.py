@@ -18,7 +18,7 @@ from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.disturber import Disturber
 from pmwvc_bringup.session.processes import Children
 from pmwvc_core.errors import ParameterError, ScenarioError
-from pmwvc_core.network import Cause, FateKind
+from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.scenario.disturbances import disturbances_of
 from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.transport.verdict import Verdict

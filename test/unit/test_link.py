@@ -5,7 +5,8 @@
 import numpy as np
 from scipy import stats
 
-from pmwvc_core.network import Cause, FateKind, Link, stream_of
+from pmwvc_core.network.in_flight import Cause, FateKind
+from pmwvc_core.network.link import Link, stream_of
 from pmwvc_core.params import LinkParams
 
 MS = 1_000_000

@@ -21,8 +21,9 @@ from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_core import plugins
 from pmwvc_core.errors import ParameterError, ScenarioError
-from pmwvc_core.network import FateKind, Link
 from pmwvc_core.network.effects import EFFECTS, Effect, LinkEffect, library, numbers_of
+from pmwvc_core.network.in_flight import FateKind
+from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams, Spec
 from pmwvc_core.simulation.session import simulate_one
 

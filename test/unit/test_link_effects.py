@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from pmwvc_core.errors import ParameterError, RecordingError
-from pmwvc_core.network import Cause, FateKind, Link, load_delay_trace
+from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.network.distributions import DISTRIBUTIONS
 from pmwvc_core.network.effects import conflicts, longest_s, mean_s
+from pmwvc_core.network.in_flight import Cause, FateKind
+from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 
 MS = 1_000_000

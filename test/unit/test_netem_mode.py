@@ -9,7 +9,8 @@ import pytest
 from support.command_line import call
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.network import FateKind, Link
+from pmwvc_core.network.in_flight import FateKind
+from pmwvc_core.network.link import Link
 from pmwvc_core.network.netem_mode import SCALE, linux_table, table_of
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.network.tc import not_in_tc, table_text, tc_line

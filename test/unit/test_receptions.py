@@ -25,7 +25,7 @@ from pmwvc_analysis.verdicts.receptions import (
     reception_summaries,
 )
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_core.network import Cause, FateKind
+from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import FateTraces, ReceptionTraces
 from pmwvc_core.transport.packet import Packer, refused

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rclpy.serialization import serialize_message
 
-from pmwvc_core.network import FateKind, Link
+from pmwvc_core.network.in_flight import FateKind
+from pmwvc_core.network.link import Link
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.transport.packet import WavePacket

@@ -9,7 +9,8 @@ import pytest
 from support.plain import load
 
 from pmwvc_core.errors import ParameterError, ScenarioError
-from pmwvc_core.network import Cause, FateKind, Link
+from pmwvc_core.network.in_flight import Cause, FateKind
+from pmwvc_core.network.link import Link
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.params import LinkParams
 

@@ -11,7 +11,7 @@ from pmwvc_analysis.charts.text import quantity
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.recording.losses import DROPPED
 from pmwvc_analysis.traces.reductions import runs
-from pmwvc_core.network import FateKind
+from pmwvc_core.network.in_flight import FateKind
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.recording.losses import DROPPED
-from pmwvc_core.network import Cause, FateKind
+from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import MessageTypes

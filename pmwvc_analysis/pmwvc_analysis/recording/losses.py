@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.format.topics import relayed, source_of
 from pmwvc_analysis.recording.sequence import GapCounter
-from pmwvc_core.network import Cause, FateKind
+from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.traces import FateTraces, PacketTraces
 
 DROPPED = (FateKind.DROPPED_RATE, FateKind.DROPPED_QUEUE)

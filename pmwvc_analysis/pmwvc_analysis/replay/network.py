@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.replay.arrivals import NEVER_NS, Looks, Sent, bounds
-from pmwvc_core.network import Cause, FateKind, RecordedFate, RecordedLink
+from pmwvc_core.network.in_flight import Cause, FateKind
+from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Integers
 from pmwvc_core.traces import FateTraces, PacketTraces, SessionTraces

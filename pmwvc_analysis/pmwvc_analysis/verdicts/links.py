@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pmwvc_analysis.recording.link_blocks import reordered
 from pmwvc_analysis.recording.losses import DROPPED, came_out
 from pmwvc_analysis.traces.reductions import number, percentiles
-from pmwvc_core.network import Cause, FateKind
+from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.traces import FateTraces, SessionTraces

@@ -15,7 +15,7 @@ import numpy as np
 from pmwvc_analysis.recording.losses import came_out
 from pmwvc_analysis.traces.left_out import left_out
 from pmwvc_analysis.traces.reductions import number
-from pmwvc_core.network import Cause
+from pmwvc_core.network.in_flight import Cause
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import FateTraces, ReceptionTraces, SessionTraces
