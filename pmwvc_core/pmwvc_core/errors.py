@@ -15,8 +15,9 @@ and dropped.
     └── DeviceError           a device cannot be opened, calibrated or read
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 
 class PmwvcError(Exception):
@@ -60,6 +61,15 @@ def file_errors(doing: str, remedy: str = "") -> Iterator[None]:
         yield
     except OSError as error:
         raise RecordingError(f"cannot {doing}: {error.strerror or error}{remedy}") from error
+
+
+def refusal(ask: Callable[..., object], *arguments: Any) -> str:
+    """Return why a call refuses its arguments by a ``ParameterError``; "" where it does not."""
+    try:
+        ask(*arguments)
+    except ParameterError as error:
+        return str(error)
+    return ""
 
 
 # What a plug-in may raise; its sys.exit() must not end the session either.

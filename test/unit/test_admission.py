@@ -3,6 +3,7 @@
 """Admission of packets: every corrupted bit, other sessions, forged packets, floods; tokens."""
 
 import os
+import secrets
 import stat
 
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from pmwvc_bringup.cli import main
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.runtime.messages.wire import packet_of, wave_bytes
-from pmwvc_core.runtime.token_files import new_session, read_token, write_token
+from pmwvc_core.runtime.token_files import read_token, write_token
 from pmwvc_core.transport.admission import BURST, LARGEST_RATE_HZ, Admission
 from pmwvc_core.transport.packet import Packer, size_bytes
 from pmwvc_core.transport.token import Token
@@ -121,7 +122,7 @@ def test_packets_that_an_outage_held_back_are_no_flood():
 
 
 def test_a_token_file_is_readable_by_its_owner_only_and_read_back(tmp_path):
-    key = new_session()
+    key = Token.of_session(secrets.token_bytes(32))
     for name, token in (("server", key), ("user1", key.of("user1"))):
         path = tmp_path / name
         write_token(path, token)
@@ -132,7 +133,10 @@ def test_a_token_file_is_readable_by_its_owner_only_and_read_back(tmp_path):
 
 
 def test_sessions_and_users_have_keys_of_their_own():
-    key, other = new_session(), new_session()
+    key, other = (
+        Token.of_session(secrets.token_bytes(32)),
+        Token.of_session(secrets.token_bytes(32)),
+    )
     assert key.session != other.session
     tokens = [key.of("user1"), key.of("user2"), other.of("user1")]
     keys = {token.direction(way) for token in tokens for way in ("up", "down")}

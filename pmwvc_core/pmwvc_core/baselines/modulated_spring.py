@@ -30,13 +30,7 @@ from pmwvc_core.transport.packet import WavePacket
 
 
 class ModulatedSpring(Stateful):
-    """Set point, tank and shuffled sum of one end.
-
-    Parameters
-    ----------
-    params
-        Spring and tank; numbers may be ``(runs, 1)``.
-    """
+    """Set point, tank and shuffled sum of one end; parameters may be ``(runs, 1)``."""
 
     BLOCKS = "_arrivals"
     SIGNALS = "q"

@@ -72,13 +72,7 @@ class PspmServer(AvatarEnd):
 
 
 class PspmMaster(DeviceEnd):
-    """The device's end.
-
-    Parameters
-    ----------
-    params
-        Spring, damper and tank; numbers may be ``(runs, 1)``.
-    """
+    """The device's end: spring, damper and tank; parameters may be ``(runs, 1)``."""
 
     BLOCKS = "spring"
     SIGNALS = "_force"

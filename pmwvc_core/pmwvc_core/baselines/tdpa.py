@@ -129,12 +129,7 @@ class TdpaServer(AvatarEnd):
 
 class TdpaMaster(DirectMaster):
     """The device's end: the force as last received, and a damper where that would give out more
-    than the server put in.
-
-    Parameters
-    ----------
-    params
-        Local damper, limit and fading of the controller's; numbers may be ``(runs, 1)``.
+    than the server put in. Parameters may be ``(runs, 1)``.
     """
 
     BLOCKS = "observer"

@@ -38,12 +38,8 @@ class VirtualCouplingServer(AvatarEnd):
 
 
 class VirtualCouplingMaster(DeviceEnd):
-    """The device's end: a spring and a damper to the avatar as last reported.
-
-    Parameters
-    ----------
-    params
-        The coupling; numbers may be ``(runs, 1)``.
+    """The device's end: a spring and a damper to the avatar as last reported; parameters may be
+    ``(runs, 1)``.
     """
 
     SIGNALS = "_p _pd"

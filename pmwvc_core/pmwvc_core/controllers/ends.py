@@ -31,8 +31,6 @@ def make_master(
 
     Parameters
     ----------
-    controller
-        Its name.
     params, baseline
         Of the master, and of other controllers than waves.
     strict
@@ -64,18 +62,12 @@ def make_server(
 
     Parameters
     ----------
-    controller
-        Its name.
     server
         The environment and its coupling.
-    contacts
-        One per user.
-    impedances
-        Wave impedance of each user's master [N s/m]: used where the contact names none of its own.
-    dof
-        Number of axes.
-    sides
-        -1 (left of the object) or +1 (right), one per user.
+    contacts, impedances
+        One per user; wave impedance of the master [N s/m]: used where the contact names none.
+    dof, sides
+        Number of axes; -1 (left of the object) or +1 (right), one per user.
     baselines
         What other controllers than waves share between their ends, one per user.
     call

@@ -2,22 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The record of ``pmwvc``: wave variables both ways."""
 
-from collections.abc import Sequence
-
 from pmwvc_core.controllers.record import Controller
 from pmwvc_core.master import strict_port
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.master.port_filters import filter_bank, local_model, velocity_filter
 from pmwvc_core.master.position import feedback as position
 from pmwvc_core.master.strict_port import StrictMaster
-from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
+from pmwvc_core.params import BaselineParams, MasterParams
 from pmwvc_core.server import avatar_brake
 from pmwvc_core.server.black_box import port as black_box
-from pmwvc_core.server.black_box.containment import Call
-from pmwvc_core.server.black_box.interface import BlackBox
 from pmwvc_core.server.black_box.port import BlackBoxServer
 from pmwvc_core.server.port import WaveServer
-from pmwvc_core.server.user_ports import ServerController, UserPort
 
 
 def storage_j(master: MasterParams, baseline: BaselineParams) -> float:
@@ -27,12 +22,6 @@ def storage_j(master: MasterParams, baseline: BaselineParams) -> float:
     return float(position.storage_j) if paid else 0.0
 
 
-def _black_box(
-    params: ServerParams, ports: Sequence[UserPort], environment: BlackBox, call: Call
-) -> ServerController:
-    return BlackBoxServer(params, ports, environment, call=call)
-
-
 RECORD = Controller(
     name="pmwvc",
     words="Wave variables: stable at any constant delay where the gains of both ends prove it.",
@@ -40,7 +29,9 @@ RECORD = Controller(
     make_master=lambda params, _: WaveMaster(params),
     make_strict=StrictMaster,
     make_server=WaveServer,
-    make_black_box=_black_box,
+    make_black_box=lambda params, ports, environment, call: BlackBoxServer(
+        params, ports, environment, call=call
+    ),
     linear="pmwvc",
     drifts=True,
     storage_j=storage_j,

@@ -37,10 +37,6 @@ def _finite(value: Any) -> float:
     return seconds
 
 
-def _instant(value: Any) -> int | None:
-    return None if value is None else int(value)
-
-
 def _fraction(value: Any) -> float | None:
     if value is None:
         return None
@@ -56,7 +52,7 @@ ANSWERS: Mapping[str, Callable[[Any], Any]] = MappingProxyType(
         "copies": operator.index,
         "corrupts": _fraction,
         "at_once": bool,
-        "departs_ns": _instant,
+        "departs_ns": lambda value: None if value is None else int(value),
         "delay_s": _finite,
         "arrives_ns": int,
     }

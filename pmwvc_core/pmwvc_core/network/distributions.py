@@ -16,7 +16,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from pmwvc_core.errors import ParameterError
+from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.params import LinkParams
 
@@ -165,14 +165,6 @@ def _tail_conflict(params: LinkParams) -> str:
     return ""
 
 
-def _quantiles_conflict(params: LinkParams) -> str:
-    try:
-        quantiles_of(params.jitter_quantiles)
-    except ParameterError as error:
-        return str(error)
-    return ""
-
-
 def file_conflict(params: LinkParams) -> str:
     """Return that a file is missing; empty where one is named."""
     if params.trace_file:
@@ -218,7 +210,7 @@ DISTRIBUTIONS = {
         "longer by a distribution given by quantiles",
         lambda p, u: quantiles_of(p.jitter_quantiles).at(u),
         lambda p: quantiles_of(p.jitter_quantiles).moments,
-        conflict=_quantiles_conflict,
+        conflict=lambda p: refusal(quantiles_of, p.jitter_quantiles),
         sized=False,
     ),
     "table": Distribution(

@@ -122,15 +122,11 @@ def _entry(where: str, start_s: float, words: list[str]) -> Entry:
                 raise ParameterError(f"{where}: {name!r} has a timeline itself: must be another")
             preset = name
         elif name == "delay_s" and ".." in value:
-            first, last = (_delay(where, each) for each in value.split("..", 1))
+            first, last = (float(_setting(where, name, each)) for each in value.split("..", 1))
             ramp_s, settings["delay_s"] = (first, last), first
         else:
             settings[name] = _setting(where, name, value)
     return Entry(start_s, preset=preset, settings=tuple(settings.items()), ramp_s=ramp_s)
-
-
-def _delay(where: str, text: str) -> float:
-    return float(_setting(where, "delay_s", text))
 
 
 def _setting(where: str, name: str, text: str) -> Any:

@@ -32,14 +32,8 @@ class DeadbandParams(Validated):
         return self.kind != "none"
 
     def problem(self, *, strict: bool, timeout_s: float) -> str:
-        """Return why it cannot be used, "" where it can.
-
-        Parameters
-        ----------
-        strict
-            Whether the channel is the strict one.
-        timeout_s
-            Time after which the receiver is silent [s].
+        """Return why it cannot be used, "" where it can: on the strict channel or another, and
+        where silence begins after ``timeout_s`` [s].
         """
         if not self.is_on:
             return ""

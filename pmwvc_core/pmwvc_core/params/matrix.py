@@ -33,12 +33,8 @@ def matrix_of(text: str) -> NDArray[np.float64]:
 
 
 def matrix_problem(text: str, dof: int | None = None) -> str | None:
-    """Return what is wrong with a text (with its value), or None; an empty one is right.
-
-    Parameters
-    ----------
-    dof
-        Axes of motion, where they are known: the matrix has as many rows.
+    """Return what is wrong with a text (with its value), or None; an empty one is right. The
+    matrix has a row per axis, where their number ``dof`` is known.
     """
     if not text.strip():
         return None

@@ -60,11 +60,6 @@ OPERATORS: Mapping[str, Maker] = {
 def make_operator(params: OperatorParams, task: TaskParams, at: Setting) -> Operator:
     """Return the operator ``params.kind`` names, at the beginning of its time.
 
-    Parameters
-    ----------
-    params, task, at
-        Who, what to do, and where.
-
     Raises
     ------
     ParameterError

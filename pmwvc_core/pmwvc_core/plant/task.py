@@ -78,17 +78,10 @@ class Task:
 
 
 class ShownTarget(Stateful):
-    """The target as the server shows it.
+    """The target as the server shows it, every ``period_s`` [s].
 
     The hands begin once the force is there (``ForceLoop.ready``), so the target begins when all
-    users have been together for the length of the soft start.
-
-    Parameters
-    ----------
-    period_s
-        Time step of the server [s].
-    soft_start_s
-        How long the masters take until their hands begin [s].
+    users have been together for ``soft_start_s`` [s], the soft start of the masters.
     """
 
     MEMORY = "_time_s position_m"

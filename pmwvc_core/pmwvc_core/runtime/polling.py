@@ -52,16 +52,8 @@ class _Unserved(CallbackGroup):
 
 
 class Polled:
-    """One subscription, emptied by calls of :meth:`take`.
-
-    Parameters
-    ----------
-    node
-        The owner; it has to outlive the loop that takes.
-    topic
-        Name of the topic, relative to the node's namespace.
-    qos
-        As the publisher's.
+    """One subscription, emptied by calls of :meth:`take`; its node has to outlive the loop that
+    takes.
     """
 
     def __init__(

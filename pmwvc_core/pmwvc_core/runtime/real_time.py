@@ -48,14 +48,10 @@ def hold_memory() -> RealTimeReport:
 def request_real_time(priority: int) -> RealTimeReport:
     """Ask for what makes the calling thread wake in time; a refusal is reported, never raised.
 
-    Timer slack and scheduling class belong to the calling thread, so call this from the loop's own
-    thread; threads and processes it starts later do not inherit the class. The threads of the
-    middleware, without which no packet comes in, go one step below.
-
-    Parameters
-    ----------
-    priority
-        Priority asked for under SCHED_FIFO, 1 to 99.
+    Timer slack and scheduling class (SCHED_FIFO with a priority of 1 to 99) belong to the calling
+    thread, so call this from the loop's own thread; threads and processes it starts later do not
+    inherit the class. The threads of the middleware, without which no packet comes in, go one step
+    below.
     """
     return _asked(
         ("timer slack 1 ns", _set_timer_slack),

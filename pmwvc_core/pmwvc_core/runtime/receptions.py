@@ -17,14 +17,8 @@ PERIOD_S = 0.5
 
 
 class Receptions:
-    """Publishes on one topic for all links of a node.
-
-    Parameters
-    ----------
-    inboxes
-        Receiver of each link by its name.
-    other_controller
-        Returns how many packets of another kind of controller came, over all links.
+    """Publishes on one topic for all links of a node: its receivers by link, and how many packets
+    of another kind of controller came over all of them.
     """
 
     def __init__(

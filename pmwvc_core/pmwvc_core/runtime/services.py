@@ -62,12 +62,8 @@ def matched(node: Node) -> dict[str, dict[str, int]]:
 def unmatched(
     matches: Mapping[str, Mapping[str, int]], ends: Mapping[str, tuple[int, int]]
 ) -> list[str]:
-    """Return what a node lacks, in words.
-
-    Parameters
-    ----------
-    ends
-        Topic -> wanted numbers of publishers and subscribers.
+    """Return what a node lacks, in words; ``ends``: topic -> wanted numbers of publishers and
+    subscribers.
     """
     found = []
     for side, other, wanted_index in (

@@ -12,12 +12,8 @@ from pmwvc_core.transport.token import Token
 
 
 def declare_token(node: Node, *, user: str) -> Token | None:
-    """Declare the parameter; return the token in its file, None for an open session.
-
-    Parameters
-    ----------
-    user
-        Whose token it has to be; "" for the key of the whole session.
+    """Declare the parameter; return the token in its file, None for an open session. It has to be
+    that of ``user``; of "" the key of the whole session.
 
     Raises
     ------

@@ -19,11 +19,6 @@ SERVER = "server"
 _HEAD = "PMWVC session token, secret"
 
 
-def new_session() -> Token:
-    """Return the key of a new session."""
-    return Token.of_session(secrets.token_bytes(KEY_BYTES))
-
-
 def write_token(path: Path, token: Token) -> None:
     """Write a token into a file that only its owner can read.
 
@@ -56,7 +51,7 @@ def write_session(folder: Path, users: Sequence[str]) -> list[Path]:
             f"users = {', '.join(users)}: must be different names of letters, digits and '_', "
             f"and not {SERVER}"
         )
-    key = new_session()
+    key = Token.of_session(secrets.token_bytes(KEY_BYTES))
     tokens = {folder / SERVER: key, **{folder / user: key.of(user) for user in users}}
     if there := [str(path) for path in tokens if path.exists()]:
         raise ParameterError(f"{', '.join(there)}: there already; a session has a key of its own")

@@ -17,14 +17,8 @@ LONGEST_WAIT_NS = 1_000_000_000  # in the queue; beyond, a wall clock was set me
 
 
 class WaveTopics:
-    """One end of a user's link.
-
-    Parameters
-    ----------
-    admission
-        Seals what is sent, judges what comes in.
-    dof, period_s
-        Axes of the packets, and the interval of those sent [s].
+    """One end of a user's link, with packets of ``dof`` axes, one sent every ``period_s`` [s];
+    ``admission`` seals what is sent and judges what comes in.
     """
 
     def __init__(

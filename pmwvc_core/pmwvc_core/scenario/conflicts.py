@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from pmwvc_core.controllers.library import record_of
-from pmwvc_core.errors import ParameterError
+from pmwvc_core.errors import ParameterError, refusal
 from pmwvc_core.network import effects
 from pmwvc_core.params import whole_ratio
 from pmwvc_core.params.matrix import matrix_conflicts
@@ -21,16 +21,12 @@ if TYPE_CHECKING:
 
 def conflicts(scenario: "Scenario") -> list[str]:
     """Return every contradiction in words."""
-    found = []
-    for find, name in (
-        (record_of, scenario.controller),
-        (COUPLINGS.of, scenario.server.coupling),
-        (COMPENSATIONS.of, scenario.server.compensation),
-    ):
-        try:
-            find(name)
-        except ParameterError as error:
-            found.append(str(error))
+    named = (
+        refusal(record_of, scenario.controller),
+        refusal(COUPLINGS.of, scenario.server.coupling),
+        refusal(COMPENSATIONS.of, scenario.server.compensation),
+    )
+    found = [text for text in named if text]
     strict, zeroing = (False, False) if found else (scenario.strict, scenario.zeroing)
     found += _disturbed(scenario)
     ticks = {user.master.tick_s for user in scenario.users}

@@ -18,16 +18,8 @@ NEEDS_STRICT = (
 
 
 def why_fixed(name: str, *, strict: bool, server: ServerParams, coupling: Coupling) -> str:
-    """Return why a rate cannot change while a session runs, "" where it can.
-
-    Parameters
-    ----------
-    name
-        ``RATE_DROP`` or ``PERIOD``; any other parameter can.
-    strict
-        Whether the channel is the strict one.
-    server, coupling
-        Parameters and coupling of the server.
+    """Return why a rate (``RATE_DROP`` or ``PERIOD``) cannot change while a session runs on this
+    channel, with this server and its coupling; "" where it can, as any other parameter.
     """
     if name in (RATE_DROP, PERIOD) and not strict:
         return NEEDS_STRICT

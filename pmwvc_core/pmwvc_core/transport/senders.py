@@ -23,12 +23,8 @@ REMEMBERED = 16
 
 
 class Run:
-    """Packets of one sender in ascending order.
-
-    Parameters
-    ----------
-    window_ns
-        Time in which ``CREDIBLE`` packets have to come, or that of as many packets [ns].
+    """Packets of one sender in ascending order; ``CREDIBLE`` of them have to come within
+    ``window_ns`` [ns], or within the time of as many packets.
     """
 
     __slots__ = ("_seq", "_span_ns", "_times_ns", "_window_ns", "count")

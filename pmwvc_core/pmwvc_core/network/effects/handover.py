@@ -5,7 +5,7 @@
 What happens at the k-th hand-over is drawn by k, whatever the packets do.
 """
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect
+from pmwvc_core.network.effects.record import Effect, LinkEffect, not_above
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind
 from pmwvc_core.params import LinkParams
 
@@ -50,13 +50,6 @@ def lost_ratio(params: LinkParams) -> float:
     return min(lost_s / params.handover_s, 1.0)
 
 
-def _conflict(params: LinkParams) -> str:
-    low, high = params.handover_outage_min_s, params.handover_outage_max_s
-    if low > high:
-        return f"handover_outage_min_s = {low:g}: must be 0..handover_outage_max_s = {high:g}"
-    return ""
-
-
 RECORD = LinkEffect(
     name="handover",
     words="At hand-overs the delay steps and packets are lost.",
@@ -80,5 +73,5 @@ RECORD = LinkEffect(
     ),
     label=lambda params: f"hand-over every {float(params.handover_s):.4g} s",
     off=0.0,
-    conflict=_conflict,
+    conflict=lambda params: not_above(params, "handover_outage_min_s", "handover_outage_max_s"),
 )

@@ -83,27 +83,12 @@ def _spread_s(params: LinkParams) -> float | None:
     return sum(moments) if moments else None
 
 
-def _mean_s(params: LinkParams) -> float:
-    moments = _moments(params)
-    return moments[0] if moments else 0.0
-
-
 def _recorded(params: LinkParams) -> DelayTrace | None:
     """Return the recording; None where the file cannot be read."""
     try:
         return _read(params)
     except RecordingError:
         return None
-
-
-def _longest_s(params: LinkParams) -> float | None:
-    trace = _recorded(params)
-    return trace.longest_s if trace else None
-
-
-def _recorded_mean_s(params: LinkParams) -> float:
-    trace = _recorded(params)
-    return trace.mean_s if trace else 0.0
 
 
 def _recorded_amount(params: LinkParams) -> str:
@@ -138,7 +123,7 @@ def _drawn(name: str, distribution: Distribution) -> LinkEffect:
         slot=SLOT,
         linux=True,
         spread_s=_spread_s,
-        mean_s=_mean_s,
+        mean_s=lambda params: (_moments(params) or (0.0, 0.0))[0],
         amount=_amount,
         conflict=distribution.conflict,
         check=distribution.check,
@@ -153,8 +138,8 @@ TRACE = _record(
     parameters=("jitter", "trace_file", "trace_scale", "trace_column"),
     active=lambda params: params.jitter == "trace",
     random=False,
-    spread_s=_longest_s,
-    mean_s=_recorded_mean_s,
+    spread_s=lambda params: trace.longest_s if (trace := _recorded(params)) else None,
+    mean_s=lambda params: trace.mean_s if (trace := _recorded(params)) else 0.0,
     amount=_recorded_amount,
     conflict=file_conflict,
     check=_read,

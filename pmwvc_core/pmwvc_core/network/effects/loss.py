@@ -21,9 +21,8 @@ class Loss(Effect):
 
 
 class GilbertElliott(Effect):
-    """Lose packets with one probability in the good state and with another in the bad one.
-
-    The state changes after the packet; the link begins in the good one.
+    """Lose packets with one probability in the good state and with another in the bad one. The
+    state changes after the packet; the link begins in the good one.
     """
 
     bad = False

@@ -9,12 +9,8 @@ from pmwvc_core.params import LinkParams
 
 
 def netem_conflict(params: LinkParams, records: Iterable[LinkEffect]) -> str:
-    """Return what tc-netem cannot do of the settings; empty where it can do all, or need not.
-
-    Parameters
-    ----------
-    records
-        The effects that the settings switch on.
+    """Return what tc-netem cannot do of settings that switch these effects on; empty where it can
+    do all, or need not.
     """
     if params.mode != "netem":
         return ""

@@ -77,6 +77,12 @@ def no_time(params: LinkParams) -> float:
     return 0.0
 
 
+def not_above(params: LinkParams, least: str, most: str) -> str:
+    """Return that the least value is above the greatest one; empty where it is not."""
+    low, high = getattr(params, least), getattr(params, most)
+    return f"{least} = {low:g}: must be 0..{most} = {high:g}" if low > high else ""
+
+
 @dataclass(frozen=True, kw_only=True)
 class LinkEffect(Record):
     """A link effect: what makes it, and its properties.

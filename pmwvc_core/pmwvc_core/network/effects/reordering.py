@@ -4,7 +4,6 @@
 
 from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
 from pmwvc_core.network.in_flight import Fate
-from pmwvc_core.params import LinkParams
 
 
 class Reordering(Effect):
@@ -23,12 +22,6 @@ class Reordering(Effect):
         return True
 
 
-def _conflict(params: LinkParams) -> str:
-    if params.keep_order:
-        return f"reorder = {params.reorder:g}: nothing is reordered unless keep_order is false"
-    return ""
-
-
 RECORD = LinkEffect(
     name="reordering",
     words="Some packets are sent at once and overtake others.",
@@ -42,5 +35,9 @@ RECORD = LinkEffect(
     label=lambda params: f"reorder {float(params.reorder * 100.0):.4g} %",
     spread_s=no_time,
     off=0.0,
-    conflict=_conflict,
+    conflict=lambda params: (
+        f"reorder = {params.reorder:g}: nothing is reordered unless keep_order is false"
+        if params.keep_order
+        else ""
+    ),
 )

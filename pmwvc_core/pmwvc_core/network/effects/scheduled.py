@@ -5,7 +5,7 @@
 The other settings of its entries are the link's to take: :mod:`pmwvc_core.network.link`.
 """
 
-from pmwvc_core.errors import ParameterError
+from pmwvc_core.errors import refusal
 from pmwvc_core.network.effects.record import Effect, LinkEffect
 from pmwvc_core.network.in_flight import Cause, Fate
 from pmwvc_core.network.timeline import timeline_of
@@ -32,18 +32,6 @@ class Scheduled(Effect):
         return (ramp_s[1] - ramp_s[0]) * part if ramp_s else 0.0
 
 
-def _conflict(params: LinkParams) -> str:
-    try:
-        timeline_of(params.schedule)
-    except ParameterError as error:
-        return str(error)
-    return ""
-
-
-def _check(params: LinkParams) -> None:
-    timeline_of(params.schedule)
-
-
 RECORD = LinkEffect(
     name="schedule",
     words="Settings change on a timeline.",
@@ -55,6 +43,6 @@ RECORD = LinkEffect(
     amount=lambda params: f"a timeline ({params.schedule})",
     label=lambda params: "timeline",
     off="",
-    conflict=_conflict,
-    check=_check,
+    conflict=lambda params: refusal(timeline_of, params.schedule),
+    check=lambda params: timeline_of(params.schedule),
 )

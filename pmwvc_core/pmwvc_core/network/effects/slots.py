@@ -9,7 +9,7 @@ is due and there is room in the slot.
 
 import bisect
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform
+from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, not_above
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind
 from pmwvc_core.params import LinkParams
 
@@ -69,12 +69,6 @@ def mean_wait_s(params: LinkParams) -> float:
     return (low * low + low * high + high * high) / (3.0 * (low + high))
 
 
-def _conflict(params: LinkParams) -> str:
-    if params.slot_min_s > params.slot_max_s:
-        return f"slot_min_s = {params.slot_min_s:g}: must be 0..slot_max_s = {params.slot_max_s:g}"
-    return ""
-
-
 RECORD = LinkEffect(
     name="slots",
     words="Packets come out only in slots, several at once.",
@@ -91,5 +85,5 @@ RECORD = LinkEffect(
     ),
     label=lambda params: f"slots to {float(params.slot_max_s * 1e3):.4g} ms",
     off=0.0,
-    conflict=_conflict,
+    conflict=lambda params: not_above(params, "slot_min_s", "slot_max_s"),
 )

@@ -29,15 +29,8 @@ _SERVER_AXES = ("x_s", "xd_s", "f_s", "u_s", "v_s")
 
 
 def misfit(kind: str, message: Any) -> str | None:
-    """Return what does not fit in a message, or None.
-
-    Parameters
-    ----------
-    kind
-        Name of its type: ``Wave``, ``MasterTrace``, ``ServerTrace``, ``LinkState``,
-        ``PacketFate``, ``Reception`` (another type always fits).
-    message
-        Decoded by rclpy or by rosbags.
+    """Return what does not fit in a message that rclpy or rosbags decoded, or None; of the types
+    by name (``kind``) only those of ``pmwvc_msgs`` are looked into.
     """
     check = _CHECKS.get(kind)
     return check(message) if check else None

@@ -18,14 +18,8 @@ _OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")
 
 
 class TraceBlock:
-    """The ticks of one trace message, written one after the other into arrays made once.
-
-    Parameters
-    ----------
-    ticks
-        Most ticks a block holds.
-    dof
-        Values per tick of everything but ``lateness`` and ``compute``.
+    """The ticks of one trace message, written one after the other into arrays made once: at most
+    ``ticks`` of them, with ``dof`` values of everything but ``lateness`` and ``compute``.
     """
 
     def __init__(self, ticks: int, dof: int) -> None:

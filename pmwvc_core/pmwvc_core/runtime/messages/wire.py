@@ -61,11 +61,7 @@ def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
 
 def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
     """Return a message as a packet; one that cannot be one as a packet that is refused.
-
-    Parameters
-    ----------
-    came_ns
-        This end's clock at its reception [ns].
+    ``came_ns`` is this end's clock at its reception.
     """
     dof, rest = divmod(len(data) - _FIXED, _PER_AXIS)
     if rest or not 1 <= dof <= MOST_AXES or data[:2] != ENCAPSULATION[:2]:
