@@ -114,13 +114,9 @@ def check_virtual_coupling(params: VirtualCouplingParams, loop: Loop) -> Proposa
 
 
 def virtual_coupling(loop: Loop) -> Proposal:
-    """Return half the damping there is, and the stiffness that the tighter rule then allows.
-
-    Raises
-    ------
-    ParameterError
-        Without any damping at the device: then no stiffness is allowed. Where the round trip is
-        not known.
+    """Return half the damping there is, and the stiffness that the tighter rule then allows;
+    ParameterError without any damping at the device, where no stiffness is allowed, and where the
+    round trip is not known.
     """
     _require_round_trip(loop)
     if loop.damping <= 0.0:
@@ -146,12 +142,8 @@ def check_tdpa(params: TdpaParams, loop: Loop) -> Proposal:
 def tdpa(loop: Loop) -> Proposal:
     """Return the limit of the controller's damper, and the local damping the contact needs.
 
-    The contact itself is not proposed: its criterion may stay unmet.
-
-    Raises
-    ------
-    ParameterError
-        Where the round trip is not known.
+    The contact itself is not proposed: its criterion may stay unmet. ParameterError where the
+    round trip is not known.
     """
     _require_round_trip(loop)
     late = 0.5 * loop.contact_stiffness * loop.round_trip_s

@@ -54,12 +54,8 @@ class Quantiles:
 
 @functools.lru_cache(maxsize=64)
 def quantiles_of(text: str) -> Quantiles:
-    """Read the quantiles of ``link.jitter_quantiles``.
-
-    Raises
-    ------
-    ParameterError
-        If the text gives none; with its value and what it must be.
+    """Read the quantiles of ``link.jitter_quantiles``; ParameterError, with the text and what it
+    must be, where it gives none.
     """
     refused = ParameterError(f"jitter_quantiles = {text!r}: {FORM}")
     try:

@@ -158,12 +158,8 @@ PRESETS = {
 
 
 def link_settings(name: str, directions: tuple[str, ...] = ("up", "down")) -> dict[str, Any]:
-    """Return the link parameters that a preset stands for, by dotted name (``link.up.delay_s``).
-
-    Raises
-    ------
-    KeyError
-        If there is no such preset.
+    """Return the link parameters that a preset stands for, by dotted name (``link.up.delay_s``);
+    KeyError where there is no such preset.
     """
     preset = PRESETS[name]
     return {

@@ -67,12 +67,8 @@ class Timeline:
 
 @functools.lru_cache(maxsize=64)
 def timeline_of(text: str) -> Timeline:
-    """Read the timeline of ``link.schedule``.
-
-    Raises
-    ------
-    ParameterError
-        With the entry, its value and what it must be.
+    """Read the timeline of ``link.schedule``; ParameterError with the entry, its value and what it
+    must be.
     """
     entries = [Entry(0.0)]
     length_s = math.inf

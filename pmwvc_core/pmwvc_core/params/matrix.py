@@ -18,12 +18,8 @@ ASYMMETRY = 1e-9  # of the largest entry: digits lost in writing, made symmetric
 
 
 def matrix_of(text: str) -> NDArray[np.float64]:
-    """Return the matrix that a text holds, exactly symmetric ``(dof, dof)``.
-
-    Raises
-    ------
-    ParameterError
-        With the value and what it must be.
+    """Return the matrix that a text holds, exactly symmetric ``(dof, dof)``; ParameterError with
+    the value and what it must be.
     """
     wrong = matrix_problem(text)
     if wrong:

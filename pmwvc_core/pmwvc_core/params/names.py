@@ -40,11 +40,7 @@ def flattened(prefix: str, owner: Any) -> dict[str, Any]:
 
 def replaced(owner: P, path: str, value: Any) -> P:
     """Return a dataclass with the parameter at a dotted path changed; 4.0 is a whole number too.
-
-    Raises
-    ------
-    ParameterError
-        If its group may not have that value.
+    ParameterError where its group may not have that value.
     """
     head, _, rest = path.partition(".")
     if rest:

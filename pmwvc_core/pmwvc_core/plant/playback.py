@@ -56,12 +56,8 @@ def load_recording(params: OperatorParams, *, tick_s: float, dof: int) -> Array:
 
 def read_columns(params: OperatorParams, *, dof: int) -> tuple[Array, Array]:
     """Return the columns of an operator's file as they are, ``(rows, 1 or dof)``, and the times of
-    the rows [s].
-
-    Raises
-    ------
-    RecordingError
-        If there is no such file, a column is not in it, or they are none of so many axes.
+    the rows [s]; RecordingError where there is no such file, a column is not in it, or they are
+    none of so many axes.
     """
     file = Path(params.file).expanduser()
     if not params.file:

@@ -81,12 +81,8 @@ class TaskTargets(Stateful):
 
 
 def targets_from(params: OperatorParams, *, tick_s: float, dof: int) -> GivenTargets:
-    """Return the targets of the file ``params.file``.
-
-    Raises
-    ------
-    RecordingError
-        Saying which file, what it holds, and what to do.
+    """Return the targets of the file ``params.file``; RecordingError saying which file, what it
+    holds, and what to do.
     """
     if not params.time_column:
         raise RecordingError(

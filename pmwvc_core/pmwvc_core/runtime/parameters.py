@@ -34,12 +34,8 @@ _OWN_OF_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides.
 def declare(
     node: Node, prefix: str, kind: type[P], *, defaults: P | None = None, fixed: bool = True
 ) -> P:
-    """Declare a parameter dataclass, whose values are fixed at the start of the node by default.
-
-    Raises
-    ------
-    ParameterError
-        If a value given to the node is wrong; names every wrong one.
+    """Declare a parameter dataclass, whose values are fixed at the start of the node by default;
+    ParameterError naming every wrong value that the node was given.
     """
     present = values_of(prefix, kind() if defaults is None else defaults)
     given = {name: _given(node, name, value) for name, value in present.items()}
@@ -60,12 +56,8 @@ def declare_value(node: Node, name: str, spec: Spec, default: Any) -> Any:
 
 
 def declare_names(node: Node, name: str, default: Sequence[str], description: str) -> list[str]:
-    """Declare a list of names that become part of topics, fixed at the start of the node.
-
-    Raises
-    ------
-    ParameterError
-        If it is no list of texts, or a name in it cannot be used or is there twice.
+    """Declare a list of names that become part of topics, fixed at the start of the node;
+    ParameterError where it is no list of texts, or a name in it cannot be used or is there twice.
     """
     value = _given(node, name, list(default))
     if not isinstance(value, list) or not all(isinstance(entry, str) for entry in value):
@@ -87,11 +79,7 @@ def refuse_undeclared(node: Node) -> None:
     """Refuse parameters that were given to the node and that it does not declare.
 
     For a node made with ``automatically_declare_parameters_from_overrides``, once all is declared.
-
-    Raises
-    ------
-    ParameterError
-        Naming each with the nearest right name.
+    ParameterError naming each with the nearest right name.
     """
     given = [n for n in node.get_parameters_by_prefix("") if not n.startswith(_OWN_OF_ROS)]
     known = [name for name in given if node.describe_parameter(name).description]

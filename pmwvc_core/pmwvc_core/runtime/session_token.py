@@ -13,12 +13,8 @@ from pmwvc_core.transport.token import Token
 
 def declare_token(node: Node, *, user: str) -> Token | None:
     """Declare the parameter; return the token in its file, None for an open session. It has to be
-    that of ``user``; of "" the key of the whole session.
-
-    Raises
-    ------
-    ParameterError
-        If the file holds no token, or another one's.
+    that of ``user``; of "" the key of the whole session. ParameterError where the file holds no
+    token, or another one's.
     """
     spec = Spec(str, description="file with the session token of this node; empty: open session")
     path: str = declare_value(node, TOKEN_FILE, spec, "")

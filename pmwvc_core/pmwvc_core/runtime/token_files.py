@@ -20,12 +20,8 @@ _HEAD = "PMWVC session token, secret"
 
 
 def write_token(path: Path, token: Token) -> None:
-    """Write a token into a file that only its owner can read.
-
-    Raises
-    ------
-    ParameterError
-        If the file is there already or cannot be made.
+    """Write a token into a file that only its owner can read; ParameterError where the file is
+    there already or cannot be made.
     """
     lines = [_HEAD, f"session {token.session:016x}", f"user {token.user}".rstrip()]
     text = "\n".join([*lines, f"key {token.key.hex()}"]) + "\n"
@@ -39,11 +35,8 @@ def write_token(path: Path, token: Token) -> None:
 
 def write_session(folder: Path, users: Sequence[str]) -> list[Path]:
     """Write the key of a new session and a token for each user into a folder; return the files.
-
-    Raises
-    ------
-    ParameterError
-        If a user has no name of its own, or a file is there already or cannot be made.
+    ParameterError where a user has no name of its own, or a file is there already or cannot be
+    made.
     """
     wrong = [name for name in users if not name.isidentifier() or name == SERVER]
     if wrong or len(set(users)) != len(users):
@@ -65,12 +58,8 @@ def write_session(folder: Path, users: Sequence[str]) -> list[Path]:
 
 
 def read_token(path: str | Path) -> Token:
-    """Return the token in a file.
-
-    Raises
-    ------
-    ParameterError
-        If there is no such file, or it holds no token, in one line.
+    """Return the token in a file; ParameterError in one line where there is no such file, or it
+    holds no token.
     """
     try:
         lines = Path(path).expanduser().read_text(encoding="ascii").splitlines()

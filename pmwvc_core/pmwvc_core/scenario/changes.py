@@ -41,12 +41,8 @@ class Change:
 
 
 def read_changes(text: str) -> list[Change]:
-    """Return the changes that a text names, in the order of time.
-
-    Raises
-    ------
-    ScenarioError
-        Naming what is wrong.
+    """Return the changes that a text names, in the order of time; ScenarioError naming what is
+    wrong.
     """
     found = []
     for each in filter(str.strip, text.split(";")):
@@ -69,12 +65,8 @@ def changes_text(changes: list[Change]) -> str:
 
 
 def over_time(scenario: Scenario) -> list[tuple[Change, Scenario]]:
-    """Return the changes of a scenario, each with the scenario that holds from then on.
-
-    Raises
-    ------
-    ScenarioError
-        If a parameter may not change, or not to that value.
+    """Return the changes of a scenario, each with the scenario that holds from then on;
+    ScenarioError where a parameter may not change, or not to that value.
     """
     found, present = [], replace(scenario, changes="")
     for change in read_changes(scenario.changes):
@@ -85,11 +77,7 @@ def over_time(scenario: Scenario) -> list[tuple[Change, Scenario]]:
 
 def changed(scenario: Scenario, change: Change) -> Scenario:
     """Return a scenario with what a change sets; what it does not set is the same object.
-
-    Raises
-    ------
-    ScenarioError
-        If a parameter may not change, or not to that value.
+    ScenarioError where a parameter may not change, or not to that value.
     """
     result = scenario
     for name, value in change.values.items():

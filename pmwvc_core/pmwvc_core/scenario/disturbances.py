@@ -30,12 +30,8 @@ class Disturbance(NamedTuple):
 
 
 def disturbances_of(text: str) -> tuple[Disturbance, ...]:
-    """Read the disturbances of a scenario.
-
-    Raises
-    ------
-    ParameterError
-        With the entry, its value and what it must be.
+    """Read the disturbances of a scenario; ParameterError with the entry, its value and what it
+    must be.
     """
     found: list[Disturbance] = []
     for number, part in enumerate(filter(str.strip, text.split(";")), start=1):

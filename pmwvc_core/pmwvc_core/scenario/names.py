@@ -87,12 +87,8 @@ def unknown(name: str) -> str:
 
 
 def resolved(name: str) -> tuple[int, list[str]]:
-    """Return the user (0: all) and the complete names that a name means.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such parameter; names the nearest one.
+    """Return the user (0: all) and the complete names that a name means; ScenarioError, with the
+    nearest name, where there is no such parameter.
     """
     number, rest = split_user(name)
     found = complete(rest)
@@ -102,25 +98,15 @@ def resolved(name: str) -> tuple[int, list[str]]:
 
 
 def spec_of(name: str) -> Spec:
-    """Return the declaration of a parameter.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such parameter.
-    """
+    """Return the declaration of a parameter; ScenarioError where there is no such parameter."""
     leaf = resolved(name)[1][0]
     return user_specs().get(leaf) or shared_specs()[leaf]
 
 
 def value_of(scenario: Scenario, name: str) -> float | None:
     """Return a number of a scenario, that of the first user where several are meant; None where
-    the parameter is no number or not given.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such parameter or user.
+    the parameter is no number or not given. ScenarioError where there is no such parameter or
+    user.
     """
     number, (leaf, *_) = resolved(name)
     index = max(number - 1, 0)

@@ -58,12 +58,8 @@ LAST = order.RECORD  # of those that decide when a packet comes out
 
 
 def numbers_of(text: str) -> dict[str, dict[str, float]]:
-    """Return the content of ``link.effects``: the numbers of each plug-in by its name.
-
-    Raises
-    ------
-    ParameterError
-        If it is no list of names with numbers.
+    """Return the content of ``link.effects``: the numbers of each plug-in by its name;
+    ParameterError where it is no list of names with numbers.
     """
     found: dict[str, dict[str, float]] = {}
     for word in text.split():
@@ -83,12 +79,8 @@ def numbers_of(text: str) -> dict[str, dict[str, float]]:
 
 @lru_cache(maxsize=256)
 def plugins_of(text: str) -> tuple[LinkEffect, ...]:
-    """Return the effects of other packages that ``link.effects`` names.
-
-    Raises
-    ------
-    ParameterError
-        If one is not installed or no effect, or its numbers are not those it has.
+    """Return the effects of other packages that ``link.effects`` names; ParameterError where one
+    is not installed or no effect, or its numbers are not those it has.
     """
     found = []
     for name, values in numbers_of(text).items():
@@ -161,12 +153,8 @@ def conflicts(params: LinkParams) -> Iterator[str]:
 
 
 def check(params: LinkParams) -> None:
-    """Refuse settings that cannot be used.
-
-    Raises
-    ------
-    PmwvcError
-        Saying what is wrong: with a file, or with a parameter and which.
+    """Refuse settings that cannot be used by a PmwvcError that says what is wrong: with a file, or
+    with a parameter and which.
     """
     for record in active(params):
         record.check(params)

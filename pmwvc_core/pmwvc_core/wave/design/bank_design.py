@@ -38,12 +38,8 @@ class BankFilters(NamedTuple):
 
 
 def bank_filters(params: BankParams, *, tick_s: float) -> BankFilters:
-    """Return the filters of the bank ``params.kind`` names.
-
-    Raises
-    ------
-    ParameterError
-        If an edge is not below half the tick rate, or two are too close together.
+    """Return the filters of the bank ``params.kind`` names; ParameterError where an edge is not
+    below half the tick rate, or two are too close together.
     """
     if params.kind == "complementary":
         low, high = complementary(params.split_rad_s, tick_s=tick_s)

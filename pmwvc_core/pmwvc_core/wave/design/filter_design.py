@@ -44,12 +44,8 @@ def order_of(params: FilterParams, *, tick_s: float) -> int:
 
     ``bilinear``: the least order of the sampled filter, from both edges pre-warped. A stop edge at
     or above half the tick rate has no place there; then, and for ``matched``, it is the least
-    order of the analogue filter.
-
-    Raises
-    ------
-    ParameterError
-        If the edges are so close that the filter would not compute well.
+    order of the analogue filter. ParameterError where the edges are so close that the filter would
+    not compute well.
     """
     assert params.stop_hz is not None  # a Butterworth filter has one
     pass_edge, stop_edge = params.pass_hz, params.stop_hz
@@ -66,12 +62,8 @@ def least_order(
 ) -> int:
     """Return the least order of an analogue Butterworth filter, low-pass or high-pass.
 
-    ``prefix`` stands before the names of the parameters in what is raised.
-
-    Raises
-    ------
-    ParameterError
-        If the edges are so close that the filter would not compute well.
+    ``prefix`` stands before the names of the parameters in what is raised. ParameterError where
+    the edges are so close that the filter would not compute well.
     """
     order = butterworth.least_order(pass_hz, pass_db, stop_hz, stop_db)
     if order > HIGHEST_ORDER:

@@ -71,12 +71,7 @@ def _of_runs(params: MasterParams, kind: str) -> Array:
 
 def chosen(params: MasterParams) -> list[MasterParams]:
     """Return plain parameters per run (one where no number is ``(runs, 1)``) with ``alpha`` or
-    ``cutoff_hz`` given.
-
-    Raises
-    ------
-    ParameterError
-        If no such filter exists.
+    ``cutoff_hz`` given; ParameterError where no such filter exists.
     """
     filters, own = runs_of(params.filter), runs_of(params.velocity_filter)
     runs = max(len(filters), len(own))
