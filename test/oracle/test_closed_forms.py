@@ -13,9 +13,11 @@ from support.strategies import TICK_S, amplitudes, poles_rad_s, signals
 from support.wave_power import power
 
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave import AntiAliasing, EnergyLedger, Hold, WavePort
 from pmwvc_core.wave.design.aliasing import worst_case_gain
 from pmwvc_core.wave.design.filter_design import design, half_power_hz
+from pmwvc_core.wave.ledger import EnergyLedger
+from pmwvc_core.wave.rates import AntiAliasing, Hold
+from pmwvc_core.wave.transform import WavePort
 
 # Fused multiply-add, where a compiler uses it, rounds once instead of twice.
 ROUNDING = 0.0 if platform.machine() in ("x86_64", "AMD64") else 1e-13

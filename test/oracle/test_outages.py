@@ -9,7 +9,7 @@ from support.simulated import simulated
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events.safety import brakes, limited
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.master import SafetyState
+from pmwvc_core.master.safety.limiter import SafetyState
 
 BEGIN_S, LEAST_J = 6.0, -1e-9
 ROUND_TRIP_S = 2 * (0.016 + 0.008)

@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from support.strategies import TICK_S, amplitudes, poles_rad_s, rate_drops, signals
 
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave import AntiAliasing, EnergyLedger, Hold
 from pmwvc_core.wave.design.aliasing import worst_case_gain
+from pmwvc_core.wave.ledger import EnergyLedger
+from pmwvc_core.wave.rates import AntiAliasing, Hold
 
 
 def balances(params, u, rate_drop, *, frames=None):

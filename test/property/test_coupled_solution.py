@@ -11,7 +11,7 @@ from pmwvc_core.controllers import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.server.couplings import coupled_axes
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.wave import MatrixImpedance
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 
 def wild(rng):

@@ -8,7 +8,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pmwvc_core.master import SafetyLimiter, WaveMaster
+from pmwvc_core.master.port import WaveMaster
+from pmwvc_core.master.safety.limiter import SafetyLimiter
 from pmwvc_core.numeric import dot, squared
 from pmwvc_core.params import FilterParams, MasterParams, SafetyParams
 

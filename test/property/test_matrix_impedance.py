@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from support.strategies import matrices
 
 from pmwvc_core.controllers import make_server
-from pmwvc_core.master import WaveMaster
+from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.numeric import dot, root, squared
 from pmwvc_core.params import ContactParams, FilterParams, MasterParams, ServerParams
-from pmwvc_core.wave import MatrixImpedance
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 COUPLINGS = ("implicit", "one_step_delay", "one_frame_late", "unwrapped")
 seeds = st.integers(0, 2**32 - 1)

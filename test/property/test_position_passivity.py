@@ -12,11 +12,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pmwvc_core.master import SafetyLimiter, WaveMaster
+from pmwvc_core.master.port import WaveMaster
+from pmwvc_core.master.safety.limiter import SafetyLimiter
 from pmwvc_core.numeric import dot, squared
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams, SafetyParams
 from pmwvc_core.transport.packet import Packer
-from pmwvc_core.wave import Hold
+from pmwvc_core.wave.rates import Hold
 
 TICK_S = 0.001
 M = 8

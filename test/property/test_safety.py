@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from pmwvc_core.master import SafetyLimiter, SafetyState
+from pmwvc_core.master.safety.limiter import SafetyLimiter, SafetyState
 from pmwvc_core.params import SafetyParams
 
 TICK_S = 0.001

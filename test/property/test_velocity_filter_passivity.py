@@ -12,14 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.strategies import TICK_S
 
-from pmwvc_core.master import WaveMaster
+from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.master.port_filters.velocity_filter import make_velocity_filter
 from pmwvc_core.numeric import dot, squared
 from pmwvc_core.params import FilterParams, MasterParams, VelocityFilterParams
-from pmwvc_core.wave import AntiAliasing
 from pmwvc_core.wave.design.branches import margins
 from pmwvc_core.wave.design.velocity_filter_design import chosen
 from pmwvc_core.wave.design.velocity_filter_response import branches
+from pmwvc_core.wave.rates import AntiAliasing
 
 POLE_RAD_S = float(-np.log(0.95) / TICK_S)  # 0.05/(z - 0.95), App. D Eq. 15
 seeds = st.integers(0, 2**32 - 1)

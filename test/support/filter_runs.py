@@ -3,7 +3,7 @@
 """One filter of each kind, and a trace through it."""
 
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave import AntiAliasing
+from pmwvc_core.wave.rates import AntiAliasing
 from support.strategies import TICK_S
 
 BUTTERWORTH = FilterParams(kind="butterworth", pass_hz=25.0, stop_hz=50.0)

@@ -12,7 +12,7 @@ from support.strategies import matrices
 
 from pmwvc_core.params import ContactParams
 from pmwvc_core.server.factory import make_contact
-from pmwvc_core.wave import MatrixImpedance
+from pmwvc_core.wave.impedance import MatrixImpedance
 
 H = 0.008
 contacts = st.builds(

@@ -9,8 +9,8 @@ import pytest
 from pmwvc_core.master.position.energy_tank import EnergyTank
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams
 from pmwvc_core.transport.packet import Packer
-from pmwvc_core.wave import Hold
 from pmwvc_core.wave.design.aliasing import worst_case_gain
+from pmwvc_core.wave.rates import Hold
 
 M, TICK_S, FRAME_S = 8, 0.001, 0.008
 WAVE = 0.3

@@ -15,9 +15,9 @@ from support.strategies import TICK_S, poles_rad_s, signals
 
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import FilterParams
-from pmwvc_core.wave import AntiAliasing
 from pmwvc_core.wave.design.aliasing import delay_of, worst_case_gain
 from pmwvc_core.wave.design.filter_design import design, half_power_hz, pole_of
+from pmwvc_core.wave.rates import AntiAliasing
 
 
 def gain_at(sos, hz):

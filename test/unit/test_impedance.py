@@ -12,8 +12,15 @@ from pmwvc_core.errors import ParameterError
 from pmwvc_core.numeric import root
 from pmwvc_core.params import ContactParams, MasterParams
 from pmwvc_core.scenario.reader import parse_scenario
-from pmwvc_core.wave import MatrixImpedance, WavePort, impedance_of
-from pmwvc_core.wave.impedance import first_axis, longest_wave, parsed, server_impedance
+from pmwvc_core.wave.impedance import (
+    MatrixImpedance,
+    first_axis,
+    impedance_of,
+    longest_wave,
+    parsed,
+    server_impedance,
+)
+from pmwvc_core.wave.transform import WavePort
 
 
 def scale_of(*signals):

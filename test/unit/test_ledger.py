@@ -5,7 +5,8 @@
 import numpy as np
 import pytest
 
-from pmwvc_core.wave import EnergyLedger, PortLedger, WavePort
+from pmwvc_core.wave.ledger import EnergyLedger, PortLedger
+from pmwvc_core.wave.transform import WavePort
 
 
 def test_a_wave_of_one_root_watt_carries_half_a_watt():

@@ -10,7 +10,8 @@ import pytest
 
 from pmwvc_core.controllers import LIBRARY, make_master
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.master import SafetyLimiter, WaveMaster
+from pmwvc_core.master.port import WaveMaster
+from pmwvc_core.master.safety.limiter import SafetyLimiter
 from pmwvc_core.params import (
     DeviceParams,
     FilterParams,

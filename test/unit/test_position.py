@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pmwvc_core.master import WaveMaster
+from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.master.position.energy_tank import SPREAD_S
 from pmwvc_core.numeric import dot, squared
 from pmwvc_core.params import FilterParams, MasterParams, PositionParams

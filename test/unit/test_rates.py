@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from pmwvc_core.wave import Hold
+from pmwvc_core.wave.rates import Hold
 
 
 def ticks_of(hold, packets, ticks):

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pmwvc_core.master import WaveMaster
 from pmwvc_core.master.brake import HandBrake
+from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.master.strict_port import LIMIT_J, MORE, MUCH_J, StrictMaster
 from pmwvc_core.params import FilterParams, MasterParams
 from pmwvc_core.transport.packet import Packer

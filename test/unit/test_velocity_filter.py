@@ -9,7 +9,7 @@ import pytest
 from scipy import signal
 
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.master import WaveMaster
+from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import BankParams, FilterParams, MasterParams, VelocityFilterParams
 
