@@ -99,25 +99,21 @@ def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
     masters = Gains(ends, axes, None)
     worst, at = masters.peak(angle)
     at_hz = at / (2.0 * np.pi * period_s)
-    if worst <= 1.0 + TOLERANCE and _passive_server(scenario):
+    passive = scenario.coupling.passive(scenario.server)
+    if worst <= 1.0 + TOLERANCE and passive:
         return AnyDelay(True, False, worst, at_hz, ())
     text = f"the users' ends return up to {worst:.7g} times the wave they receive ({at_hz:.3g} Hz)"
     if server is None:
         reasons = [text] if worst > 1.0 + TOLERANCE else []
-        if not _passive_server(scenario):
+        if not passive:
             reasons.append("no bound is known for the server's coupling")
         return AnyDelay(False, False, None, None, tuple(reasons))
     gain, at = Gains(ends, axes, server).peak(angle)
     at_hz = at / (2.0 * np.pi * period_s)
     if gain <= 1.0 + TOLERANCE:
         return AnyDelay(True, True, gain, at_hz, ())
-    return AnyDelay(
-        False,
-        False,
-        gain,
-        at_hz,
-        (f"the gain around the loop is up to 1 + {gain - 1.0:.2g} ({at_hz:.3g} Hz); {text}",),
-    )
+    why = f"the gain around the loop is up to 1 + {gain - 1.0:.2g} ({at_hz:.3g} Hz); {text}"
+    return AnyDelay(False, False, gain, at_hz, (why,))
 
 
 class Gains:
@@ -172,12 +168,8 @@ def _angles(systems: list[System]) -> Array:
     """Return angles up to pi, denser around every pole."""
     found = [np.geomspace(LOWEST, np.pi, POINTS)]
     for system in systems:
-        poles = system.poles()
-        width = np.maximum(np.abs(1.0 - np.abs(poles)), LOWEST)
-        near = np.abs(np.angle(poles))[:, np.newaxis] + np.multiply.outer(
-            width, np.concatenate([-AROUND, AROUND])
-        )
-        found.append(near.ravel())
+        width = np.maximum(np.abs(1.0 - np.abs(system.poles())), LOWEST)
+        found.append(system.angles_near(width, AROUND))
     angle = np.unique(np.concatenate(found))
     return np.asarray(angle[(angle >= LOWEST) & (angle <= np.pi)])
 
@@ -185,11 +177,6 @@ def _angles(systems: list[System]) -> Array:
 def _settles(system: System) -> bool:
     poles = system.poles()
     return bool(len(poles) == 0 or np.abs(poles).max() < 1.0)
-
-
-def _passive_server(scenario: Scenario) -> bool:
-    """Tell whether the server returns no more energy than it received, whatever touches."""
-    return scenario.coupling.passive(scenario.server)
 
 
 def _outside(scenario: Scenario) -> list[str]:
@@ -208,17 +195,12 @@ def _outside(scenario: Scenario) -> list[str]:
         master, period = user.master, scenario.period_ticks
         if master.position.is_on and master.position.feedback == "printed":
             found.append(f"{user.name}: the position feedback as published generates energy")
-        if master.rate_drop != period:
+        if (frame := master.rate_drop) != period:
+            # the largest energy gain of taking the newest packet, once around
+            repeats = -(-frame // period) * period / frame * -(-period // frame) * frame / period
             found.append(
                 f"{user.name}: a packet every {master.rate_drop} ticks and a server step every "
                 f"{period} repeat or skip packets, which can multiply their energy by up to "
-                f"{_repeats(master.rate_drop, period):.3g}"
+                f"{repeats:.3g}"
             )
     return list(dict.fromkeys(found))
-
-
-def _repeats(frame: int, period: int) -> float:
-    """Return the largest energy gain of taking the newest packet, once around."""
-    up = -(-frame // period) * period / frame
-    down = -(-period // frame) * frame / period
-    return up * down

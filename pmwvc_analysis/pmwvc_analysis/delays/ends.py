@@ -40,6 +40,11 @@ class System(NamedTuple):
         found: Complex = np.linalg.eigvals(self.a).astype(complex)
         return found
 
+    def angles_near(self, width: Array, widths: Array) -> Array:
+        """Return angles so many widths [rad] before and behind that of every pole."""
+        steps = np.multiply.outer(width, np.concatenate([-widths, widths]))
+        return np.ravel(np.abs(np.angle(self.poles()))[:, np.newaxis] + steps)
+
     def response(self, z: Complex) -> Complex:
         """Return y per w ``(points, outputs, inputs)`` at points of the z-plane."""
         states = len(self.a)
@@ -100,15 +105,9 @@ def opened_at(loop: Loop, links: Sequence[tuple[Link, int]]) -> Linear:
 def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool = False) -> System:
     """Return the master's end from the packet v to the packet u sent at the next frame start.
 
-    Parameters
-    ----------
-    scenario, user
-        A frame is as long as a step of the server. Without a linear position feedback: that is no
-        wave.
-    impedance
-        In place of the user's: its own, or an eigenvalue of its matrix [N s/m].
-    live
-        Phases of a live session instead of the simulator's.
+    A frame is as long as a step of the server; there is no linear position feedback: that is no
+    wave. The impedance stands in place of the user's: its own, or an eigenvalue of its matrix
+    [N s/m].
     """
     master = dataclasses.replace(user.master, impedance=impedance, impedance_matrix="")
     contact = dataclasses.replace(user.contact, impedance=None, impedance_matrix="")
@@ -118,9 +117,7 @@ def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool =
 
 
 def server_end(scenario: Scenario) -> System:
-    """Return the server's end from every user's packet, axis by axis, to the answers of the same
-    step.
-    """
+    """Return the server's end from every user's packet, by axis, to the answers of the step."""
     return _ends(scenario, live=False)[1]
 
 

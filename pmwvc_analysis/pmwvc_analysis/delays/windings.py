@@ -59,7 +59,7 @@ class Loci:
         """Return how many eigenvalues of the loop are longer than exp(log_r)."""
         angle = self._angles(math.exp(log_r))
         try:
-            values = self._values(angle, log_r)
+            values = _matched(self._values(angle, log_r))
         except np.linalg.LinAlgError:
             return self.outside(log_r + LOG_RADIUS_STEP)
         windings = sum(
@@ -88,7 +88,7 @@ class Loci:
     def angle_at(self, log_r: float) -> float | None:
         """Return the angle of an eigenvalue outside the circle, where there is one."""
         angle = self._angles(math.exp(log_r))
-        values = self._values(angle, log_r)
+        values = _matched(self._values(angle, log_r))
         size = np.log(np.abs(values)) - self._least * log_r
         phase = np.unwrap(np.angle(values), axis=0) - self._least * angle[:, np.newaxis]
         turns = np.floor(phase / (2.0 * np.pi))
@@ -101,22 +101,21 @@ class Loci:
 
     def _angles(self, r: float) -> Array:
         width = np.maximum(np.abs(np.abs(self._poles) - r), 1e-9)
-        near = np.abs(np.angle(self._poles))[:, np.newaxis] + np.multiply.outer(
-            width, np.concatenate([-WIDTHS, WIDTHS])
-        )
-        every = [self._even, np.geomspace(LOWEST, np.pi, POINTS), near.ravel()]
+        near = self._system.angles_near(width, WIDTHS)
+        every = [self._even, np.geomspace(LOWEST, np.pi, POINTS), near]
         found = np.unique(np.concatenate(every))
         return np.asarray(found[(found >= 0.0) & (found <= np.pi)])
 
     def _values(self, angle: Array, log_r: float) -> Complex:
-        """Return the eigenvalues of L Z^q, q the least delay, matched from point to point."""
-        z: Complex = np.exp(log_r + 1j * angle)
-        found = self._system.response(z)
+        """Return the eigenvalues of L Z^q, q the least delay, ``(points, m)``."""
+        turned = log_r + 1j * angle
+        found = self._system.response(np.exp(turned))
         if found.shape[-1] == 1:
             single: Complex = found[:, :, 0]
             return single
-        late = np.exp(-np.multiply.outer(log_r + 1j * angle, self._more))
-        return _matched(np.linalg.eigvals(found * late[:, np.newaxis, :]))
+        late = np.exp(-np.multiply.outer(turned, self._more))
+        values: Complex = np.linalg.eigvals(found * late[:, np.newaxis, :])
+        return values
 
     def _crossings(self, angle: Array, values: Complex, log_r: float) -> float:
         """Return the signed crossings of the real axis beyond 1 on the upper half circle; one at
@@ -163,13 +162,7 @@ class Loci:
 
     def _nearest(self, angle: Array, log_r: float, near: Complex) -> Complex:
         """Return the eigenvalue of L Z^q at each angle that is nearest to a value."""
-        z: Complex = np.exp(log_r + 1j * angle)
-        found = self._system.response(z)
-        if found.shape[-1] == 1:
-            single: Complex = found[:, 0, 0]
-            return single
-        late = np.exp(-np.multiply.outer(log_r + 1j * angle, self._more))
-        values = np.linalg.eigvals(found * late[:, np.newaxis, :])
+        values = self._values(angle, log_r)
         index = np.argmin(np.abs(values - near[:, np.newaxis]), axis=1)
         chosen: Complex = values[np.arange(len(values)), index]
         return chosen
@@ -177,6 +170,8 @@ class Loci:
 
 def _matched(values: Complex) -> Complex:
     """Return eigenvalues ``(points, m)`` in an order in which each goes on to the nearest one."""
+    if values.shape[1] == 1:
+        return values
     apart = np.abs(values[:-1, :, np.newaxis] - values[1:, np.newaxis, :])
     nearest = apart.argmin(axis=2)  # from each to one of the next point
     clear = (np.sort(nearest, axis=1) == np.arange(values.shape[1])).all(axis=1)

@@ -34,11 +34,7 @@ Complex = NDArray[np.complex128]
 STRETCH_S = 8.0  # of the force, for spectra
 LEAST_STRETCHES = 3
 SETTLE_S = 1.0  # of a sine, before it counts
-ANSWERING = (
-    "hand",
-    "remote",
-    "playback_motion",
-)  # operators whose force depends on the device's motion
+ANSWERING = ("hand", "remote", "playback_motion")  # whose force depends on the device's motion
 ALIKE = 0.01  # of a user's force: what another's may differ from a multiple of it
 LEAST_POWER = 1e-3  # of the largest power of the force, for a frequency to count
 TRUSTED = 0.9  # coherence above which a value is worth comparing

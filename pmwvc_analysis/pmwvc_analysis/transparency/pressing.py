@@ -34,7 +34,8 @@ def pressing(scenario: Scenario, user: int, axis: int = 0) -> Array:
     for index in opposite:
         force = pushed
         if waves:
-            force = _at_device(scenario.users[index], at_object(scenario.users[user], pushed))
+            own, server = _roots(scenario.users[index])
+            force = np.asarray(own * (at_object(scenario.users[user], pushed) / server))
         forces[index] = -force / len(opposite)
     return forces
 
@@ -43,11 +44,6 @@ def at_object(user: User, force: Array) -> Array:
     """Return a steady force of a user's device at the object [N]."""
     master, server = _roots(user)
     return np.asarray(server * (force / master))
-
-
-def _at_device(user: User, force: Array) -> Array:
-    master, server = _roots(user)
-    return np.asarray(master * (force / server))
 
 
 def _roots(user: User) -> tuple[Any, Any]:

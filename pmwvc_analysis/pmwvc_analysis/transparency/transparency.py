@@ -109,9 +109,12 @@ def transparency(
     model = build(scenario, live=live)
     radius = spectral_radius(model)
     if radius > STABLE:
+        remedy = "the coupling 'implicit' and more filtering allow more"
+        if not has_waves(scenario.controller):
+            remedy = "the controller 'pmwvc' allows more"
         raise PmwvcError(
             f"{scenario.name} is not stable (spectral radius {radius:.5g}): it has no frequency "
-            f"response; 'pmwvc stability' tells the largest stiffness, {_remedy(scenario)}"
+            f"response; 'pmwvc stability' tells the largest stiffness, {remedy}"
         )
     perfect = build(ideal_of(scenario))
     ideal_stable = spectral_radius(perfect) <= STABLE
@@ -203,9 +206,3 @@ def _rendered(
         mass_felt=mass,
         first_peak_hz=peak,
     )
-
-
-def _remedy(scenario: Scenario) -> str:
-    if not has_waves(scenario.controller):
-        return "the controller 'pmwvc' allows more"
-    return "the coupling 'implicit' and more filtering allow more"
