@@ -25,10 +25,6 @@ def _end() -> NoReturn:
     os._exit(INTERRUPTED)
 
 
-def _while_loading(_: int, __: FrameType | None) -> None:
-    _end()
-
-
 def _while_running(number: int, _: FrameType | None) -> None:
     _interrupts.append(number)
     raise KeyboardInterrupt
@@ -54,7 +50,7 @@ def main() -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     ignored = signal.getsignal(signal.SIGINT) == signal.SIG_IGN  # by nohup, or a background job
     if not ignored:
-        signal.signal(signal.SIGINT, _while_loading)
+        signal.signal(signal.SIGINT, lambda *_: _end())
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     sys.excepthook, sys.unraisablehook = _uncaught, _unraisable
     from pmwvc_bringup import cli, parser

@@ -120,12 +120,8 @@ def load(
     users: int | None = None,
     duration_s: float | None = None,
 ) -> Scenario:
-    """Return the scenario of a name or file, with the options of the command line applied.
-
-    Raises
-    ------
-    ScenarioError
-        Listing every mistake of file and options.
+    """Return the scenario of a name or file, with the options of the command line applied;
+    ScenarioError with every mistake of file and options.
     """
     path = find(name)
     mapping = read(path)

@@ -21,13 +21,8 @@ PLUGINS = PluginGroup(
 
 
 def make_device(name: str, setup: DeviceSetup) -> HapticDevice:
-    """Make the device of a plug-in; it is not opened yet.
-
-    Raises
-    ------
-    DeviceError
-        If there is no such plug-in (naming those there are), if it cannot be imported or made
-        (with the reason), if what it makes is not a device, or one with other axes.
+    """Make the device of a plug-in; it is not opened yet. DeviceError where there is no such
+    plug-in (naming those there are), or what it makes is no device with that many axes.
     """
     device: HapticDevice = PLUGINS.make(name, setup)
     if device.info.dof != setup.dof:

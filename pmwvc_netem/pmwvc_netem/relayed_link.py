@@ -115,7 +115,9 @@ class RelayedLink:
         while (message := self._take()) is not None:
             now_ns, size = self._clock(), len(message)
             self._count += 1
-            known = self._identity(message)
+            known = peek_wave(message) if self._is_wave else None
+            if not self._is_wave and size >= ENCAPSULATION:
+                known = 0, self._count & 0xFFFFFFFF
             if known is None:
                 self.invalid += 1
                 fate = Fate(self._count, now_ns, 0, FateKind.INVALID, Cause.NONE, size)
@@ -143,8 +145,3 @@ class RelayedLink:
         """Close the record: what is still under way never comes out."""
         for (_, epoch, seq), fate in self.link.arrivals(1 << 62):
             self.fates.add(fate, epoch=epoch, seq=seq)
-
-    def _identity(self, message: bytes) -> tuple[int, int] | None:
-        if self._is_wave:
-            return peek_wave(message)
-        return (0, self._count & 0xFFFFFFFF) if len(message) >= ENCAPSULATION else None

@@ -148,7 +148,9 @@ def to_page(values: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the controls, with these values, as the session message declares them."""
     found = []
     for control in CONTROLS:
-        spec = None if control.path == PRESET else _spec(control.path)
+        spec = TOP.get(control.path)
+        if spec is None and control.path != PRESET:
+            spec = spec_of(control.path)
         names = tuple(PRESETS) if spec is None else spec.choices
         if control.path == CONTROLLER:
             names = RECORDS.names()
@@ -187,7 +189,3 @@ def choices() -> dict[str, Any]:
         "presets": [{"name": name, "words": preset.basis} for name, preset in PRESETS.items()],
         "controllers": controllers,
     }
-
-
-def _spec(path: str) -> Any:
-    return TOP[path] if path in TOP else spec_of(path)

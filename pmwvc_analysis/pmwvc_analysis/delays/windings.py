@@ -33,12 +33,8 @@ FINE = 1e-10  # relative, of ln(radius)
 class Loci:
     """The eigenvalues of L along circles, for the system H and the delays q of every input (> 0).
 
-    ``at_one`` eigenvalues of the loop are 1 by a rigid motion; they do not count.
-
-    Raises
-    ------
-    PmwvcError
-        If delays differ by so much that the grid would be too large.
+    ``at_one`` eigenvalues of the loop are 1 by a rigid motion; they do not count. PmwvcError where
+    delays differ by so much that the grid would be too large.
     """
 
     def __init__(self, system: System, delays: NDArray[np.int64], at_one: int) -> None:

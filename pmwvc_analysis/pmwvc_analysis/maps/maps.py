@@ -103,12 +103,11 @@ def compute(
     known: Array | None = None,
     done: Done | None = None,
 ) -> Array:
-    """Return the spectral radii of a map ``(rows, columns)``.
+    """Return the spectral radii of a map ``(rows, columns)``; ``workers`` and ``dask`` as for
+    :func:`.workers.finished`.
 
     Parameters
     ----------
-    workers, dask
-        As for :func:`.workers.finished`.
     known
         What is known already; NaN is computed.
     done

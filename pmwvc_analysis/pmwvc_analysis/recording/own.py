@@ -163,7 +163,9 @@ def _continuing(series: Series, kind: str) -> list[bool]:
             starts = clock.monotonic_times([series.messages[row] for row in rows])
             increasing = _increasing(starts)
             rows, starts = rows[increasing], starts[increasing]
-            rows = rows[_clocks_agree(logs[rows] - starts)]
+            if len(rows) > 1:  # those with a neighbour whose clock differs as little as theirs
+                near = np.abs(np.diff((logs[rows] - starts).astype(float))) < CLOCK_NS
+                rows = rows[np.append(near, False) | np.append(False, near)]
         kept[rows] = True
     return kept.tolist()
 
@@ -186,11 +188,3 @@ def _increasing(values: Integers) -> Integers:
         chain.append(index)
         index = int(before[index])
     return np.array(chain[::-1])
-
-
-def _clocks_agree(offsets: Integers) -> NDArray[np.bool_]:
-    """Tell which messages have a neighbour whose clock [ns] differs as little as theirs."""
-    if len(offsets) < 2:
-        return np.ones(len(offsets), dtype=bool)
-    near = np.abs(np.diff(offsets.astype(float))) < CLOCK_NS
-    return np.concatenate((near, [False])) | np.concatenate(([False], near))

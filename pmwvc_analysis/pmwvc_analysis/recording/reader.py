@@ -41,12 +41,8 @@ def read_session(folder: str | Path) -> SessionTraces:
 
 
 def session_of(content: Content, folder: Path) -> SessionTraces:
-    """Return decoded messages as traces; ``folder`` may hold the runner's notes.
-
-    Raises
-    ------
-    RecordingError
-        If no message is of a session.
+    """Return decoded messages as traces; ``folder`` may hold the runner's notes. RecordingError
+    where no message is of a session.
     """
     logs = [log_ns for series in content.by_topic.values() for log_ns in series.log_ns]
     if not logs:

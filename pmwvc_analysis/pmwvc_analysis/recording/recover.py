@@ -17,11 +17,7 @@ def recover(damaged: str | Path, target_folder: str | Path) -> Salvage:
     """Write what is whole in a damaged ``.mcap`` file as a new, complete session folder.
 
     The damaged file is left as it is. Topics keep their names, types, times and bytes.
-
-    Raises
-    ------
-    RecordingError
-        If nothing can be read or written, or the new file does not read back whole.
+    RecordingError where nothing can be read or written, or the new file does not read back whole.
     """
     salvage = Salvage()
     with SessionWriter(target_folder) as writer:
@@ -51,12 +47,8 @@ def recover(damaged: str | Path, target_folder: str | Path) -> Salvage:
 def mend(folder: str | Path, target: str | Path) -> str:
     """Recover a session folder (or one file) into a new one; return as text what was kept.
 
-    Scenario, events and logs are copied.
-
-    Raises
-    ------
-    RecordingError
-        If it holds not exactly one MCAP file, or the file cannot be recovered.
+    Scenario, events and logs are copied. RecordingError where it holds not exactly one MCAP file,
+    or the file cannot be recovered.
     """
     source, new = Path(folder), Path(target)
     files = sorted(source.glob("*.mcap")) if source.is_dir() else [source]

@@ -24,12 +24,8 @@ def is_remote(user: User) -> bool:
 def remote_hand(
     user: User, traces: SessionTraces, loop: LoopTimes, *, tick_s: float, dof: int
 ) -> Operator:
-    """Return the remote hand of a user with its recorded targets.
-
-    Raises
-    ------
-    RecordingError
-        If the session is a replay itself: it has no targets.
+    """Return the remote hand of a user with its recorded targets; RecordingError where the session
+    is a replay itself: it has none.
     """
     if traces.source != "live":
         raise RecordingError(

@@ -35,11 +35,6 @@ def write(
 ) -> dict[str, Any]:
     """Write tables, traces and, with ``figures``, pictures and ``comparison.html``; return the
     content of ``comparison.json`` (:func:`pmwvc_analysis.compare.files.write_tables`).
-
-    Raises
-    ------
-    RecordingError
-        If the folder cannot be written into.
     """
     found = write_tables(folder, title, entries, about)
     if figures:

@@ -141,12 +141,8 @@ class Rating:
 
 
 def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
-    """Return what a choice does for a scenario, along the first axis.
-
-    Raises
-    ------
-    PmwvcError
-        If the periods of the scenario hardly ever meet.
+    """Return what a choice does for a scenario, along the first axis; PmwvcError where the periods
+    of the scenario hardly ever meet.
     """
     chosen = choice.applied(scenario)
     near = relative(chosen)

@@ -127,12 +127,7 @@ def _proven(
     live: bool,
 ) -> tuple[Key, Rating]:
     """Return the first choice that is stable when simulated; then the best one with less and less
-    impedance.
-
-    Raises
-    ------
-    PmwvcError
-        If none is.
+    impedance. PmwvcError if none is.
     """
     found = ""
     for key in order:

@@ -41,12 +41,8 @@ def combinations(
 
     Baselines whose parameters are not given are tuned by their rules for each combination.
     ``controllers`` are words of :mod:`pmwvc_bringup.comparison.variants`, an axis of their own;
-    the others are settings of all, as with ``pmwvc simulate``.
-
-    Raises
-    ------
-    ScenarioError
-        Listing every mistake of the scenario, the values and their combinations, each once.
+    the others are settings of all, as with ``pmwvc simulate``. ScenarioError with every mistake of
+    the scenario, the values and their combinations, each once.
     """
     axes, problems = _axes(over)
     if controllers:

@@ -101,12 +101,8 @@ class Monitor:
 
     def start(self, *groups: Sequence[str]) -> None:
         """Call ``start`` of nodes that wait for it, one group after the other, and wait for the
-        first ticks of all masters: the time of a session counts from there.
-
-        Raises
-        ------
-        PmwvcError
-            Naming the nodes that did not answer.
+        first ticks of all masters: the time of a session counts from there. PmwvcError names the
+        nodes that did not answer.
         """
         for nodes in groups:
             answers = self._call(nodes, "start")

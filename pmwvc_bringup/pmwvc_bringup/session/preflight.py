@@ -21,12 +21,8 @@ SIMULATED = "simulated"
 
 
 def check(scenario: Scenario) -> None:
-    """Refuse a scenario that could not run.
-
-    Raises
-    ------
-    ScenarioError
-        Naming every file and plug-in that cannot be used, each once, with its first user.
+    """Refuse a scenario that could not run: ScenarioError with every file and plug-in that cannot
+    be used, each once, with its first user.
     """
     found: dict[str, str] = {}
     for user in scenario.users:

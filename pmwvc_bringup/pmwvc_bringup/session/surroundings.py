@@ -54,11 +54,7 @@ def own_domain(environment: Mapping[str, str]) -> Iterator[int]:
     """Yield the ROS domain of a session: the user's, or one that is free on this machine.
 
     Sockets reserve it against other sessions; they go away with this process, however it ends.
-
-    Raises
-    ------
-    PmwvcError
-        If the user's choice is no domain or holds another session, or all domains are taken.
+    PmwvcError where the user's choice is no domain or holds another session, or all are taken.
     """
     given = environment.get("ROS_DOMAIN_ID", "")
     if given and not (given.isdigit() and int(given) <= 232):

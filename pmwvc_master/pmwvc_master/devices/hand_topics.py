@@ -29,11 +29,7 @@ HAND_QOS = QoSProfile(
 
 class HandTopics:
     """See :class:`pmwvc_core.plant.remote_hand.TargetSource`; topics are relative to the node's.
-
-    Raises
-    ------
-    ParameterError
-        If a point cannot hold that many axes.
+    ParameterError where a point cannot hold that many axes.
     """
 
     early = True

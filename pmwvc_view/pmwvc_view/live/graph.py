@@ -94,17 +94,8 @@ def find(
 ) -> Graph | None:
     """Wait for a session, and return it; None when asked to stop before.
 
-    Parameters
-    ----------
-    users
-        Names of its users; empty: those that its server has.
-    emulated
-        Whether there will be an emulator; otherwise it is looked for only a while.
-
-    Raises
-    ------
-    ParameterError
-        If there are several sessions, or the server has other users.
+    Without names of users they are those of its server. An emulator that is not expected is
+    looked for only a while. ParameterError where there are several sessions, or other users.
     """
     parameters = Parameters(node)
     reported = False

@@ -3,7 +3,7 @@
 """The topics of a session, emptied into the feed of a page."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -88,14 +88,12 @@ class Inlets:
             if number is None or misfit("PacketFate", message) or feed.zero_ns is None:
                 continue
             packets = packets_of(message)
-            if len(packets) and abs(packets[-1, 1] - feed.zero_ns) < NEAR_NS + self._age_ns(feed):
+            age_ns = abs(self.now_ns() - feed.zero_ns)
+            if len(packets) and abs(packets[-1, 1] - feed.zero_ns) < NEAR_NS + age_ns:
                 feed.on_packets(number, packets)
                 self._time_round_trip(number, packets)
         self._take_health()
         self._take_events()
-
-    def _age_ns(self, feed: Feed) -> int:
-        return abs(self.now_ns() - (feed.zero_ns or 0))
 
     def _time_round_trip(self, number: int, packets: Array) -> None:
         """Note the delay of a link's newest packets, and with it the round trip."""
@@ -115,7 +113,11 @@ class Inlets:
                 user = owners.get(status.name)
                 if user is not None and not self._graph.emulated:
                     values = {pair.key: pair.value for pair in status.values}
-                    self.round_trips[f"{user}.round_trip"] = _seconds(values)
+                    try:
+                        trip_s = 1e-3 * float(values[ROUND_TRIP])
+                    except (KeyError, ValueError):
+                        trip_s = None  # it knows none
+                    self.round_trips[f"{user}.round_trip"] = trip_s
 
     def _take_events(self) -> None:
         while (message := self._events.take()) is not None:
@@ -124,14 +126,6 @@ class Inlets:
                 for each in message.changed_parameters:
                     known[each.name] = parameter_value_to_python(each.value)
                 self.changed = True
-
-
-def _seconds(values: Mapping[str, str]) -> float | None:
-    """Return the round trip that a master reports, None where it knows none."""
-    try:
-        return 1e-3 * float(values[ROUND_TRIP])
-    except (KeyError, ValueError):
-        return None
 
 
 def packets_of(message: Any) -> Array:

@@ -64,7 +64,7 @@ def _packed(values: Array) -> str:
 def _page(content: str) -> str:
     """Return the page with style, scripts and session in it."""
     text = (PAGE / "index.html").read_text("utf-8")
-    icon = _address(PAGE / "icon.svg", "image/svg+xml")
+    icon = _address((PAGE / "icon.svg").read_bytes(), "image/svg+xml")
     modules = {f"page/{file.name}": _module(file.read_text("utf-8")) for file in PAGE.glob("*.js")}
     style = (PAGE / "page.css").read_text("utf-8")
     text = re.sub(r'  <link rel="(modulepreload|stylesheet)".*\n', "", text)
@@ -79,10 +79,8 @@ def _page(content: str) -> str:
 
 
 def _module(text: str) -> str:
-    text = re.sub(r'from "\./', 'from "page/', text)
-    encoded = base64.b64encode(text.encode()).decode("ascii")
-    return f"data:text/javascript;base64,{encoded}"
+    return _address(re.sub(r'from "\./', 'from "page/', text).encode(), "text/javascript")
 
 
-def _address(file: Any, kind: str) -> str:
-    return f"data:{kind};base64,{base64.b64encode(file.read_bytes()).decode('ascii')}"
+def _address(content: bytes, kind: str) -> str:
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"

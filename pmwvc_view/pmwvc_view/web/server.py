@@ -12,9 +12,7 @@ import socket
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from websockets.asyncio.server import Server, ServerConnection, serve
-from websockets.http11 import Request as HttpRequest
-from websockets.http11 import Response
+from websockets.asyncio.server import ServerConnection, serve
 
 from pmwvc_view import description, protocol
 from pmwvc_view.protocol.snapshots import Snapshot
@@ -85,14 +83,16 @@ class PageServer:
             self._serve_page,
             self._host,
             self.port,
-            process_request=self._request,
+            process_request=lambda _, request: answered(
+                request, self._access, port=self.port, pages=self.pages
+            ),
             compression=None,
             max_size=protocol.MESSAGE_BYTES,
             server_header=None,
             close_timeout=CLOSE_S,
         )
         try:
-            self.port = _port(server)
+            self.port = int(next(iter(server.sockets)).getsockname()[1])
             ready()
             await self._pace(stop)
         finally:
@@ -160,10 +160,6 @@ class PageServer:
             snapshot_s=self._snapshot_s,
         )
 
-    def _request(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
-        """Answer a request for a file; let a socket through that may connect."""
-        return answered(request, self._access, port=self.port, pages=self.pages)
-
     async def _serve_page(self, socket: ServerConnection) -> None:
         """Serve one page until it is gone; then its handles are free."""
         client = Client(socket, self._session.layout)
@@ -182,7 +178,3 @@ class PageServer:
             self._handling.gone(client)
         if why:
             await client.refuse(why)
-
-
-def _port(server: Server) -> int:
-    return int(next(iter(server.sockets)).getsockname()[1])

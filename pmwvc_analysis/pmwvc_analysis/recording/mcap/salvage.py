@@ -37,11 +37,7 @@ class Salvage:
 
 def messages(path: str | Path, salvage: Salvage) -> Iterator[RawMessage]:
     """Yield every message of every whole chunk; ``salvage`` holds how far the file was good.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be opened.
+    RecordingError where it cannot be opened.
     """
     from mcap import records as mcap
     from mcap.exceptions import EndOfFile, McapError
