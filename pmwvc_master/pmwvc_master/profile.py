@@ -21,7 +21,7 @@ SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction
 
 
 def limits_of(info: DeviceInfo, safety: SafetyParams) -> SafetyParams:
-    """Return the safety limits within what the device declares; DeviceError where that cannot be."""
+    """Return the safety limits within what the device declares; DeviceError if that cannot be."""
     positive = ("max_force", "continuous_force", "apparent_mass", "workspace_m")
     for name in positive:
         value = getattr(info, name)
