@@ -213,7 +213,7 @@ def _environment() -> Outcome:
     if found.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp") != "rmw_fastrtps_cpp":
         return WARNING, text, "only rmw_fastrtps_cpp is tested; unset it"
     if found.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").upper() == "OFF":
-        remedy = "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF: nodes will not meet; unset it"
+        remedy = "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF: nodes do not discover each other; unset it"
         return PROBLEM, text, remedy
     return OK, text, ""
 

@@ -45,7 +45,7 @@ class PresetParams(Validated):
     preset: str = parameter(
         "none",
         ("none", *PRESETS),
-        "settings of all links by name; those given one by one win at the start",
+        "settings of all links by name; at the start those given one by one take precedence",
     )
 
 
@@ -77,7 +77,7 @@ class Settings:
         self._all: dict[str, LinkParams] = {}  # by direction
         self.seed: int = declare_value(node, "seed", SEED, 1)
         preset = self._binding.declare("", PresetParams, self._use_preset).preset
-        others = declare_names(node, "link_names", [], "names of links that are no user's")
+        others = declare_names(node, "link_names", [], "names of links besides those of the users")
         self.users = declare_names(
             node, "users", [] if others else ["user1"], "names of the users, two links each"
         )

@@ -98,7 +98,7 @@ def test_drag_on_the_page_lifts_the_measured_force(visited):
 
 def test_second_page_for_one_handle_is_refused(visited):
     assert not visited["second tab"]["done"]
-    assert "somebody else" in visited["second tab"]["text"]
+    assert "another page" in visited["second tab"]["text"]
 
 
 def test_setting_of_the_page_changes_the_running_nodes_and_wrong_ones_are_refused(visited):

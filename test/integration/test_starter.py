@@ -57,7 +57,7 @@ def test_launched_nodes_begin_together_in_any_namespace_and_run_for_their_time(t
         address = nodes["view"].await_output(r"^page http://127\.0\.0\.1:\d+/\?token=").split()[1]
         with opened(address) as socket:
             refused = Page(socket, "").ask("restart", values={})
-        assert not refused["done"] and "nobody can begin this session again" in refused["text"]
+        assert not refused["done"] and "can be started again from its page" in refused["text"]
         master = f"{NAMESPACE}/user1/master"
         assert peer.set_parameters(master, {"safety.max_force": 2.5}) == [""]
         (refusal,) = peer.set_parameters(master, {"safety.max_force": 3.0})

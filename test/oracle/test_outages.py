@@ -77,7 +77,7 @@ def test_a_link_dead_one_way_brakes_both_ends_and_is_named():
     for user, state in zip(traces.users, traces.server.state, strict=True):
         rows = (user.block_time_s > BEGIN_S) & (user.block_time_s < BEGIN_S + 0.6)
         reasons = {text for text, row in zip(user.reason, rows, strict=True) if row}
-        assert "server does not hear this user: damping only" in reasons
+        assert "server receives nothing from this user: damping only" in reasons
         assert not any("server silent" in text for text in reasons)
         at = int((BEGIN_S + 0.3) / traces.server.period_s)
         assert state[at] == 3

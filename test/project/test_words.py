@@ -5,7 +5,10 @@ of a theatre: a session reports, it does not tell; a port is not a seat.
 """
 
 import ast
+import re
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PRODUCT = [file for folder in ROOT.glob("pmwvc_*") for file in folder.glob("pmwvc_*/**/*.py")]
@@ -23,6 +26,49 @@ INSTEAD = {  # word: better
     "foreign": "plug-in",
     "hyperframe": "hyperperiod",
 }
+
+PAGE = sorted((ROOT / "pmwvc_view" / "pmwvc_view" / "page").glob("*.js"))
+TEXTS = {  # in what the program prints: better
+    r"\bfe(el|els|lt) like\b": "acts like, rendered",
+    r"\b(tell|tells|told|say|says|said)\b": "gives, reports, has",
+    r"\b(hear|hears|heard)\b": "receives",
+    r"\b(nobody|somebody)\b": "no user, another page",
+    r"\bpays? for nothing\b": "generates energy",
+    r"\btakes? \w+ \w+ for gone\b": "counts as silent",
+    r"\btrembl(e|es|ing)\b": "chatters, oscillates",
+    r"\b(yours|mine)\b": "held by this page",
+    r"\bmust be a (list of )?texts?\b": "string",
+}
+
+
+def texts(file):
+    """Yield line and text of what a file may print: its strings without docstrings, or its
+    templates where it is a page's.
+    """
+    source = file.read_text("utf-8")
+    if file.suffix == ".js":
+        for number, line in enumerate(source.split("\n"), start=1):
+            yield from ((number, text) for text in re.findall(r"""[`"]([^`"]*)[`"]""", line))
+        return
+    tree = ast.parse(source)
+    docstrings = {
+        id(node.body[0].value)
+        for node in ast.walk(tree)
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef))
+        and isinstance(node.body[0], ast.Expr)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            if id(node) not in docstrings and " " in node.value:
+                yield node.lineno, node.value
+
+
+def wrong_texts(file):
+    """Yield the texts of a file with such a word in them."""
+    for number, text in texts(file):
+        for pattern, better in TEXTS.items():
+            if re.search(pattern, text):
+                yield f"{file.name}:{number} {text}: {better}"
 
 
 def wrong_names(file):
@@ -53,3 +99,22 @@ def test_a_name_in_another_word_is_found(tmp_path):
         "bad.py:3 seat: port, user",
         "bad.py:4 _surplus: excess, accounted",
     ]
+
+
+def test_texts_are_in_the_words_of_the_field():
+    assert len(PAGE) > 10
+    assert [found for file in [*PRODUCT, *PAGE] for found in wrong_texts(file)] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "source"),
+    [
+        ("bad.py", '"""The told one."""\n\nprint(f"the cube feels like {1} N/m")\n'),
+        ("bad.js", "const text = `the cube feels like ${x} N/m`;"),
+    ],
+)
+def test_a_text_in_another_word_is_found(tmp_path, name, source):
+    file = tmp_path / name
+    file.write_text(source)
+    (found,) = wrong_texts(file)
+    assert "the cube feels like" in found and "acts like" in found

@@ -78,43 +78,43 @@ DAMAGE = {
     # what: (record, its place, offset in it, form, value), words in the finding
     "statistics: messages": (
         (Opcode.STATISTICS, 0, P, "<Q", 7),
-        "message_count = 7 instead of 40",
+        "message_count = 7, not 40",
     ),
     "statistics: schemas": (
         (Opcode.STATISTICS, 0, P + 8, "<H", 3),
-        "schema_count = 3 instead of 1",
+        "schema_count = 3, not 1",
     ),
     "statistics: chunks": (
         (Opcode.STATISTICS, 0, P + 22, "<I", 9),
-        "chunk_count = 9 instead of 5",
+        "chunk_count = 9, not 5",
     ),
     "statistics: times": (
         (Opcode.STATISTICS, 0, P + 26, "<Q", 5),
-        "message_start_time = 5 instead of 1000",
+        "message_start_time = 5, not 1000",
     ),
     "statistics: per channel": (
         (Opcode.STATISTICS, 0, P + 48, "<Q", 1),
-        "says channel_message_counts = ",
+        "has channel_message_counts = ",
     ),
     "chunk index: offset": (
         (Opcode.CHUNK_INDEX, 0, P + 16, "<Q", 77),
-        "names byte 77: nothing such",
+        "names byte 77: no such record",
     ),
     "chunk index: time": (
         (Opcode.CHUNK_INDEX, 0, P, "<Q", 1),
-        "message_start_time = 1 instead of",
+        "message_start_time = 1, not",
     ),
     "chunk index: message index": (
         (Opcode.CHUNK_INDEX, 0, P + 38, "<Q", 3),
-        "says message_index_offsets = ",
+        "has message_index_offsets = ",
     ),
     "chunk index: length of indexes": (
         (Opcode.CHUNK_INDEX, 0, P + 56, "<Q", 3),
-        "says message_index_length = 3 instead of",
+        "has message_index_length = 3, not",
     ),
     "message index: gone": (
         (Opcode.MESSAGE_INDEX, 1, 0, "<B", 0x81),
-        "has messages that no index names",
+        "has messages without an index",
     ),
     "message index: time": ((Opcode.MESSAGE_INDEX, 0, P + 6, "<Q", 3), "does not fit its chunk"),
     "message index: offset": (
@@ -125,33 +125,36 @@ DAMAGE = {
     "metadata index": ((Opcode.METADATA_INDEX, 0, P, "<Q", 8), "metadata-index at byte"),
     "attachment index": (
         (Opcode.ATTACHMENT_INDEX, 0, P + 8, "<Q", 8),
-        "says length = 8 instead of",
+        "has length = 8, not",
     ),
     "summary offset: start": (
         (Opcode.SUMMARY_OFFSET, 0, P + 1, "<Q", 5),
-        "says group_start = 5 instead of",
+        "has group_start = 5, not",
     ),
     "summary offset: length": (
         (Opcode.SUMMARY_OFFSET, 3, P + 9, "<Q", 5),
-        "says group_length = 5 instead of",
+        "has group_length = 5, not",
     ),
     "footer: summary": (
         (Opcode.FOOTER, 0, P, "<Q", 30),
-        "says summary_start = 30 instead of",
+        "has summary_start = 30, not",
     ),
     "footer: offsets": (
         (Opcode.FOOTER, 0, P + 8, "<Q", 31),
-        "says summary_offset_start = 31 instead of",
+        "has summary_offset_start = 31, not",
     ),
     "repeated schema": (
         (Opcode.SCHEMA, 0, P + 6, "<B", 90),
-        "says name = 'Z/msg/B' instead of 'a/msg/B'",
+        "has name = 'Z/msg/B', not 'a/msg/B'",
     ),
     "repeated channel": (
         (Opcode.CHANNEL, 0, P + 8, "<B", 90),
-        "says topic = 'Ztopic0' instead of '/topic0'",
+        "has topic = 'Ztopic0', not '/topic0'",
     ),
-    "chunk: first time": ((Opcode.CHUNK, 0, P, "<Q", 5), "names times its messages do not have"),
+    "chunk: first time": (
+        (Opcode.CHUNK, 0, P, "<Q", 5),
+        "names times that its messages",
+    ),
     "chunk: size": ((Opcode.CHUNK, 0, P + 16, "<Q", 5), "bytes, not 5"),
     "chunk: checksum": ((Opcode.CHUNK, 0, P + 24, "<I", 5), "the checksum of the chunk"),
     "data section: checksum": ((Opcode.DATA_END, 0, P, "<I", 5), "checksum of the data section"),
@@ -159,11 +162,11 @@ DAMAGE = {
     "attachment: content": ((Opcode.ATTACHMENT, 0, P, "<B", 90), "checksum of the attachment"),
     "attachment index: size": (
         (Opcode.ATTACHMENT_INDEX, 0, P + 32, "<Q", 8),
-        "says data_size = 8 instead of 9",
+        "has data_size = 8, not 9",
     ),
     "attachment index: name": (
         (Opcode.ATTACHMENT_INDEX, 0, P + 44, "<B", 90),
-        "says name = 'Zotes'",
+        "has name = 'Zotes'",
     ),
     "attachment index: text": (
         (Opcode.ATTACHMENT_INDEX, 0, P + 40, "<I", 99),
@@ -171,7 +174,7 @@ DAMAGE = {
     ),
     "metadata index: name": (
         (Opcode.METADATA_INDEX, 0, P + 20, "<B", 90),
-        "says name = 'Zession'",
+        "has name = 'Zession'",
     ),
     "metadata index: text": (
         (Opcode.METADATA_INDEX, 0, P + 16, "<I", 99),
@@ -199,7 +202,7 @@ def test_a_message_moved_to_another_channel_is_found():
     data = written()
     chunk = found(data, Opcode.CHUNK, 1)
     start = data.index(bytes([Opcode.MESSAGE]) + struct.pack("<Q", 42), chunk)
-    assert "channel 9, which comes nowhere" in problems(patched(data, start + P, "<H", 9))
+    assert "channel 9, defined nowhere" in problems(patched(data, start + P, "<H", 9))
 
 
 def test_magic_is_wanted_at_both_ends():

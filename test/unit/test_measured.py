@@ -111,7 +111,7 @@ def test_a_hand_that_answers_to_the_motion_is_refused(kind):
     """Its force is -Z_hand (x - target): the ratio x/f shows the hand."""
     scenario, user = recorded(SINE)
     operator = dataclasses.replace(scenario.users[0].operator, kind=kind)
-    with pytest.raises(PmwvcError, match=r"answers to the motion .* closed loop"):
+    with pytest.raises(PmwvcError, match=r"reacts to the motion .* closed loop"):
         measure(user, dataclasses.replace(scenario.users[0], operator=operator))
 
 
@@ -150,5 +150,5 @@ def test_with_two_users_the_model_has_the_forces_of_the_session():
         scenario.users[1], operator=dataclasses.replace(scenario.users[1].operator, kind="hand")
     )
     held = dataclasses.replace(scenario, users=(scenario.users[0], other))
-    with pytest.raises(PmwvcError, match=r"user2: the hand \(hand\) answers"):
+    with pytest.raises(PmwvcError, match=r"user2: the hand \(hand\) reacts"):
         pattern(traces.users, held, 0)

@@ -138,7 +138,7 @@ def test_delay_that_grows_is_noted_and_energy_only_of_waves_that_are_held(channe
     notices.changed(old, controls.changed(old, {"link.delay_s": 0.05}))
     (text,) = notices.texts()
     assert "the delay grew, to 50 ms" in text
-    assert ("can give out energy" in text) == held
+    assert ("can generate energy" in text) == held
 
 
 @settings(max_examples=8, deadline=None)

@@ -118,7 +118,7 @@ def test_handle_has_one_owner_and_is_free_again_once_that_page_is_gone(server):
         with server.page() as first:
             assert first.ask("take", user="user1")["done"]
             refused = second.ask("take", user="user1")
-            assert not refused["done"] and "somebody else" in refused["text"]
+            assert not refused["done"] and "another page" in refused["text"]
             second.send("target", user="user1", position=[0.5])
             first.send("target", user="user1", position=[0.1])
             assert targets.get(timeout=PATIENCE_S) == ("user1", (0.1,))

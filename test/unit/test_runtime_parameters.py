@@ -183,7 +183,7 @@ def test_right_names_are_not_refused():
 
 def test_single_values_are_checked_too():
     with node_given(users=[1, 2], seed=-1) as peer:
-        with pytest.raises(ParameterError, match=r"^users = .*: must be a list of texts"):
+        with pytest.raises(ParameterError, match=r"^users = .*: must be a list of strings"):
             declare_names(peer.node, "users", [], "names")
         with pytest.raises(ParameterError, match=r"^seed = -1: must be >= 0"):
             declare_value(peer.node, "seed", Spec(int, low=0, description="seed"), 1)

@@ -138,7 +138,7 @@ def test_the_number_of_a_column_is_taken_as_text():
     user = parse_scenario(BASE | {"operator": {"columns": 1}}).users[0]
     assert user.operator.columns == "1"
     (problem,) = problems(BASE | {"operator": {"columns": 1.5}})
-    assert problem == "operator.columns = 1.5: must be a text"
+    assert problem == "operator.columns = 1.5: must be a string"
 
 
 def test_a_text_where_a_number_belongs_is_reported():

@@ -214,7 +214,7 @@ def test_one_axis_runs_on_plain_floats(coupling, environment, contact):
 @pytest.mark.parametrize("coupling", COUPLINGS)
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_axes_across_do_what_one_axis_does_alone(coupling, contact):
-    """Two-sided contacts do not mix the axes; a grip's axis 0 does not hear the others."""
+    """Two-sided contacts do not mix the axes; a grip's axis 0 does not depend on the others."""
     rng = np.random.default_rng(6)
     waves = rng.normal(0.0, 0.3, (60, 2, 3))
     space = make(2, coupling=coupling, contact=contact, dof=3)

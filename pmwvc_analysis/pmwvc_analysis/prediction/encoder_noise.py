@@ -3,7 +3,7 @@
 """The energy that an encoder sends as waves without a hand that gives it.
 
 With steps q the positions measured have the rounding error e, evenly spread over q where a grip
-trembles over several counts. The difference quotient (e_k - e_{k-1})/T_c goes into u_m, and what
+chatters over several counts. The difference quotient (e_k - e_{k-1})/T_c goes into u_m, and what
 the anti-aliasing filter lets through is in the packets:
 
     P = b q^2/(12 T_c^2) sum (h_k - h_{k-1})^2,    h: impulse response of the filter

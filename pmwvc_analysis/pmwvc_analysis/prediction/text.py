@@ -231,8 +231,8 @@ def _device_lines(scenario: Scenario) -> list[str]:
         noise_w = encoder_noise_w(user) if has_waves(scenario.controller) else 0.0
         if noise_w > 0.0:
             found.append(
-                f"{user.name}: where a grip trembles over the counts of its encoder, the waves "
-                f"carry {1e3 * noise_w:.2g} mW of noise that no hand gives; the port of the hand "
-                "is not passive by as much."
+                f"{user.name}: where a grip chatters between counts of its encoder, the waves "
+                f"carry {1e3 * noise_w:.2g} mW of noise that is not the hand's; the port of the "
+                "hand is not passive by as much."
             )
     return found

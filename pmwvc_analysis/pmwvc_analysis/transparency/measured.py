@@ -10,7 +10,7 @@ force, both averaged over overlapping stretches (Welch), with the coherence
 1 where position follows from force linearly and without noise. A single sine: the ratio of both at
 its frequency, stretch by stretch; their coherence is |mean(X F*)|^2 / (mean |X|^2 mean |F|^2).
 
-Both take the force as given. A hand answers to the motion: what else moves the device (another
+Both take the force as given. A hand reacts to the motion: what else moves the device (another
 hand, noise, a contact that parts) is then in the force as well, and the ratio is biased without a
 loss of coherence. Such sessions are refused, as are those in which another user answers or pushes
 in a way of its own.
@@ -64,7 +64,7 @@ def measure(user: UserTraces, known: User) -> Measured:
     if isinstance(known.impedance, MatrixImpedance) and np.any(user.f_h[:, 1:]):
         raise PmwvcError(
             f"{user.name}: the hand pushes along several axes, which the impedance matrix "
-            "couples: the motion along the first is not that one force's doing"
+            "couples: the motion along the first is not due to the force along it alone"
         )
     force, position = user.f_h[:, 0], user.x_m[:, 0]
     if not np.isfinite(force).all():
@@ -92,7 +92,7 @@ def pattern(users: Sequence[UserTraces], scenario: Scenario, index: int) -> list
     Raises
     ------
     PmwvcError
-        If another hand answers to the motion, was not recorded, or pushed in a way of its own:
+        If another hand reacts to the motion, was not recorded, or pushed in a way of its own:
         then the position is not that one user's doing.
     """
     own = {user.name: user for user in users}
@@ -131,7 +131,7 @@ def _require_given(known: User) -> None:
     if known.operator.kind in ANSWERING or known.device.plugin != "simulated":
         who = "a person" if known.device.plugin != "simulated" else known.operator.kind
         raise PmwvcError(
-            f"{known.name}: the hand ({who}) answers to the motion of the device: force and "
+            f"{known.name}: the hand ({who}) reacts to the motion of the device: force and "
             "position form a closed loop, in which another hand, noise or a lost contact moves "
             "both, and their ratio is not the admittance; measure with operator.kind=chirp (or "
             "sinusoid), whose force is given"

@@ -114,7 +114,7 @@ def transparency(
             remedy = "the controller 'pmwvc' allows more"
         raise PmwvcError(
             f"{scenario.name} is not stable (spectral radius {radius:.5g}): it has no frequency "
-            f"response; 'pmwvc stability' tells the largest stiffness, {remedy}"
+            f"response; 'pmwvc stability' gives the largest stiffness, {remedy}"
         )
     perfect = build(ideal_of(scenario))
     ideal_stable = spectral_radius(perfect) <= STABLE

@@ -108,7 +108,7 @@ def _clocks(summary: dict[str, Any]) -> list[Line]:
             )
             found.append(_line(True, text))
         elif clock["how"] == "wall clock" and summary["source"] == "live":
-            text = f"{name}: no packet tells how its clock stands; aligned by wall time."
+            text = f"{name}: clock offset not known, no echoes; aligned by wall time."
             found.append(_line(None, text))
     return found
 

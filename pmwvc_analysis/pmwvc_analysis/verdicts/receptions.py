@@ -133,7 +133,7 @@ def counts_text(received: ReceptionTraces, injected: dict[str, int] | None) -> s
 def path_text(passage: dict[str, float]) -> str:
     """Return the delay of a direction in a sentence, with what is known of it and what is not."""
     if not math.isfinite(passage["round_trip"]):
-        return "Delay not known: no second in which packets and echoes came."
+        return "Delay not known: in no second did both packets and echoes arrive."
     ms = {name: value * 1e3 for name, value in passage.items()}
     text = (
         f"Delay from sending to reception {ms['delay_mean']:.2f} ms in the last second (least of "

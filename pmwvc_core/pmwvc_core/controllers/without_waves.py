@@ -20,7 +20,7 @@ DIRECT = Controller(
 )
 VIRTUAL_COUPLING = Controller(
     name="virtual_coupling",
-    words="Virtual coupling: stable where its rules are met; energy is not watched.",
+    words="Virtual coupling: stable where its rules are met; energy is not monitored.",
     waves=False,
     make_master=lambda params, baseline: virtual_coupling.VirtualCouplingMaster(
         baseline.virtual_coupling, tick_s=params.tick_s

@@ -45,6 +45,6 @@ class DeadbandParams(Validated):
         if self.longest_s >= timeout_s:
             return (
                 f"longest_s = {self.longest_s:g}: must be < safety.timeout_s = {timeout_s:g} s, "
-                "or the receiver takes the sender for gone"
+                "or the receiver counts the sender as silent"
             )
         return ""

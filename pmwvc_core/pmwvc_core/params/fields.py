@@ -60,7 +60,7 @@ class Spec:
         bounds += [f"< {self.below:g}"] if self.below is not None else []
         text = (
             " and ".join(bounds)
-            or {float: "a number", int: "a whole number", str: "a text"}[self.kind]
+            or {float: "a number", int: "a whole number", str: "a string"}[self.kind]
         )
         return text + unit + (" or null" if self.optional else "")
 

@@ -93,7 +93,7 @@ class RemoteHandParams(Validated):
         "largest force of the arm's spring: its target is never further than reach_n / stiffness "
         "from the arm",
     )
-    brake: float = parameter(5.0, "0..20 N s/m", "damping of a handle that nobody holds")
+    brake: float = parameter(5.0, "0..20 N s/m", "damping of a handle that is not held")
 
 
 @dataclass(frozen=True)

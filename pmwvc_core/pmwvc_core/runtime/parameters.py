@@ -61,7 +61,7 @@ def declare_names(node: Node, name: str, default: Sequence[str], description: st
     """
     value = _given(node, name, list(default))
     if not isinstance(value, list) or not all(isinstance(entry, str) for entry in value):
-        raise ParameterError(f"{name} = {value!r}: must be a list of texts, like ['a','b']")
+        raise ParameterError(f"{name} = {value!r}: must be a list of strings, like ['a','b']")
     for entry in value:
         if not _NAME.fullmatch(entry):
             wanted = "letters, digits and _, beginning with a letter"

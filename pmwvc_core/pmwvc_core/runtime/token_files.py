@@ -64,7 +64,7 @@ def read_token(path: str | Path) -> Token:
     try:
         lines = Path(path).expanduser().read_text(encoding="ascii").splitlines()
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not a text"
+        reason = error.strerror if isinstance(error, OSError) else "not text"
         raise ParameterError(f"{path}: {reason}; a session token is needed") from None
     fields = dict(line.partition(" ")[::2] for line in lines[1:])
     try:

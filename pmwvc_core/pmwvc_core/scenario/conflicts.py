@@ -53,7 +53,7 @@ def conflicts(scenario: "Scenario") -> list[str]:
         position = user.master.position
         if strict and position.is_on and position.feedback == "printed":
             found.append(
-                f"{user.name}.master.position.feedback = printed: pays for nothing; must be "
+                f"{user.name}.master.position.feedback = printed: generates energy; must be "
                 "budgeted or integral with channel = strict, the default; channel = plain has it"
             )
         timeouts_s = {"master": silence_s, "server": user.safety.timeout_s}  # of the receivers

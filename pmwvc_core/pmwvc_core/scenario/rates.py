@@ -13,7 +13,7 @@ from pmwvc_core.server.couplings import Coupling
 
 RATE_DROP, PERIOD = "master.rate_drop", "server.period_s"
 NEEDS_STRICT = (
-    "can change on the strict channel only; packets of the others stand for a fixed time"
+    "can change on the strict channel only; on the other channels a packet stands for a fixed time"
 )
 
 

@@ -50,7 +50,7 @@ class Notices:
             longest_s = max(after for _, after in pairs)
             text = f"the delay grew, to {1e3 * longest_s:.0f} ms"
             if new.channel == "plain":
-                text += ": waves are held meanwhile, which can give out energy that nobody put in"
+                text += "; meanwhile waves are held, which can generate energy"
             self._note(text)
 
     def _note(self, text: str) -> None:

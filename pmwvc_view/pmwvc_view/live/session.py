@@ -164,7 +164,7 @@ class LiveSession(RunningSession):
     def restart(self, values: Settings) -> Answer:
         """Ask whoever started the session to begin again with these settings."""
         if not self._restarts.get_subscription_count():
-            text = "nobody can begin this session again: it was not started by 'pmwvc run --view'"
+            text = "only a session of 'pmwvc run --view' can be started again from its page"
             return Answer(False, text)
         try:
             controls.changed(self._scenario, values)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 PMWVC contributors
 // SPDX-License-Identifier: Apache-2.0
 // The energy account of every user and direction: a bar to either side of zero. Below zero it is
-// red, hatched, and says so; the lowest value so far stays in words.
+// red, hatched, with a note; the lowest value so far stays in words.
 
 import { energy, spaced } from "./words.js";
 

@@ -104,7 +104,7 @@ const handlers = {
     for (const { name, holder } of users) page.session.users.find((user) => user.name === name).holder = holder;
   },
   values: ({ values }) => page.settings.changed(values),
-  text: ({ kind: _, ...text }) => { page.session.text = text; page.spoken.told(); },
+  text: ({ kind: _, ...text }) => { page.session.text = text; page.spoken.report(); },
   play: (state) => page.timeline.played(state),
   ended: ({ text }) => notice(text),
   closed: (_, tries) => {

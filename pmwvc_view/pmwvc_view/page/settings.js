@@ -9,9 +9,9 @@ const ASK_MS = 120; // between two questions
 const FIRST = /preset$|delay_s$|jitter_s$|loss$|contact_stiffness$|impedance$|controller$|channel$/; // the others: on demand
 
 export class Settings {
-  /** `tell` shows a sentence to the person. */
-  constructor(session, socket, tell) {
-    Object.assign(this, { session, socket, tell, proposed: new Map(), fields: new Map(), asked: 0 });
+  /** `notify` shows a sentence to the person. */
+  constructor(session, socket, notify) {
+    Object.assign(this, { session, socket, notify, proposed: new Map(), fields: new Map(), asked: 0 });
     const at = (id) => document.getElementById(id);
     Object.assign(this, { form: at("settings-form"), proposal: at("proposal"), answer: at("answer"), button: at("apply") });
     at("settings").hidden = !session.controls.length;
@@ -76,18 +76,18 @@ export class Settings {
     else this.proposed.set(control.path, value);
     this.show();
     if (!this.proposed.size) return;
-    this.say("quiet", "Asking the model \u2026");
+    this.report("quiet", "Asking the model \u2026");
     clearTimeout(this.timer);
     this.timer = setTimeout(() => this.ask(), ASK_MS);
   }
 
   async ask() {
-    if (!this.session.can.includes("ask")) { this.say("quiet", "No model of this session."); return; }
+    if (!this.session.can.includes("ask")) { this.report("quiet", "No model of this session."); return; }
     const question = (this.asked += 1);
     const found = await this.socket.request("ask", { values: Object.fromEntries(this.proposed) });
     if (question !== this.asked || !this.proposed.size) return; // asked again meanwhile
-    if (found.kind !== "prediction") { this.say("alarm", found.text); return; }
-    this.say(found.stable === false ? "alarm" : "quiet", predicted(found));
+    if (found.kind !== "prediction") { this.report("alarm", found.text); return; }
+    this.report(found.stable === false ? "alarm" : "quiet", predicted(found));
   }
 
   async apply() {
@@ -97,12 +97,12 @@ export class Settings {
     this.discard();
     if (again) {
       const answer = await this.socket.request("restart", { values });
-      if (!answer.done) this.tell(answer.text);
+      if (!answer.done) this.notify(answer.text);
       return;
     }
     for (const [path, value] of Object.entries(values)) {
       const answer = await this.socket.request("set", { path, value });
-      if (!answer.done) this.tell(answer.text);
+      if (!answer.done) this.notify(answer.text);
     }
   }
 
@@ -147,7 +147,7 @@ export class Settings {
   /** Whether this session serves a change of a setting: what was recorded stays as it was. */
   applies(control) { return this.session.can.includes(control.restart ? "restart" : "set"); }
 
-  say(tone, text) {
+  report(tone, text) {
     this.answer.dataset.tone = tone;
     this.answer.textContent = text;
   }
@@ -156,9 +156,9 @@ export class Settings {
 /** A prediction in a sentence, and what it depends on. */
 function predicted({ stable, rendered_stiffness, mass, lines }) {
   const verdict = stable === null ? "Not known whether stable" : stable ? "Stable" : "Not stable";
-  const felt = Number.isFinite(rendered_stiffness) && rendered_stiffness !== null ? `, the cube feels like ${number(rendered_stiffness, 0)} N/m` : "";
-  const weight = Number.isFinite(mass) && mass !== null ? `, the free handle like ${number(mass, 2)} kg` : "";
+  const stiffness = Number.isFinite(rendered_stiffness) && rendered_stiffness !== null ? `, rendered stiffness ${number(rendered_stiffness, 0)} N/m` : "";
+  const weight = Number.isFinite(mass) && mass !== null ? `, rendered mass in free space ${number(mass, 2)} kg` : "";
   const [first = "", ...others] = lines ?? []; // it begins with the same verdict
   const more = [first.replace(/^(not )?stable: s/i, "S"), ...others].join(" ");
-  return `The exact model: ${verdict.toLowerCase()}${stable === false ? "" : felt + weight}. ${more}`;
+  return `The exact model: ${verdict.toLowerCase()}${stable === false ? "" : stiffness + weight}. ${more}`;
 }

@@ -11,12 +11,12 @@ const STATE_MS = 1000, FORCE_MS = 8000, NOTICE_MS = 8000;
 
 export class Spoken {
   constructor(session) {
-    Object.assign(this, { session, states: "", said_ms: 0, force: NaN });
-    this.told();
+    Object.assign(this, { session, states: "", spoken_ms: 0, force: NaN });
+    this.report();
   }
 
   /** The server's own sentences: verdict and notices. */
-  told() {
+  report() {
     const { verdict, level, notices } = this.session.text;
     at("verdict").textContent = verdict || "Waiting for the first seconds.";
     at("verdict").dataset.tone = TONES[level] ?? "quiet";
@@ -26,7 +26,7 @@ export class Spoken {
 
   draw() {
     const now_ms = performance.now();
-    if (now_ms - this.said_ms > STATE_MS) this.speak(now_ms);
+    if (now_ms - this.spoken_ms > STATE_MS) this.speak(now_ms);
   }
 
   speak(now_ms) {
@@ -37,9 +37,9 @@ export class Spoken {
     })].join(". ");
     const forces = session.users.map(({ name }) => session.size(`${name}.f_applied`));
     const most = Math.max(0, ...forces.filter(Number.isFinite));
-    const felt = Math.abs(most - this.force) > 0.3 || Number.isNaN(this.force);
-    if (states === this.states && !(felt && now_ms - this.said_ms > FORCE_MS)) return;
-    Object.assign(this, { states, force: most, said_ms: now_ms });
+    const changed = Math.abs(most - this.force) > 0.3 || Number.isNaN(this.force);
+    if (states === this.states && !(changed && now_ms - this.spoken_ms > FORCE_MS)) return;
+    Object.assign(this, { states, force: most, spoken_ms: now_ms });
     const words = session.users.map(({ name }, i) => `${spaced(name)} ${number(forces[i], 1)} newtons`);
     at("spoken").textContent = `${states}. Force: ${words.join(", ")}.`;
   }

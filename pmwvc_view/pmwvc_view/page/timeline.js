@@ -7,8 +7,8 @@ import { number } from "./words.js";
 const at = (id) => document.getElementById(id);
 
 export class Timeline {
-  constructor(session, socket, tell) {
-    Object.assign(this, { session, socket, tell, paused: false, dragged: false });
+  constructor(session, socket, notify) {
+    Object.assign(this, { session, socket, notify, paused: false, dragged: false });
     const can = (kind) => session.can.includes(kind);
     const recorded = session.mode === "recorded";
     at("timeline").hidden = !recorded;
@@ -25,7 +25,7 @@ export class Timeline {
 
   async request(kind, fields) {
     const answer = await this.socket.request(kind, fields);
-    if (!answer.done) this.tell(answer.text);
+    if (!answer.done) this.notify(answer.text);
   }
 
   /** Go to a time; while one request is under way only the newest wish is kept. */

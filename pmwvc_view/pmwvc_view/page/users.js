@@ -75,7 +75,7 @@ export class Users {
   }
 }
 
-/** The price of the delay: device ahead of its avatar, and at rest what F tau/(2b) says of it; with
+/** The price of the delay: device ahead of its avatar, and at rest what F tau/(2b) gives for it; with
  * several axes both along the line from avatar to device. */
 function priceOf(session, { name, side }) {
   const column = (which) => session.vector(`${name}.${which}`);
@@ -95,6 +95,6 @@ function priceOf(session, { name, side }) {
   const swings = column("f_max").map((each, axis) => each - column("f_min")[axis]);
   const expected_m = (along(force) * session.value(`${name}.lag`)) / (2 * session.value(`${name}.impedance`));
   const still = !moving && !swings.some((each) => each > REST_N);
-  if (Number.isFinite(expected_m) && still) found.push(`; F\u202f\u03c4/2b says ${milli(expected_m)} mm`);
+  if (Number.isFinite(expected_m) && still) found.push(`; F\u202f\u03c4/2b gives ${milli(expected_m)} mm`);
   return found;
 }

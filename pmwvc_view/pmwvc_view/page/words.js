@@ -27,10 +27,10 @@ export const energy = (value) => (Math.abs(value) < 1 ? `${milli(value)} mJ` : `
 /** Name of a user as people read it: user1 -> user 1. */
 export const spaced = (name) => name.replace(/(\D)(\d+)$/, "$1 $2");
 
-/** State of a user's master: what the server says of it, or the word of the number. */
+/** State of a user's master: what the server reports of it, or the word of the number. */
 export function stateOf(session, name) {
-  const told = session.text.users[name];
-  if (told?.state) return told;
+  const reported = session.text.users[name];
+  if (reported?.state) return reported;
   const word = session.states.master[session.value(`${name}.state`)];
   return { state: word ?? "not there", reason: "", note: "" };
 }

@@ -128,7 +128,7 @@ def _count(value: Any) -> int:
 
 def _name(value: Any) -> str:
     if not isinstance(value, str) or not 0 < len(value) <= LONGEST_NAME:
-        raise ProtocolError(f"must be a text of 1..{LONGEST_NAME} characters")
+        raise ProtocolError(f"must be a string of 1..{LONGEST_NAME} characters")
     return value
 
 
@@ -181,7 +181,7 @@ def read(text: str) -> Request:
     except (ValueError, RecursionError):
         raise ProtocolError("a message must be JSON") from None
     if not isinstance(found, dict) or not isinstance(found.get("kind"), str):
-        raise ProtocolError("a message must be an object with a text named kind")
+        raise ProtocolError("a message must be an object with a string named kind")
     request = _REQUESTS.get(found.pop("kind"))
     if request is None:
         raise ProtocolError(f"kind: must be one of {', '.join(_REQUESTS)}")

@@ -110,7 +110,7 @@ class Client:
                 return f"more than {MESSAGES_HZ:g} messages a second"
             try:
                 if isinstance(message, bytes):
-                    raise ProtocolError("a message must be a text")
+                    raise ProtocolError("a message must be a string")
                 request = read(message)
             except ProtocolError as error:
                 return str(error)

@@ -25,7 +25,7 @@ class Handles:
         if user not in self._owners:
             return f"{user}: has no handle that can be taken here"
         if self._owners[user] not in (None, page):
-            return f"{user}: somebody else has taken hold of it"
+            return f"{user}: another page holds it"
         self._owners[user] = page
         return None
 
@@ -125,7 +125,7 @@ class Handling:
             mine = self._handles.owner(request.user) is client
             if mine:
                 self._free(request.user)
-            self._answer(client, request, Answer(mine, "" if mine else "it is not yours"))
+            self._answer(client, request, Answer(mine, "" if mine else "not held by this page"))
         elif isinstance(request, requests.Set | requests.Ask | requests.Pause):
             task = asyncio.create_task(self._later(client, request))
             self._tasks.add(task)

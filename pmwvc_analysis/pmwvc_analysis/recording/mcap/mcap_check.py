@@ -108,7 +108,7 @@ class _Check:
                 self._check_content(record)
             elif not record.private:
                 chunk = self._check_other(record)
-        raise Malformed("there is no data-end record: writing did not come to its end")
+        raise Malformed("there is no data-end record: the file was not written to its end")
 
     def _check_content(self, record: Record) -> tuple[int, int] | None:
         """Check a schema, channel or message; return channel and log time [ns] of a message."""
@@ -182,7 +182,7 @@ class _Check:
         times = [log_ns for entries in self._entries.values() for log_ns, _ in entries]
         span = (chunk.message_start_time, chunk.message_end_time)
         if times and (min(times), max(times)) != span:
-            self._problems.append(f"{where} names times its messages do not have")
+            self._problems.append(f"{where} names times that its messages do not have")
         return index
 
     def _check_message_index(self, record: Record, chunk: mcap.ChunkIndex | None) -> None:
@@ -203,4 +203,4 @@ class _Check:
         indexed = chunk.message_index_offsets if chunk else {}
         if chunk and indexed and self._entries.keys() - indexed.keys():
             where = f"the chunk at byte {chunk.chunk_start_offset}"
-            self._problems.append(f"{where} has messages that no index names")
+            self._problems.append(f"{where} has messages without an index")

@@ -36,7 +36,7 @@ class Summary:
     def message(self, channel: int, log_ns: int) -> None:
         """Count a message."""
         if (mcap.Channel, channel) not in self._expected:
-            self.problems.append(f"a message of channel {channel}, which comes nowhere before")
+            self.problems.append(f"a message of channel {channel}, defined nowhere before")
         self._messages[channel] += 1
         first_ns, last_ns = self._times_ns or (log_ns, log_ns)
         self._times_ns = min(first_ns, log_ns), max(last_ns, log_ns)
@@ -46,7 +46,7 @@ class Summary:
         found = record.parsed()
         schema = found.schema_id if isinstance(found, mcap.Channel) else 0
         if schema and (mcap.Schema, schema) not in self._expected:
-            self.problems.append(f"a {record.name} of schema {schema}, which comes nowhere before")
+            self.problems.append(f"a {record.name} of schema {schema}, defined nowhere before")
         self._expected.setdefault(_key(found), found)
         self._compare(record, found)
 
@@ -132,12 +132,12 @@ class Summary:
         what = f"the {record.name} at byte {record.offset}"
         actual = self._expected.get(_key(stored))
         if actual is None:
-            self.problems.append(f"{what} names byte {_key(stored)[1]}: nothing such begins there")
+            self.problems.append(f"{what} names byte {_key(stored)[1]}: no such record is there")
             return
         for field in fields(stored):
             found, expected = getattr(stored, field.name), getattr(actual, field.name)
             if found != expected:
-                text = f"{what} says {field.name} = {found!r:.60} instead of {expected!r:.60}"
+                text = f"{what} has {field.name} = {found!r:.60}, not {expected!r:.60}"
                 self.problems.append(text)
 
 

@@ -17,7 +17,7 @@ from pmwvc_core.params import SafetyParams
 Integers: TypeAlias = NDArray[np.int64]
 
 
-BRAKING = "waves came late: braking"  # coupled, with the brake's force beside the controller's
+BRAKING = "waves late: braking"  # coupled, with the brake's force beside the controller's
 
 
 class SafetyState(enum.IntEnum):
@@ -69,7 +69,7 @@ _TEXTS: dict[int, str] = {
     Cause.SOFT_START: "soft start",
     Cause.SILENT: "server silent: damping only",
     Cause.RELEASED: "server silent: damping released",
-    Cause.UNHEARD: "server does not hear this user: damping only",
+    Cause.UNHEARD: "server receives nothing from this user: damping only",
     Cause.LATE: BRAKING,
     Cause.OUTSIDE: "beyond the device's workspace: damping only",
     Cause.DEVICE_SILENT: "device silent: no force",
