@@ -35,12 +35,8 @@ class PluginGroup:
         return {point.name: point for point in sorted(entry_points(group=self.group))}
 
     def required(self, name: str) -> EntryPoint:
-        """Return an installed plug-in, without importing it.
-
-        Raises
-        ------
-        PmwvcError
-            Of the type ``error``, if there is none of this name; names those there are.
+        """Return an installed plug-in, without importing it; a PmwvcError of the type ``error``,
+        which names those there are, where there is none of this name.
         """
         points = self.installed()
         if name not in points:
@@ -56,12 +52,8 @@ class PluginGroup:
         return f"{self.parameter} = {name!r} ({self.required(name).value})"
 
     def load(self, name: str) -> Any:
-        """Import what the entry point of a plug-in names.
-
-        Raises
-        ------
-        PmwvcError
-            Of the type ``error``, if there is no such plug-in, or it cannot be imported.
+        """Import what the entry point of a plug-in names; a PmwvcError of the type ``error`` where
+        there is no such plug-in, or it cannot be imported.
         """
         point = self.required(name)
         try:
@@ -90,12 +82,8 @@ class PluginGroup:
 
 @contextmanager
 def refused(where: str, error_type: type[PmwvcError] = ParameterError) -> Iterator[None]:
-    """Refuse, with the reason, what the code of a plug-in fails to make.
-
-    Raises
-    ------
-    PmwvcError
-        Of the type ``error_type``; what is one already passes.
+    """Refuse, with the reason and by an ``error_type``, what the code of a plug-in fails to make;
+    what is a PmwvcError already passes.
     """
     try:
         yield
@@ -112,21 +100,12 @@ def installed(group: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """The properties of an exchangeable part: other code asks for these and compares no names.
+    """The properties of an exchangeable part: other code asks for these and compares no names."""
 
-    Attributes
-    ----------
-    name
-        As in a scenario and as the entry point.
-    words
-        One sentence for predictions and reports: what it does or guarantees.
-    linear
-        Name of the record in the library whose linear model stands for this one: its own where the
-        model is exact, another where that is the nearest, None where there is none.
-    """
-
-    name: str
-    words: str
+    name: str  # as in a scenario and as the entry point
+    words: str  # one sentence for predictions and reports: what it does or guarantees
+    # name of the record in the library whose linear model stands for this one: its own where the
+    # model is exact, another where that is the nearest, None where there is none
     linear: str | None = None
 
 
@@ -148,9 +127,7 @@ class Records(Generic[R]):
     ) -> None:
         self.kind = kind
         self.library: Mapping[str, R] = {record.name: record for record in library}
-        self.met: dict[str, R] = dict(
-            self.library
-        )  # with those of other packages asked for so far
+        self.met = dict(self.library)  # with those of other packages asked for so far
         self.plugins = PluginGroup(group, parameter, what, calls=(), own=tuple(self.library))
 
     def installed(self) -> tuple[str, ...]:

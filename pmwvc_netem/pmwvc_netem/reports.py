@@ -63,7 +63,7 @@ class Reports:
             block = relayed.fates.take(BLOCK)
             self._fates.publish(
                 messages.packet_fates(
-                    self._types, stamp_ns=time.time_ns(), link=relayed.name, **vars(block)
+                    self._types, stamp_ns=time.time_ns(), link=relayed.name, **block
                 )
             )
 

@@ -84,10 +84,15 @@ def test_the_record_tells_sender_size_and_times():
     assert len(bench.relayed.fates) == 0  # not before it has left
     bench.at(13 * MS)
     block = bench.relayed.fates.take()
-    assert (block.first, block.epoch[0], block.seq[0], block.bytes[0]) == (1, 3, 4, 148)
-    times = (block.time_in_ns[0], block.time_due_ns[0], block.time_out_ns[0])
+    assert (block["first"], block["epoch"][0], block["seq"][0], block["bytes"][0]) == (
+        1,
+        3,
+        4,
+        148,
+    )
+    times = (block["time_in_ns"][0], block["time_due_ns"][0], block["time_out_ns"][0])
     assert times == (2 * MS, 12 * MS, 13 * MS)
-    assert block.fate[0] == FateKind.DELIVERED
+    assert block["fate"][0] == FateKind.DELIVERED
 
 
 def test_every_message_has_a_fate_and_copies_have_their_own():
@@ -95,17 +100,17 @@ def test_every_message_has_a_fate_and_copies_have_their_own():
     bench.at(MS, *[serialized(1, seq) for seq in range(1, 101)])
     block = bench.relayed.fates.take()
     counters = bench.relayed.link.counters
-    assert len(block.seq) == 100 + counters.duplicated
-    assert sorted(set(block.seq)) == list(range(1, 101))
-    assert np.count_nonzero(block.fate == FateKind.LOST) == counters.lost > 0
-    assert np.count_nonzero(block.time_out_ns == 0) == counters.lost
+    assert len(block["seq"]) == 100 + counters.duplicated
+    assert sorted(set(block["seq"])) == list(range(1, 101))
+    assert np.count_nonzero(block["fate"] == FateKind.LOST) == counters.lost > 0
+    assert np.count_nonzero(block["time_out_ns"] == 0) == counters.lost
 
 
 def test_what_is_no_message_is_written_down_and_the_rest_goes_on():
     bench = Bench(LinkParams())
     bench.at(MS, serialized(1, 1), b"\x00\x01", serialized(1, 2))
     block = bench.relayed.fates.take()
-    assert sorted(block.fate) == [FateKind.DELIVERED, FateKind.DELIVERED, FateKind.INVALID]
+    assert sorted(block["fate"]) == [FateKind.DELIVERED, FateKind.DELIVERED, FateKind.INVALID]
     assert bench.relayed.invalid == 1
     assert bench.relayed.link.counters.in_count == 2  # it draws no random numbers
     assert len(bench.after) == 2
@@ -115,9 +120,9 @@ def test_other_messages_are_counted_by_the_relay():
     bench = Bench(LinkParams(), is_wave=False)
     bench.at(MS, b"\x00\x01\x00\x00", b"\x00\x01\x00\x00abcd", b"")
     block = bench.relayed.fates.take()
-    delivered = block.fate == FateKind.DELIVERED
-    assert list(block.seq[delivered]) == [1, 2]
-    assert list(block.epoch) == [0, 0, 0]
+    delivered = block["fate"] == FateKind.DELIVERED
+    assert list(block["seq"][delivered]) == [1, 2]
+    assert list(block["epoch"]) == [0, 0, 0]
     assert bench.relayed.invalid == 1
 
 
@@ -126,7 +131,7 @@ def test_what_is_under_way_at_the_end_is_written_down_as_never_out():
     bench.at(MS, serialized(1, 1))
     bench.relayed.end()
     block = bench.relayed.fates.take()
-    assert (block.time_due_ns[0], block.time_out_ns[0]) == (1001 * MS, 0)
+    assert (block["time_due_ns"][0], block["time_out_ns"][0]) == (1001 * MS, 0)
     assert bench.after == []
 
 

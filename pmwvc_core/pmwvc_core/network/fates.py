@@ -2,27 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The record of what became of packets, collected for publishing in blocks."""
 
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_core.network.in_flight import Fate
 
-
-@dataclass(frozen=True)
-class FateBlock:
-    """Records as columns, by the names of the PacketFate message."""
-
-    first: int  # number of the first record: 1, 2, 3...
-    epoch: NDArray[np.uint64]
-    seq: NDArray[np.uint32]
-    bytes: NDArray[np.uint32]
-    time_in_ns: NDArray[np.int64]
-    time_due_ns: NDArray[np.int64]
-    time_out_ns: NDArray[np.int64]
-    fate: NDArray[np.uint8]
-    cause: NDArray[np.uint8]
+COLUMNS = {  # of a record, by the names of the PacketFate message
+    **{"epoch": np.uint64, "seq": np.uint32, "bytes": np.uint32},
+    **dict.fromkeys(("time_in_ns", "time_due_ns", "time_out_ns"), np.int64),
+    **{"fate": np.uint8, "cause": np.uint8},
+}
 
 
 class FateLog:
@@ -51,26 +41,18 @@ class FateLog:
         epoch, seq
             Of the sender where known, else 0 and the link's own count.
         """
-        self._records.append(
-            (
-                epoch,
-                fate.number if seq is None else seq,
-                fate.size,
-                fate.time_in_ns,
-                fate.time_due_ns,
-                time_out_ns,
-                fate.kind,
-                fate.cause,
-            )
-        )
+        packet = (epoch, fate.number if seq is None else seq, fate.size)
+        times_ns = (fate.time_in_ns, fate.time_due_ns, time_out_ns)
+        self._records.append((*packet, *times_ns, fate.kind, fate.cause))
 
-    def take(self, most: int | None = None) -> FateBlock:
-        """Return the oldest records, at most ``most``, and forget them."""
+    def take(self, most: int | None = None) -> dict[str, Any]:
+        """Return the oldest records, at most ``most``, as columns by name, and forget them;
+        ``first`` is the number of the first one: 1, 2, 3...
+        """
         records = self._records[:most]
         self._records = self._records[len(records) :]
-        columns = list(zip(*records, strict=True)) or [()] * 8
-        types = (np.uint64, np.uint32, np.uint32, np.int64, np.int64, np.int64, np.uint8, np.uint8)
-        arrays = [np.array(c, dtype=t) for c, t in zip(columns, types, strict=True)]
         first = self._taken + 1
         self._taken += len(records)
-        return FateBlock(first, *arrays)
+        columns = list(zip(*records, strict=True)) or [()] * len(COLUMNS)
+        named = zip(COLUMNS.items(), columns, strict=True)
+        return {"first": first} | {n: np.array(each, dtype=kind) for (n, kind), each in named}
