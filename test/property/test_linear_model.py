@@ -18,9 +18,9 @@ from support import linear_loops
 
 from pmwvc_analysis.models import multirate, rigid
 from pmwvc_analysis.models.groups import subproblems
+from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.models.linearize import linearize
-from pmwvc_analysis.models.loop import Loop
 from pmwvc_analysis.models.stability import radii
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.wave.rates import Hold
@@ -183,7 +183,7 @@ def test_the_states_are_those_that_matter_by_name():
         "user1.device.xd",
         "user1.filter.stage.y",
     ]
-    assert len(Loop(linear_loops.scenario(users=1)).names) > len(names)
+    assert len(Hyperperiod(linear_loops.scenario(users=1)).names) > len(names)
 
 
 def test_a_feedback_has_its_reference_before_the_first_tick():

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linearize import Linear, model_of
 from pmwvc_analysis.models.links import SIGNALS, Link, Packet
-from pmwvc_analysis.models.loop import Loop
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -75,17 +75,17 @@ def observable(system: System) -> tuple[System, int]:
 class _Cut:
     """A link that is cut: keeps what is sent and hands out inputs of the loop instead."""
 
-    def __init__(self, loop: Loop, first: int) -> None:
+    def __init__(self, loop: Hyperperiod, first: int) -> None:
         self.sent: list[Value] = []
         self._loop, self._first = loop, first
 
     def __call__(self, packet: Packet) -> Packet:
         index = self._first + len(self.sent)
         self.sent += packet
-        return tuple(self._loop.unit(index + i) for i in range(len(packet)))
+        return tuple(self._loop.batch.input(index + i) for i in range(len(packet)))
 
 
-def opened_at(loop: Loop, links: Sequence[tuple[Link, int]]) -> Linear:
+def opened_at(loop: Hyperperiod, links: Sequence[tuple[Link, int]]) -> Linear:
     """Return a loop whose inputs are what comes in at links that are cut, and whose output
     ``sent`` is what goes out there instead, both link by link, packet by packet.
 
@@ -99,7 +99,9 @@ def opened_at(loop: Loop, links: Sequence[tuple[Link, int]]) -> Linear:
         link.relay = cuts[-1]
     for tick in range(loop.ticks):
         loop.advance(tick, [0.0] * len(loop.lines))
-    return model_of(loop, loop.ended(), {"sent": loop.rows([v for cut in cuts for v in cut.sent])})
+    return model_of(
+        loop, loop.ended(), {"sent": loop.batch.rows([v for cut in cuts for v in cut.sent])}
+    )
 
 
 def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool = False) -> System:
@@ -127,7 +129,7 @@ def _ends(scenario: Scenario, *, live: bool) -> tuple[System, System]:
     users = [
         dataclasses.replace(user, link_up=at_once, link_down=at_once) for user in scenario.users
     ]
-    loop = Loop(dataclasses.replace(scenario, users=tuple(users)), live=live)
+    loop = Hyperperiod(dataclasses.replace(scenario, users=tuple(users)), live=live)
     links = [(line.up, 1) for line in loop.lines] + [(line.down, 1) for line in loop.lines]
     model = opened_at(loop, links)
     (rows,), (sent,), n = model.rows, model.outputs["sent"], len(model.columns)

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from pmwvc_analysis.delays.ends import System, observable, opened_at
 from pmwvc_analysis.delays.windings import Loci
 from pmwvc_analysis.models import rigid
+from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.links import SIGNALS, delay_ticks, hyperperiod_ticks
-from pmwvc_analysis.models.loop import Loop
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -83,7 +83,7 @@ def opened(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = (
         dataclasses.replace(user, link_up=up, link_down=down)
         for user, (_, up, down) in zip(scenario.users, parts, strict=True)
     )
-    loop = Loop(dataclasses.replace(scenario, users=users), live=live, weights=weights)
+    loop = Hyperperiod(dataclasses.replace(scenario, users=users), live=live, weights=weights)
     links, delays = [], []
     for line, (whole, _, _) in zip(loop.lines, parts, strict=True):
         if whole:

@@ -3,10 +3,10 @@
 """The exact linear model of a scenario: the core's own objects, stepped on the identity.
 
 Both ends and the devices are brought to rest, where all signals are zero. Then every signal that
-they carry from tick to tick (:mod:`pmwvc_core.state`) and every packet under way is set to one in
-a run of its own, and all runs are stepped side by side once around the hyperperiod
-(:mod:`.loop`). What the signals are at the end is a row each of the transition matrix, on the
-states that matter (:mod:`.reduction`).
+they carry from tick to tick and every packet under way is set to one in a run of its own, and all
+runs are stepped side by side once around the hyperperiod (:mod:`.hyperperiod`). What the signals
+are at the end is a row each of the transition matrix, on the states that matter
+(:mod:`.reduction`).
 
 Not here: motions that are no instability (:mod:`.rigid`).
 """
@@ -14,7 +14,7 @@ Not here: motions that are no instability (:mod:`.rigid`).
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from pmwvc_analysis.models.loop import Loop
+from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.reduction import reduced
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -30,12 +30,12 @@ class Linear(NamedTuple):
     rows
         ``(runs, states, states and inputs)``: the states after the hyperperiod.
     outputs
-        ``x``, ``xd`` and ``f``, likewise; see :meth:`Loop.around`.
+        ``x``, ``xd`` and ``f``, likewise; see :meth:`.hyperperiod.Hyperperiod.around`.
     placed
         Names of the positions and velocities that a uniform motion is given by.
     """
 
-    loop: Loop
+    loop: Hyperperiod
     columns: dict[tuple[str, int], int]
     rows: Array
     outputs: dict[str, Array]
@@ -55,7 +55,7 @@ def linearize(
     weights: Sequence[int] = (),
     outputs: bool = False,
 ) -> Linear:
-    """Return the linear model of a scenario; see :class:`Loop` for what is asked.
+    """Return the linear model of a scenario; see :class:`.loop.Loop` for what is asked.
 
     Raises
     ------
@@ -64,12 +64,12 @@ def linearize(
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = Loop(scenario, live=live, weights=weights)
+    loop = Hyperperiod(scenario, live=live, weights=weights)
     rows, read = loop.around()
     return model_of(loop, rows, read if outputs else {})
 
 
-def model_of(loop: Loop, rows: Array, read: dict[str, Array]) -> Linear:
+def model_of(loop: Hyperperiod, rows: Array, read: dict[str, Array]) -> Linear:
     """Return the model of what was stepped, on the states that matter."""
     entries = [(name, axis) for name in loop.names for axis in range(loop.dof)]
     moving = {loop.body, f"{loop.body}d"}

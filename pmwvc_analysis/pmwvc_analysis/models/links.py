@@ -8,20 +8,42 @@ hyperperiod to the next.
 """
 
 import math
+from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
+from pmwvc_core.errors import PmwvcError
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.numeric import Value
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.transport.packet import WavePacket
 
+LONGEST = 20000  # ticks of a hyperperiod
+AMPLE_J = 1.0  # beside a wave of 2^-40: the account never binds
 SIGNALS = ("wave", "position")  # of a packet, as far as controllers read them
 
 
 def hyperperiod_ticks(scenario: Scenario) -> int:
     """Return the least common multiple of all frames and the server's period [ticks]."""
     return math.lcm(scenario.period_ticks, *(user.master.rate_drop for user in scenario.users))
+
+
+def modelled_ticks(scenario: Scenario) -> int:
+    """Return the length of the hyperperiod, where it is short enough for a model [ticks].
+
+    Raises
+    ------
+    PmwvcError
+        If it is too long.
+    """
+    ticks = hyperperiod_ticks(scenario)
+    if ticks > LONGEST:
+        raise PmwvcError(
+            f"{scenario.name}: frames and server period fit together only after {ticks} ticks, "
+            f"more than {LONGEST}; choose rate_drop and period_s with common factors"
+        )
+    return ticks
 
 
 def answer_phase(user: User, *, live: bool) -> int:
@@ -93,22 +115,36 @@ class Link:
         self.read = {at for look in self._looks if (at := sent.last(look - delay)) < 0}
         older = {at for past in self.read for at in range(past, 0, ticks)}
         self.past = sorted(older)
-        self.packets: dict[int, Packet] = {}
+        self.packets: dict[int, WavePacket] = {}
+        self._under_way: deque[tuple[int, WavePacket]] = deque()
+        self._newest: WavePacket | None = None
         self.relay: Callable[[Packet], Packet] | None = None
 
-    def send(self, tick: int, packet: Packet) -> None:
+    def send(self, tick: int, packet: WavePacket | None) -> None:
         """Put a packet in, or what the relay makes of it."""
-        self.packets[tick] = packet if self.relay is None else self.relay(packet)
+        if packet is None:
+            return
+        if self.relay is not None:
+            packet.wave, packet.position = self.relay((packet.wave, packet.position))
+        self.packets[tick] = packet
+        self._under_way.append((tick + self._delay, packet))
 
-    def arrived(self, tick: int) -> Packet | None:
-        """Return the packet that arrives at a tick, if one does."""
-        at = tick - self._delay
-        return self.packets.get(at, (0.0, 0.0)) if self._sent.due(at) else None
-
-    def take(self, tick: int) -> tuple[int, Packet]:
-        """Return the newest packet that has arrived, with its number; before the first: zeros."""
-        at = self._sent.last(tick - self._delay)
-        return at // self._sent.period, self.packets.get(at, (0.0, 0.0))
+    def collect(self, tick: int) -> list[WavePacket]:
+        """Return the packets that have arrived. What their sums add to those of the packet before
+        is the wave, and energy for whatever a playout does with it.
+        """
+        arrived: list[WavePacket] = []
+        integral: Value = 0.0
+        energy = 0.0
+        if self._newest is not None:
+            self._newest.integral, self._newest.energy = integral, energy
+        while self._under_way and self._under_way[0][0] <= tick:
+            _, packet = self._under_way.popleft()
+            packet.integral = integral = integral + packet.wave * packet.period
+            packet.energy = energy = energy + AMPLE_J
+            arrived.append(packet)
+            self._newest = packet
+        return arrived
 
     def ages(self) -> list[int]:
         """Return how old packets are when they are read [ticks]."""

@@ -20,9 +20,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.models import rigid
+from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import linearize, model_of
-from pmwvc_analysis.models.loop import Loop
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -95,7 +95,7 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = Loop(scenario, live=live)
+    loop = Hyperperiod(scenario, live=live)
     lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.names) * loop.dof
     if states > LARGEST_STATES:
         raise PmwvcError(

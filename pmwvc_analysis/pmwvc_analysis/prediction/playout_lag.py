@@ -6,9 +6,10 @@ A playout is as late as the latest packet that it met: up, the greatest age a of
 at a step of the server; down, the longest delay d. The server takes a step's wave as a whole and
 answers with it, so that on average half a step passes at its side each way:
 
-    tau = a + d + T_VE + T_c/2
+    tau = a + d + T_VE
 
-(half a tick for the force held over it), without anti-aliasing filter, rate drop or hold. A packet
+without anti-aliasing filter, rate drop or hold: the channel counts the motion of every tick whole,
+and plays its wave tick by tick. A packet
 that is lost makes the next one a frame later; of N packets that get lost with the probability p
 the longest run is log N / log(1/p) on average. A deadband adds the time for which a frame waits at
 most. What comes on top (margins; delays beyond one
@@ -37,7 +38,7 @@ def strict_lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
     down += _lost_s(user.link_down, period_s, scenario)
     up += _held_back_s(user.master.deadband, frame_s)
     down += _held_back_s(user.contact.deadband, period_s)
-    return up + down + period_s + 0.5 * tick_s + filters
+    return up + down + period_s + filters
 
 
 def _held_back_s(deadband: DeadbandParams, interval_s: float) -> float:

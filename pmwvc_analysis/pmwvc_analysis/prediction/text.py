@@ -9,8 +9,7 @@ import math
 
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.models.linear import left_out, nonlinear
-from pmwvc_analysis.models.links import hyperperiod_ticks
-from pmwvc_analysis.models.loop import LONGEST
+from pmwvc_analysis.models.links import LONGEST, hyperperiod_ticks
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
 from pmwvc_analysis.prediction.lag import (

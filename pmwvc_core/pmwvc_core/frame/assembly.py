@@ -200,9 +200,13 @@ def make_server_step(
 
 
 def force_loop_of(
-    scenario: Scenario, number: int, *, schedule: FrameSchedule = AT_ONCE
+    scenario: Scenario,
+    number: int,
+    *,
+    schedule: FrameSchedule = AT_ONCE,
+    dof: int | None = None,
 ) -> ForceLoop:
-    """Return the force loop of user ``number`` (from 0) of a scenario."""
+    """Return the force loop of user ``number`` (from 0) of a scenario, or of some of its axes."""
     user = scenario.users[number]
     return make_force_loop(
         user.master,
@@ -210,15 +214,15 @@ def force_loop_of(
         user.safety,
         controller=scenario.controller,
         channel=scenario.channel,
-        dof=scenario.dof,
+        dof=dof or scenario.dof,
         server_period_s=scenario.server.period_s,
         epoch=number + 1,
         schedule=schedule,
     )
 
 
-def server_step_of(scenario: Scenario) -> ServerStep:
-    """Return the server's step of a scenario; it runs from the first tick on."""
+def server_step_of(scenario: Scenario, *, dof: int | None = None) -> ServerStep:
+    """Return the server's step of a scenario, or of some of its axes, from the first tick on."""
     return make_server_step(
         [
             UserAtServer(
@@ -232,7 +236,7 @@ def server_step_of(scenario: Scenario) -> ServerStep:
         ],
         controller=scenario.controller,
         channel=scenario.channel,
-        dof=scenario.dof,
+        dof=dof or scenario.dof,
         server=scenario.server,
         task=scenario.task,
         times=server_times(user.safety for user in scenario.users),

@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The identity batch: every state and every input is one in a run of its own.
+
+Signals are arrays ``(states and inputs, runs, dof)`` with parameters ``(runs, 1)``. The one is
+small, a power of two: limits are far away, and scaling is exact. One run more has all of them at
+once, weighted: it has to be the sum of the others.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pmwvc_analysis.models.linear import NonlinearError
+from pmwvc_core.numeric import Array, Value
+
+ONE = 2.0**-40
+SUPERPOSED = 1e-9  # relative: what differs by more is not linear
+
+
+class Identity:
+    """Units, and signals as rows over them.
+
+    Parameters
+    ----------
+    name
+        Of the scenario.
+    states
+        Number of states; ``live`` are those of them that are set to one.
+    inputs, runs, dof
+        Number of inputs behind the states; columns of parameters; axes.
+    """
+
+    def __init__(
+        self, name: str, *, states: int, live: Sequence[int], inputs: int, runs: int, dof: int
+    ) -> None:
+        self._name, self._states, self._live = name, states, live
+        self._runs, self._dof = runs, dof
+        width = (len(live) + inputs) * dof
+        rng = np.random.default_rng(width)
+        # Of all runs in the last one.
+        self._weights = rng.choice([-2.0, 1.0, 3.0], width) * rng.uniform(0.5, 1.0, width)
+
+    @property
+    def zero(self) -> Array:
+        """A signal at rest."""
+        return np.zeros((len(self._weights) + 1, self._runs, self._dof))
+
+    def state(self, number: int) -> Array:
+        """Return a live state, by its place among those, that is one along each axis."""
+        first, dof = number * self._dof, range(self._dof)
+        unit = np.zeros((len(self._weights) + 1, 1, self._dof))
+        for axis in dof:
+            unit[[first + axis, -1], 0, axis] = ONE, ONE * self._weights[first + axis]
+        return unit
+
+    def input(self, index: int) -> Array:
+        """Return an input that is one along each axis."""
+        return self.state(len(self._live) + index)
+
+    def rows(self, values: Sequence[Value], names: Sequence[str] = ()) -> Array:
+        """Return signals as rows over all states and inputs, ``(runs, signals, columns)``.
+
+        Raises
+        ------
+        NonlinearError
+            If superposition does not hold.
+        """
+        width, dof = len(self._weights), self._dof
+        found = np.empty((self._runs, len(values) * dof, width + 1))
+        for index, value in enumerate(values):
+            shaped = np.broadcast_to(value, (width + 1, self._runs, dof))
+            found[:, index * dof : (index + 1) * dof] = shaped.transpose(1, 2, 0)
+        found /= ONE
+        rows, together = found[..., :-1], found[..., -1]
+        size = (np.abs(rows) @ np.abs(self._weights)).max(axis=1, keepdims=True, initial=0.0)
+        wrong = np.any(np.abs(rows @ self._weights - together) > SUPERPOSED * size, axis=0)
+        if wrong.any():
+            bad = {names[j // dof] if names else "packet" for j in np.flatnonzero(wrong).tolist()}
+            raise NonlinearError(
+                f"{self._name}: superposition does not hold for {', '.join(sorted(bad))}; "
+                "there is no linear model; use 'pmwvc simulate'"
+            )
+        states = self._states * dof
+        live = [j * dof + axis for j in self._live for axis in range(dof)]
+        wide = np.zeros((self._runs, rows.shape[1], states + width - len(live)))
+        wide[:, :, live + list(range(states, wide.shape[-1]))] = rows
+        return wide
