@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.consistency.numbers import SMALLEST, differs
+from pmwvc_analysis.consistency.numbers import SMALLEST, differs, off
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_analysis.traces.true_motion import complete, measured, true_motion
 from pmwvc_core.numeric import Array
@@ -44,10 +44,9 @@ def _strict(user: UserTraces, known: User) -> list[str]:
     """
     if measured(known.device) or "force_velocity_filter" in user.accounts:
         return []
-    found, port = _force(user, known), WavePort(known.impedance)
-    if (gap := differs(user.u_m, np.asarray(port.u(user.xd_m, user.v_m)))) is not None:
-        found.append(f"{user.name}: u_m is not sqrt(2b) xd - v_m, {gap:.3g} sqrt(W) off")
-    return found
+    u_m, text = WavePort(known.impedance).u(user.xd_m, user.v_m), "u_m is not sqrt(2b) xd - v_m"
+    found = off(user.u_m, np.asarray(u_m), f"{user.name}: {text}", "sqrt(W)")
+    return _force(user, known) + found
 
 
 def _answered(user: UserTraces) -> bool:
@@ -88,9 +87,8 @@ def _force(user: UserTraces, known: User) -> list[str]:
     """
     rows = ~(_limited(user) & _answered(user))
     force = np.asarray(WavePort(known.impedance).force(user.xd_m, user.v_m))
-    if (gap := differs(user.f_m[rows], force[rows])) is not None:
-        return [f"{user.name}: F is not sqrt(b/2) (u - v) at the master, {gap:.3g} N off"]
-    return []
+    text = f"{user.name}: F is not sqrt(b/2) (u - v) at the master"
+    return off(user.f_m[rows], force[rows], text, "N")
 
 
 def _outgoing(user: UserTraces, known: User) -> list[str]:
@@ -109,12 +107,8 @@ def _outgoing(user: UserTraces, known: User) -> list[str]:
         if budget < natural_w:
             ratio[row] = min(math.sqrt(spent / natural_w), 1.0) if natural_w else 1.0
         debt_w = max(spent - budget, 0.0)
-    if (gap := differs(user.u_m, ratio[:, np.newaxis] * natural)) is not None:
-        return [
-            f"{user.name}: u_m is not sqrt(2b) xd - v_m, as far as F xd pays for it, "
-            f"{gap:.3g} sqrt(W) off"
-        ]
-    return []
+    text = f"{user.name}: u_m is not sqrt(2b) xd - v_m, as far as F xd pays for it"
+    return off(user.u_m, ratio[:, np.newaxis] * natural, text, "sqrt(W)")
 
 
 def _filter(user: UserTraces, known: User) -> list[str]:
@@ -160,8 +154,8 @@ def _wave_sums(user: UserTraces) -> list[str]:
     found = []
     for name, wave in (("u_m", user.u_m), ("v_m", user.v_m)):
         per_tick = np.sum(wave**2, axis=-1) * user.tick_s / 2.0
-        if (gap := differs(*_blocks(user, per_tick, user.energy[name]))) is not None:
-            found.append(f"{user.name}: the energy of {name} is not its sum, {gap:.3g} J off")
+        sums = _blocks(user, per_tick, user.energy[name])
+        found += off(*sums, f"{user.name}: the energy of {name} is not its sum", "J")
     return found
 
 
@@ -183,8 +177,8 @@ def _work(user: UserTraces, known: User | None, *, simulated: bool) -> list[str]
             continue
         per_tick = np.append(np.sum(force[:-1] * moved, axis=-1), 0.0)
         own, recorded = _blocks(user, per_tick, user.energy[name])
-        if (gap := differs(own[:-1], recorded[:-1])) is not None:
-            found.append(f"{user.name}: the work of the {name} is not its sum, {gap:.3g} J off")
+        text = f"{user.name}: the work of the {name} is not its sum"
+        found += off(own[:-1], recorded[:-1], text, "J")
     return found
 
 

@@ -20,6 +20,12 @@ def differs(left: Array, right: Array) -> float | None:
     return gap if gap > SMALLEST + RELATIVE * size else None
 
 
+def off(left: Array, right: Array, text: str, unit: str) -> list[str]:
+    """Return in words by how much numbers are off; empty where rounding explains it."""
+    gap = differs(left, right)
+    return [] if gap is None else [f"{text}, {gap:.3g} {unit} off"]
+
+
 def missing_from(values: Array, known: Array) -> float | None:
     """Return how far a value is from all known ones, where that is more than rounding, else None.
 

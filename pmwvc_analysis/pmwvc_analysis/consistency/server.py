@@ -5,7 +5,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.consistency.numbers import differs, no_numbers
+from pmwvc_analysis.consistency.numbers import no_numbers, off
 from pmwvc_analysis.traces.reductions import COUPLED
 from pmwvc_analysis.traces.sums import running
 from pmwvc_core.numeric import root
@@ -53,11 +53,8 @@ def _motion(server: ServerTraces, index: int, scenario: Scenario) -> list[str]:
     rows = _together(server, index)[1:]
     moved = np.diff(x, axis=0)
     expected = old * xd[:-1] + new * xd[1:]
-    if (gap := differs(moved[rows], expected[rows])) is not None:
-        return [
-            f"{server.users[index]}: the avatar does not move with its velocity, {gap:.3g} m off"
-        ]
-    return []
+    text = f"{server.users[index]}: the avatar does not move with its velocity"
+    return off(moved[rows], expected[rows], text, "m")
 
 
 def _late(server: ServerTraces, index: int, known: User) -> list[str]:
@@ -65,12 +62,8 @@ def _late(server: ServerTraces, index: int, known: User) -> list[str]:
     port = WavePort(known.server_impedance)
     expected = np.asarray(port.velocity(server.u_s[index][1:], server.f_s[index][:-1]))
     rows = (_together(server, index) & ~_grown(server, BRAKES))[1:]
-    if (gap := differs(server.xd_s[index][1:][rows], expected[rows])) is not None:
-        return [
-            f"{server.users[index]}: xd is not decoded from u and the force before at the server, "
-            f"{gap:.3g} m/s off"
-        ]
-    return []
+    text = f"{server.users[index]}: xd is not decoded from u and the force before at the server"
+    return off(server.xd_s[index][1:][rows], expected[rows], text, "m/s")
 
 
 def _object(server: ServerTraces, scenario: Scenario) -> list[str]:
@@ -78,9 +71,8 @@ def _object(server: ServerTraces, scenario: Scenario) -> list[str]:
     if scenario.coupling.black_box:
         return []  # it is what the environment shows
     kinetic = 0.5 * scenario.server.object_mass * np.sum(server.xd_o**2, axis=-1)
-    if (gap := differs(server.kinetic, kinetic)) is not None:
-        return [f"server: the energy of motion is not m |xd|^2/2 of the object, {gap:.3g} J off"]
-    return []
+    text = "server: the energy of motion is not m |xd|^2/2 of the object"
+    return off(server.kinetic, kinetic, text, "J")
 
 
 def _flow(server: ServerTraces, index: int) -> list[str]:
@@ -88,9 +80,8 @@ def _flow(server: ServerTraces, index: int) -> list[str]:
     own = np.sum(server.f_s[index] * server.xd_s[index], axis=-1) * server.periods_s
     recorded = np.diff(server.energy_u_s[index]) - np.diff(server.energy_v_s[index])
     rows = _together(server, index)[1:]
-    if (gap := differs(own[1:][rows], recorded[rows])) is not None:
-        return [f"{server.users[index]}: the work at the avatar is not its sum, {gap:.3g} J off"]
-    return []
+    text = f"{server.users[index]}: the work at the avatar is not its sum"
+    return off(own[1:][rows], recorded[rows], text, "J")
 
 
 def _server_port(
@@ -103,14 +94,14 @@ def _server_port(
     rows = (server.state[index] == COUPLED) & ~changed
     u_s, v_s = server.u_s[index][rows], server.v_s[index][rows]
     f_s, xd_s = server.f_s[index][rows], server.xd_s[index][rows]
-    name, found = server.users[index], []
+    name, found = server.users[index], list[str]()
     waves = (np.sum(u_s**2, axis=-1) - np.sum(v_s**2, axis=-1)) / 2.0
-    if exact and (gap := differs(np.sum(f_s * xd_s, axis=-1), waves)) is not None:
-        found.append(f"{name}: F xd is not (|u|^2 - |v|^2)/2 at the server, {gap:.3g} W off")
+    if exact:
+        text = f"{name}: F xd is not (|u|^2 - |v|^2)/2 at the server"
+        found += off(np.sum(f_s * xd_s, axis=-1), waves, text, "W")
     if known is not None:
         force = root(known.server_impedance / 2.0) * (u_s - v_s)
-        if (gap := differs(f_s, force)) is not None:
-            found.append(f"{name}: F is not sqrt(b/2) (u - v) at the server, {gap:.3g} N off")
+        found += off(f_s, force, f"{name}: F is not sqrt(b/2) (u - v) at the server", "N")
     return found
 
 
@@ -128,24 +119,20 @@ def _black_box(server: ServerTraces) -> list[str]:
     recorded = server.accounts["late_decoding"] + server.accounts["withheld"]
     recorded = recorded + server.accounts.get(BRAKES, 0.0)
     next_to = np.diff(server.step, prepend=0) == 1
-    found = []
     accounted = np.diff(recorded, prepend=0.0)
-    if gap := differs((power * server.periods_s)[next_to], accounted[next_to]):
-        found.append(
-            f"server: late decoding and compensation are not as accounted, {gap:.3g} J off"
-        )
+    text = "server: late decoding and compensation are not as accounted"
+    found = off((power * server.periods_s)[next_to], accounted[next_to], text, "J")
     taken = server.accounts["environment"] + server.accounts["contained"]
     into = np.sum([running(sums) for sums in server.energy_u_s], axis=0)
     into = into - np.sum([running(sums) for sums in server.energy_v_s], axis=0)
-    if gap := differs(into, recorded + taken):
-        found.append(f"server: its accounts are not what went in at the ports, {gap:.3g} J off")
-    if gap := differs(server.dissipated, taken - server.potential):
-        found.append(f"server: stored and heat are not what was taken, {gap:.3g} J off")
-    return found
+    text = "server: its accounts are not what went in at the ports"
+    found += off(into, recorded + taken, text, "J")
+    text = "server: stored and heat are not what was taken"
+    return found + off(server.dissipated, taken - server.potential, text, "J")
 
 
 def _server_sums(server: ServerTraces, index: int) -> list[str]:
-    found, name = [], server.users[index]
+    found, name = list[str](), server.users[index]
     follows = np.diff(server.step, prepend=server.step[:1] - 1) == 1
     for wave, sums in (("u_s", server.energy_u_s), ("v_s", server.energy_v_s)):
         values = np.nan_to_num(getattr(server, wave)[index])
@@ -153,6 +140,7 @@ def _server_sums(server: ServerTraces, index: int) -> list[str]:
         recorded = np.diff(sums[index], prepend=0.0)
         rows = follows & (server.state[index] == COUPLED)
         rows[0] = rows[0] and server.step[0] == 1
-        if (gap := differs(own[rows], recorded[rows])) is not None:
-            found.append(f"{name}: the energy of {wave} is not its sum, {gap:.3g} J off")
+        found += off(
+            own[rows], recorded[rows], f"{name}: the energy of {wave} is not its sum", "J"
+        )
     return found

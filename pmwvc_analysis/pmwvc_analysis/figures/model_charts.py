@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of answers of the model: transmitted admittance, and margins of a velocity filter."""
 
+from functools import partial
+
 import numpy as np
 
 from pmwvc_analysis.charts.chart import Chart, Dots, Level, Line, Panel
@@ -16,7 +18,7 @@ from pmwvc_core.scenario.scenario import Scenario
 MOST_DOTS = 70  # evenly spread over the logarithm of the frequency
 BELOW = 0.3  # lower end of the vertical axis, of the smallest value of the link
 DOTTED, DASHED, DASH_DOT = (2.0, 3.0), (9.0, 5.0), (12.0, 3.0, 2.0, 3.0)
-FREQUENCY = "frequency [Hz]"
+OVER_FREQUENCY = partial(Panel, x_label="frequency [Hz]", x_log=True)
 
 
 def transparency(
@@ -44,12 +46,10 @@ def transparency(
         size_dots = [Dots(label, at, np.abs(measured.admittance)[shown], "u1", "ring")]
         phase_dots = [Dots(label, at, _degrees(measured.admittance)[shown], "u1", "ring")]
         coherence = [
-            Panel(
+            OVER_FREQUENCY(
                 "coherence",
                 dots=[Dots("coherence", at, measured.coherence[shown], "u1", "ring")],
                 levels=[Level("trusted above", TRUSTED, "target")],
-                x_label=FREQUENCY,
-                x_log=True,
                 y_range=(0.0, 1.05),
             )
         ]
@@ -69,18 +69,16 @@ def transparency(
         "Transmitted admittance",
         "Position of the device per force of the hand.",
         [
-            Panel(
+            OVER_FREQUENCY(
                 "|x / f| [m/N]",
                 size,
                 size_dots,
                 levels=levels,
-                x_label=FREQUENCY,
-                x_log=True,
                 y_log=True,
                 y_range=y_range,
                 height=240.0,
             ),
-            Panel("phase [°]", phase, phase_dots, x_label=FREQUENCY, x_log=True, height=200.0),
+            OVER_FREQUENCY("phase [°]", phase, phase_dots, height=200.0),
             *coherence,
         ],
         title(f"Transmitted admittance of {found.user}{along}", scenario),
@@ -122,20 +120,16 @@ def velocity_filter(found: VelocityFilter, scenario: Scenario) -> Chart:
         "Velocity filter",
         "Above, both passivity conditions; below, the velocity left in the force.",
         [
-            Panel(
+            OVER_FREQUENCY(
                 "gain",
                 margin_lines,
                 levels=[Level("passive up to here", 1.0, "object")],
-                x_label=FREQUENCY,
-                x_log=True,
                 with_zero=True,
                 height=200.0,
             ),
-            Panel(
+            OVER_FREQUENCY(
                 "velocity in the force",
                 [Line("|F_m / (b ẋ)|", hertz, found.gain, "u0")],
-                x_label=FREQUENCY,
-                x_log=True,
                 with_zero=True,
                 height=200.0,
             ),
