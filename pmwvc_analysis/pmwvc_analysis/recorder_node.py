@@ -69,7 +69,9 @@ class Recorder:
                 print("ready", flush=True)
             if not reported and self._background.problem:
                 reported = True
-                print(f"recorder: {self._problem()}", file=sys.stderr, flush=True)
+                elsewhere = f"pmwvc report {self._background.writer.folder} --out OTHER"
+                text = f"recorder: {self._background.problem}; report it with: {elsewhere}"
+                print(text, file=sys.stderr, flush=True)
         until = time.monotonic() + LINGER_S
         while self._take_all() or time.monotonic() < until:
             time.sleep(POLL_S)
@@ -80,10 +82,6 @@ class Recorder:
         self._waiting = []
         for line in self._background.close():
             print(f"recorder: {line}", file=sys.stderr)
-
-    def _problem(self) -> str:
-        folder = self._background.writer.folder
-        return f"{self._background.problem}; report it with: pmwvc report {folder} --out OTHER"
 
     def _take_all(self) -> int:
         """Take whatever has arrived; return how many messages.

@@ -8,6 +8,7 @@ energies are sums over the session. Rows are in the order of time.
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,8 @@ from pmwvc_core.transport.reception import PASSAGE, REFUSED
 
 Integers = NDArray[np.int64]
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
+OF_OBJECT = ("x_o", "xd_o", "target", "kinetic", "potential")
+VECTORS = ("x_s", "xd_s", "f_s", "u_s", "v_s")  # of a user at the server
 PER_AXIS = {"x_m": "x", "xd_m": "xd", "f_m": "f_m", "f_applied": "f_applied"} | {
     name: name for name in ("u_m", "u_m_lp", "v_m")
 }
@@ -139,7 +142,7 @@ def server_traces(
     columns = [{str(name): index for index, name in enumerate(step.users)} for step in steps]
 
     def of_user(field: str, name: str, missing: float) -> Array:
-        width = steps[-1].dof if field in ("x_s", "xd_s", "f_s", "u_s", "v_s") else 1
+        width = steps[-1].dof if field in VECTORS else 1
         result = np.full((len(steps), width), missing)
         for row, step, column in zip(result, steps, columns, strict=True):
             if (index := column.get(name)) is not None:
@@ -152,27 +155,20 @@ def server_traces(
     def sums(field: str) -> list[Array]:
         return [continued(np.nan_to_num(array[:, 0]), epochs) for array in each(field)]
 
+    columns: dict[str, Any] = {name: each(name) for name in VECTORS}
+    columns |= {name: _column(steps, name) for name in OF_OBJECT}
     traces = ServerTraces(
         users=names,
         periods_s=_column(steps, "period"),
         time_s=clock.seconds(starts[order], zero_ns),
         step=_whole(steps, "step"),
-        x_o=_column(steps, "x_o"),
-        xd_o=_column(steps, "xd_o"),
-        target=_column(steps, "target"),
-        x_s=each("x_s"),
-        xd_s=each("xd_s"),
-        f_s=each("f_s"),
-        u_s=each("u_s"),
-        v_s=each("v_s"),
         contact=[array[:, 0] > 0.0 for array in each("contact", 0.0)],
         state=[array[:, 0].astype(np.int64) for array in each("state", 0.0)],
         energy_u_s=sums("energy_u_s"),
         energy_v_s=sums("energy_v_s"),
-        kinetic=_column(steps, "kinetic"),
-        potential=_column(steps, "potential"),
         dissipated=continued(_column(steps, "dissipated"), epochs),
         accounts=_accounts(steps),
+        **columns,
     )
     return traces, _column(steps, "lateness")
 
@@ -211,15 +207,8 @@ def fate_traces(link: str, messages: Sequence[PacketFate]) -> FateTraces:
     return FateTraces(link=link, number=np.concatenate(numbers), **columns)
 
 
-_RECEIVED = (
-    "accepted",
-    "beginnings",
-    "lost",
-    "duplicate",
-    "reordered",
-    "other_controller",
-    *REFUSED,
-)
+_RECEIVED = ["accepted", "beginnings", "lost", "duplicate", "reordered", *REFUSED]
+_RECEIVED.append("other_controller")
 _LINK_NUMBERS = (
     "in_count out_count lost duplicated reordered corrupted queued dropped "
     "delay_mean delay_min delay_max delay_error_max rate_hz delay_s jitter_s loss duplicate "
@@ -246,12 +235,5 @@ def reception_traces(link: str, messages: Sequence[Reception]) -> ReceptionTrace
         values = {name: float(getattr(message, name)) for name in PASSAGE}
         if math.isfinite(values["round_trip"]):
             passage = values
-    return ReceptionTraces(
-        link,
-        receivers=len(last),
-        counts={
-            name: sum(int(getattr(message, name)) for message in last.values())
-            for name in _RECEIVED
-        },
-        passage=passage,
-    )
+    counts = {name: sum(int(getattr(m, name)) for m in last.values()) for name in _RECEIVED}
+    return ReceptionTraces(link, receivers=len(last), counts=counts, passage=passage)

@@ -94,10 +94,8 @@ def outcomes(
             found.append(_offset_open(user, per_lag * lag, drift, reason))
         elif late:
             found.append(_offset_open(user, per_lag * lag, drift, late))
-        elif spread:
-            found.append(_offset_between(user.name, per_lag * lag, per_lag * spread, drift))
         else:
-            found.append(_offset(user.name, per_lag * lag, drift))
+            found.append(_offset(user.name, per_lag * lag, per_lag * spread, drift))
     return found
 
 
@@ -180,25 +178,17 @@ def _stability(summary: dict[str, Any]) -> Outcome:
     return Outcome("stability", True, "Predicted unstable: it was.")
 
 
-def _offset_between(name: str, edge: float, width: float, was: float) -> Outcome:
-    """Return the outcome of an offset of which only two bounds are predicted [m]."""
+def _offset(name: str, edge: float, width: float, was: float) -> Outcome:
+    """Return the outcome of an offset, of which two bounds are predicted where it has a width
+    [m].
+    """
     low, high = sorted((edge, edge + width), key=abs)
     tolerance = OFFSET_M + OFFSET_RATIO * abs(high)
     hit = min(low, high) - tolerance <= was <= max(low, high) + tolerance
+    until = f" to {high * 1e3:+.2f} mm, by how late the slope was learned;" if width else " mm,"
     text = (
         f"{name}: offset of the device from its avatar at the end: predicted "
-        f"{low * 1e3:+.2f} to {high * 1e3:+.2f} mm, by how late the slope was learned; measured "
-        f"{was * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; tolerance {tolerance * 1e3:.2f} mm)."
-    )
-    return Outcome("offset", hit, text, name, None, was, tolerance, "m")
-
-
-def _offset(name: str, expected: float, was: float) -> Outcome:
-    tolerance = OFFSET_M + OFFSET_RATIO * abs(expected)
-    hit = abs(was - expected) <= tolerance
-    text = (
-        f"{name}: offset of the device from its avatar at the end: predicted "
-        f"{expected * 1e3:+.2f} mm, measured {was * 1e3:+.2f} mm "
+        f"{low * 1e3:+.2f}{until} measured {was * 1e3:+.2f} mm "
         f"({'hit' if hit else 'missed'}; tolerance {tolerance * 1e3:.2f} mm)."
     )
-    return Outcome("offset", hit, text, name, expected, was, tolerance, "m")
+    return Outcome("offset", hit, text, name, None if width else edge, was, tolerance, "m")

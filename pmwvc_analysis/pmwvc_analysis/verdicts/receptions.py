@@ -44,6 +44,10 @@ def reception_summaries(
     for link, received in sorted(traces.receptions.items()):
         injected = done_by(traces.fates.get(link), received)
         passage = {name: number(value) for name, value in received.passage.items()}
+        ratio, deadband = saved.get(link), ""
+        if ratio is not None:
+            words = "of the packets; none of these is lost."
+            deadband = f" The sender's deadband left out {ratio:.0%} {words}"
         found.append(
             {
                 "name": link,
@@ -53,18 +57,12 @@ def reception_summaries(
                 if injected is None
                 else all(injected[name] == received.counts[name] for name in OF_LINK),
                 "path": None if passage["round_trip"] is None else passage,
-                "left_out": saved.get(link),
-                "text": counts_text(received, injected) + _left_out_text(saved.get(link)),
+                "left_out": ratio,
+                "text": counts_text(received, injected) + deadband,
                 "path_text": path_text(received.passage),
             }
         )
     return found
-
-
-def _left_out_text(ratio: float | None) -> str:
-    if ratio is None:
-        return ""
-    return f" The sender's deadband left out {ratio:.0%} of the packets; none of these is lost."
 
 
 def done_by(fates: FateTraces | None, received: ReceptionTraces) -> dict[str, int] | None:

@@ -88,8 +88,9 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
         if not lasts(found, motion):
             continue
         if not found.settled:
+            changed = scenario and stages(traces, scenario)[-1].start_s == motion.since_s
             why = (
-                f"{_disturbance(traces, scenario, motion.since_s)} "
+                f"{'a parameter changed' if changed else 'contact was made or lost'} "
                 f"{traces.duration_s - motion.since_s:.2f} s before the end; {motion.name} still "
                 f"moved with {found.late_m_s * 1e3:.1f} mm/s"
             )
@@ -101,13 +102,6 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
         why = f"too little of the motion of {', '.join(unknown)} was recorded"
         return Verdict(None, why, strongest, judged=False)
     return Verdict(None, "motion faster than the voluntary band decays", strongest)
-
-
-def _disturbance(traces: SessionTraces, scenario: Scenario | None, since_s: float) -> str:
-    """Return what disturbed the motion last, in words."""
-    if scenario is not None and stages(traces, scenario)[-1].start_s == since_s:
-        return "a parameter changed"
-    return "contact was made or lost"
 
 
 def _beyond(traces: SessionTraces, scenario: Scenario | None) -> str:

@@ -90,7 +90,9 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
         if user["force_final_n"] is not None:
             when = f"at {until:.2f} s" if cut else "at the end"
             when = f"when {user['ended']}" if user["ended"] else when
-            parts.append(f"force {_vector(user['force_final_n'])} N {when}")
+            force = user["force_final_n"]
+            axes = force if isinstance(force, list) else [force]
+            parts.append(f"force {' '.join(f'{number:.2f}' for number in axes)} N {when}")
         if user["environment_limited"]:
             parts.append(environment.words(user["environment_limited"]))
         if user["ticks_missing"]:
@@ -102,9 +104,3 @@ def verdict_lines(summary: dict[str, Any]) -> list[str]:
     if "server" in texts:
         found.append(f"  server: {texts['server']}")
     return found + [f"  {sentence}" for sentence in (summary["active"] or [])[:1]]
-
-
-def _vector(value: float | list[float]) -> str:
-    """Return a number, or one per axis."""
-    values = value if isinstance(value, list) else [value]
-    return " ".join(f"{number:.2f}" for number in values)
