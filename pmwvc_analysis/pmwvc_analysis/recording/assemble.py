@@ -155,8 +155,8 @@ def server_traces(
     def sums(field: str) -> list[Array]:
         return [continued(np.nan_to_num(array[:, 0]), epochs) for array in each(field)]
 
-    columns: dict[str, Any] = {name: each(name) for name in VECTORS}
-    columns |= {name: _column(steps, name) for name in OF_OBJECT}
+    signals: dict[str, Any] = {name: each(name) for name in VECTORS}
+    signals |= {name: _column(steps, name) for name in OF_OBJECT}
     traces = ServerTraces(
         users=names,
         periods_s=_column(steps, "period"),
@@ -168,7 +168,7 @@ def server_traces(
         energy_v_s=sums("energy_v_s"),
         dissipated=continued(_column(steps, "dissipated"), epochs),
         accounts=_accounts(steps),
-        **columns,
+        **signals,
     )
     return traces, _column(steps, "lateness")
 
