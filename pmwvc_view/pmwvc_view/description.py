@@ -101,7 +101,9 @@ def _user(user: User, scenario: Scenario, remote: bool) -> dict[str, Any]:
     }
 
 
-def place(position: tuple[float, ...] | None, scenario: Scenario, user: str) -> list[float] | None:
+def within_workspace(
+    position: tuple[float, ...] | None, scenario: Scenario, user: str
+) -> list[float] | None:
     """Return a page's target within the workspace, one value per axis; None where it is none."""
     if position is None or len(position) != scenario.dof:
         return None

@@ -60,8 +60,8 @@ def test_in_several_axes_the_way_is_a_straight_line():
     task = Task(TaskParams(kind="carry", distance_m=0.05, sideways_m=-0.02))
     for time_s in (0.0, 5.0, 6.3, 20.0):
         along, _ = task.target(time_s)
-        np.testing.assert_allclose(task.place(time_s, dof=3), [along, -0.4 * along, 0.0])
-        assert task.place(time_s, dof=1) == along
+        np.testing.assert_allclose(task.offset(time_s, dof=3), [along, -0.4 * along, 0.0])
+        assert task.offset(time_s, dof=1) == along
 
 
 @pytest.mark.parametrize(("kind", "closes"), [("free", 0.0), ("hold", 1.0), ("carry", 1.0)])

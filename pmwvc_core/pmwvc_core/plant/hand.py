@@ -122,7 +122,7 @@ class Hand(Operator):
             self._closed, self._closing = closed, closing
             self._squeeze = (self._half_squeeze * (closed + closing)) * self.axis
             self._facing = (self._face + self._gap * (1.0 - closing)) * self.axis
-        return self._facing + self._task.place(time_s, dof=self._dof)
+        return self._facing + self._task.offset(time_s, dof=self._dof)
 
     def _force(self, x: Value, xd: Value) -> Value:
         if not self._ticks:

@@ -77,7 +77,7 @@ class TaskTargets(Stateful):
         if closed == 0.0:
             return ()
         position = self._start + closed * (self._pressed - self._start)
-        return (position + self._task.place(time_s, dof=self._dof),)
+        return (position + self._task.offset(time_s, dof=self._dof),)
 
 
 def targets_from(params: OperatorParams, *, tick_s: float, dof: int) -> GivenTargets:

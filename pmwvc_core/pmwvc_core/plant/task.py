@@ -42,13 +42,13 @@ class Task:
         self._moves = params.kind == "carry"
         self._closes = params.kind != "free"
 
-    def place(self, time_s: float, *, dof: int) -> Value:
+    def offset(self, time_s: float, *, dof: int) -> Value:
         """Return the position of the target along all axes [m]."""
         if dof == 1:
             return self._distance_m * self._progress(time_s)
-        place = np.zeros(dof)
-        place[:2] = self._distance_m, self.params.sideways_m
-        return place * self._progress(time_s)
+        offset = np.zeros(dof)
+        offset[:2] = self._distance_m, self.params.sideways_m
+        return offset * self._progress(time_s)
 
     def target(self, time_s: float) -> tuple[float, float]:
         """Return position [m] and velocity [m/s] of the target along axis 0."""
@@ -92,7 +92,7 @@ class ShownTarget(Stateful):
         self.period_s = period_s
         self._time_s: float | None = None
         self._soft_start_s = soft_start_s
-        self.position_m: Value = task.place(0.0, dof=dof)
+        self.position_m: Value = task.offset(0.0, dof=dof)
 
     def step(self, *, together: bool) -> Value:
         """Return the position [m] for a step, given whether all users are present."""
@@ -100,5 +100,5 @@ class ShownTarget(Stateful):
             self._time_s += self.period_s
         elif together:
             self._time_s = -self._soft_start_s
-        self.position_m = self._task.place(self._time_s or 0.0, dof=self._dof)
+        self.position_m = self._task.offset(self._time_s or 0.0, dof=self._dof)
         return self.position_m

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact between one avatar and the object: what every law offers, and the two-sided one.
 
-A contact knows the deflection of its spring and the place relative to the object where that spring
-is at rest, so the avatar stands at ``x_s = x_o + rest + deflection``. The deflection is the state
-(never the difference of two positions, which would lose digits far from the origin). Forces act
-from the avatar on the object.
+A contact knows the deflection of its spring and the position at which that spring is at rest,
+relative to the object, so the avatar stands at ``x_s = x_o + rest + deflection``. The deflection
+is the state (never the difference of two positions, which would lose digits far from the origin).
+Forces act from the avatar on the object.
 
 Stiffness and damping may change while the contact is made: the deflection then becomes
 sqrt(K_old/K_new) times what it was, so that the spring stores what it stored; the avatar stays

@@ -58,7 +58,7 @@ class WaveServer(ServerController):
         for port in present:
             v_s = port.give(port.wave.v(port.u_s, port.f_s))
             u_s = port.u_s
-            port.x_s = self._place(port)
+            port.x_s = self._avatar_position(port)
             port.energy_u_s = port.energy_u_s + half_s * squared(u_s)
             port.energy_v_s = port.energy_v_s + half_s * squared(v_s)
         return self.v_s

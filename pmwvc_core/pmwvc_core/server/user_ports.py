@@ -209,7 +209,7 @@ class ServerController(Stateful, ABC):
         self.body.x = self.body.x + zero
         self.body.xd = self.body.xd + zero
         port.contact.attach(position - self.body.x)
-        port.x_s = self._place(port)
+        port.x_s = self._avatar_position(port)
         port.offset = port.x_s - position
         port.present = True
 
@@ -221,7 +221,7 @@ class ServerController(Stateful, ABC):
             port.silence(0.0 * port.f_s)
             port.present = False
 
-    def _place(self, port: UserPort) -> Value:
+    def _avatar_position(self, port: UserPort) -> Value:
         return self.body.x + (port.contact.rest + port.contact.deflection)
 
     def _present_ports(self) -> list[UserPort]:

@@ -107,10 +107,10 @@ class FeedUser:
             own = self._signals[F_H] + self._brake * self._signals[XD_M]
             held = bool(np.abs(own).max() > OPEN_N)  # by another program
             return held or anchor is not None
-        place = np.atleast_1d(np.asarray(target, dtype=np.float64))
-        if anchor is not None and np.linalg.norm(place - anchor) < MOVED_M:
+        position = np.atleast_1d(np.asarray(target, dtype=np.float64))
+        if anchor is not None and np.linalg.norm(position - anchor) < MOVED_M:
             return False
-        self._anchor = place
+        self._anchor = position
         return True
 
     def follow_lag(self, lag_s: float | None, impedance: float | None) -> None:

@@ -77,9 +77,9 @@ class LiveSession(RunningSession):
             self._follow()
         targets: dict[str, Any] = {}
         for user, hand in self._hands.items():
-            place = hand.position
-            targets[f"{user}.held"] = place is not None
-            targets[f"{user}.target"] = None if place is None else list(place)
+            target = hand.position
+            targets[f"{user}.held"] = target is not None
+            targets[f"{user}.target"] = None if target is None else list(target)
         self._feed.others = {**self._lags, **inlets.round_trips, **targets}
         if self._feed.zero_ns is not None and time.monotonic() - inlets.heard_s > SILENT_S:
             self.ended = f"no trace has come for {SILENT_S:g} s: the session is over"
@@ -108,7 +108,7 @@ class LiveSession(RunningSession):
         """Give a hand its newest target [m]; None opens it."""
         hand = self._hands.get(user)
         if hand is not None:
-            hand.give(description.place(position, self._scenario, user))
+            hand.give(description.within_workspace(position, self._scenario, user))
 
     async def set(self, path: str, value: Setting) -> Answer:
         """Change a parameter of the nodes; one change at a time."""

@@ -81,8 +81,8 @@ class SimulatedSession(RunningSession):
         """Give a hand its newest target [m]; None opens it."""
         source = self._simulation.targets.get(user)
         if source is not None:
-            place = description.place(position, self._scenario, user)
-            source.give(None if place is None else signal(place, self._scenario.dof))
+            target = description.within_workspace(position, self._scenario, user)
+            source.give(None if target is None else signal(target, self._scenario.dof))
 
     async def set(self, path: str, value: Setting) -> Answer:
         """Change a parameter."""

@@ -48,7 +48,7 @@ class PositionError(Stateful):
         Lag of slow motion once around [s]; 0: not known yet.
     """
 
-    SIGNALS = "_place"
+    SIGNALS = "_avatar_x"
     MEMORY = "_integral _since _y _v _sent _avatar _packet _fresh _reference _newest round_trip_s"
 
     def __init__(self, params: MasterParams) -> None:
@@ -59,7 +59,7 @@ class PositionError(Stateful):
         self._v: Value = 0.0
         self._avatar: tuple[int, int] | None = None
         self._packet: WavePacket | None = None
-        self._place: Value = 0.0  # of the avatar, by the newest packet [m]
+        self._avatar_x: Value = 0.0  # of the avatar, by the newest packet [m]
         self._fresh = False
         self._reference: Value | None = None
         self._newest = 0  # number of the packet last sent
@@ -94,7 +94,7 @@ class PositionError(Stateful):
         avatar = packet.epoch, packet.flags & FLAG_ANEW
         if avatar != self._avatar:
             self._avatar, self._reference = avatar, None
-        self._packet, self._fresh, self._place = packet, True, packet.position
+        self._packet, self._fresh, self._avatar_x = packet, True, packet.position
         if packet.echo_seq in self._sent:
             self._time(packet)
 
@@ -119,7 +119,7 @@ class PositionError(Stateful):
         if packet is None:
             return 0.0
         self._fresh = False
-        apart = x - self._place
+        apart = x - self._avatar_x
         rest = None
         if fresh and packet.echo_seq in self._sent:
             rest = apart - self._lag(packet, before)

@@ -45,7 +45,7 @@ class _Played(PositionError):
 
     def __init__(self, params: MasterParams, playout: Playout) -> None:
         self._playout = playout
-        self._line: Value = 0.0  # the avatar's place on the line to the newest packet's [m]
+        self._line: Value = 0.0  # the avatar's position on the line to the newest packet's [m]
         self._left_s = 0.0  # until it is there
         self._time_s = 0.0  # that the packets so far stand for
         self._times_s: dict[int, float] = {}  # up to each of them
@@ -67,19 +67,19 @@ class _Played(PositionError):
         avatar = self._avatar
         super().on_packet(packet)
         if self._avatar != avatar:
-            self._line = self._place
+            self._line = self._avatar_x
         elif self._fresh:
             self._left_s = packet.period
 
     def step(self, x: Value, v: Value) -> Value:
         if self._left_s > 0.0:
             ratio = min(self._tick_s / self._left_s, 1.0)
-            self._line = self._line + ratio * (self._place - self._line)
+            self._line = self._line + ratio * (self._avatar_x - self._line)
             self._left_s = self._left_s - self._tick_s
         return super().step(x, v)
 
     def _chosen(self, apart: Value, rest: Value | None, reference: Value) -> Value:
-        return super()._chosen(apart + (self._place - self._line), rest, reference)
+        return super()._chosen(apart + (self._avatar_x - self._line), rest, reference)
 
     def _waiting_s(self, packet: WavePacket) -> Value:
         return 0.5 * self._frame_s + self._time_s - self._times_s[packet.echo_seq]

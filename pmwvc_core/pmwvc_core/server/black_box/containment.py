@@ -46,31 +46,31 @@ class Asked(Stateful):
     """
 
     BLOCKS = "environment"
-    MEMORY = "_news"
+    MEMORY = "_pending"
 
     def __init__(self, environment: BlackBox) -> None:
         self.environment = environment
-        self._news: deque[tuple[str, tuple[Any, ...]]] = deque()
+        self._pending: deque[tuple[str, tuple[Any, ...]]] = deque()
 
     def notify(self, call: str, *arguments: Any) -> None:
         """Have ``join`` or ``leave`` called before the next step, where there is one."""
         if hasattr(self.environment, call):
-            self._news.append((call, arguments))
+            self._pending.append((call, arguments))
 
     def exchange(
         self,
-        place: Array,
+        start: Array,
         velocity: Array,
         *,
         period: float,
         weight: float,
         decode: Callable[[Array, Array], Array],
     ) -> Reply:
-        """Tell the news, solve the loop with the local slope where there is one, and step.
+        """Pass joins and leaves on, solve the loop with the local slope if there is one, and step.
 
         Parameters
         ----------
-        place
+        start
             Where the avatars are without their new velocity ``(users, ..., dof)`` [m].
         velocity
             Their new velocity without knowledge of a slope [m/s].
@@ -80,25 +80,25 @@ class Asked(Stateful):
             From F0 and G to the new velocity.
         """
         environment = self.environment
-        while self._news:
-            name, arguments = self._news.popleft()
+        while self._pending:
+            name, arguments = self._pending.popleft()
             getattr(environment, name)(*arguments)
         if isinstance(environment, Sloped):
-            line = np.broadcast_arrays(place, *environment.local(place, weight))[1:]
-            force, slope = (_signal(each, place, "local") for each in line)
+            line = np.broadcast_arrays(start, *environment.local(start, weight))[1:]
+            force, slope = (_signal(each, start, "local") for each in line)
             if not np.isfinite(force + slope).all():
                 raise BadAnswer("returned a slope from local that is not finite")
             velocity = decode(force, np.maximum(slope, 0.0))
-        position = place + weight * velocity
+        position = start + weight * velocity
         position.flags.writeable = velocity.flags.writeable = False
-        force = _signal(environment.step(position, velocity, period), place)
+        force = _signal(environment.step(position, velocity, period), start)
         good = np.all(np.abs(force) <= LARGEST_N, axis=-1, keepdims=True)  # false for NaN
         return Reply(
             velocity,
             np.where(good, force, 0.0),
             good,
             _stored(environment),
-            self.shown(place.shape[1:]),
+            self.shown(start.shape[1:]),
         )
 
     def shown(self, shape: tuple[int, ...]) -> tuple[Array, Array] | None:

@@ -58,7 +58,7 @@ class HuntCrossley(Stateful):
         return force
 
     def local(self, position: Array, dt: float) -> tuple[Array, Array]:
-        """Return force and slope at the place without motion; zero outside."""
+        """Return force and slope at a position, without motion; zero outside."""
         force, slope = np.zeros_like(position), np.zeros_like(position)
         for user in self._depth:
             depth, stiffness = self._inside(user, position[user]), self._stiffness[user]

@@ -63,7 +63,7 @@ class BlackBoxServer(ServerController):
     Parameters
     ----------
     params, ports
-        As for the other couplings; the contacts only give the start of the avatars.
+        As for the other couplings; the contacts only give the position of the avatars.
     environment
         What is asked.
     call
@@ -110,13 +110,13 @@ class BlackBoxServer(ServerController):
             except PLUGIN_ERRORS as error:  # whatever the plug-in raises
                 self._faults.note(error)
         super().join(i, position)
-        place = self._rows([self.ports[i].x_s])[0]
+        start = self._rows([self.ports[i].x_s])[0]
         if self._learns and self._secant is None:
             least = [_least(port.b) / self._period for port in self.ports]
             self._secant = Secant(self._rows(least)[..., :1], self._shape)
         if self._secant is not None:
-            self._secant.join(i, place)
-        self._asked.notify("join", i, place)
+            self._secant.join(i, start)
+        self._asked.notify("join", i, start)
 
     def leave(self, i: int) -> None:
         """Take user ``i`` out; the environment is notified before its next step."""
@@ -129,13 +129,13 @@ class BlackBoxServer(ServerController):
         for port, wave in zip(self.ports, received, strict=True):
             if port.present:
                 port.take(wave)
-        place = [port.x_s + self._old * port.xd_s for port in self.ports]
-        reply = self._reply(self._rows(place))
+        start = [port.x_s + self._old * port.xd_s for port in self.ports]
+        reply = self._reply(self._rows(start))
         waves = []
         for user, port in enumerate(self.ports):
             if port.present:
                 waves.append(self._taken(user, port, reply))
-                port.x_s = place[user] + self._new * port.xd_s
+                port.x_s = start[user] + self._new * port.xd_s
         returned = self._compensation.step(waves, self._held())
         for taken, v in zip(waves, returned, strict=True):
             port = self.ports[taken.user]
@@ -147,13 +147,13 @@ class BlackBoxServer(ServerController):
         self.dissipated = spent - self.potential
         return self.v_s
 
-    def _reply(self, place: Array) -> Reply | None:
+    def _reply(self, start: Array) -> Reply | None:
         """Return the environment's answer; None where there is none to be used."""
-        velocity = self._guess(place)
+        velocity = self._guess(start)
         try:
             reply: Reply = self._call(
                 lambda: self._asked.exchange(
-                    place,
+                    start,
                     velocity,
                     period=self._period,
                     weight=self._new,
@@ -168,19 +168,19 @@ class BlackBoxServer(ServerController):
             text = f"returned no usable force (not finite, or beyond 1e6 N) for users {who}"
             self._faults.note(BadAnswer(text))
         if self._secant is not None:
-            self._secant.learn(place + self._new * reply.velocity, reply.force, reply.good)
+            self._secant.learn(start + self._new * reply.velocity, reply.force, reply.good)
         self._stored = reply.stored
         self._show(reply.shown)
         return reply
 
-    def _guess(self, place: Array) -> Array:
+    def _guess(self, start: Array) -> Array:
         """Return the velocities decoded with the learned line, or with the last force."""
         if self._secant is None:
             late = [port.wave.velocity(port.u_s, port.f_s) for port in self.ports]
             return self._rows(late)
         drive = self._rows([port.b * port.wave.free_velocity(port.u_s) for port in self.ports])
         b = np.stack([self._matrix(port) for port in self.ports])
-        velocity, expected = decoded(self._secant.line(place, self._new), drive, b)
+        velocity, expected = decoded(self._secant.line(start, self._new), drive, b)
         self._secant.expect(expected)
         return velocity
 

@@ -2,19 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """The slope of a black box, learned from its own answers, one user at a time.
 
-The port decodes with a line through the last force F- at the last place x-::
+The port decodes with a line through the last force F- at the last position x-::
 
-    F' = F- + K^ (x - x-),   x = place + w xd,   hence   F' = F0 + G xd,   G = w K^
+    F' = F- + K^ (x - x-),   x = position + w xd,   hence   F' = F0 + G xd,   G = w K^
 
 K^ is a symmetric positive semidefinite matrix, a slowly decaying maximum of the secant of force
-over place. With dx = x - x-, dF = F - F- and s = (dF - K^ dx) . dx::
+over position. With dx = x - x-, dF = F - F- and s = (dF - K^ dx) . dx::
 
     s > 0:  K^ += s p p^T/(p . dx)^2,   p = dF - K^ dx, or dx where p is nearly across
     s < 0:  K^ -= c (K^ dx)(K^ dx)^T/(dx . K^ dx),   c = min(0.1, -s/(dx . K^ dx))
 
 so that K^ has the measured secant along dx, or loses a tenth of its own there per step. Both
 keep it semidefinite. A step much shorter than recent ones is not used (a damper's force turns
-round while its place stands still), and one step raises a slope to at most four times.
+round while its position stands still), and one step raises a slope to at most four times.
 
 Up to |K^| T = b/2 the line is not used and F' = F-: decoding late is passive there (2B <= b/2),
 and a slope that varies costs energy of its own.
@@ -63,12 +63,12 @@ class Secant:
     def __init__(self, scale: Array, shape: tuple[int, ...]) -> None:
         users = (len(scale), *shape)
         self._scale = scale
-        self._place = np.zeros(users)
+        self._position = np.zeros(users)
         self._force = np.zeros(users)
         self._slope = np.zeros((*users, shape[-1]))
         self._longest = np.zeros((*users[:-1], 1))  # [m] recent step, decaying
         self._one_sided = np.zeros((*users[:-1], 1), dtype=bool)
-        # Last place, force and its direction with contact; direction zero: no face is known.
+        # Last position, force and its direction with contact; direction zero: no face is known.
         self._face = np.zeros(users), np.zeros(users), np.zeros(users)
         self._expected = np.zeros((*users[:-1], 1), dtype=bool)
 
@@ -77,15 +77,15 @@ class Secant:
         for state in (self._force, self._slope, self._longest, *self._face):
             state[user] = 0.0
         self._one_sided[user] = False
-        self._place[user] = position
+        self._position[user] = position
 
-    def line(self, place: Array, weight: float) -> Line:
+    def line(self, position: Array, weight: float) -> Line:
         """Return what to expect where the avatars would be without their new velocity [m]."""
         touching = _touching(self._force)
         last, force, along = self._face
-        last = np.where(touching, self._place, last)
-        rise = times(self._slope, place - last)
-        ahead = _dot(along, force + times(self._slope, place - last))
+        last = np.where(touching, self._position, last)
+        rise = times(self._slope, position - last)
+        ahead = _dot(along, force + times(self._slope, position - last))
         slope = np.where(touching[..., np.newaxis], self._slope, self._across_face(along))
         found = np.where(touching, self._force + rise, ahead * along)
         kept = np.where(self._one_sided, _direction(np.where(touching, self._force, along)), 0.0)
@@ -105,27 +105,28 @@ class Secant:
         """Note whose avatar was decoded with a force, ``(users, ..., 1)`` of bool."""
         self._expected = expected
 
-    def learn(self, place: Array, force: Array, good: Flags) -> None:
-        """Take in the forces [N] at the avatars' places [m], where they can be used."""
-        place, force = np.where(good, place, self._place), np.where(good, force, self._force)
-        step, rise = place - self._place, force - self._force
+    def learn(self, position: Array, force: Array, good: Flags) -> None:
+        """Take in the forces [N] at the avatars' positions [m], where they can be used."""
+        position = np.where(good, position, self._position)
+        force = np.where(good, force, self._force)
+        step, rise = position - self._position, force - self._force
         length = np.linalg.norm(step, axis=-1, keepdims=True)
         before, now = _touching(self._force), _touching(force)
         self._one_sided |= ~(before | now) & (length > 0.0)
         self._longest = np.maximum(DECAY * self._longest, np.where(before | now, length, 0.0))
-        telling = (before | now) & (length > np.maximum(SHORT * self._longest, LEAST_M))
-        safe = np.where(telling, length, 1.0)
-        self._raise(step / safe, rise / safe, telling)
-        self._decay(step / safe, rise / safe, telling & before & now)
+        informative = (before | now) & (length > np.maximum(SHORT * self._longest, LEAST_M))
+        safe = np.where(informative, length, 1.0)
+        self._raise(step / safe, rise / safe, informative)
+        self._decay(step / safe, rise / safe, informative & before & now)
         gone = self._expected & ~now & ~before
-        kept = (self._place, self._force, _direction(self._force))
-        new = (place, force, _direction(force))
+        kept = (self._position, self._force, _direction(self._force))
+        new = (position, force, _direction(force))
         face = []
         for old, last, present in zip(self._face, kept, new, strict=True):
             found = np.where(now, present, np.where(before, last, old))
             face.append(np.where(gone, 0.0, found))
         self._face = (face[0], face[1], face[2])
-        self._place, self._force = place, force
+        self._position, self._force = position, force
 
     @property
     def ratio(self) -> Array:
@@ -133,7 +134,7 @@ class Secant:
         length = np.linalg.norm(self._slope, axis=(-2, -1))[..., np.newaxis] / self._scale
         return np.where(length > SOFT, length, 0.0)
 
-    def _raise(self, course: Array, secant: Array, telling: Flags) -> None:
+    def _raise(self, course: Array, secant: Array, informative: Flags) -> None:
         own = _dot(course, times(self._slope, course))
         missing = secant - times(self._slope, course)
         short = _dot(missing, course)
@@ -141,15 +142,15 @@ class Secant:
         along = np.where(across, course, missing)
         onto = _dot(along, course)
         most = np.minimum((LEAP - 1.0) * own + LEAP * self._scale, LARGEST * self._scale - own)
-        raised = telling & (short > 0.0) & (most > 0.0)
+        raised = informative & (short > 0.0) & (most > 0.0)
         along = np.where(raised, along / np.where(raised, onto, 1.0), 0.0)
         gain = np.minimum(short, most) * along
         self._slope = self._slope + gain[..., :, None] * along[..., None, :]
 
-    def _decay(self, course: Array, secant: Array, telling: Flags) -> None:
+    def _decay(self, course: Array, secant: Array, informative: Flags) -> None:
         pull = times(self._slope, course)
         own, excess = _dot(pull, course), _dot(pull - secant, course)
-        falls = telling & (excess > 0.0) & (own > 0.0)
+        falls = informative & (excess > 0.0) & (own > 0.0)
         safe = np.where(falls, own, 1.0)
         gain = np.where(falls, np.minimum(1.0 - DECAY, excess / safe), 0.0) * pull
         self._slope = self._slope - gain[..., :, None] * (pull / safe)[..., None, :]
