@@ -136,7 +136,6 @@ class Packer(Stateful):
             Running sum that a controller keeps itself [J]; by default that of the waves sent.
         """
         period = self.period
-        echo_seq, echo_sent_ns, echo_hold_ns = echo
         self.seq = seq = self.seq + 1
         self.frames += 1
         self._flags = flags
@@ -146,20 +145,8 @@ class Packer(Stateful):
             wave = (self.integral - self._sent) * (1.0 / period)
             self._held_s = 0.0
         self.deadband.sent(wave)
-        return WavePacket(
-            self.epoch,
-            seq,
-            now_ns,
-            period,
-            wave,
-            self.integral,
-            self.energy if energy is None else energy,
-            position,
-            echo_seq,
-            echo_sent_ns,
-            echo_hold_ns,
-            flags,
-        )
+        sums = (self.integral, self.energy if energy is None else energy)
+        return WavePacket(self.epoch, seq, now_ns, period, wave, *sums, position, *echo, flags)
 
 
 def size_bytes(dof: int) -> int:

@@ -11,24 +11,19 @@ Time is an argument (integer nanoseconds of this end's monotonic clock).
 """
 
 import math
-import sys
 
-import numpy as np
-
-from pmwvc_core.numeric import Flag, Value, squared
+from pmwvc_core.numeric import Flag, Value
 from pmwvc_core.state import Stateful
+from pmwvc_core.transport.fitness import unfit
 from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket
 from pmwvc_core.transport.path import Path
 from pmwvc_core.transport.senders import INSIST, Run, Senders
 from pmwvc_core.transport.verdict import Verdict
 
-LARGEST = sys.float_info.max
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
 KNOWN = (1 << WINDOW) - 1
 RETIRED = 16  # former epochs remembered, so that a straggler cannot bring one back
 LONGEST_ROUND_TRIP_NS = 600 * 10**9
-
-
 ACCEPTED = Verdict.ACCEPTED  # at hand: a member is looked up in Python
 OUT_OF_PLACE = (Verdict.REORDERED, Verdict.STALE, Verdict.STRANGER)  # right but for their order
 
@@ -52,17 +47,6 @@ class Receiver(Stateful):
     max_wave
         Longest wave that a legal device can emit [sqrt(W)]; no limit by default. In a batch one of
         each run.
-
-    Attributes
-    ----------
-    newest, accepted_ns
-        The newest packet accepted, None before the first, and when it was taken.
-    path
-        Delay and jitter of the packets, both ways.
-    came_ns
-        When the newest packet reached this end, which may be before it was taken.
-    step_s
-        Time for which a wave is given out [s], where it is played out.
     """
 
     BLOCKS = "path"
@@ -81,13 +65,13 @@ class Receiver(Stateful):
         self.lost = 0  # numbers skipped and not come since
         self.held = 0  # takes that found nothing new
         self.skipped = 0  # packets that a newer one replaced before they were taken
-        self.newest: WavePacket | None = None
+        self.newest: WavePacket | None = None  # accepted; None before the first
         self.round_trip_s: float | None = None
         self._silence_ns = round(max(timeout_s, 3.0 * period_s) * 1e9)
-        self.accepted_ns = 0
-        self.came_ns = 0
-        self.path = Path()
-        self.step_s = period_s
+        self.accepted_ns = 0  # when the newest was taken,
+        self.came_ns = 0  # and when it reached this end, which may be before
+        self.path = Path()  # delay and jitter of the packets, both ways
+        self.step_s = period_s  # for which a wave is given out, where it is played out
         self._waiting = 0
         self._first = 0  # number at which this baseline began
         self._seen = 0  # bit i: number newest.seq - i has come
@@ -98,7 +82,8 @@ class Receiver(Stateful):
     def push(self, packet: WavePacket, now_ns: int) -> Verdict:
         """Judge a packet that has come in; whatever it is, the answer is a verdict."""
         ordinary = type(packet) is WavePacket and self._ordinary(packet)
-        verdict = (None if ordinary else self._unfit(packet)) or self._placed(packet)
+        wrong = None if ordinary else unfit(packet, self.dof, self.max_wave, lasts=self._lasts)
+        verdict = wrong or self._placed(packet)
         if verdict is not ACCEPTED:
             if verdict in OUT_OF_PLACE and self._believed(packet, verdict, now_ns):
                 verdict = Verdict.NEW_EPOCH
@@ -178,23 +163,6 @@ class Receiver(Stateful):
             return 0, 0, 0
         return self.newest.seq, self.newest.sent_ns, now_ns - self.came_ns
 
-    def _unfit(self, packet: WavePacket) -> Verdict | None:
-        """Judge a packet by itself."""
-        if not isinstance(packet, WavePacket) or not _well_typed(packet):
-            return Verdict.MALFORMED
-        if packet.refusal is not None:
-            return packet.refusal
-        values = (packet.wave, packet.integral, packet.energy, packet.position, packet.period)
-        if not all(map(_finite, values)):
-            return Verdict.NOT_FINITE
-        if not all(map(self._fits, (packet.wave, packet.integral, packet.position))):
-            return Verdict.WRONG_LENGTH
-        if not self._lasts(packet.period):
-            return Verdict.WRONG_PERIOD
-        if np.any(squared(packet.wave) > self.max_wave**2):
-            return Verdict.TOO_LARGE
-        return None
-
     def _ordinary(self, packet: WavePacket) -> bool:
         """Tell at a glance that nothing is wrong with a packet of one axis, as nearly always."""
         p = packet
@@ -214,12 +182,6 @@ class Receiver(Stateful):
     def _lasts(self, period_s: float) -> bool:
         """Tell whether a packet may stand for so long."""
         return math.isclose(period_s, self.period_s, rel_tol=1e-6)
-
-    def _fits(self, value: Value) -> bool:
-        """Tell whether a value has our number of axes; the zero of a start has any number."""
-        if isinstance(value, np.ndarray):
-            return value.ndim > 0 and value.shape[-1] == self.dof
-        return self.dof == 1 or value == 0.0
 
     def _placed(self, packet: WavePacket) -> Verdict:
         """Judge a fit packet by those before it."""
@@ -276,29 +238,3 @@ class Receiver(Stateful):
             round_trip_ns = came_ns - packet.echo_sent_ns - packet.echo_hold_ns
             if 0 <= round_trip_ns <= LONGEST_ROUND_TRIP_NS:
                 self.round_trip_s = round_trip_ns * 1e-9
-
-
-def _well_typed(packet: WavePacket) -> bool:
-    numbers = (packet.epoch, packet.seq, packet.sent_ns, packet.flags, packet.came_ns)
-    echo = (packet.echo_seq, packet.echo_sent_ns, packet.echo_hold_ns)
-    values = (packet.wave, packet.integral, packet.energy, packet.position)
-    return (
-        all(isinstance(number, int) for number in numbers + echo)
-        and 1 <= packet.seq < 1 << 32  # uint32 in the message
-        and isinstance(packet.period, (float, int))
-        and all(_is_value(value) for value in values)
-        and (packet.refusal is None or isinstance(packet.refusal, Verdict))
-    )
-
-
-def _is_value(value: object) -> bool:
-    if isinstance(value, np.ndarray):
-        return bool(value.dtype == np.float64)
-    return isinstance(value, (float, int))
-
-
-def _finite(value: Value) -> bool:
-    """As :func:`pmwvc_core.numeric.finite`, also for whole numbers beyond any float."""
-    if isinstance(value, np.ndarray):
-        return bool(np.isfinite(value).all())
-    return -LARGEST <= value <= LARGEST
