@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A session that goes on, live or simulated: its feed, the verdict on it, and notices."""
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -50,12 +51,13 @@ class RunningSession(Session):
         self._text: dict[str, Any] = {}
         self._polls = 0
 
+    @abstractmethod
     def _state(self) -> State:
-        raise NotImplementedError
+        """Return how it stands."""
 
+    @abstractmethod
     def _remote(self) -> list[str]:
         """Return the users whose handle a page can take."""
-        raise NotImplementedError
 
     def scenario(self) -> Scenario:
         """Return the scenario that settings are added to."""

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A session as the page's server sees it: live, simulated in real time, or recorded."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -25,7 +26,7 @@ BEGIN_ANEW = "changes with a new beginning (restart)"
 REFUSED = Answer(False, "not in this session")
 
 
-class Session:
+class Session(ABC):
     """What a page can see of a session and do in it; all of it is called from one event loop.
 
     What a kind of session does not serve it does not name in ``can``, and leaves as it is here.
@@ -51,24 +52,25 @@ class Session:
         self.ended: str | None = None
         self.back = False
 
+    @abstractmethod
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
-        raise NotImplementedError
 
+    @abstractmethod
     def scenario(self) -> Scenario:
         """Return the scenario that settings are added to."""
-        raise NotImplementedError
 
+    @abstractmethod
     def poll(self) -> Sequence[Snapshot]:
         """Return the snapshots since the last call."""
-        raise NotImplementedError
 
+    @abstractmethod
     def news(self) -> Mapping[str, Mapping[str, Any]]:
         """Return the messages whose content changes now and then, by kind: text, values, play."""
-        raise NotImplementedError
 
-    def target(self, user: str, position: tuple[float, ...] | None) -> None:
+    def target(self, user: str, position: tuple[float, ...] | None) -> Answer:
         """Give a hand its newest target [m]; None opens it."""
+        return REFUSED
 
     async def set(self, path: str, value: Setting) -> Answer:
         """Change a parameter."""

@@ -12,6 +12,7 @@ import numpy as np
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from pmwvc_bringup import scenarios
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.protocol.snapshots import Snapshot
 from pmwvc_view.session import Answer, Session
@@ -39,6 +40,9 @@ class HandmadeSession(Session):
 
     def description(self):
         return {"users": [{"name": name, "remote": True} for name in self.names]}
+
+    def scenario(self):
+        return scenarios.load("carry_16ms")
 
     def poll(self):
         if self.busy is not None:

@@ -7,6 +7,7 @@ or of another shape than the session's, is skipped.
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
@@ -22,7 +23,7 @@ SAME_CLOCK_NS = 20_000_000  # clocks whose offsets differ by more are of two mac
 LARGEST_NS = 1 << 62
 
 
-class _Reader:
+class _Reader(ABC):
     """The part common to the readers of both kinds."""
 
     KIND: ClassVar[Any]
@@ -53,9 +54,9 @@ class _Reader:
         )
         return own
 
+    @abstractmethod
     def _arrays(self, message: Any) -> Sequence[str]:
         """Return the names of the arrays to be read."""
-        raise NotImplementedError
 
 
 class MasterReader(_Reader):

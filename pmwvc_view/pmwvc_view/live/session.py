@@ -104,11 +104,12 @@ class LiveSession(RunningSession):
             notices.append("Paused: the server stands still; users join it anew when it goes on.")
         return State(paused, None if preset in (None, "none") else str(preset), notices)
 
-    def target(self, user: str, position: tuple[float, ...] | None) -> None:
+    def target(self, user: str, position: tuple[float, ...] | None) -> Answer:
         """Give a hand its newest target [m]; None opens it."""
         hand = self._hands.get(user)
         if hand is not None:
             hand.give(description.within_workspace(position, self._scenario, user))
+        return Answer(hand is not None)
 
     async def set(self, path: str, value: Setting) -> Answer:
         """Change a parameter of the nodes; one change at a time."""

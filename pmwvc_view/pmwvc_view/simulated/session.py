@@ -77,12 +77,13 @@ class SimulatedSession(RunningSession):
         if self._scenario == self._wanted:
             self._lags = description.lags(self._scenario, live=False)
 
-    def target(self, user: str, position: tuple[float, ...] | None) -> None:
+    def target(self, user: str, position: tuple[float, ...] | None) -> Answer:
         """Give a hand its newest target [m]; None opens it."""
         source = self._simulation.targets.get(user)
         if source is not None:
             target = description.within_workspace(position, self._scenario, user)
             source.give(None if target is None else signal(target, self._scenario.dof))
+        return Answer(source is not None)
 
     async def set(self, path: str, value: Setting) -> Answer:
         """Change a parameter."""
