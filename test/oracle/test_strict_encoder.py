@@ -11,6 +11,7 @@ from support.simulated import simulated
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.prediction.encoder_work import encoder_lines
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.counts import BetweenCounts
 from pmwvc_core.simulation.session import simulate_one
@@ -39,7 +40,7 @@ def held(traces, user=0):
     return np.abs(f[-1000:]).mean(), np.abs(x_m - x_s[: len(x_m)])[-1000:].mean()
 
 
-@pytest.mark.parametrize("impedance", [10.0, 25.0])
+@pytest.mark.parametrize("impedance", [10.0, 25.0, 50.0])
 def test_the_grip_holds_behind_a_coarse_encoder(impedance):
     setting = f"master.impedance={impedance}"
     force_n, apart_m = held(simulated(carry(setting)))
@@ -61,6 +62,30 @@ def test_a_force_of_the_difference_quotient_loses_the_grip(monkeypatch):
     force_n, apart_m = held(simulate_one(carry(*COARSE)))
     assert force_n < 0.5 * held(simulated(carry()))[0]
     assert apart_m > 5e-3
+
+
+def test_a_slower_tracker_lets_the_device_swing(monkeypatch):
+    """The control: with a = 0.45 the force is late enough to give out energy."""
+    monkeypatch.setattr("pmwvc_core.master.counts.TRACKED", 0.45)
+    monkeypatch.setattr("pmwvc_core.master.counts.BETA", 0.45**2 / 1.55)
+    scenario = files.load(
+        "carry_16ms", settings_texts=["master.impedance=50", *COARSE], duration_s=4.0
+    )
+    energies = user_energies(simulate_one(scenario), scenario)
+    assert min(each.joint.minimum_j for each in energies) < -0.1 * 50.0 * STEP_M**2 / TICK_S
+
+
+def test_what_a_port_behind_counts_gives_out_is_said_before_the_session():
+    coarser = ("device.encoder_step_m=1e-4", "device.velocity=euler", "user2.operator.kind=none")
+    scenario = files.load("carry_16ms", settings_texts=coarser, duration_s=3.0)
+    one, other = encoder_lines(scenario)
+    given_j = -user_energies(simulated(scenario), scenario)[0].joint.minimum_j
+    assert given_j > 1e-6
+    assert one.startswith("Warning: user1: velocities are differences of counts of 100 um")
+    assert f"simulated for 3 s, the port of the hand gives out up to {given_j * 1e3:.2g} mJ" in one
+    assert other.startswith("user2: velocities") and other.endswith("is not known.")
+    for settings in (("device.encoder_step_m=1e-4",), ("channel=plain", *coarser)):
+        assert encoder_lines(files.load("carry_16ms", settings_texts=settings)) == []
 
 
 def test_an_exact_device_feels_no_more_damping():

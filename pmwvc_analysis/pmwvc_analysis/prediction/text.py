@@ -12,6 +12,7 @@ from pmwvc_analysis.models.linear import left_out, nonlinear
 from pmwvc_analysis.models.links import LONGEST, hyperperiod_ticks
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
+from pmwvc_analysis.prediction.encoder_work import encoder_lines
 from pmwvc_analysis.prediction.lag import (
     RATIO_TOLERANCE,
     lag_decides,
@@ -65,7 +66,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     for user in scenario.users:
         found += press_lines(user, scenario, live=live)
     found += [STRICT] if scenario.strict else _delay_lines(known)
-    return found + _device_lines(scenario)
+    return found + _device_lines(scenario) + encoder_lines(scenario)
 
 
 def _rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
@@ -227,7 +228,8 @@ def _device_lines(scenario: Scenario) -> list[str]:
     for user in scenario.users:
         if (stored := declared_storage_j(scenario.controller, user)) > 0.0:
             found.append(f"{user.name}: declared storage {1e3 * stored:.3g} mJ.")
-        noise_w = encoder_noise_w(user) if has_waves(scenario.controller) else 0.0
+        samples = has_waves(scenario.controller) and not scenario.strict
+        noise_w = encoder_noise_w(user) if samples else 0.0
         if noise_w > 0.0:
             found.append(
                 f"{user.name}: where a grip chatters between counts of its encoder, the waves "

@@ -28,7 +28,7 @@ from pmwvc_core.numeric import Flag, Value, absolute, maximum, minimum, truth, w
 from pmwvc_core.state import Stateful
 
 OWN = 0.3
-TRACKED = 0.5
+TRACKED = 0.57  # slower, a device swings about the edge of a count; quicker, its force is noise
 BETA = TRACKED * TRACKED / (2.0 - TRACKED)
 COUNTED = 0.25
 LEAST_M = 1e-7

@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The energy that a device gives out behind an encoder whose differences are its velocity, on the
+strict channel.
+
+The node counts the work by positions that are up to a count beside the true one. Where the device
+swings about the edge of a count, the force is late by a few ticks and gives out more than is
+counted. How much depends on hand, mass, count and impedance together, so the scenario itself is
+simulated for its first ``LONGEST_S``, and the work judged by the true motion. A person's hand or
+device is not simulated: there the amount is unknown.
+
+Equations: docs/theory.md 17.9.
+"""
+
+import dataclasses
+import functools
+
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_core.errors import PmwvcError
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.simulation.session import simulate_one
+
+LONGEST_S = 6.0
+BY_PEOPLE = ("remote", "none")  # operators whose force is a person's
+LEAST_J = 1e-6  # what every port is judged with
+
+
+def behind_counts(user: User, scenario: Scenario) -> bool:
+    """Tell whether a user's waves come of the differences of an encoder's counts."""
+    device = user.device
+    return scenario.strict and device.velocity == "euler" and bool(device.encoder_step_m > 0.0)
+
+
+def encoder_lines(scenario: Scenario) -> list[str]:
+    """Return in words what the ports behind such encoders give out; nothing without one."""
+    users = [user for user in scenario.users if behind_counts(user, scenario)]
+    return [_line(user, scenario) for user in users]
+
+
+def _line(user: User, scenario: Scenario) -> str:
+    head = (
+        f"{user.name}: velocities are differences of counts of "
+        f"{1e6 * float(user.device.encoder_step_m):.3g} um"
+    )
+    given_j = None
+    if user.device.plugin == "simulated" and user.operator.kind not in BY_PEOPLE:
+        given_j = _given_j(scenario).get(user.name)
+    if given_j is None:
+        return (
+            f"{head}; how much energy the port of the hand may give out behind them is not known."
+        )
+    shown = f"simulated for {_short(scenario).duration_s:g} s, the port of the hand"
+    if given_j <= LEAST_J:
+        return f"{head}: {shown} is passive."
+    return (
+        f"Warning: {head}: {shown} gives out up to {1e3 * given_j:.2g} mJ more than it took in. A "
+        "velocity of the device's own, a finer encoder or a smaller master.impedance gives less."
+    )
+
+
+def _short(scenario: Scenario) -> Scenario:
+    return dataclasses.replace(scenario, duration_s=min(scenario.duration_s, LONGEST_S))
+
+
+@functools.lru_cache(maxsize=4)
+def _given_j(scenario: Scenario) -> dict[str, float]:
+    """Return what every port of a hand gave out beyond what it took in and was lent [J]; none
+    where the scenario cannot be simulated.
+    """
+    short = _short(scenario)
+    try:
+        energies = user_energies(simulate_one(short), short)
+    except PmwvcError:  # a file or plug-in that a recorded session had
+        return {}
+    return {each.name: -each.joint.minimum_j - each.storage_j for each in energies}
