@@ -8,8 +8,6 @@ swings about the edge of a count, the force is late by a few ticks and gives out
 counted. How much depends on hand, mass, count and impedance together, so the scenario itself is
 simulated for its first ``LONGEST_S``, and the work judged by the true motion. A person's hand or
 device is not simulated: there the amount is unknown.
-
-Equations: docs/theory.md 17.9.
 """
 
 import dataclasses
