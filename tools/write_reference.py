@@ -94,6 +94,10 @@ Without the emulator the two sides are joined by remapping: start the server wit
 | `~/matched` | std_srvs/Trigger | every node | returns as JSON how many other ends each of its own publishers and subscriptions has matched |
 | `~/rearm` | std_srvs/Trigger | master | leave the fault state; the force starts from zero |
 
+A node that joins a running session is best started with `start.joins:=true`: it begins once its waves and its trace
+have found their other ends (after 10 s in any case), so that its first packets and the first rows of its trace arrive.
+A session does that with nodes that it starts again.
+
 A best-effort publisher and a reliable subscriber do not connect, silently: subscribe to waves with best effort.
 """
 

@@ -82,7 +82,9 @@ def test_nodes_are_killed_stopped_continued_and_started_when_it_is_time(tmp_path
                 time.sleep(0.001)
         disturber.act(9.0)
         assert children.children["server"].running and children.children["server"] is not server
-        assert "paused: false" in (tmp_path / "server_again1.yaml").read_text()
+        parameters = (tmp_path / "server_again1.yaml").read_text()
+        assert "paused: false" in parameters and "joins: true" in parameters
+        assert disturber.again == ["/server"]
         assert [event["who"] for event in events] == [
             *("server", "user1 master", "user1 master", "server")
         ]

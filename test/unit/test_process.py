@@ -7,6 +7,7 @@ import signal
 import threading
 
 import pytest
+from std_msgs.msg import Bool
 from support.processes import isolate
 
 from pmwvc_core.errors import DeviceError
@@ -118,6 +119,20 @@ def test_a_paused_node_that_is_stopped_never_runs():
     work = Work(build=lambda node: stopper.start())
     assert run(work, "-p", "start.paused:=true") == 0
     assert work.happened == ["close"]
+
+
+@pytest.mark.parametrize("heard", [False, True])
+def test_a_node_that_joins_begins_once_its_trace_is_heard(heard):
+    def build(node):
+        node.create_publisher(Bool, "~/trace", 1)
+        if heard:
+            node.create_subscription(Bool, "~/trace", lambda _: None, 1)
+        else:
+            threading.Timer(0.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+
+    work = Work(build=build)
+    assert run(work, "-p", "start.joins:=true") == 0
+    assert work.happened == (["run", "close"] if heard else ["close"])
 
 
 @pytest.mark.parametrize("words", [["nonsense"], ["-p", "master.impedance:=20.0"]])

@@ -18,6 +18,11 @@ class Disturber:
     """Kills, starts, stops and continues nodes of a session when it is time.
 
     ``wanted`` is in the order of time; ``note`` takes who, kind and what of each as an event.
+
+    Attributes
+    ----------
+    again
+        Names in the ROS graph of the nodes that were started again.
     """
 
     def __init__(
@@ -36,7 +41,7 @@ class Disturber:
         self._environment = environment
         self._logs = logs
         self._note = note
-        self._started = 0
+        self.again: list[str] = []
 
     def act(self, elapsed_s: float) -> None:
         """Do what is due."""
@@ -60,12 +65,13 @@ class Disturber:
         self._note(node.name, "disturbance", what)
 
     def _start(self, node: NodePlan) -> None:
-        """Start a node again, at once and not paused."""
-        self._started += 1
-        again = replace(node, parameters={**node.parameters, "start.paused": False})
-        name = f"{node.file_name}_again{self._started}"
+        """Start a node again; it begins once its topics have found their other ends."""
+        self.again.append(node.ros_name)
+        starts = {"start.paused": False, "start.joins": True}
+        node = replace(node, parameters={**node.parameters, **starts})
+        name = f"{node.file_name}_again{len(self.again)}"
         file = self._logs / f"{name}.yaml"
-        file.write_text(again.parameter_file(), "utf-8")
-        command = again.command(file)
+        file.write_text(node.parameter_file(), "utf-8")
+        command = node.command(file)
         log = self._logs / f"{name}.log"
         self._children.start(node.name, command, env=self._environment, log=log)

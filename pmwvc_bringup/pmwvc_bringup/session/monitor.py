@@ -14,7 +14,7 @@ import json
 import math
 import time
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -55,7 +55,7 @@ class Monitor:
         ends = [f"{user}/reception" for user in users] + ["server/reception"]
         self._receptions = [Polled(node, Reception, end, links) for end in ends]
         self._seen: dict[str, tuple[float, Any]] = {}
-        self._epochs: dict[str, int] = {}
+        self._epochs: dict[str, tuple[int, int]] = {}  # of master and server, of each user
         self._rates: dict[str, tuple[int, int, float]] = {}
         self._counts: dict[str, deque[tuple[int, int]]] = {}  # of a link: (time [ns], packets out)
 
@@ -76,14 +76,21 @@ class Monitor:
                 found.append(f"{topic}: {listening} of {subscribers} subscribers")
         return found
 
-    def other_publishers(self, ends: Mapping[str, tuple[int, int]]) -> dict[str, str]:
-        """Return the topics with more publishers than planned, with their names as a text."""
+    def other_publishers(
+        self, ends: Mapping[str, tuple[int, int]], again: Collection[str] = ()
+    ) -> dict[str, str]:
+        """Return the topics with more publishers than planned, with their names as a text.
+
+        Of nodes that were started ``again`` ROS shows the former publishers for some more seconds.
+        """
         found = {}
         for topic, (publishers, _) in ends.items():
             if self._node.count_publishers(topic) > publishers:
                 infos = self._node.get_publishers_info_by_topic(topic)
                 names = sorted(f"{i.node_namespace.rstrip('/')}/{i.node_name}" for i in infos)
-                found[topic] = f"{len(names)} publishers on {topic}: {', '.join(names)}"
+                names = [n for i, n in enumerate(names) if n not in again or n not in names[:i]]
+                if len(names) > publishers:
+                    found[topic] = f"{len(names)} publishers on {topic}: {', '.join(names)}"
         return found
 
     def unconnected(self, nodes: Sequence[str], ends: Mapping[str, tuple[int, int]]) -> list[str]:
@@ -171,8 +178,9 @@ class Monitor:
         if server is not None and name in server.users:
             index = list(server.users).index(name)
             status.contact = server.contact[index]
-            # A master that was started again counts from zero, the server does not.
-            if trace is not None and self._epochs.setdefault(name, trace.epoch) == trace.epoch:
+            # A node that was started again counts from zero, the other end does not.
+            epochs = (trace.epoch, server.epoch) if trace is not None else (0, 0)
+            if trace is not None and self._epochs.setdefault(name, epochs) == epochs:
                 sent = trace.energy_u_m - server.energy_u_s[index]
                 returned = server.energy_v_s[index] - trace.energy_v_m
                 status.balance_j = sent + returned

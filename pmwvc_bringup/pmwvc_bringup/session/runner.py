@@ -186,7 +186,8 @@ class LiveSession:
                         return
                 if now >= publishers_at:
                     publishers_at += PUBLISHERS_PERIOD_S
-                    for topic, what in monitor.other_publishers(self.ends).items():
+                    others = monitor.other_publishers(self.ends, disturber.again)
+                    for topic, what in others.items():
                         ended += self.notes.stranger(topic, what)
                 if now >= status_at:
                     status_at += STATUS_PERIOD_S

@@ -9,6 +9,7 @@ how many remote ends its own publishers and subscriptions have matched; ``~/matc
 
 import json
 import threading
+import time
 from collections.abc import Mapping
 
 from rclpy.node import Node
@@ -18,26 +19,46 @@ from pmwvc_core.params import Spec
 from pmwvc_core.runtime.parameters import declare_value
 
 PUBLISHERS, SUBSCRIPTIONS = "publishers", "subscriptions"
+OF_SESSION = ("trace", "wave_up", "wave_down")  # last names of the topics that matter at the start
+SETTLE_S = 0.3  # the other ends have matched as well by then
+LONGEST_S = 10.0
 
 
 class StartGate:
-    """Holds a node's work back until a person or the session runner starts it; offers both."""
+    """Holds a node's work back until a person or the session runner starts it, or until its topics
+    have found their other ends; offers both services.
+
+    A node that joins a running session begins by itself: its first packets and the first rows of
+    its trace must not be lost. After ``LONGEST_S`` it begins all the same.
+    """
 
     def __init__(self, node: Node) -> None:
         spec = Spec(bool, description="wait for a call of ~/start before the first tick")
         self._open = threading.Event()
         if not declare_value(node, "start.paused", spec, False):
             self._open.set()
+        spec = Spec(bool, description="wait until waves and trace have found their other ends")
+        self._joins = declare_value(node, "start.joins", spec, False)
         self._node = node
         node.create_service(Trigger, "~/start", self._start)
         node.create_service(Trigger, "~/matched", self._matched)
 
     def wait(self, stop: threading.Event) -> bool:
         """Wait until started or stopped; return whether started."""
+        until_s = time.monotonic() + LONGEST_S
         while not stop.is_set():
             if self._open.wait(0.02):
-                return True
+                if self._joins and not self._found() and time.monotonic() < until_s:
+                    stop.wait(0.02)
+                    continue
+                return not (self._joins and stop.wait(SETTLE_S))
         return False
+
+    def _found(self) -> bool:
+        """Tell whether each topic of the session has another end."""
+        known = matched(self._node)
+        counts = [count for side in known.values() for _, count in _of_session(side)]
+        return all(counts)
 
     def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = "already running" if self._open.is_set() else "started"
@@ -49,6 +70,10 @@ class StartGate:
         response.success = True
         response.message = json.dumps(matched(self._node))
         return response
+
+
+def _of_session(side: Mapping[str, int]) -> list[tuple[str, int]]:
+    return [each for each in side.items() if each[0].rpartition("/")[2] in OF_SESSION]
 
 
 def matched(node: Node) -> dict[str, dict[str, int]]:
