@@ -67,7 +67,7 @@ def test_nodes_are_killed_stopped_continued_and_started_when_it_is_time(tmp_path
             children=children,
             environment={},
             logs=tmp_path,
-            note=events.append,
+            note=lambda *event: events.append(event),
         )
         server, master = children.children["server"], children.children["user1 master"]
         disturber.act(0.5)
@@ -85,10 +85,9 @@ def test_nodes_are_killed_stopped_continued_and_started_when_it_is_time(tmp_path
         parameters = (tmp_path / "server_again1.yaml").read_text()
         assert "paused: false" in parameters and "joins: true" in parameters
         assert disturber.again == ["/server"]
-        assert [event["who"] for event in events] == [
-            *("server", "user1 master", "user1 master", "server")
-        ]
-        assert {event["kind"] for event in events} == {"disturbance"}
+        whos = ["server", "user1 master", "user1 master", "server"]
+        assert [who for who, _, _ in events] == whos
+        assert {kind for _, kind, _ in events} == {"disturbance"}
     finally:
         children.kill()
 
