@@ -47,14 +47,6 @@ class SimulatedDevice(Stateful):
         The device; numbers may be ``(runs, 1)``.
     dof
         Number of axes; more than one makes all signals arrays ``(..., dof)``.
-
-    Attributes
-    ----------
-    x, xd
-        True position [m] and velocity [m/s].
-    work
-        Work of the controller's force against the hand, and of the hand's force on the device
-        [J]: force held over each tick times the true distance moved in it.
     """
 
     SIGNALS = "x xd _read"
@@ -71,25 +63,22 @@ class SimulatedDevice(Stateful):
         self._rubs = bool(np.any(np.asarray(params.friction) > 0.0))
         self._rounds = bool(np.any(np.asarray(params.encoder_step_m) > 0.0))
         self._differences = params.velocity == "euler"
-        self.x: Value = 0.0
-        self.xd: Value = 0.0
+        self.x: Value = 0.0  # [m] the true one
+        self.xd: Value = 0.0  # [m/s] the true one
+        # [J] of the controller's force against the hand, and of the hand's force on the device:
+        # force held over each tick times the true distance moved in it
         self.work: tuple[Value, Value] = (0.0, 0.0)
         self._read: tuple[Value, Value] = (0.0, 0.0)
         self.place(0.0)
 
     def place(self, x: Value) -> None:
-        """Put the device somewhere, at rest.
+        """Put the device somewhere, at rest; ParameterError where that is outside the workspace.
 
         Parameters
         ----------
         x
             Position [m], a vector ``(..., dof)``; a single number (or ``(runs, 1)``) is that along
             axis 0, the others being zero.
-
-        Raises
-        ------
-        ParameterError
-            If that is outside the workspace.
         """
         position = along_first_axis(x, self._dof)
         if np.any(np.abs(position) > self._reach):
@@ -102,14 +91,8 @@ class SimulatedDevice(Stateful):
         self._read = (self._measured(), self.xd)
 
     def step(self, f_h: Value, f_m: Value) -> tuple[Value, Value]:
-        """Advance one tick; return what is read at its end.
-
-        Parameters
-        ----------
-        f_h
-            Force of the hand on the device [N], held over the tick.
-        f_m
-            Force of the controller against it [N], held over the tick.
+        """Advance one tick, with the force ``f_h`` of the hand on the device and that of the
+        controller against it, ``f_m``, held [N]; return what is read at its end.
         """
         if self._rubs:
             x, xd = self._rub(f_h - f_m)

@@ -29,13 +29,7 @@ class Setting(NamedTuple):
 
 
 class Operator(Stateful, ABC):
-    """The operator who holds the device. Its time starts with its first ``step``.
-
-    Attributes
-    ----------
-    work_j
-        Work done on the device [J] up to the last ``step``: sum of force times displacement.
-    """
+    """The operator who holds the device. Its time starts with its first ``step``."""
 
     SIGNALS = "_x _f_h"
     MEMORY = "work_j _ticks"
@@ -43,18 +37,16 @@ class Operator(Stateful, ABC):
     def __init__(self, *, tick_s: float, dof: int) -> None:
         self.tick_s = tick_s
         self.axis: Value = along_first_axis(1.0, dof)
-        self.work_j: Value = 0.0
+        self.work_j: Value = (
+            0.0  # [J] done on the device up to the last step: sum of force times way
+        )
         self._ticks = 0
         self._x: Value = 0.0
         self._f_h: Value = 0.0
 
     def step(self, x: Value, xd: Value) -> Value:
-        """Return the force on the device over the tick that starts now [N].
-
-        Parameters
-        ----------
-        x, xd
-            Position [m] and velocity [m/s] of the handle at this instant, ``(..., dof)``.
+        """Return the force on the device over the tick that starts now [N], given position [m] and
+        velocity [m/s] of the handle at this instant, ``(..., dof)``.
         """
         if self._ticks:
             self.work_j = self.work_j + dot(self._f_h, x - self._x)

@@ -76,15 +76,6 @@ class Hand(Operator):
         The hand, and what it is to do.
     at
         Where it is, and its tick.
-
-    Attributes
-    ----------
-    y, yd
-        Position [m] and velocity [m/s] of the arm.
-    target
-        Where the arm wants to be at the end of the tick [m].
-    effort_j
-        Work of the moving target and of the squeezing force [J].
     """
 
     SIGNALS = "y yd"
@@ -106,13 +97,13 @@ class Hand(Operator):
         self._inertia = (
             2.0 * params.mass + tick_s * params.damping + 0.5 * tick_s**2 * params.stiffness
         )
-        self.y: Value = along_first_axis(at.start, dof)
-        self.yd: Value = 0.0 * self.y
-        self.effort_j: Value = 0.0
+        self.y: Value = along_first_axis(at.start, dof)  # [m] of the arm
+        self.yd: Value = 0.0 * self.y  # [m/s]
+        self.effort_j: Value = 0.0  # [J] of the moving target and of the squeezing force
         self._closed = 0.0  # closed ratio before the present tick
         self._closing = 0.0  # and after it
         self._squeeze: Value = 0.0
-        self.target: Value = self._aim(0)
+        self.target: Value = self._aim(0)  # [m] of the arm at the end of the tick
 
     def _aim(self, tick: int) -> Value:
         """Return where the arm wants to be [m]; also note how far the hand closes until then."""

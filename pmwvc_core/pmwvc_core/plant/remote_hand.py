@@ -39,17 +39,13 @@ Target = Value | None
 
 
 class TargetSource(Protocol):
-    """The source of a remote hand's targets.
+    """The source of a remote hand's targets."""
 
-    ``early`` is whether it is asked before the user is coupled, too.
-    """
-
-    early: bool
+    early: bool  # whether it is asked before the user is coupled, too
 
     def take(self) -> Sequence[Target]:
-        """Return the targets that came since the last tick [m], in their order; None lets go.
-
-        Called once a tick.
+        """Return the targets that came since the last call, a tick ago [m], in their order; None
+        lets go.
         """
         ...
 
@@ -65,27 +61,8 @@ class NoTargets:
 
 
 class RemoteHand(Operator):
-    """The five-parameter hand that follows targets from outside.
-
-    Parameters
-    ----------
-    params
-        Arm, grip and limits.
-    start
-        Where the device is at first, along axis 0 [m].
-
-    Attributes
-    ----------
-    source
-        Where targets come from.
-    y, yd
-        Position [m] and velocity [m/s] of the arm; a free handle's own position.
-    target
-        What the arm follows [m]; a free handle's own position.
-    holding
-        Whether somebody holds the handle.
-    effort_j
-        Work of the moving target and of the changes of grip [J].
+    """The five-parameter hand that follows targets from outside; the device is at ``start`` first,
+    along axis 0 [m].
     """
 
     SIGNALS = "y yd target"
@@ -103,11 +80,11 @@ class RemoteHand(Operator):
         self._silent_ticks = round(SILENT_S / tick_s)
         self._rise, self._fall = tick_s / TAKE_S, tick_s / FADE_S
         self.source: TargetSource = NoTargets()
-        self.y: Value = along_first_axis(start, dof)
-        self.yd: Value = 0.0 * self.y
-        self.target: Value = self.y
-        self.holding = False
-        self.effort_j: Value = 0.0
+        self.y: Value = along_first_axis(start, dof)  # [m] of the arm; of a free handle
+        self.yd: Value = 0.0 * self.y  # [m/s]
+        self.target: Value = self.y  # [m] that the arm follows; where a free handle is
+        self.holding = False  # whether somebody holds the handle
+        self.effort_j: Value = 0.0  # [J] of the moving target and of the changes of grip
         self._grip_ratio = self._arm_ratio = 0.0  # g, a
         self._wanted: Target = None
         self._age = 0  # ticks since it came

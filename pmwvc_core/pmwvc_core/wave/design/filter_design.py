@@ -52,9 +52,8 @@ def order_of(params: FilterParams, *, tick_s: float) -> int:
     if params.discretisation == "bilinear" and stop_edge * tick_s < 0.5:
         pass_edge, stop_edge = warped_rad_s(pass_edge, tick_s), warped_rad_s(stop_edge, tick_s)
     order = butterworth.least_order(pass_edge, params.pass_db, stop_edge, params.stop_db)
-    if order > HIGHEST_ORDER:
-        raise _too_close(params.pass_hz, params.pass_db, params.stop_hz, params.stop_db, order)
-    return order
+    edges = (params.pass_hz, params.pass_db, params.stop_hz, params.stop_db)
+    return _computable(order, *edges, prefix="")
 
 
 def least_order(
@@ -65,20 +64,20 @@ def least_order(
     ``prefix`` stands before the names of the parameters in what is raised. ParameterError where
     the edges are so close that the filter would not compute well.
     """
-    order = butterworth.least_order(pass_hz, pass_db, stop_hz, stop_db)
+    edges = (pass_hz, pass_db, stop_hz, stop_db)
+    return _computable(butterworth.least_order(*edges), *edges, prefix=prefix)
+
+
+def _computable(
+    order: int, pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, *, prefix: str
+) -> int:
     if order > HIGHEST_ORDER:
-        raise _too_close(pass_hz, pass_db, stop_hz, stop_db, order, prefix=prefix)
+        raise ParameterError(
+            f"{prefix}stop_hz = {stop_hz}: a Butterworth filter between {pass_db} dB at "
+            f"{pass_hz} Hz and {stop_db} dB there is of order {order}, more than "
+            f"{HIGHEST_ORDER}; move the edges apart"
+        )
     return order
-
-
-def _too_close(
-    pass_hz: float, pass_db: float, stop_hz: float, stop_db: float, order: int, prefix: str = ""
-) -> ParameterError:
-    return ParameterError(
-        f"{prefix}stop_hz = {stop_hz}: a Butterworth filter between {pass_db} dB at {pass_hz} Hz "
-        f"and {stop_db} dB there is of order {order}, more than {HIGHEST_ORDER}; move the edges "
-        "apart"
-    )
 
 
 def half_power_hz(params: FilterParams, *, tick_s: float) -> Value:
