@@ -55,10 +55,7 @@ class RecordedLink(InFlight):
         counters = self.counters
         counters.in_count = number = counters.in_count + 1
         recorded = self._record.get(1 + int((number - 1) * self._per_packet + 1e-9), LOST_RECORD)
-        fates = []
-        for fate in recorded:
-            fates.append(self._travel(payload, number, now_ns, size_bytes, fate))
-        return fates
+        return [self._travel(payload, number, now_ns, size_bytes, each) for each in recorded]
 
     def _travel(
         self, payload: Any, number: int, now_ns: int, size: int, recorded: RecordedFate

@@ -12,14 +12,8 @@ def arm_step(
 ) -> tuple[Value, Value]:
     """Return how far an arm moves in a tick [m], and its velocity afterwards [m/s].
 
-    Parameters
-    ----------
-    yd
-        Velocity before [m/s].
-    drive
-        Force on it if it stayed where it is [N].
-    twice_mass, inertia
-        2 m [kg]; 2 m + T D + T^2 K/2 of its damper D and spring K [kg].
+    It has the velocity ``yd`` before [m/s]; ``drive`` is the force on it if it stayed where it is
+    [N], ``inertia`` 2 m + T D + T^2 K/2 of its damper D and spring K [kg].
     """
     velocity = (twice_mass * yd + tick_s * drive) / inertia  # the mean of the tick
     return tick_s * velocity, 2.0 * velocity - yd

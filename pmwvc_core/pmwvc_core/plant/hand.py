@@ -69,13 +69,6 @@ class Hand(Operator):
     where the device is and closes the gap as the task demands. While it closes, a force grows that
     presses the arm inwards, along ``-side``: a handle fixed at the target is then held with
     ``squeeze`` (if the grip is at least as stiff as the arm).
-
-    Parameters
-    ----------
-    params, task
-        The hand, and what it is to do.
-    at
-        Where it is, and its tick.
     """
 
     SIGNALS = "y yd"

@@ -18,21 +18,8 @@ ORDER = 8
 
 
 def resample(values: Array, times: Array, *, tick_s: float) -> Array:
-    """Return the signal at the ticks, from its first sample to its last.
-
-    Parameters
-    ----------
-    values
-        ``(samples, columns)``.
-    times
-        ``(samples,)``, rising [s].
-    tick_s
-        Period of the ticks [s].
-
-    Returns
-    -------
-    Array
-        ``(ticks, columns)``; the first row is the first sample's instant.
+    """Return a signal ``(samples, columns)``, given with its rising times [s], at the ticks from
+    its first sample to its last, ``(ticks, columns)``.
     """
     # Importing it takes over a second, which nodes without a recording need not wait for.
     from scipy import interpolate, signal

@@ -28,14 +28,8 @@ POINTER_S = 0.016
 
 
 class GivenTargets(Stateful):
-    """Targets at given ticks, in the order of time.
-
-    Parameters
-    ----------
-    targets
-        Tick at which each comes, and where [m]; None lets go.
-    early
-        Whether ticks count from the start of the force loop, or from the moment of coupling.
+    """Targets at given ticks, in the order of time: when each comes, and where [m]; None lets go.
+    Ticks count from the moment of coupling; with ``early`` from the start of the force loop.
     """
 
     MEMORY = "_tick _next"

@@ -45,15 +45,9 @@ def built(prefix: str, kind: type[P], given: Mapping[str, Any]) -> P:
 
 
 def to_ros_yaml(parameters: Mapping[str, Any], *, node: str = "/**") -> dict[str, Any]:
-    """Return the content of a ROS parameter file.
-
-    Parameters
-    ----------
-    parameters
-        By dotted name: parameter dataclasses (written as all their parameters) and plain values.
-        ``None`` and empty lists, which such a file cannot hold, are left out.
-    node
-        Full name of the node the file is for.
+    """Return the content of a ROS parameter file for a node, by its full name, from parameter
+    dataclasses (written as all their parameters) and plain values by dotted name. ``None`` and
+    empty lists, which such a file cannot hold, are left out.
     """
     found: dict[str, Any] = {}
     for name, value in parameters.items():

@@ -25,18 +25,11 @@ REFUSED = [v for v in Verdict if v not in (Verdict.ACCEPTED, Verdict.NEW_EPOCH)]
 
 
 class Peers:
-    """Watches the wave topics of one node.
+    """Watches the wave topics of one node, by their full names: those of its receivers
+    (``inboxes``), and its ``own``, which no other node should publish.
 
-    Parameters
-    ----------
-    publishers
-        Returns the full names of the nodes that publish a topic.
-    inboxes
-        The receiver of each topic that the node subscribes to, by its full name.
-    own
-        Topics that this node alone should publish.
-    clock
-        Monotonic time [s].
+    ``publishers`` returns the full names of the nodes that publish a topic, ``clock`` monotonic
+    time [s].
     """
 
     def __init__(

@@ -64,15 +64,9 @@ def run_node(
 ) -> int:
     """Run a node until it is asked to stop; return the exit code.
 
-    Parameters
-    ----------
-    name
-        Name of the node, where ROS arguments give no other.
-    build
-        Declares the parameters and makes the work. A parameter that was given and is not
-        declared is refused. With ``start.paused`` the work waits for a call of ``~/start``.
-    args
-        Command line; that of the process by default.
+    ``build`` declares the parameters and makes the work; a parameter that was given and is not
+    declared is refused. With ``start.paused`` the work waits for a call of ``~/start``. ROS
+    arguments may give another name; ``args`` are those of the process by default.
     """
     stop = threading.Event()
     sys.setswitchinterval(_SWITCH_S)
@@ -96,13 +90,9 @@ def run_node(
 def publish_health(
     node: Node, collect: Callable[[], tuple[int, str, Mapping[str, object]]]
 ) -> None:
-    """Publish a node's health on ``/diagnostics`` once a second.
-
-    Parameters
-    ----------
-    collect
-        Returns level (``OK``, ``WARN``, ``ERROR``), one line for people, and values by name;
-        called by the thread of the node's executor.
+    """Publish a node's health on ``/diagnostics`` once a second. ``collect``, called by the thread
+    of the node's executor, returns level (``OK``, ``WARN``, ``ERROR``), one line for people, and
+    values by name.
     """
     types = live_types()
     publisher = node.create_publisher(types.DiagnosticArray, "/diagnostics", 10)

@@ -62,13 +62,7 @@ class Admission:
         return body + _crc(body, end) + end
 
     def judge(self, data: bytes, now_ns: int) -> Verdict | None:
-        """Return why a serialized packet is refused, or None.
-
-        Parameters
-        ----------
-        data
-            The message; its length is a packet's.
-        """
+        """Return why a serialized packet (a message of the length of one) is refused, or None."""
         body, check, session, tag = data[: _CHECK.start], data[_CHECK], data[_SESSION], data[_TAG]
         if check != bytes(4) and check != _crc(body, session + tag):
             return Verdict.CORRUPTED

@@ -25,13 +25,7 @@ OFF = DeadbandParams()
 
 
 class Deadband(Stateful):
-    """See the module.
-
-    Parameters
-    ----------
-    params
-        Ratio and longest time; off by default.
-    """
+    """See the module; off by default."""
 
     MEMORY = "_sent"
 
@@ -46,16 +40,8 @@ class Deadband(Stateful):
         self._longest_s = params.longest_s * (1.0 + ROUNDING)
 
     def holds_back(self, wave: Value, held_s: float, period_s: float) -> bool:
-        """Tell whether a frame needs no packet.
-
-        Parameters
-        ----------
-        wave
-            Of the frame [sqrt(W)], float or ``(..., dof)``.
-        held_s
-            Time of the frames held back before it [s].
-        period_s
-            Time of a frame [s].
+        """Tell whether a frame needs no packet, given its wave [sqrt(W)], float or ``(..., dof)``,
+        the time of the frames held back before it [s], and its own [s].
         """
         sent = self._sent
         if not self._on or sent is None or held_s + 2.0 * period_s > self._longest_s:

@@ -53,16 +53,8 @@ class Margins(TypedDict):
 
 
 def margins(low: Complex, high: Complex, frequency_hz: Array, *, share: float = 0.5) -> Margins:
-    """Return both conditions on a low-pass branch and a share of a high-pass branch.
-
-    Parameters
-    ----------
-    low, high
-        Frequency responses ``(points,)``; ``high`` zero for a channel without that branch.
-    frequency_hz
-        Where they were taken ``(points,)``.
-    share
-        How much of the high-pass branch is fed back, s.
+    """Return both conditions on a low-pass branch and a share s of a high-pass branch: frequency
+    responses ``(points,)``, ``high`` zero for a channel without that branch.
     """
     in_phase = np.abs(low + share * high) ** 2
     any_environment = np.abs(low) + share * np.abs(high)
@@ -79,14 +71,8 @@ def margins(low: Complex, high: Complex, frequency_hz: Array, *, share: float = 
 
 
 def switching_gain(low: Array, fed_back: Array) -> float:
-    """Return how much longer the returning wave can be than the outgoing one, whatever reflects.
-
-    Parameters
-    ----------
-    low
-        |H_LP| at the images of every frequency ``(points, images)``.
-    fed_back
-        s |H_HP| there ``(points, images)``.
+    """Return how much longer the returning wave can be than the outgoing one, whatever reflects,
+    from |H_LP| and s |H_HP| at the images of every frequency ``(points, images)``.
     """
     size = low.shape[-1]
     outer = low[:, :, np.newaxis] * low[:, np.newaxis, :]

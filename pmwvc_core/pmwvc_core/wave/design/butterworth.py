@@ -41,16 +41,8 @@ def analogue_poles(order: int, cutoff_rad_s: float, side: str) -> NDArray[np.com
 
 
 def bilinear_sections(order: int, cutoff_rad_s: float, tick_s: float, side: str = "low") -> Array:
-    """Return ``b0 b1 b2 1 a1 a2`` per section of the filter by the bilinear transform.
-
-    Parameters
-    ----------
-    order, cutoff_rad_s
-        Of the analogue filter; its -3 dB frequency.
-    tick_s
-        Sampling period [s].
-    side
-        ``low`` or ``high``: what passes.
+    """Return ``b0 b1 b2 1 a1 a2`` per section of the filter by the bilinear transform, from order
+    and -3 dB frequency of the analogue one; ``side`` (``low`` or ``high``) is what passes.
     """
     poles = 0.5 * tick_s * analogue_poles(order, cutoff_rad_s, side)
     zero = -1.0 if side == "low" else 1.0
