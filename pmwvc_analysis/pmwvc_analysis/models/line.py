@@ -5,7 +5,10 @@
 import dataclasses
 from typing import Any
 
+import numpy as np
+
 from pmwvc_analysis.models.links import Link, Times, delay_ticks, hyperperiod_ticks, serve_phase
+from pmwvc_analysis.models.variation import lengths
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.frame.assembly import force_loop_of
 from pmwvc_core.frame.device_sample import DeviceSample
@@ -58,6 +61,9 @@ class Line:
         self.loop = force_loop_of(scenario, index, schedule=schedule, dof=dof)
         self.loop.safety = Unlimited(user.safety, tick_s=tick_s, packet_s=period_s)
         self.device = SimulatedDevice(user.device, tick_s=tick_s, dof=dof)
+        runs = max(lengths(scenario), default=1)
+        if runs > 1:  # signals have the shape of a batch from the first packet on
+            self.device.place(np.zeros((1, runs, dof)))
         self.frame = Times(user.master.rate_drop, 0)
         self.answer = Times(user.master.rate_drop, self.loop.answer_tick)
         self.serve = Times(scenario.period_ticks, serve_phase(scenario, live=live))

@@ -176,7 +176,10 @@ class BlackBoxServer(ServerController):
     def _guess(self, start: Array) -> Array:
         """Return the velocities decoded with the learned line, or with the last force."""
         if self._secant is None:
-            late = [port.wave.velocity(port.u_s, port.f_s) for port in self.ports]
+            late = [
+                port.wave.velocity(port.u_s, port.f_s) if port.present else 0.0
+                for port in self.ports
+            ]
             return self._rows(late)
         drive = self._rows([port.b * port.wave.free_velocity(port.u_s) for port in self.ports])
         b = np.stack([self._matrix(port) for port in self.ports])
