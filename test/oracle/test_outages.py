@@ -10,10 +10,17 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events.safety import brakes, limited
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.safety.limiter import SafetyState
+from pmwvc_core.simulation.session import SessionBatch
+from pmwvc_core.wave.playout import Playout
 
 BEGIN_S, LEAST_J = 6.0, -1e-9
 ROUND_TRIP_S = 2 * (0.016 + 0.008)
-OUTAGES = {"up": ("link.up", 0.5), "short": ("link", 0.05), "long": ("link", 2.0)}
+OUTAGES = {
+    "up": ("link.up", 0.5),
+    "down": ("link.down", 0.5),
+    "short": ("link", 0.05),
+    "long": ("link", 2.0),
+}
 
 
 def session(link="", length_s=0.0, *, duration_s=10.0, channel="strict"):
@@ -93,3 +100,34 @@ def test_what_a_brake_holds_is_not_paid_to_packets_and_is_no_limit():
         beside = np.abs(user.f_applied - user.f_m)[user.time_s > 2.0]
         assert brakes(user).any() and beside.max() > 0.1  # [N] of the brake
         assert not limited(user)[user.time_s > 2.0].any()
+
+
+LASTED = {  # from 5 to 8 s
+    "losses in bursts": "link.schedule=5 ge_p=0.0833 ge_r=0.333; 8 base",
+    "a delay of 200 ms": "link.schedule=5 delay_s=0.2; 8 base",
+}
+
+
+def late_s(name):
+    """Time from port to port ten seconds after a disturbance, T1 + T2 of the later user [s]."""
+    texts = ["channel=strict", LASTED[name]]
+    batch = SessionBatch([files.load("carry_16ms", settings_texts=texts, duration_s=18.0)])
+    batch.run(lambda _: None)
+    end_ns, found = batch.ticks * batch.tick_ns, []
+    for user, inbox in zip(batch.users, batch.server.inboxes, strict=True):
+        inboxes = inbox, user.loop.inbox
+        sent_s = sum((end_ns - each.newest.sent_ns) * 1e-9 for each in inboxes)
+        found.append(sent_s + sum(each.playout.at_hand_s for each in inboxes))
+    return max(found)
+
+
+@pytest.mark.parametrize("name", LASTED)
+def test_the_lag_is_back_ten_seconds_after_a_disturbance(name):
+    assert late_s(name) <= ROUND_TRIP_S + 0.015
+
+
+def test_where_neither_direction_nor_hand_pays_the_lag_stays(monkeypatch):
+    """The control."""
+    monkeypatch.setattr("pmwvc_core.master.strict_port.ASKED", 0.0)
+    monkeypatch.setattr(Playout, "spared", lambda self, h, *, wanted: 0.0)
+    assert late_s("a delay of 200 ms") > 0.1

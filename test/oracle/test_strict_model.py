@@ -15,6 +15,7 @@ from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.prediction.lag import lag_s
 from pmwvc_analysis.transparency.transparency import transparency
 from pmwvc_bringup import scenarios as files
+from pmwvc_core.wave.margin import Margin
 from pmwvc_core.wave.playout import Playout
 
 AROUND = (
@@ -30,7 +31,7 @@ def unbound(monkeypatch):
     """Give every playout energy for whatever it does, and packets that always come evenly."""
     monkeypatch.setattr(Playout, "free_j", property(lambda self: 1e9))
     monkeypatch.setattr("pmwvc_core.wave.playout.MOST_J", 1e12)
-    monkeypatch.setattr(Playout, "_rate", lambda self, spare_s, h: 1.0)
+    monkeypatch.setattr(Margin, "rate", lambda self, h, *, spared: 1.0)
 
 
 @st.composite

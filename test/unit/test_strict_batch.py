@@ -64,7 +64,7 @@ def test_a_receiver_has_limits_of_each_run():
 def test_each_run_repays_by_its_own_limit():
     limits = np.array([[0.01], [0.05]])
     playout = Playout(most_repaid=limits)
-    playout.add(np.zeros((2, 1)), np.full((2, 1), 0.01), 0.2)
+    playout.add(np.zeros((2, 1)), np.full((2, 1), 0.01), 0.29)
     playout.take_back(np.ones((2, 1)), 1.0)
-    waves = [playout.step(TICK_S) for _ in range(150)]  # after a while without a wait
+    waves = [playout.step(TICK_S) for _ in range(250)]  # after a while without a wait
     np.testing.assert_allclose(np.max(waves, axis=0), limits)

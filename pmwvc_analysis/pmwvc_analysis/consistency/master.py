@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pmwvc_analysis.consistency.numbers import SMALLEST, differs, off
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_analysis.traces.true_motion import complete, measured, true_motion
+from pmwvc_core.master.strict_port import ASKED
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import UserTraces
@@ -39,14 +40,17 @@ def master(
 
 
 def _strict(user: UserTraces, known: User) -> list[str]:
-    """Check F = b xd - sqrt(2b) v_m and u_m = sqrt(2b) xd - v_m of the strict channel,
-    where the velocity measured is not one of counts.
+    """Check F = b xd - sqrt(2b) v_m and u_m = sqrt(2b) xd - v_m of the strict channel, where the
+    velocity measured is not one of counts; F has more of b xd where a playout is short of energy.
     """
     if measured(known.device) or "force_velocity_filter" in user.accounts:
         return []
-    u_m, text = WavePort(known.impedance).u(user.xd_m, user.v_m), "u_m is not sqrt(2b) xd - v_m"
+    port = WavePort(known.impedance)
+    asked = ASKED * np.asarray(port.force(user.xd_m, 0.0 * user.v_m))
+    more = np.abs(user.f_m - port.force(user.xd_m, user.v_m)) > SMALLEST
+    u_m, text = port.u(user.xd_m, user.v_m), "u_m is not sqrt(2b) xd - v_m"
     found = off(user.u_m, np.asarray(u_m), f"{user.name}: {text}", "sqrt(W)")
-    return _force(user, known) + found
+    return _force(user, known, np.where(more, asked, 0.0)) + found
 
 
 def _answered(user: UserTraces) -> bool:
@@ -81,12 +85,12 @@ def _port(user: UserTraces) -> list[str]:
     return [f"{user.name}: F xd is not (|u|^2 - |v|^2)/2 at the master, {gap:.3g} W off"]
 
 
-def _force(user: UserTraces, known: User) -> list[str]:
-    """Check the force asked for: b xd - sqrt(2b) v_m. Where parts answer a shortened wave v_m is
-    another one.
+def _force(user: UserTraces, known: User, more: Array | float = 0.0) -> list[str]:
+    """Check the force asked for: b xd - sqrt(2b) v_m, and what is more of it [N]. Where parts
+    answer a shortened wave v_m is another one.
     """
     rows = ~(_limited(user) & _answered(user))
-    force = np.asarray(WavePort(known.impedance).force(user.xd_m, user.v_m))
+    force = np.asarray(WavePort(known.impedance).force(user.xd_m, user.v_m)) + more
     text = f"{user.name}: F is not sqrt(b/2) (u - v) at the master"
     return off(user.f_m[rows], force[rows], text, "N")
 

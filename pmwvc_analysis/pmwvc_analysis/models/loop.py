@@ -68,7 +68,7 @@ class Loop:
         for tick in range(self._start, 0):
             self.advance(tick, [0.0] * len(self.lines))
             for _, playout in self.playouts:
-                playout.forget_waits()
+                playout.margin.forget_waits()
 
     @property
     def playouts(self) -> list[tuple[str, Playout]]:

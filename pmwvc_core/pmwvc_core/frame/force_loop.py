@@ -286,7 +286,7 @@ class ForceLoop(Stateful):
     def _pack(self, wave: Value, now_ns: int, flags: int) -> WavePacket:
         controller = self.controller
         flags |= controller.flags
-        return self.packer.pack(
+        packet = self.packer.pack(
             wave,
             controller.position(),
             now_ns,
@@ -294,6 +294,8 @@ class ForceLoop(Stateful):
             self.inbox.echo(now_ns),
             controller.account(),
         )
+        packet.short = self.inbox.short
+        return packet
 
     def _take_answer(self, now_ns: int) -> None:
         """Give the newest wave to the controller; a silent server becomes a matched damper.

@@ -219,12 +219,26 @@ class ServerStep(Stateful):
             if anywhere(self.inboxes[user].waiting):
                 flags |= FLAG_WAITING
             packer, absent = self.packers[user], self.presence[user] is ABSENT
+            if not absent:
+                self._pass_on(user)
             if not absent and not packer.holds_back(answer, flags):
                 port, echo = server.ports[user], self.inboxes[user].echo(now_ns)
                 answered = packer.pack(answer, port.x_s, now_ns, flags, echo, port.account)
+                answered.short = self.inboxes[user].short
             packed.append(answered)
         self.target.step(together=self.presence.count(COUPLED) == len(self.presence))
         return packed, self._row()
+
+    def _pass_on(self, user: int) -> None:
+        """Send energy back that a user lacks and its wave does not need here: the port takes it
+        and gives it.
+        """
+        passed = self.inboxes[user].spared(self.period_s)
+        if anywhere(passed > 0.0):
+            self.packers[user].pay(passed)
+            port = self.server.ports[user]
+            port.energy_u_s = port.energy_u_s + passed
+            port.energy_v_s = port.energy_v_s + passed
 
     def deliver(self, user: int, packet: WavePacket, now_ns: int) -> None:
         """Take one packet of a user in; a first one, or one of a new life, joins the user."""

@@ -26,6 +26,10 @@ Behind an encoder whose differences are the velocity, packets always lack some e
 owed, ``TWICE`` its amount, since to make the displacement up takes as much again, and the hand
 pays it by moving: F_m gets up to ``MORE`` of b xd on top, all of it from ``MUCH_J`` owed on.
 
+Where one of the playouts is short of energy, after outages or with a lag that has grown, the other
+one's surplus goes to it, and the hand pays likewise, through ``ASKED`` of b xd: packets take it to
+the playout of the server, which returns what it does not need.
+
 Not here: limits (``safety``), packets, time.
 
 Equations: docs/theory.md 17.4, 17.5, 17.10.
@@ -38,7 +42,7 @@ from pmwvc_core.master.brake import HandBrake
 from pmwvc_core.master.counts import BetweenCounts
 from pmwvc_core.master.device_port import DevicePort
 from pmwvc_core.master.position.strict import StrictPosition
-from pmwvc_core.numeric import Value, anywhere, dot, maximum, minimum, squared, where
+from pmwvc_core.numeric import Flag, Value, anywhere, dot, maximum, minimum, squared, where
 from pmwvc_core.params import MasterParams
 from pmwvc_core.transport.packet import Packer, WavePacket
 from pmwvc_core.wave.playout import Playout
@@ -46,6 +50,7 @@ from pmwvc_core.wave.playout import Playout
 KEPT_J = 1e-4  # at the node where a packet does not need it: a tick is paid for when it is over
 LIMIT_J = 2e-3
 MORE = 0.3  # of the damper b, while packets are owed energy
+ASKED = 0.2  # likewise, while a playout is short of energy
 MUCH_J = 1e-3
 MOST_OWED_J = 0.01
 TWICE = 2.0
@@ -90,7 +95,8 @@ class StrictMaster(DevicePort):
     BLOCKS = "_place _position"
     SIGNALS = "_integral v_m _xd"
     MEMORY = (
-        "node_j owed_j energy_u_m energy_u_tx energy_v_m _due_j _v _f _withheld_j _settled _begun"
+        "node_j owed_j energy_u_m energy_u_tx energy_v_m _due_j _v _f _withheld_j _settled _begun "
+        "_wanted _short"
     )
 
     def __init__(
@@ -114,6 +120,8 @@ class StrictMaster(DevicePort):
         self._place = BetweenCounts(params.tick_s)
         self._xd: Value = 0.0  # for the force
         self._begun = False
+        self._wanted: Flag = False  # energy, at the other end
+        self._short: Flag = False  # of energy: the playout here
         self._settled = True  # the tick before
 
     def _begin_channel(self, params: MasterParams) -> None:
@@ -148,7 +156,8 @@ class StrictMaster(DevicePort):
         return self.energy_u_tx
 
     def on_packet(self, packet: WavePacket) -> None:
-        """Note the avatar's position; the wave is the playout's."""
+        """Note the avatar's position, and what the server lacks; the wave is the playout's."""
+        self._wanted, self._short = packet.short, self._playout.short
         if self._position:
             self._position.on_packet(packet)
 
@@ -194,6 +203,8 @@ class StrictMaster(DevicePort):
         if anywhere(self.owed_j > 0.0):
             more = minimum(self.owed_j * (MORE / MUCH_J), MORE)
             f_m = f_m + more * (self._port.b * self._xd)
+        if anywhere(self._wanted | self._short):
+            f_m = f_m + where(self._wanted | self._short, ASKED, 0.0) * (self._port.b * self._xd)
         self.f_m = f_m
         return f_m
 
@@ -242,6 +253,7 @@ class StrictMaster(DevicePort):
             kept = kept + lent
             short = maximum(kept - self.node_j, 0.0)
             self.node_j = self.node_j + self._playout.release(short, beyond=SPARED_J)
+        self.node_j = self.node_j + self._playout.spared(frame_s, wanted=self._wanted)
         own = self.node_j - self._brake.stored_j  # what the hand can have back is not paid out
         paid = maximum(minimum(own, needed), own - kept)
         if self._place.counts:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from pmwvc_core.numeric import Value, squared
+from pmwvc_core.numeric import Flag, Value, anywhere, squared
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.deadband import Deadband
 from pmwvc_core.transport.verdict import Verdict
@@ -21,6 +21,7 @@ FLAG_LEAVING = 2  # the last packet: the sender leaves
 FLAG_LIMITED = 4  # the safety limits changed a force since the last packet
 FLAG_ANEW = 8  # flips whenever the server places the user's avatar anew
 FLAG_WAITING = 16  # the sender has nothing of the receiver's waves at hand (strict channel)
+FLAG_SHORT = 32  # of a message: ``short``
 
 
 @dataclass(slots=True)
@@ -40,8 +41,14 @@ class WavePacket:
     echo_hold_ns: int = 0  # and how long ago it came in here
     flags: int = 0
     session: int = 0  # number of the session, 0: an open one
+    short: Flag = False  # the sender's playout lacks energy, one per run; in a message a flag
     came_ns: int = 0  # this end's clock at reception where known; no field of the message
     refusal: Verdict | None = None  # found before the receiver, which counts it; no field either
+
+    @property
+    def message_flags(self) -> int:
+        """Return the flags of the message that carries it."""
+        return self.flags | (FLAG_SHORT if anywhere(self.short) else 0)
 
 
 def refused(verdict: Verdict) -> WavePacket:
@@ -107,6 +114,10 @@ class Packer(Stateful):
     def _add(self, wave: Value) -> None:
         self.integral = self.integral + wave * self.period
         self.energy = self.energy + squared(wave) * (0.5 * self.period)
+
+    def pay(self, energy: Value) -> None:
+        """Let the next packet bring more energy than its wave needs [J]."""
+        self.energy = self.energy + energy
 
     def pack(
         self,

@@ -110,6 +110,15 @@ class Receiver(Stateful):
         return False
 
     @property
+    def short(self) -> Flag:
+        """Whether energy is missing here for a part of the wave that has arrived."""
+        return False
+
+    def spared(self, h: float) -> Value:
+        """Return energy that the other end lacks and this one has, over ``h`` seconds [J]."""
+        return 0.0
+
+    @property
     def interrupted(self) -> Flag:
         """Whether this end or the other one has nothing at hand."""
         return False

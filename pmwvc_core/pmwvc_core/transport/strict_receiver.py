@@ -81,6 +81,17 @@ class StrictReceiver(Receiver):
         return self.playout.dry
 
     @property
+    def short(self) -> Flag:
+        """Whether energy is missing for what the playout owes, or has had at hand for too long."""
+        return self.playout.short
+
+    def spared(self, h: float) -> Value:
+        """Return energy that the other end lacks and this one has, over ``h`` seconds [J]."""
+        if self.newest is None:
+            return 0.0
+        return self.playout.spared(h, wanted=self.newest.short)
+
+    @property
     def interrupted(self) -> Flag:
         """Whether the playout had to wait, or that of the other end when it sent last."""
         return self.playout.dry | (self._unheard_ns is not None)
@@ -119,7 +130,7 @@ class StrictReceiver(Receiver):
         smoothed_s = self.interval_s + SMOOTHED * (packet.period - self.interval_s)
         self.interval_s = max(smoothed_s, packet.period)
         usual_s = 3.0 * self.interval_s + LATENESSES * self.lateness_s
-        usual_s += float(np.max(self.playout.margin_s))
+        usual_s += float(np.max(self.playout.margin.time_s))
         self._silence_ns = round(max(self._least_silence_s, usual_s) * 1e9)
 
     def _lasted_s(self, before: WavePacket, packet: WavePacket) -> float:

@@ -23,11 +23,12 @@ def wave(types: MessageTypes, packet: WavePacket, stamp_ns: int, *, dof: int = 1
 
     A float stands for that value on each of ``dof`` axes.
     """
-    plain = ("sent_ns", "epoch", "seq", "period", "flags", "session")
+    plain = ("sent_ns", "epoch", "seq", "period", "session")
     echo = ("echo_seq", "echo_sent_ns", "echo_hold_ns")
     return types.Wave(
         stamp=time_message(types, stamp_ns),
         energy=scalar(packet.energy),
+        flags=packet.message_flags,
         check=0,
         tag=0,
         **{name: getattr(packet, name) for name in (*plain, *echo)},

@@ -14,7 +14,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.messages.types import NS_PER_S, axes, scalar
-from pmwvc_core.transport.packet import WavePacket, refused, size_bytes
+from pmwvc_core.transport.packet import FLAG_SHORT, WavePacket, refused, size_bytes
 from pmwvc_core.transport.verdict import Verdict
 
 ENCAPSULATION = b"\x00\x01\x00\x00"  # CDR, little endian
@@ -52,7 +52,7 @@ def wave_bytes(packet: WavePacket, stamp_ns: int, *, dof: int = 1) -> bytes:
         packet.echo_seq,
         packet.echo_sent_ns,
         packet.echo_hold_ns,
-        packet.flags,
+        packet.message_flags,
         0,
         packet.session,
         0,
@@ -82,8 +82,9 @@ def packet_of(data: bytes, *, came_ns: int = 0) -> WavePacket:
         echo_seq=found[-7],
         echo_sent_ns=found[-6],
         echo_hold_ns=found[-5],
-        flags=found[-4],
+        flags=found[-4] & ~FLAG_SHORT,
         session=found[-2],
+        short=bool(found[-4] & FLAG_SHORT),
         came_ns=came_ns,
     )
 

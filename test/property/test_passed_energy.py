@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A playout that passes surplus on gives out and passes no more than arrived, at any instant."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pmwvc_core.numeric import squared
+from pmwvc_core.wave.playout import Playout
+
+STEP_S, PERIOD_S, ROUNDING = 0.004, 0.008, 1e-12
+schedules = st.fixed_dictionaries(
+    {
+        "seed": st.integers(0, 2**32 - 1),
+        "dof": st.integers(1, 6),
+        "runs": st.sampled_from((0, 3)),
+        "paid": st.sampled_from((0.3, 1.0, 5.0)),
+        "steps": st.lists(st.sampled_from((0, 1, 2, 2, 2, 3, 30)), min_size=1, max_size=8),
+    }
+)
+
+
+class Passing(Playout):
+    """A playout of which energy is wanted at times; what it gave out and passed on."""
+
+    passed_j = 0.0
+
+    def play(self, wanted):
+        wave = self.step(STEP_S)
+        self.passed_j = self.passed_j + self.spared(STEP_S, wanted=wanted)
+        return wave
+
+
+class Generous(Passing):
+    """The control: passes on what free energy it sees, and forgets it."""
+
+    def spared(self, h, *, wanted):
+        return np.maximum(self.free_j, 0.0) * np.asarray(wanted)
+
+
+def run(playout, schedule, wants=True):
+    """Yield the wave of every step, and what it would be where nothing is passed on."""
+    rng = np.random.default_rng(schedule["seed"])
+    alone = Playout(most_repaid=1.0)
+    shape = (schedule["runs"], schedule["dof"]) if schedule["runs"] else (schedule["dof"],)
+    for k in range(40):
+        wave = rng.normal(size=shape)
+        energy = schedule["paid"] * rng.random() * squared(wave) * PERIOD_S
+        for each in (playout, alone):
+            each.add(wave * PERIOD_S, energy, PERIOD_S)
+        for _ in range(schedule["steps"][k % len(schedule["steps"])]):
+            wanted = rng.random(size=(*shape[:-1], 1)) < 0.5
+            yield playout.play(wanted & wants), alone.step(STEP_S)
+
+
+@settings(max_examples=15)
+@given(schedule=schedules)
+def test_given_and_passed_are_no_more_than_arrived(schedule):
+    playout = Passing(most_repaid=1.0)
+    for _ in run(playout, schedule):
+        out = playout.given_j + playout.passed_j
+        size = float(np.max(playout.received_j))
+        assert np.all(out <= playout.received_j + ROUNDING * size)
+
+
+def test_whoever_passes_on_what_is_not_free_gives_out_more_than_arrived():
+    schedule = {"seed": 2, "dof": 2, "runs": 0, "paid": 5.0, "steps": [2]}
+    for kind, passive in ((Passing, True), (Generous, False)):
+        playout, least = kind(most_repaid=1.0), 0.0
+        for _ in run(playout, schedule):
+            left = playout.received_j - playout.given_j - playout.passed_j
+            least = min(least, float(np.min(left)))
+        assert playout.passed_j > 0.05
+        assert (least > -ROUNDING) is passive
+
+
+@settings(max_examples=10)
+@given(schedule=schedules)
+def test_nothing_is_passed_on_that_nobody_wants(schedule):
+    playout = Passing(most_repaid=1.0)
+    for own, alone in run(playout, schedule, wants=False):
+        np.testing.assert_array_equal(own, alone)
+    assert np.all(playout.passed_j == 0.0)
