@@ -10,7 +10,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events.safety import brakes, limited
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.safety.limiter import SafetyState
-from pmwvc_core.simulation.session import SessionBatch
+from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.wave.playout import Playout
 
 BEGIN_S, LEAST_J = 6.0, -1e-9

@@ -8,14 +8,14 @@ from collections.abc import Callable
 import numpy as np
 
 from faults.fault import Fault, Outcome, joined
+from faults.lags import WatchedBatch, fitted_s
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
 from pmwvc_core.network.effects import mean_s
-from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.transport.verdict import Verdict
 from pmwvc_core.wave.impedance import first_axis
 
-DURATION_S = 16.0
+DURATION_S = 18.0
 CALM = ("link.delay_s=0.016",)
 PEAK = 1.5  # of the undisturbed session
 SPARE_M = 1e-3
@@ -27,7 +27,7 @@ class Carried:
     def __init__(self, settings: tuple[str, ...], channel: str = "strict") -> None:
         words = [f"channel={channel}", f"duration_s={DURATION_S:g}", *settings]
         self.scenario = scenarios.load("carry_16ms", settings_texts=words)
-        self.batch = SessionBatch([self.scenario])
+        self.batch = WatchedBatch([self.scenario])
         self.batch.run(lambda ratio: None)
         self.traces = self.batch.traces(0)
         self.summary = summary(self.traces, self.scenario)
@@ -53,15 +53,42 @@ class Carried:
             found.append(np.abs(x_m - x_s[rows, 0]).max())
         return float(max(found))
 
-    def bound_m(self, delay_s: float = 0.0) -> float:
-        """Return F (T1 + T2)/(2b) of the frames and the mean delays, or of a longer one, and 1 mm
-        [m].
-        """
+    @property
+    def nominal_s(self) -> float:
+        """Return T1 + T2 of the mean delays and the frames [s]."""
         user = self.scenario.users[0]
+        return mean_s(user.link_up) + mean_s(user.link_down) + 2.0 * user.master.frame_s
+
+    def bound_m(self) -> float:
+        """Return F (T1 + T2)/(2b) of the nominal T, and 1 mm [m]."""
         force = max(abs(each["force_final_n"]) for each in self.summary["users"])
-        delays_s = (max(mean_s(link), delay_s) for link in (user.link_up, user.link_down))
-        round_trip_s = sum(delays_s) + 2.0 * user.master.frame_s
-        return force * round_trip_s / (2.0 * first_axis(user.impedance)) + SPARE_M
+        return self._spring_m(force, self.nominal_s) + SPARE_M
+
+    def _spring_m(self, force: float, round_trip_s: float) -> float:
+        return force * round_trip_s / (2.0 * first_axis(self.scenario.users[0].impedance))
+
+    def apart(self) -> tuple[bool, str]:
+        """Tell whether every device was within F (T1 + T2)/(2b) + 1 mm of its avatar in the last
+        second on average, for the T that waves took and the mean force.
+        """
+        server, found = self.traces.server, []
+        assert server is not None
+        rows = server.time_s >= DURATION_S - 1.0
+        for i, (user, x_s) in enumerate(zip(self.traces.users, server.x_s, strict=True)):
+            took_s = self.batch.reported_s(i, rows)
+            x_m = np.interp(server.time_s[rows], user.time_s, user.x_m[:, 0])
+            off_m = float(np.abs(x_m - x_s[rows, 0]).mean())
+            force = float(np.abs(user.f_applied[user.time_s >= DURATION_S - 1.0]).mean())
+            spare_m = self._spring_m(force, took_s) + SPARE_M - off_m
+            found.append((spare_m, off_m, took_s, fitted_s(self.traces, i)))
+        spare_m, off_m, took_s, fit_s = min(found)
+        return spare_m >= 0.0, (
+            f"device {1e3 * off_m:.1f} mm from its avatar in the last second, at most "
+            f"{1e3 * self.offset_m(DURATION_S - 1.0):.1f} (allowed {1e3 * (off_m + spare_m):.1f} "
+            f"with the {1e3 * took_s:.0f} ms that waves took there and back, by a fit "
+            f"{1e3 * fit_s:.0f} ms; {1e3 * self.bound_m():.1f} with the nominal "
+            f"{1e3 * self.nominal_s:.0f} ms)"
+        )
 
     def damped_s(self, after_s: float) -> float:
         """Return how long after a time every force loop, or every avatar, has only damping [s]."""
@@ -98,21 +125,19 @@ def _plainly(*settings: str) -> str:
     return f"the plain channel: {word}, {offset:.1f} mm at the end"
 
 
-def carries(*settings: str, delay_s: float = 0.0) -> Outcome:
-    """Return what a lasting disturbance does: energy, distance at the end, peak force.
+def carries(*settings: str, ends: bool = False) -> Outcome:
+    """Return what a disturbance does: energy, distance at the end, peak force.
 
-    ``delay_s`` is the longest delay of a timeline.
+    One that ``ends`` must leave nothing behind: there the distance is judged with the nominal T.
     """
     session, calm = carried(*settings), carried(*CALM)
-    offset_m, bound_m = session.offset_m(DURATION_S - 1.0), session.bound_m(delay_s)
+    held, apart = session.apart()
+    if ends:
+        held = session.offset_m(DURATION_S - 1.0) <= session.bound_m()
     ratio = session.peak_n / calm.peak_n
     return joined(
         _balance(session),
-        (
-            offset_m <= bound_m,
-            f"device {1e3 * offset_m:.1f} mm from its avatar in the last second (allowed "
-            f"{1e3 * bound_m:.1f})",
-        ),
+        (held, apart),
         (ratio <= PEAK, f"peak force {ratio:.2f} of the undisturbed session's"),
         (True, _plainly(*settings)),
     )
@@ -145,19 +170,6 @@ def outage(begin_s: float, end_s: float, *where: str) -> Outcome:
             f"peak force {session.peak_n / calm.peak_n:.2f} of the undisturbed session's",
         ),
         (True, f"force at the end {holding:.2f} N"),
-        (True, _plainly(*settings)),
-    )
-
-
-def slow_server(*settings: str) -> Outcome:
-    """Return what a server that hardly runs does; a grip that is lost is no energy made."""
-    session, calm = carried(*CALM, *settings), carried(*CALM)
-    holding = min(abs(user["force_final_n"]) for user in session.summary["users"])
-    last_m = session.offset_m(DURATION_S - 1.0)
-    return joined(
-        _balance(session),
-        (True, f"peak force {session.peak_n / calm.peak_n:.2f} of the undisturbed session's"),
-        (True, f"force at the end {holding:.2f} N, {1e3 * last_m:.1f} mm in the last second"),
         (True, _plainly(*settings)),
     )
 
@@ -226,7 +238,6 @@ SESSIONS = (
         lambda: carries(
             *("link.delay_s=0.01", "link.schedule=2 delay_s=0.2; 4 repeat"),
             "link.keep_order=false",
-            delay_s=0.2,
         ),
     ),
     Fault(
@@ -237,7 +248,6 @@ SESSIONS = (
             "link.delay_s=0.02",
             "link.keep_order=false",
             "link.schedule=0 delay_s=0.02..0.2; 0.2 delay_s=0.2..0.02; 0.4 repeat",
-            delay_s=0.2,
         ),
     ),
     Fault(
@@ -258,18 +268,18 @@ SESSIONS = (
         "F23a",
         "125 packets a second of every user become 12 for 3 s and 125 again",
         "as F22a",
-        lambda: carries(*CALM, "changes=5 master.rate_drop=80; 8 master.rate_drop=8"),
+        lambda: carries(*CALM, "changes=5 master.rate_drop=80; 8 master.rate_drop=8", ends=True),
     ),
     Fault(
         "F23b",
         "nine of ten packets are lost for 3 s (the rate itself does not change)",
         "as F22a",
-        lambda: carries(*CALM, "link.schedule=5 loss=0.9; 8 base"),
+        lambda: carries(*CALM, "link.schedule=5 loss=0.9; 8 base", ends=True),
     ),
     Fault(
         "F24",
         "the server runs at 1 Hz for 5 s",
-        "no energy out of nothing",
-        lambda: slow_server("changes=4 server.period_s=1; 9 server.period_s=0.008"),
+        "as F22a",
+        lambda: carries(*CALM, "changes=4 server.period_s=1; 9 server.period_s=0.008", ends=True),
     ),
 )
