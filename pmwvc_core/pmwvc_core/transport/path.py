@@ -62,8 +62,8 @@ class OneWay:
 class PathEstimate:
     """Estimate of a path at one of its ends."""
 
-    out: OneWay  # from this end; true within open_s, with the opposite sign of
-    into: OneWay  # to this end
+    out: OneWay  # delays from this end,
+    into: OneWay  # and to it: both true within open_s, with opposite signs
     open_s: float  # bound of the division between the directions; 0 where both read one clock
     one_clock: bool  # whether they do
     offset_s: float  # other end's clock less this one's

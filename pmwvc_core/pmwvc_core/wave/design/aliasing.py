@@ -29,15 +29,11 @@ GRID = 65536  # frequencies looked at before the largest one is refined
 
 
 def worst_case_gain(params: FilterParams, *, tick_s: float, rate_drop: int) -> Value:
-    """Return the largest possible ratio g^2 of packet energy to filter-input energy.
+    """Return the largest possible ratio g^2 of packet energy to filter-input energy, ``(runs, 1)``
+    with such parameters.
 
-    First order: M (1-p)/(1+p) (1+p^M)/(1-p^M), at rest. ``integrate_and_dump``: 1 by the
-    Cauchy-Schwarz inequality. ``none``: M, a spike at the sampling instant.
-
-    Returns
-    -------
-    float or ndarray
-        ``(runs, 1)`` with such parameters.
+    First order: M (1-p)/(1+p) (1+p^M)/(1-p^M), at rest. ``integrate_and_dump``: 1 by the Cauchy-
+    Schwarz inequality. ``none``: M, a spike at the sampling instant.
     """
     if params.kind == "none":
         return float(rate_drop)

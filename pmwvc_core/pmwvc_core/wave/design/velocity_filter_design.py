@@ -44,17 +44,9 @@ HIGHEST_DESIGNED = 0.25  # above that hardly anything would be filtered
 
 
 def high_pass(params: MasterParams) -> Array:
-    """Return H_HP as second-order sections (of ``complementary``: one of the two H_2).
-
-    Returns
-    -------
-    ndarray
-        ``(sections, 6)``; with parameters ``(runs, 1)`` it is ``(sections, 6, runs, 1)``.
-
-    Raises
-    ------
-    ParameterError
-        If no such filter exists.
+    """Return H_HP as second-order sections ``(sections, 6)``, or ``(sections, 6, runs, 1)`` with
+    such parameters (of ``complementary``: one of the two H_2); ParameterError where no such filter
+    exists.
     """
     return _of_runs(params, "highpass")
 
