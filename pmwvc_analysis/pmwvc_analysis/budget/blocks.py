@@ -131,7 +131,7 @@ def channel(
     u_tx = sums.of_blocks(user.energy["u_tx"])
     v_rx = sums.of_blocks(user.energy["v_rx"], after_s=(LIVE if live else AT_ONCE).answer_s)
     filtered = u_tx
-    if known.master.filter.kind != "integrate_and_dump":
+    if not known.master.filter.means:
         filtered = sums.of_ticks(wave_energy(user.u_m_lp, user.tick_s))
     found = {
         "filter": Account(u_m, filtered),
@@ -186,8 +186,7 @@ def alters_wave(known: User) -> bool:
     one: port filters and position feedback belong to the node.
     """
     master = known.master
-    parts = master.velocity_filter.kind != "none" or master.bank.kind != "none"
-    return parts or master.position.is_on
+    return master.velocity_filter.is_on or master.bank.is_on or master.position.is_on
 
 
 def at_frames(user: UserTraces, known: User) -> AtFrames:
@@ -214,7 +213,7 @@ def _around(user: UserTraces, known: User) -> Sums:
     parts, energy, accounts = accounted(user.accounts), user.energy, user.accounts
     sent = np.concatenate([energy["u_tx"][1:], energy["u_tx"][-1:]])
     filtered = sent
-    if known.master.filter.kind != "integrate_and_dump":
+    if not known.master.filter.means:
         ticks = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)
         filtered = up_to(np.cumsum(wave_energy(user.u_m_lp, user.tick_s)), ticks)
     left = energy["u_m"] - energy["v_m"] - filtered + energy["v_rx"]

@@ -166,13 +166,12 @@ def _unchecked(scenario: Scenario) -> Iterator[tuple[str, str]]:
             yield f"server.accounts.{entry.name}", why
     if not waves:
         yield "f_m", "nothing but the limits stands between it and the force applied"
-    elif any(m.velocity_filter.kind != "none" or m.bank.kind != "none" for m in masters):
+    elif any(m.velocity_filter.is_on or m.bank.is_on for m in masters):
         yield "f_m", "parts that answer a shortened wave change v_m with it"
     if scenario.strict:
         yield "u_m_lp", "packets are not its samples"
         yield "energy.v_rx", "packets and playout are compared without it"
-    kinds = {m.filter.kind for m in masters}
-    if waves and (any(m.position.is_on for m in masters) or "integrate_and_dump" in kinds):
+    if waves and any(m.position.is_on or m.filter.means for m in masters):
         yield "u_m_lp", "packets are not its samples"
     if "integration" in of_server(scenario):
         yield "server.potential", PARTS["integration"].hides

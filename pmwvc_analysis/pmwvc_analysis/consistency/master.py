@@ -122,8 +122,7 @@ def _filter(user: UserTraces, known: User) -> list[str]:
     (live): all packets fit one of the two. Integrate-and-dump sends the mean of a frame, and a
     feedback that pays may shorten a packet.
     """
-    kind = known.master.filter.kind
-    if kind == "integrate_and_dump" or "position_surplus" in user.accounts:
+    if known.master.filter.means or "position_surplus" in user.accounts:
         return []
     first = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)[:-1]
     inside = (first > 0) & (first < len(user.tick))

@@ -193,7 +193,7 @@ def _outside(scenario: Scenario) -> list[str]:
     ]
     for user in scenario.users:
         master, period = user.master, scenario.period_ticks
-        if master.position.is_on and master.position.feedback == "printed":
+        if master.position.is_on and not master.position.is_paid:
             found.append(f"{user.name}: the position feedback as published generates energy")
         if (frame := master.rate_drop) != period:
             # the largest energy gain of taking the newest packet, once around

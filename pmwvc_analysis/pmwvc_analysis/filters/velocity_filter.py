@@ -81,7 +81,7 @@ def judge(scenario: Scenario) -> VelocityFilter:
             f"controller = {scenario.controller}: has no velocity filter; must be pmwvc"
         )
     master = scenario.users[0].master
-    if master.velocity_filter.kind == "none":
+    if not master.velocity_filter.is_on:
         own = dataclasses.replace(master.velocity_filter, kind="exact")
         master = dataclasses.replace(master, velocity_filter=own)
     (whole,) = chosen(master)

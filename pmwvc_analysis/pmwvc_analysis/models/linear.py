@@ -115,7 +115,7 @@ def _of_controller(scenario: Scenario) -> Iterator[Element]:
     if not coupling.black_box:
         return
     compensation, environment = COMPENSATIONS.of(server.compensation), scenario.environment
-    learns = server.decoding == "secant"
+    learns = server.learns
     if compensation.linear != compensation.name:
         text = f"server.compensation = {compensation.name}"
         yield Element(text, "server.compensation", compensation.linear)
@@ -154,11 +154,11 @@ def _of_user(user: User, *, strict: bool) -> Iterator[Element]:
         yield Element(
             f"{user.name}.master.position.adapts = true", "master.position.adapts", False
         )
-    if position.is_on and position.feedback != "printed":
+    if position.is_paid:
         name = "master.position.feedback"
         near = "none" if strict else "printed"
         yield Element(f"{user.name}.{name} = {position.feedback}", name, near)
-    if user.master.bank.kind != "none" and local.kind != "spring_damper":
+    if user.master.bank.is_on and local.kind != "spring_damper":
         name = "master.local_model.kind"
         yield Element(f"{user.name}.{name} = {local.kind}", name, "spring_damper")
 
@@ -170,8 +170,7 @@ def notes_of(scenario: Scenario) -> list[str]:
     if any(user.contact.grips for user in users):
         found.append("Grip contacts are modelled as two-sided: valid while all users touch.")
     if any(
-        user.master.bank.kind != "none" and user.master.local_model.acts != "everywhere"
-        for user in users
+        user.master.bank.is_on and user.master.local_model.acts != "everywhere" for user in users
     ):
         found.append("One-sided local models are modelled as always in contact.")
     if any(user.operator.kind in ("hand", "remote", "playback_motion") for user in users):

@@ -27,9 +27,9 @@ def encoder_noise_w(user: User) -> float:
     device, master = user.device, user.master
     if device.velocity != "euler" or device.encoder_step_m <= 0.0:
         return 0.0
-    ticks = master.rate_drop if master.filter.kind == "integrate_and_dump" else TICKS
+    ticks = master.rate_drop if master.filter.means else TICKS
     filtering = AntiAliasing(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
-    if master.filter.kind == "integrate_and_dump":
+    if master.filter.means:
         response = np.full(ticks, 1.0 / ticks)
     else:
         response = np.array([float(filtering.step(1.0 if k == 0 else 0.0)) for k in range(ticks)])

@@ -78,7 +78,7 @@ def late_steps_s(user: User, scenario: Scenario) -> float:
     counts all force as known, positive where it counts all as late, 0 where nothing is learned.
     """
     server = scenario.server
-    learns = scenario.coupling.black_box and server.decoding == "secant"
+    learns = scenario.coupling.black_box and server.learns
     if not learns or scenario.environment.sloped:
         return 0.0
     return (2.0 if decodes_late(user, scenario) else -2.0) * server.period_s

@@ -117,7 +117,7 @@ def step_lag_s(
     ``phase``: tick of the frame at which the hold steps; the filter is sampled at its start.
     Without velocity filter and filter bank; with one of them it is not known and taken as zero.
     """
-    plain = master.velocity_filter.kind == "none" and master.bank.kind == "none"
+    plain = not (master.velocity_filter.is_on or master.bank.is_on)
     load = impedance * master.tick_s / device.mass
     if master.hold != "zoh" or not plain or load >= 2.0:
         return 0.0

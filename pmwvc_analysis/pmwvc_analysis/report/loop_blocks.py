@@ -98,9 +98,9 @@ def _operator(user: User) -> str:
 
 def _around(user: User) -> list[str]:
     master, found = user.master, []
-    if master.velocity_filter.kind != "none":
+    if master.velocity_filter.is_on:
         found.append(f"velocity filter: {master.velocity_filter.kind}")
-    if master.bank.kind != "none":
+    if master.bank.is_on:
         found.append(f"local model: {master.bank.kind}")
     if master.position.is_on:
         found.append(f"position: {master.position.feedback}")

@@ -202,7 +202,7 @@ def _fit(scenario: Scenario, one: FilterParams) -> bool:
     user = scenario.users[0]
     master = dataclasses.replace(user.master, filter=one)
     try:
-        if master.velocity_filter.kind != "none":
+        if master.velocity_filter.is_on:
             velocity_filter(master)
         gain = prediction.aliasing_gain(dataclasses.replace(user, master=master))
     except PmwvcError:

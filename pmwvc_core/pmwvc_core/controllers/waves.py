@@ -18,8 +18,7 @@ from pmwvc_core.server.port import WaveServer
 def storage_j(master: MasterParams, baseline: BaselineParams) -> float:
     """Return what position feedback may spend before it is paid [J]; none as published."""
     position = master.position
-    paid = position.is_on and position.feedback != "printed"
-    return float(position.storage_j) if paid else 0.0
+    return float(position.storage_j) if position.is_paid else 0.0
 
 
 RECORD = Controller(

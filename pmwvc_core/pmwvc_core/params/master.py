@@ -54,11 +54,16 @@ class FilterParams(Validated):
         "bilinear", ("bilinear", "matched"), "Butterworth: from analogue to sampled"
     )
 
+    @property
+    def means(self) -> bool:
+        """Whether a packet is the mean of its frame: filter and rate drop in one."""
+        return self.kind == "integrate_and_dump"
+
     def conflicts(self) -> list[str]:
         """Check that the cut-off is given once and used, and that Butterworth edges rise."""
         names = ("pole_rad_s", "cutoff_hz", "stop_hz")
         given = [name for name in names if getattr(self, name) is not None]
-        if self.kind == "integrate_and_dump" and given not in ([], ["stop_hz"]):
+        if self.means and given not in ([], ["stop_hz"]):
             return [
                 f"{given[0]} = {getattr(self, given[0])}: integrate_and_dump has no cut-off; set "
                 f"kind = first_order, or {given[0]} = null"

@@ -40,6 +40,11 @@ class VelocityFilterParams(Validated):
         None, "> 0 and <= 10000 Hz", "Butterworth: frequency of -3 dB", kind=float
     )
 
+    @property
+    def is_on(self) -> bool:
+        """Whether there is one."""
+        return self.kind != "none"
+
     def conflicts(self) -> list[str]:
         """Check that the filter is given once, and that not the whole wave is answered at once."""
         if self.alpha is not None and self.cutoff_hz is not None:
@@ -114,6 +119,11 @@ class BankParams(Validated):
         20.0, "> 0 and <= 2000 rad/s", "complementary: pole of both filters"
     )
 
+    @property
+    def is_on(self) -> bool:
+        """Whether there is one."""
+        return self.kind != "none"
+
     def conflicts(self) -> list[str]:
         """Check that the edges are in order."""
         pairs = (
@@ -174,3 +184,8 @@ class PositionParams(Validated):
     def is_on(self) -> bool:
         """Tell whether anything is fed back, in any run."""
         return self.feedback != "none" and (self.adapts or bool(np.any(self.gain > 0.0)))
+
+    @property
+    def is_paid(self) -> bool:
+        """Whether what is fed back is paid out of an account of energy; not as published."""
+        return self.is_on and self.feedback != "printed"

@@ -105,6 +105,11 @@ class ServerParams(Validated):
     hunt_crossley: HuntCrossleyParams = group(HuntCrossleyParams)
     active_wall: ActiveWallParams = group(ActiveWallParams)
 
+    @property
+    def learns(self) -> bool:
+        """Whether a port learns the slope of an environment that reports none."""
+        return self.decoding == "secant"
+
     def conflicts(self) -> list[str]:
         """Check that the coupling can do with what it knows of the environment."""
         if self.environment in KNOWN or self.coupling in BLACK_BOX:

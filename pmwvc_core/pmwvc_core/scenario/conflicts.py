@@ -51,7 +51,7 @@ def conflicts(scenario: "Scenario") -> list[str]:
                 "one step"
             )
         position = user.master.position
-        if strict and position.is_on and position.feedback == "printed":
+        if strict and position.is_on and not position.is_paid:
             found.append(
                 f"{user.name}.master.position.feedback = printed: generates energy; must be "
                 "budgeted or integral with channel = strict, the default; channel = plain has it"

@@ -113,7 +113,7 @@ class FilterBank(Stateful):
 
 def make_bank(params: MasterParams, position: Callable[[], Value]) -> FilterBank | None:
     """Return the bank as a part of the wave port, or None where there is none."""
-    return None if params.bank.kind == "none" else FilterBank(params, position)
+    return FilterBank(params, position) if params.bank.is_on else None
 
 
 def _maybe(sos: Array | None) -> Cascade | None:

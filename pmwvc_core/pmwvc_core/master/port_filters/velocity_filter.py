@@ -181,7 +181,7 @@ def make_velocity_filter(
     if kind == "exact":
         return ExactVelocityFilter(params)
     if kind == "complementary":
-        if params.bank.kind != "none":
+        if params.bank.is_on:
             raise ParameterError(
                 f"bank.kind = {params.bank.kind}: must be none with velocity_filter.kind = "
                 "complementary, which splits the wave itself"

@@ -88,7 +88,7 @@ class BlackBoxServer(ServerController):
         self._compensation = COMPENSATIONS.of(params.compensation).make(params, len(ports))
         self._period = params.period_s
         self._old, self._new = weights(params.integrator, params.period_s)
-        self._learns = params.decoding == "secant" and not isinstance(environment, Sloped)
+        self._learns = params.learns and not isinstance(environment, Sloped)
         self._secant: Secant | None = None  # made once the shape of signals is known
         self._shape: tuple[int, ...] = (1,)  # of one user's signal
         self._plain = True  # one axis, one run: floats

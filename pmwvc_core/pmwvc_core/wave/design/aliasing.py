@@ -37,7 +37,7 @@ def worst_case_gain(params: FilterParams, *, tick_s: float, rate_drop: int) -> V
     """
     if params.kind == "none":
         return float(rate_drop)
-    if params.kind == "integrate_and_dump":
+    if params.means:
         return 1.0
     gains = [_folded_peak(one, tick_s, rate_drop) for one in runs_of(params)]
     return _as_given(params, gains)
@@ -50,7 +50,7 @@ def delay_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> Value:
     order, (M-1)/2 for ``integrate_and_dump``, none for ``none``. Packets, holds and network come
     on top.
     """
-    if params.kind == "integrate_and_dump":
+    if params.means:
         return 0.5 * (rate_drop - 1) * tick_s
     if params.kind == "none":
         return 0.0
@@ -64,7 +64,7 @@ def warnings_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> list[
     The packets can represent frequencies up to half their rate; a filter whose -3 dB frequency
     lies above lets more through, and what is folded down can be energy that no hand has given.
     """
-    if rate_drop == 1 or params.kind == "integrate_and_dump":
+    if rate_drop == 1 or params.means:
         return []
     half_rate_hz = 0.5 / (rate_drop * tick_s)
     found = []

@@ -23,7 +23,7 @@ def response(
     packet is.
     """
     omega = 2.0 * np.pi * np.asarray(frequency_hz, dtype=float) * tick_s
-    if params.kind == "integrate_and_dump":
+    if params.means:
         ages = np.arange(rate_drop)
         mean: Complex = np.exp(-1j * np.multiply.outer(omega, ages)).mean(axis=-1)
         return mean

@@ -52,7 +52,7 @@ def slow_lags(params: MasterParams) -> tuple[float, float]:
     shorter by as much. The equivalent form leaves the waves alone and takes 2 s b tau off the felt
     mass, which is b lag/2.
     """
-    if params.velocity_filter.kind == "none":
+    if not params.velocity_filter.is_on:
         return 0.0, 0.0
     (whole,) = chosen(params)
     own, tick_s = whole.velocity_filter, whole.tick_s
