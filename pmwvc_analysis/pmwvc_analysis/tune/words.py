@@ -6,13 +6,7 @@ import dataclasses
 from typing import Any
 
 from pmwvc_analysis.models.linear import left_out, setting
-from pmwvc_analysis.tune.criteria import (
-    ENCODER_STEP_M,
-    NOTICED_N,
-    AsGiven,
-    Rating,
-    velocity_step,
-)
+from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, AsGiven, Rating, velocity_step
 from pmwvc_analysis.tune.search import LONGEST_S, STABLE, Proposal
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import MatrixImpedance
