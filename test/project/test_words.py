@@ -23,6 +23,7 @@ INSTEAD = {  # word: better
     **dict.fromkeys(("surely", "aside", "nobody"), "a noun with a unit"),
     "agenda": "schedule",
     "calm": "inactive",
+    "debt": "deficit",
     "foreign": "plug-in",
     "hyperframe": "hyperperiod",
 }

@@ -70,8 +70,8 @@ def test_any_force_at_all_is_paid_for(impedance, shape, seed, force):
         if tick % M == 0:
             account.port.receive(draw(shape, rng, 1.0))
         account.tick(draw(shape, rng, 0.3), lambda asked: draw(shape, rng, force))
-        assert np.all(account.balance + account.port.debt_j >= -tolerance(account))
-        assert np.all(account.port.debt_j >= 0.0)
+        assert np.all(account.balance + account.port.deficit_j >= -tolerance(account))
+        assert np.all(account.port.deficit_j >= 0.0)
 
 
 @given(impedances, shapes, seeds)
@@ -83,7 +83,7 @@ def test_a_force_that_is_only_made_smaller_never_makes_a_debt(impedance, shape, 
         share = rng.uniform(0.0, 1.0)
         account.tick(draw(shape, rng, 0.3), lambda asked, share=share: share * asked)
         assert np.all(account.balance >= -tolerance(account))
-        assert np.all(account.port.debt_j <= tolerance(account))
+        assert np.all(account.port.deficit_j <= tolerance(account))
 
 
 def test_control_without_shortening_a_smaller_force_creates_energy():
@@ -123,7 +123,7 @@ def test_the_limits_themselves_are_paid_for(impedance, shape, seed, params, spee
                 asked, xd, xd, silence_s=silence_s, coupled=True
             ),
         )
-        assert np.all(account.balance + account.port.debt_j >= -tolerance(account))
+        assert np.all(account.balance + account.port.deficit_j >= -tolerance(account))
 
 
 @given(
@@ -151,7 +151,7 @@ def test_stalls_of_any_length_are_paid_for_and_make_no_step(
                 asked, xd, xd, silence_s=silence_s, coupled=True
             ),
         )
-        assert np.all(account.balance + account.port.debt_j >= -tolerance(account))
+        assert np.all(account.balance + account.port.deficit_j >= -tolerance(account))
         change = np.max(np.sqrt(squared(force - before)))
         assert change <= params.max_slew * TICK_S * (1 + 1e-9) + 1e-12
         before = force
@@ -175,16 +175,16 @@ def test_an_impedance_that_changes_while_it_runs_is_paid_for_over_its_whole_rang
         account.tick(
             xd, lambda asked, xd=xd: safety.step(asked, xd, xd, silence_s=0.0, coupled=True)
         )
-        assert np.all(account.balance + account.port.debt_j >= -tolerance(account))
+        assert np.all(account.balance + account.port.deficit_j >= -tolerance(account))
 
 
 def test_a_debt_is_kept_back_from_later_waves():
     account = Account(25.0)
     account.port.receive(0.0)
     account.tick(-0.2, lambda asked: 3.0)  # an old force pushes along: 0.6 W given away
-    assert account.port.debt_j > 0.0 and account.port.u_m == 0.0
+    assert account.port.deficit_j > 0.0 and account.port.u_m == 0.0
     ticks = 0
-    while account.port.debt_j > 0.0:
+    while account.port.deficit_j > 0.0:
         account.tick(0.1, lambda asked: asked)  # the hand puts 0.25 W in
         ticks += 1
     assert ticks == 3
@@ -203,7 +203,7 @@ def test_packets_carry_no_more_than_packets_and_hand_brought(impedance, seed, pa
     for _ in range(60):
         port.send()
         slack = tolerance(account)
-        assert port.energy_u_tx <= port.energy_v_rx + taken + port.debt_j + slack
+        assert port.energy_u_tx <= port.energy_v_rx + taken + port.deficit_j + slack
         port.receive(float(rng.normal(0.0, 1.0)))
         for _ in range(M):
             xd = 0.97 * xd + float(rng.normal(0.0, 0.05))

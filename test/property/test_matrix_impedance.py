@@ -197,7 +197,7 @@ def test_any_force_at_all_is_paid_for_at_the_master(b, runs, force, seed):
             account.port.receive(rng.normal(0.0, 1.0, shape))
         account.tick(rng.normal(0.0, 0.3, shape), lambda asked: rng.normal(0.0, force, shape))
         most = np.max(account.port.energy_v_m) + np.max(account.port.energy_u_m)
-        assert np.all(account.balance + account.port.debt_j >= -1e-10 * (1.0 + most))
+        assert np.all(account.balance + account.port.deficit_j >= -1e-10 * (1.0 + most))
 
 
 @settings(max_examples=20)

@@ -185,7 +185,7 @@ def test_limits_of_force_and_slew_leave_only_their_own_debt(kind, data, shape, s
 
     for _ in range(40):
         ends.frame(wave=0.3, lost=0, late=False, change=limited)
-        assert np.all(ends.balance + ends.port.debt_j >= -ends.tolerance())
+        assert np.all(ends.balance + ends.port.deficit_j >= -ends.tolerance())
 
 
 @pytest.mark.parametrize("kind", PAID)
@@ -195,7 +195,7 @@ def test_any_force_at_all_leaves_only_its_own_debt(kind, data, shape, seed, forc
     ends = Ends(data.draw(masters(kind)), shape, seed)
     for _ in range(40):
         ends.frame(wave=0.3, lost=0, late=False, change=lambda asked, xd: ends.draw(force))
-        assert np.all(ends.balance + ends.port.debt_j >= -ends.tolerance())
+        assert np.all(ends.balance + ends.port.deficit_j >= -ends.tolerance())
 
 
 @pytest.mark.parametrize("gain", [5.0, 20.0, 100.0])

@@ -216,7 +216,7 @@ def test_any_force_at_all_is_paid_for_through_the_answer(seed, kind, shape):
         port.applied(applied)
         got = squared(port.v_m) / 2 + dot(applied, xd)
         balance = balance + TICK_S * (got - squared(port.u_m) / 2)
-        assert np.all(balance + port.debt_j >= -1e-12 * (1.0 + port.energy_u_m))
+        assert np.all(balance + port.deficit_j >= -1e-12 * (1.0 + port.energy_u_m))
 
 
 @given(seeds)

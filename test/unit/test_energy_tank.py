@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The energy tank of a master: reserve for the filter, energy owed by the hold, its payment."""
+"""The energy tank of a master: reserve for the filter, deficit of the hold, its repayment."""
 
 import math
 
@@ -54,14 +54,14 @@ def test_a_wave_held_is_owed_with_both_its_ramps_and_no_more(hold):
     """
     held = Held(hold, most_j=0.0)
     held.frame(silent=True)
-    assert held.account.owed_j == 0.0
+    assert held.account.deficit_j == 0.0
     held.frame(late=True)
-    assert held.account.owed_j == pytest.approx(BROUGHT - rounded_off(hold), rel=1e-12)
+    assert held.account.deficit_j == pytest.approx(BROUGHT - rounded_off(hold), rel=1e-12)
     held.frame(late=True, silent=True)
     ramps = WAVE**2 * TICK_S / 2 * (2 * M * M + 1) / (3 * M)
-    assert held.account.owed_j == pytest.approx(ramps if hold == "foh" else BROUGHT, rel=1e-12)
+    assert held.account.deficit_j == pytest.approx(ramps if hold == "foh" else BROUGHT, rel=1e-12)
     held.frame(late=True, silent=True)
-    assert held.account.owed_j == pytest.approx(ramps if hold == "foh" else BROUGHT, rel=1e-12)
+    assert held.account.deficit_j == pytest.approx(ramps if hold == "foh" else BROUGHT, rel=1e-12)
 
 
 @pytest.mark.parametrize("hold", ["zoh", "foh"])
@@ -70,7 +70,7 @@ def test_the_tank_pays_for_what_is_held_and_lost_packets_pay_it_back(hold):
 
     def stands(free, owed):
         assert held.account.free_j == pytest.approx(free, rel=1e-12, abs=1e-15)
-        assert held.account.owed_j == pytest.approx(owed, rel=1e-12, abs=1e-15)
+        assert held.account.deficit_j == pytest.approx(owed, rel=1e-12, abs=1e-15)
 
     held.frame(silent=True)
     stands(BROUGHT, 0.0)

@@ -115,7 +115,7 @@ def test_the_port_pays_for_what_the_limits_let_through(motions, forces, kind):
         given_j += f * xd * TICK_S
         size += abs(f * xd) + xd * xd
         kept = given_j + port.energy_v_m - port.energy_u_m
-        assert kept >= -port.debt_j - 1e-9 * size
+        assert kept >= -port.deficit_j - 1e-9 * size
 
 
 @pytest.mark.parametrize("kind", BANKS)

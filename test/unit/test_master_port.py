@@ -73,7 +73,7 @@ def test_without_safety_the_port_is_its_equations(hold):
         last = packet
     for name, energy in sums.items():
         assert getattr(port, f"energy_{name}") == pytest.approx(energy, rel=1e-12)
-    assert port.debt_j == 0.0
+    assert port.deficit_j == 0.0
 
 
 def test_silence_becomes_a_matched_damper_through_the_hold():
@@ -163,7 +163,7 @@ def test_a_batch_is_its_runs_side_by_side():
             for run, single in enumerate(singles):
                 one = float(xd[run, 0])
                 single.applied(float(share[run, 0]) * single.step(one, one))
-        for name in ("u_m", "u_m_lp", "v_m", "f_m", "debt_j", "energy_u_m", "energy_v_m"):
+        for name in ("u_m", "u_m_lp", "v_m", "f_m", "deficit_j", "energy_u_m", "energy_v_m"):
             together = np.ravel(getattr(batch, name))
             alone = [getattr(single, name) for single in singles]
             np.testing.assert_allclose(together, alone, rtol=1e-10, atol=1e-14)

@@ -65,7 +65,7 @@ def _port(user: UserTraces) -> list[str]:
     """Check the power of the port where the safety layer let the force through unchanged.
 
     With a force that was limited the outgoing wave is shortened and the identity does not hold,
-    nor does it in the ticks after it that pay what is still owed; nor where the velocity in the
+    nor does it in the ticks after it that make up the deficit; nor where the velocity in the
     force is filtered for itself.
     """
     if "force_velocity_filter" in user.accounts:
@@ -101,16 +101,16 @@ def _outgoing(user: UserTraces, known: User) -> list[str]:
     size = np.sum(natural**2, axis=-1)
     more = 2.0 * np.sum((user.f_applied - user.f_m) * user.xd_m, axis=-1)
     changed = (user.f_applied != user.f_m).any(axis=-1)
-    ratio, debt_w = np.ones(len(size)), 0.0  # debt: what is owed, as power over a tick
+    ratio, deficit_w = np.ones(len(size)), 0.0  # as power over a tick
     rows = zip(size.tolist(), more.tolist(), changed.tolist(), strict=True)
     for row, (natural_w, more_w, other) in enumerate(rows):
-        if not other and debt_w == 0.0:
+        if not other and deficit_w == 0.0:
             continue
-        budget = natural_w + more_w - debt_w
+        budget = natural_w + more_w - deficit_w
         spent = max(budget, 0.0) if budget < natural_w else natural_w
         if budget < natural_w:
             ratio[row] = min(math.sqrt(spent / natural_w), 1.0) if natural_w else 1.0
-        debt_w = max(spent - budget, 0.0)
+        deficit_w = max(spent - budget, 0.0)
     text = f"{user.name}: u_m is not sqrt(2b) xd - v_m, as far as F xd pays for it"
     return off(user.u_m, ratio[:, np.newaxis] * natural, text, "sqrt(W)")
 

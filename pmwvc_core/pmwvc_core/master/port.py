@@ -15,7 +15,7 @@ shortened until the port emits no more than it gets, with the parts' answer to t
     |u_m|^2/2 <= |w + g u_m|^2/2 + F xd
 
 Only a limit on the change of force can make this impossible (an old force still pushing when the
-motion has turned); what it gave away then, ``debt_j``, is kept back from later waves. A silent
+motion has turned); what it gave away then, ``deficit_j``, is kept back from later waves. A silent
 server is a wave v = 0, reached through the hold: F_m = b xd, a matched damper.
 
 Not here: limits (``safety``), packets, time.
@@ -44,13 +44,13 @@ class WaveMaster(DevicePort):
     """
 
     BLOCKS = "_hold _filter _position"
-    MEMORY = "_packets _xd debt_j energy_u_m energy_u_tx energy_v_rx energy_v_m"
+    MEMORY = "_packets _xd deficit_j energy_u_m energy_u_tx energy_v_rx energy_v_m"
 
     def __init__(self, params: MasterParams) -> None:
         super().__init__(params)
         self._position = make_position_feedback(params)
         self._packets = 0  # sent, which is how their sender numbers them
-        self.debt_j: Value = 0.0
+        self.deficit_j: Value = 0.0
         self.energy_u_m: Value = 0.0
         self.energy_u_tx: Value = 0.0
         self.energy_v_rx: Value = 0.0
@@ -125,9 +125,9 @@ class WaveMaster(DevicePort):
 
     def applied(self, f: Value) -> None:
         """Pay for the force that was applied [N], then let the wave pass on to the filter."""
-        owes = self.debt_j > 0.0
+        short = self.deficit_j > 0.0
         if (f is not self.f_m and anywhere(f != self.f_m)) or (
-            owes is not False and anywhere(owes)
+            short is not False and anywhere(short)
         ):
             self._shorten(f)
         u_m, half_s = self.u_m, self._half_s
@@ -140,31 +140,31 @@ class WaveMaster(DevicePort):
         self.u_m_lp = self._filter.step(u_m)
 
     def _shorten(self, f: Value) -> None:
-        """Shorten the outgoing wave to what v_m and F xd pay for after the debt."""
+        """Shorten the outgoing wave to what v_m and F xd pay for after the deficit."""
         if self._port_filters:
             self._shorten_answered(f)
             return
-        owed = 2.0 * self.debt_j / self._tick_s  # [W]
+        deficit = 2.0 * self.deficit_j / self._tick_s  # [W]
         natural = squared(self.u_m)
         # The difference is formed from the two forces, so that equal forces cancel exactly.
-        budget = natural + 2.0 * dot(f - self.f_m, self._xd) - owed
+        budget = natural + 2.0 * dot(f - self.f_m, self._xd) - deficit
         short = budget < natural
         ratio = root(maximum(budget, 0.0) / where(natural > 0.0, natural, 1.0))
         self.u_m = where(short, self.u_m * minimum(ratio, 1.0), self.u_m)
         spent = where(short, maximum(budget, 0.0), natural)
-        self.debt_j = maximum((spent - budget) * self._half_s, 0.0)
+        self.deficit_j = maximum((spent - budget) * self._half_s, 0.0)
 
     def _shorten_answered(self, f: Value) -> None:
-        """Find the longest s u_m, s <= 1, with |s u|^2 <= |w + g s u|^2 + 2 F xd - owed.
+        """Find the longest s u_m, s <= 1, with |s u|^2 <= |w + g s u|^2 + 2 F xd - deficit.
 
         That is a s^2 - 2 c s <= p with a = |u|^2 - |g u|^2 > 0, c = w . g u.
         """
-        owed = 2.0 * self.debt_j / self._tick_s  # [W]
+        deficit = 2.0 * self.deficit_j / self._tick_s  # [W]
         answer = self._gain * self.u_m
         a = squared(self.u_m) - squared(answer)
         c = dot(self._held, answer)
         natural = a - 2.0 * c  # what p has to be for s = 1
-        missing = 2.0 * dot(f - self.f_m, self._xd) - owed
+        missing = 2.0 * dot(f - self.f_m, self._xd) - deficit
         p = natural + missing
         at_best = maximum(c * c + a * p, 0.0)
         ratio = (c + root(at_best)) / where(a > 0.0, a, 1.0)
@@ -172,7 +172,7 @@ class WaveMaster(DevicePort):
         self.u_m = ratio * self.u_m
         self.v_m = self._held + self._gain * self.u_m
         given = (a * ratio - 2.0 * c) * ratio - p
-        self.debt_j = maximum(given * self._half_s, 0.0)
+        self.deficit_j = maximum(given * self._half_s, 0.0)
 
     def send(self) -> Value:
         """Return the filter's output after the last tick [sqrt(W)]."""

@@ -132,8 +132,8 @@ class RemoteHand(Operator):
             self._grip_ratio = after = max(0.0, before - self._fall)
             self._arm_ratio = max(0.0, self._arm_ratio - self._fall)
         if after != before:
-            owed = self._grip.rate * squared(self.yd - xd) - self._brake * squared(xd)
-            self.effort_j = self.effort_j + 0.25 * self.tick_s * (before - after) * owed
+            power = self._grip.rate * squared(self.yd - xd) - self._brake * squared(xd)
+            self.effort_j = self.effort_j + 0.25 * self.tick_s * (before - after) * power
 
     def _move_arm(self, pull: Value) -> None:
         """Advance the arm by the implicit midpoint rule, the grip's pull held."""

@@ -12,8 +12,8 @@ tick is the force. Without, the force is that of the tick before, which can make
 
     while more has come back than went in, the port is a matched damper, v2 = 0.
 
-It then owes at most what one tick gave out. A model that raises, or gives anything but a finite
-force of the right shape, is a matched damper from then on; the reason is logged once.
+Its deficit is then at most what one tick gave out. A model that raises, or gives anything but a
+finite force of the right shape, is a matched damper from then on; the reason is logged once.
 """
 
 import logging
@@ -84,8 +84,8 @@ class PluginModel(Stateful):
                 self._contain(error)
         if self._broken:
             return 0.0, self._matched
-        owes = self.stored < 0.0
-        return where(owes, 0.0, f0), where(owes, self._matched, slope)
+        short = self.stored < 0.0
+        return where(short, 0.0, f0), where(short, self._matched, slope)
 
     def take(self, f: Value, xd: Value, there: Flag) -> None:
         """Count what went in, and let the model go on."""

@@ -13,11 +13,11 @@ bring energy in; packets take it out. Energy that filter and hold may still give
 with v the wave that the hold gives out, u the one that comes back from the device, y the filter's
 output, tau its group delay less (M-1)/2 T_c: the wave that is in the filter when a packet has just
 been sent. The first line never falls while packets come in time. Where a hold gives out energy
-that no packet brought, the tank pays; ``owed_j`` counts the remainder, at most M T_c/2 |v|^2 for
-each load of a packet received before, and later packets pay that first. A packet that the tank
+that no packet brought, the tank pays; ``deficit_j`` counts the remainder, at most M T_c/2 |v|^2
+for each load of a packet received before, and later packets pay that first. A packet that the tank
 cannot pay for is shortened. So at every packet
 
-    storage + received + F xd - sent >= - owed
+    storage + received + F xd - sent >= - deficit
 
 with any passive port filters, for any anti-aliasing filter. F xd comes from the waves: behind an
 encoder it counts energy that the hand did not give. What is *spent* is bounded by the work of the
@@ -51,7 +51,7 @@ class EnergyTank(Stateful):
         Free but for parts and limits [J]; below zero while the reserves are not covered.
     spent_j
         Spent since the start, less what came back [J].
-    owed_j
+    deficit_j
         What the hold gave out, no packet has brought yet and nothing saved could pay [J].
     discarded_j
         What was more than the account may hold [J].
@@ -59,13 +59,14 @@ class EnergyTank(Stateful):
 
     BLOCKS = "_played _taken _device"
     MEMORY = (
-        "saved_j spent_j owed_j discarded_j _work _x _f _received _reported _v _y _of_hold _of_u"
+        "saved_j spent_j deficit_j discarded_j _work _x _f _received _reported _v _y "
+        "_of_hold _of_u"
     )
 
     def __init__(self, params: MasterParams) -> None:
         self.saved_j: Value = params.position.storage_j
         self.spent_j: Value = 0.0
-        self.owed_j: Value = 0.0
+        self.deficit_j: Value = 0.0
         self.discarded_j: Value = 0.0
         self._played = EnergyLedger()  # v
         self._taken = EnergyLedger()  # u
@@ -101,9 +102,9 @@ class EnergyTank(Stateful):
         change = of_hold - self._of_hold
         self._of_hold = of_hold
         gained, lost = maximum(change, 0.0), maximum(-change, 0.0)
-        repaid = minimum(self.owed_j, gained)
+        repaid = minimum(self.deficit_j, gained)
         drawn = minimum(maximum(self.saved_j, 0.0), lost)
-        self.owed_j = self.owed_j + (lost - drawn) - repaid
+        self.deficit_j = self.deficit_j + (lost - drawn) - repaid
         self._save(gained - repaid - drawn)
         epoch, seq, reported = self._reported
         if packet.epoch != epoch:

@@ -131,7 +131,7 @@ class _Budgeted(PositionCorrection):
             SPENT.name: self._tank.spent_j,
             STORED.name: self._tank.free_j,
             DISCARDED.name: self._tank.discarded_j,
-            OWED.name: self._tank.owed_j,
+            OWED.name: self._tank.deficit_j,
         }
 
 
