@@ -156,8 +156,21 @@ class Packer(Stateful):
             wave = (self.integral - self._sent) * (1.0 / period)
             self._held_s = 0.0
         self.deadband.sent(wave)
-        sums = (self.integral, self.energy if energy is None else energy)
-        return WavePacket(self.epoch, seq, now_ns, period, wave, *sums, position, *echo, flags)
+        echo_seq, echo_sent_ns, echo_hold_ns = echo
+        return WavePacket(
+            self.epoch,
+            seq,
+            now_ns,
+            period,
+            wave,
+            self.integral,
+            self.energy if energy is None else energy,
+            position,
+            echo_seq,
+            echo_sent_ns,
+            echo_hold_ns,
+            flags,
+        )
 
 
 def size_bytes(dof: int) -> int:
