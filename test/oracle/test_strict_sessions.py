@@ -4,6 +4,8 @@
 outages survived. The plain channel under the same conditions is the control.
 """
 
+import copy
+
 import numpy as np
 import pytest
 from support.simulated import judged, simulated
@@ -190,3 +192,32 @@ def test_an_offset_is_predicted_where_packets_come_evenly_and_left_open_elsewher
         found = [each for each in outcomes(scenario, judged(scenario)) if each.what == "offset"]
         assert [each.hit for each in found] == [hit, hit]
         assert ("latest packet" in found[0].text) == (hit is None)
+
+
+def test_of_a_live_session_the_least_offset_is_predicted():
+    scenario = files.load("carry_16ms", duration_s=6.0)
+    summary = copy.deepcopy(judged(scenario)) | {"source": "live"}
+    for factor, hit in ((1.0, True), (3.0, True), (0.3, False)):
+        for entry, even in zip(summary["users"], judged(scenario)["users"], strict=True):
+            entry["drift_m"] = factor * even["drift_m"]
+        found = [each for each in outcomes(scenario, summary) if each.what == "offset"]
+        assert [each.hit for each in found] == [hit, hit]
+        assert "predicted at least" in found[0].text
+
+
+def test_all_ports_are_predicted_passive_where_the_accounts_know_the_motion():
+    def said(*settings):
+        scenario = files.load("carry_16ms", settings_texts=settings, duration_s=2.0)
+        result = judged(scenario)
+        return [each for each in outcomes(scenario, result) if each.what == "passivity"], result
+
+    for settings in ((), DISTURBED["loss"]):
+        (found,), result = said(*settings)
+        assert found.hit and result["passivity"]["passive"]
+    assert said("device.encoder_step_m=1e-4")[0] == said("channel=plain")[0] == []
+    scenario = files.load("carry_16ms", duration_s=2.0)
+    broken = copy.deepcopy(judged(scenario))
+    for passive, hit, words in ((None, None, "not all were judged"), (False, False, "NOT")):
+        broken["passivity"]["ports"][0]["passive"] = passive
+        (found,) = [each for each in outcomes(scenario, broken) if each.what == "passivity"]
+        assert found.hit is hit and words in found.text

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from pmwvc_analysis.prediction.environment import late_steps_s
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_analysis.traces.stages import Stage, text_of
@@ -58,6 +60,8 @@ def outcomes(
         scenario = steady[-1].scenario
     else:
         found = [_stability(summary)]
+    if passive_by_account(scenario):
+        found.append(_passivity(summary))
     if summary["prediction"]["mass_felt"] is None:
         return found
     live = summary["source"] == "live"
@@ -85,11 +89,13 @@ def outcomes(
         per_lag = force / (2.0 * first_axis(user.impedance))
         lag = lag_s(user, scenario, live=live)
         spread = late_steps_s(user, scenario)
-        uneven = live or is_random(user.link_up) or is_random(user.link_down)
+        drawn = is_random(user.link_up) or is_random(user.link_down)
         if user.master.deadband.is_on or user.contact.deadband.is_on:
             reason = f"{_left_out(user.name, summary)}; the longest wait for one counts."
             found.append(_offset_open(user, per_lag * lag, drift, reason))
-        elif uneven and (scenario.strict or scenario.zeroing):
+        elif live and scenario.strict and not drawn:
+            found.append(_offset_at_least(user, per_lag * lag, drift))
+        elif (live or drawn) and (scenario.strict or scenario.zeroing):
             reason = UNEVEN if scenario.strict else TOO_LATE
             found.append(_offset_open(user, per_lag * lag, drift, reason))
         elif late:
@@ -97,6 +103,44 @@ def outcomes(
         else:
             found.append(_offset(user.name, per_lag * lag, per_lag * spread, drift))
     return found
+
+
+def passive_by_account(scenario: Scenario) -> bool:
+    """Tell whether every port is passive by the accounts of the strict channel, whatever the
+    network does: where the motion is exactly what the device reports, and no part gives out energy
+    by its law.
+    """
+    return (
+        scenario.strict
+        and scenario.coupling.passive(scenario.server)
+        and all(
+            user.device.plugin == "simulated"
+            and not np.any(np.asarray(user.device.encoder_step_m) > 0.0)
+            and user.master.bank.kind != "dissertation"
+            for user in scenario.users
+        )
+    )
+
+
+def _passivity(summary: dict[str, Any]) -> Outcome:
+    judged = [port["passive"] for port in summary["passivity"]["ports"]]
+    hit = False if False in judged else None if None in judged or not judged else True
+    was = {True: "they were", False: "they were NOT", None: "not all were judged"}[hit]
+    return Outcome("passivity", hit, f"Predicted that all ports are passive: {was}.")
+
+
+def _offset_at_least(user: User, even_m: float, drift_m: float) -> Outcome:
+    """Return the outcome of an offset that lateness can only make larger [m]."""
+    tolerance = OFFSET_M + OFFSET_RATIO * abs(even_m)
+    sign = math.copysign(1.0, even_m)
+    hit = sign * drift_m >= abs(even_m) - tolerance
+    text = (
+        f"{user.name}: offset of the device from its avatar at the end: predicted at least "
+        f"{even_m * 1e3:+.2f} mm, measured {drift_m * 1e3:+.2f} mm "
+        f"({'hit' if hit else 'missed'}; tolerance {tolerance * 1e3:.2f} mm). How much larger it "
+        f"gets is not predicted: {UNEVEN[0].lower()}{UNEVEN[1:]}"
+    )
+    return Outcome("offset", hit, text, user.name, even_m, drift_m, tolerance, "m")
 
 
 def _left_out(name: str, summary: dict[str, Any]) -> str:

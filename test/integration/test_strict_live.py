@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The strict channel between real nodes: energy and motion over an impaired link, as recorded."""
+
+import numpy as np
+import pytest
+
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.recording.reader import read_scenario, read_session
+
+pytestmark = pytest.mark.integration
+LEAST_J = -1e-9  # of any balance and of any node: rounding of sums
+
+
+def test_every_port_is_passive_over_an_impaired_link_and_predicted_to_be(impaired):
+    assert impaired.code == 0, impaired.output()
+    assert read_scenario(impaired.folder).strict
+    summary = impaired.summary()
+    assert summary["source"] == "live"
+    ports = summary["passivity"]["ports"]
+    assert {port["part"] for port in ports} == {"up", "down", "hand_port", "server"}
+    assert all(port["passive"] for port in ports), summary["passivity"]["text"]
+    hits = {outcome["what"]: outcome["hit"] for outcome in summary["outcomes"]}
+    assert hits["passivity"] is True
+    assert hits["offset"] is None  # the latest packet is not known before
+
+
+def test_no_balance_and_no_node_is_below_zero(impaired):
+    traces, scenario = read_session(impaired.folder), read_scenario(impaired.folder)
+    for user, energy in zip(traces.users, user_energies(traces, scenario), strict=True):
+        for balance in (energy.up, energy.down, energy.joint):
+            assert balance.minimum_j >= LEAST_J
+        assert user.accounts["node"].min() >= LEAST_J
+        assert energy.up.energy_in_j[-1] > 1e-4  # something was sent
+    assert inconsistencies(traces, scenario) == []
+
+
+def test_the_link_did_impair_it_and_the_receivers_saw_that(impaired):
+    """The control."""
+    for link in impaired.summary()["receptions"]:
+        assert link["counts"]["lost"] > 5 and link["counts"]["duplicate"] > 5
+    traces = read_session(impaired.folder)
+    assert min(np.abs(user.f_applied).max() for user in traces.users) > 0.5
