@@ -34,6 +34,7 @@ is then partly the same wave. There only E_hand exists.
 Equations: docs/theory.md 13.1, 13.2, 13.3.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -162,30 +163,36 @@ def _of_user(
     v_s = completed(running(server.energy_v_s[index]), server, traces, user.name)[steps]
     gone = lost(times, server, traces, user.name)
 
-    def balance(gained: Array, given: Array) -> Balance:
-        """Return the balance of two sums at all steps; each life begins at zero."""
-        gained, given = gained.copy(), given.copy()
-        for life in stays.lives[1:]:
-            of_life = np.flatnonzero(rows & (times >= life.start_s) & (times <= life.end_s))
-            for sums in (gained, given):
-                sums[of_life] -= sums[of_life[:1]]
-        return Balance(times[rows], gained[rows], given[rows])
+    def of_lives(sums: Array, begins_s: Sequence[float]) -> Array:
+        """Return running sums that begin at zero with every life but the first."""
+        result = sums.copy()
+        for life, begin_s in zip(stays.lives[1:], begins_s, strict=True):
+            base = max(int(np.searchsorted(times, begin_s)) - 1, 0)
+            of_life = (times >= life.start_s) & (times <= life.end_s)
+            result[of_life] = sums[of_life] - sums[base]
+        return result
+
+    def begun(sums: Array) -> Array:
+        return of_lives(sums, [life.begun_s for life in stays.lives[1:]])[rows]
+
+    taken = of_lives(u_s, [life.joined_s for life in stays.lives[1:]])[rows]
 
     work = hand_work(user, known.device if known else None)
     at = work.at(user, times)
-    joint = balance(at.sums, u_s - v_s)
+    joint = Balance(times[rows], begun(at.sums), taken - begun(v_s))
     up = down = None
     if scenario is not None and scenario.strict and known is not None:
         live = traces.source == "live"
-        up = balance(paid(UserSums(user, times), live=live) - gone, u_s)
+        sent = paid(UserSums(user, times), live=live) - gone
+        up = Balance(times[rows], begun(sent), taken)
         if not alters_wave(known):
             v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
-            down = balance(v_s, _at(times, user, v_m))
+            down = Balance(times[rows], begun(v_s), begun(_at(times, user, v_m)))
     elif (user.u_m.any() or user.v_m.any()) and not user.accounts:
         u_m = anchored(user, wave_energy(user.u_m, user.tick_s), user.energy.get("u_m"))
         v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
-        up = balance(_at(times, user, u_m) - gone, u_s)
-        down = balance(v_s, _at(times, user, v_m))
+        up = Balance(times[rows], begun(_at(times, user, u_m) - gone), taken)
+        down = Balance(times[rows], begun(v_s), begun(_at(times, user, v_m)))
     storage = declared_storage_j(scenario.controller, known) if scenario and known else 0.0
     return UserEnergy(user.name, up, down, joint, at.resolution[rows], storage, stays)
 

@@ -5,7 +5,8 @@
 Master and server keep running sums of their energies, so a gap in either record hides nothing but
 what happened inside it: a user is judged again from the end of its first block after the gap. A
 master that was started again begins its sums at zero, and what went on in between is unknown: the
-balance begins anew, at zero, at the first packet of the new master. A server that was started
+balance begins anew, with the sums of the new master, and those of the waves that the server took
+from its first packet on. A server that was started
 again interrupts no balance (:mod:`.server_starts`).
 """
 
@@ -25,10 +26,16 @@ AGAIN = "started again"
 
 
 class Interval(NamedTuple):
-    """A part of the session [s]."""
+    """A life of a master [s]: judged from ``start_s`` to ``end_s``.
+
+    Its own sums begin after ``begun_s``, as does what it may get of the server's waves; what the
+    server took of its waves counts from ``joined_s`` on, when its first packet came there.
+    """
 
     start_s: float
     end_s: float
+    begun_s: float
+    joined_s: float
 
 
 class Stretches(NamedTuple):
@@ -57,21 +64,24 @@ def stretches(user: UserTraces, server: ServerTraces, traces: SessionTraces) -> 
     steps = np.diff(user.tick)
     begins = [0, *(np.flatnonzero(steps < 0) + 1).tolist()]
     ends = [*(row - 1 for row in begins[1:]), len(user.tick) - 1]
-    lives, unjudged = [], []
+    lives: list[Interval] = []
+    unjudged = []
     for first, last in zip(begins, ends, strict=True):
-        start = _start_s(user, first, traces)
+        before_s = lives[-1].end_s if lives else -math.inf
+        start_s, begun_s, joined_s = _start_s(user, first, traces, before_s)
         end_s = float(ran[last] + 1.5 * user.tick_s)
         if last + 1 < len(user.tick):
             end_s = min(end_s, float(user.time_s[last + 1] - 0.5 * user.tick_s))
-        lives.append(Interval(start, end_s))
+        lives.append(Interval(start_s, end_s, begun_s, joined_s))
     for before, after in itertools.pairwise(lives):
         unjudged.append(Unjudged(before.end_s, after.start_s, AGAIN))
     for row in gaps(user):
         back_s = _block_end_s(user, float(user.time_s[row + 1]))
         unjudged.append(Unjudged(float(ran[row] + 0.5 * user.tick_s), back_s, GAP))
     again_s = [float(server.time_s[start.row]) for start in starts(server)]
-    if len(lives) > 1:  # where its last tick led to is not known
-        again_s.append(float(ran[ends[0]]))
+    if len(lives) > 1:  # where its last tick led to is not known: up to the block before
+        blocks_s = user.block_time_s[user.block_time_s < user.time_s[ends[0]] + 0.5 * user.tick_s]
+        again_s.append(float(blocks_s.max(initial=-math.inf)))
     return Stretches(lives, unjudged, min(again_s, default=math.inf))
 
 
@@ -88,15 +98,22 @@ def gaps(user: UserTraces) -> NDArray[np.intp]:
     return rows[number[rows + 1] - number[rows] > 1]
 
 
-def _start_s(user: UserTraces, first: int, traces: SessionTraces) -> float:
-    """Return from when a life of a master that begins with a row is judged [s]."""
-    if user.tick[first] > 0:  # the recorder found it only when it was running
-        return _block_end_s(user, float(user.time_s[first]))
+def _start_s(
+    user: UserTraces, first: int, traces: SessionTraces, before_s: float
+) -> tuple[float, float, float]:
+    """Return from when a life of a master that begins with a row is judged, when its own sums
+    begin, and when its first packet came [s]; the life before ended at ``before_s``.
+    """
+    late = user.tick[first] > 0  # the recorder found it only when it was running
+    begun_s = float(user.time_s[first])
+    start_s = _block_end_s(user, begun_s)
     if first == 0:
-        return -np.inf
-    begun = float(user.time_s[first])
-    received = [time_s for time_s in first_packets(traces, user.name) if time_s >= begun]
-    return max(_block_end_s(user, begun), min(received, default=begun))
+        return (start_s if late else -math.inf), -math.inf, -math.inf
+    received = [time_s for time_s in first_packets(traces, user.name) if time_s > before_s]
+    if late and not received:
+        return start_s, start_s, start_s
+    joined_s = min(received, default=begun_s)
+    return max(start_s, joined_s), before_s, joined_s
 
 
 def _block_end_s(user: UserTraces, time_s: float) -> float:
