@@ -168,7 +168,7 @@ def main() -> int:
     for run, found in results:
         print(row(run, found), flush=True)
     description = " ".join((__doc__ or "").split("\n\n")[1].split())
-    tau_s = 2.0 * DELAY_S + 0.0085
+    tau_s = 2.0 * DELAY_S + 0.008
     b = float(scenario_of(RUNS[0], 1.0).users[0].master.impedance)
     head = [f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
     text = TEXT.format(
