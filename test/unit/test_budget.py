@@ -209,7 +209,7 @@ def test_the_budget_ends_where_a_master_was_started_again():
     for sums in user.energy.values():  # as the reader continues them: six blocks were lost
         sums[again:] -= sums[again - 1] - sums[again - 7]
     found = budget(traces, scenario)
-    assert found.time_s[-1] == pytest.approx(user.time_s[again * 8], abs=1.1e-2)
+    assert found.time_s[-1] == pytest.approx(user.time_s[again * 8], abs=2e-2)
     assert "started again at 4.00 s" in found.notes[0]
     assert {(e.owner, e.part) for e in found.active} <= {(e.owner, e.part) for e in whole.active}
 
