@@ -107,7 +107,7 @@ def works(steps, *, seed):
     for k, true_m in enumerate(x):
         read = float(np.floor(true_m / STEP_M + 0.5) * STEP_M)
         if before is None:
-            place.place(read)
+            place.begin(read)
         else:
             xd = place.step(read, (read - before[1]) / TICK_S)
             moved = np.array([true_m - before[0], read - before[1], place.dx, place.moved])

@@ -14,7 +14,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PRODUCT = [file for folder in ROOT.glob("pmwvc_*") for file in folder.glob("pmwvc_*/**/*.py")]
 INSTEAD = {  # word: better
     **dict.fromkeys(("told", "tells", "say", "says", "said"), "text, reported"),
-    **dict.fromkeys(("hear", "hears", "feels"), "receives, rendered"),
+    **dict.fromkeys(("hear", "hears", "heard", "unheard", "feels"), "receives, rendered"),
+    **dict.fromkeys(("owe", "owes", "owed"), "deficit, undelivered"),
     **dict.fromkeys(("seat", "seats"), "port, user"),
     **dict.fromkeys(("lane", "lanes"), "link"),
     **dict.fromkeys(("rival", "rivals"), "baseline"),

@@ -101,7 +101,7 @@ def test_the_plain_port_loses_displacement():
     assert abs(integral - ROOT * x) > 1e-3 * ROOT
 
 
-def test_a_node_that_owes_lets_the_returning_wave_wait():
+def test_a_node_with_a_deficit_lets_the_returning_wave_wait():
     playout = Playout(most_repaid=0.1)
     port = made(playout)
     playout.add(0.1 * 0.1, 0.5 * 0.1**2 * 0.1, 0.1)
@@ -121,7 +121,7 @@ def test_what_packets_are_owed_is_felt_as_damping_and_no_force_at_rest(share):
     port = made()
     port.step(0.0, 0.0)
     port.applied(0.0)
-    port.owed_j = share * MUCH_J
+    port.deficit_j = share * MUCH_J
     assert port.step(1e-9, 0.02) == pytest.approx((1.0 + min(share, 1.0) * MORE) * B * 0.02)
     port.applied(0.0)
     assert port.step(1e-9, 0.0) == 0.0
@@ -131,20 +131,20 @@ def test_what_packets_lacked_behind_an_encoder_is_paid_with_the_next_ones():
     """The force is held back for two frames; what is needed twice is there within a second."""
     port = made()
     read = before = wave_j = 0.0
-    owed_j = []
+    deficit_j = []
     for k in range(125 * M):
         if k % M == 0:
             port.measure(read, (read - before) / TICK_S)
             wave_j += port.send() ** 2 * M * TICK_S / 2.0
-            owed_j.append(port.owed_j)
+            deficit_j.append(port.deficit_j)
         f = port.step(read, (read - before) / TICK_S)
         port.applied(0.0 if 10 * M <= k < 12 * M else f)
         before, read = read, float(np.floor(0.05 * (k + 1) * TICK_S / 55e-6) * 55e-6)
-    assert max(owed_j) > 5e-4
-    assert owed_j[-1] < 0.2 * max(owed_j)
+    assert max(deficit_j) > 5e-4
+    assert deficit_j[-1] < 0.2 * max(deficit_j)
     assert port.account() >= wave_j
 
 
 def test_an_exact_device_is_owed_nothing():
     for port, *_ in ends(3, limited=0.5):
-        assert port.owed_j == 0.0
+        assert port.deficit_j == 0.0

@@ -210,18 +210,18 @@ class ForceLoop(Stateful):
             packet = self._exchange(tick, now_ns, sample, packets)
         x, xd = sample.x, sample.xd
         if sample.valid and not (self._watched and self._stale(tick, sample)):
-            sensed, place, velocity = True, x, xd
+            sensed, position, velocity = True, x, xd
             self.x = x
         else:  # where it was last seen; its velocity is not known
-            sensed, place, velocity = False, self.x, 0.0 * self.x
+            sensed, position, velocity = False, self.x, 0.0 * self.x
         controller, inbox = self.controller, self.inbox
-        f_m = controller.step(place, velocity)
+        f_m = controller.step(position, velocity)
         if inbox.newest is None:
-            f = self.safety.step(f_m, place, velocity, math.inf, False, sensed)
+            f = self.safety.step(f_m, position, velocity, math.inf, False, sensed)
         else:
             silence_s = (now_ns - inbox.accepted_ns) * 1e-9
-            heard = inbox.interrupted, inbox.unheard(now_ns)
-            f = self.safety.step(f_m, place, velocity, silence_s, True, sensed, *heard)
+            waits = inbox.interrupted, inbox.unreceived(now_ns)
+            f = self.safety.step(f_m, position, velocity, silence_s, True, sensed, *waits)
         controller.applied(f)
         row = (x, xd, sample.f_h, f_m, f, controller.u_m, controller.u_m_lp, controller.v_m)
         return f, packet, row

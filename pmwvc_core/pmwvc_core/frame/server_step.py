@@ -279,8 +279,8 @@ class ServerStep(Stateful):
                 if inbox.silence_s(now_ns) > self.release_s:
                     self._leave(user)
                 else:
-                    unheard = inbox.unheard(now_ns)
-                    self.presence[user] = DAMPING if quiet or unheard else COUPLED
+                    unreceived = inbox.unreceived(now_ns)
+                    self.presence[user] = DAMPING if quiet or unreceived else COUPLED
                     server.interrupt(user, inbox.interrupted)
                     if inbox.newest is not None:
                         server.on_packet(user, inbox.newest)

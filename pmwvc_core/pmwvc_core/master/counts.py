@@ -72,7 +72,7 @@ class BetweenCounts(Stateful):
         """The count, where the velocity is the jump of the counts; else zero [m]."""
         return where(self._rough, self._count, 0.0)
 
-    def place(self, x: Value) -> None:
+    def begin(self, x: Value) -> None:
         """Begin at a position."""
         self._x = self._seen = x
 

@@ -22,9 +22,9 @@ the displacement U + V = sqrt(2b) x. Where a force that went on pushing out took
 below ``-LIMIT_J``, v waits until the hand has paid: the port is a damper. The packet carries w: no
 anti-aliasing filter, which passivity does not need here.
 
-Behind an encoder whose differences are the velocity, packets always lack some energy. That is
-owed, ``TWICE`` its amount, since to make the displacement up takes as much again, and the hand
-pays it by moving: F_m gets up to ``MORE`` of b xd on top, all of it from ``MUCH_J`` owed on.
+Behind an encoder whose differences are the velocity, packets always lack some energy. Their
+deficit counts twice (``TWICE``), since to make the displacement up takes as much again, and the
+hand pays it by moving: F_m gets up to ``MORE`` of b xd on top, all of it from ``MUCH_J`` on.
 
 Where one of the playouts is short of energy, after outages or with a lag that has grown, the other
 one's surplus goes to it, and the hand pays likewise, through ``ASKED`` of b xd: packets take it to
@@ -49,10 +49,10 @@ from pmwvc_core.wave.playout import Playout
 
 KEPT_J = 1e-4  # at the node where a packet does not need it: a tick is paid for when it is over
 LIMIT_J = 2e-3
-MORE = 0.3  # of the damper b, while packets are owed energy
+MORE = 0.3  # of the damper b, while packets lack energy
 ASKED = 0.2  # likewise, while a playout is short of energy
 MUCH_J = 1e-3
-MOST_OWED_J = 0.01
+MOST_DEFICIT_J = 0.01
 TWICE = 2.0
 WITHHELD = 1.0  # of b q^2/h: so far ahead of the true work the one counted may be at first
 SPARED_J = 1e-3  # left to the playout for catching up when the node takes what is free there
@@ -88,15 +88,15 @@ class StrictMaster(DevicePort):
     ----------
     node_j
         Energy that came in from both sides and is not paid to a packet yet [J].
-    owed_j
+    deficit_j
         Energy that packets needed and have not been paid with yet [J].
     """
 
-    BLOCKS = "_place _position"
+    BLOCKS = "_tracker _position"
     SIGNALS = "_integral v_m _xd"
     MEMORY = (
-        "node_j owed_j energy_u_m energy_u_tx energy_v_m _due_j _v _f _withheld_j _settled _begun "
-        "_wanted _short"
+        "node_j deficit_j energy_u_m energy_u_tx energy_v_m _due_j _v _f _withheld_j _settled "
+        "_begun _wanted _short"
     )
 
     def __init__(
@@ -107,7 +107,7 @@ class StrictMaster(DevicePort):
         self._brake = brake
         self._position = StrictPosition(params, playout) if params.position.is_on else None
         self.node_j: Value = self._position.stored_j if self._position else 0.0
-        self.owed_j: Value = 0.0
+        self.deficit_j: Value = 0.0
         self.energy_u_m: Value = 0.0
         self.energy_u_tx: Value = 0.0
         self.energy_v_m: Value = 0.0
@@ -117,7 +117,7 @@ class StrictMaster(DevicePort):
         self._v: Value = 0.0  # of the playout
         self._f: Value = 0.0
         self._withheld_j: Value = 0.0
-        self._place = BetweenCounts(params.tick_s)
+        self._tracker = BetweenCounts(params.tick_s)
         self._xd: Value = 0.0  # for the force
         self._begun = False
         self._wanted: Flag = False  # energy, at the other end
@@ -200,8 +200,8 @@ class StrictMaster(DevicePort):
         if self._velocity:
             xd = self._velocity.step(xd, self._port.b)
         f_m = self._port.force(xd, v)
-        if anywhere(self.owed_j > 0.0):
-            more = minimum(self.owed_j * (MORE / MUCH_J), MORE)
+        if anywhere(self.deficit_j > 0.0):
+            more = minimum(self.deficit_j * (MORE / MUCH_J), MORE)
             f_m = f_m + more * (self._port.b * self._xd)
         if anywhere(self._wanted | self._short):
             f_m = f_m + where(self._wanted | self._short, ASKED, 0.0) * (self._port.b * self._xd)
@@ -219,13 +219,13 @@ class StrictMaster(DevicePort):
         if self._settled:
             if not self._begun:
                 self._x, self._xd = x, xd
-                self._place.place(x)
+                self._tracker.begin(x)
             return
         self._settled = self._begun = True
         h = self._tick_s
         self._x = x
-        self._xd = self._place.step(x, xd)
-        u = self._port.u(self._place.dx * self._rate, self.v_m)
+        self._xd = self._tracker.step(x, xd)
+        u = self._port.u(self._tracker.dx * self._rate, self.v_m)
         for each in self._port_filters:
             u = each.step(u)
         if self._position:
@@ -234,7 +234,7 @@ class StrictMaster(DevicePort):
         self.u_m_lp = u
         self._integral = self._integral + u * h
         self.node_j = (
-            self.node_j + squared(self._v) * self._half_s + dot(self._f, self._place.moved)
+            self.node_j + squared(self._v) * self._half_s + dot(self._f, self._tracker.moved)
         )
 
     def send(self) -> Value:
@@ -244,8 +244,8 @@ class StrictMaster(DevicePort):
         self._integral = 0.0 * self._integral
         needed, kept = squared(wave) * (0.5 * frame_s), KEPT_J
         lent: Value = 0.0
-        if self._place.counts:
-            self._withhold(self._place.rough)
+        if self._tracker.counts:
+            self._withhold(self._tracker.rough)
         if self._position:
             lent = self._position.stored_j
             self._position.send(wave, number, frame_s)
@@ -256,20 +256,20 @@ class StrictMaster(DevicePort):
         self.node_j = self.node_j + self._playout.spared(frame_s, wanted=self._wanted)
         own = self.node_j - self._brake.stored_j  # what the hand can have back is not paid out
         paid = maximum(minimum(own, needed), own - kept)
-        if self._place.counts:
-            paid = maximum(paid, minimum(own - lent, needed + self.owed_j))
+        if self._tracker.counts:
+            paid = maximum(paid, minimum(own - lent, needed + self.deficit_j))
         paid = maximum(paid, 0.0)
-        if self._place.counts:
-            self._owe(needed - paid)
+        if self._tracker.counts:
+            self._lack(needed - paid)
         self.energy_u_tx = self.energy_u_tx + paid
         self.node_j = self.node_j - paid
         return wave
 
-    def _owe(self, short: Value) -> None:
+    def _lack(self, short: Value) -> None:
         """Note what a packet was short of, or brought beyond its own need [J]."""
-        owed = self.owed_j + short + (TWICE - 1.0) * maximum(short, 0.0)
-        owed = minimum(maximum(owed, 0.0), MOST_OWED_J)
-        self.owed_j = where(self._withheld_j > 0.0, owed, 0.0)
+        deficit = self.deficit_j + short + (TWICE - 1.0) * maximum(short, 0.0)
+        deficit = minimum(maximum(deficit, 0.0), MOST_DEFICIT_J)
+        self.deficit_j = where(self._withheld_j > 0.0, deficit, 0.0)
 
     def _withhold(self, count: Value) -> None:
         """Keep back what the work over rough counts may be off [m]."""

@@ -123,7 +123,7 @@ class Receiver(Stateful):
         """Whether this end or the other one has nothing at hand."""
         return False
 
-    def unheard(self, now_ns: int) -> bool:
+    def unreceived(self, now_ns: int) -> bool:
         """Tell whether the other end has had nothing of this one at hand for too long."""
         return False
 

@@ -39,7 +39,7 @@ class StrictReceiver(Receiver):
     step_s
         Time for which a wave is given out [s].
     most_repaid
-        Longest wave that repays what is owed [sqrt(W)].
+        Longest wave that makes up what is undelivered [sqrt(W)].
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class StrictReceiver(Receiver):
     """
 
     BLOCKS = "playout"
-    MEMORY = "interval_s lateness_s _silence_ns _least_s _most_s _unheard_ns"
+    MEMORY = "interval_s lateness_s _silence_ns _least_s _most_s _unreceived_ns"
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class StrictReceiver(Receiver):
         self.interval_s = self.period_s
         self.lateness_s = 0.0
         self.step_s = step_s
-        self._unheard_ns: int | None = None  # since when the other end waits
+        self._unreceived_ns: int | None = None  # since when the other end waits
         self._least_silence_s = timeout_s
         self._least_s = self._most_s = self.period_s  # for which packets stood
 
@@ -82,7 +82,7 @@ class StrictReceiver(Receiver):
 
     @property
     def short(self) -> Flag:
-        """Whether energy is missing for what the playout owes, or has had at hand for too long."""
+        """Whether energy is missing for what is undelivered, or has been at hand for too long."""
         return self.playout.short
 
     def spared(self, h: float) -> Value:
@@ -94,11 +94,11 @@ class StrictReceiver(Receiver):
     @property
     def interrupted(self) -> Flag:
         """Whether the playout had to wait, or that of the other end when it sent last."""
-        return self.playout.dry | (self._unheard_ns is not None)
+        return self.playout.dry | (self._unreceived_ns is not None)
 
-    def unheard(self, now_ns: int) -> bool:
+    def unreceived(self, now_ns: int) -> bool:
         """Tell whether the other end's playout has been without this end's waves for too long."""
-        begun_ns = self._unheard_ns
+        begun_ns = self._unreceived_ns
         return begun_ns is not None and now_ns - begun_ns > self._silence_ns
 
     def begin(self) -> None:
@@ -112,9 +112,9 @@ class StrictReceiver(Receiver):
         before, came_ns = self.newest, self.accepted_ns
         super()._accept(packet, now_ns, fresh=fresh)
         if not packet.flags & FLAG_WAITING:
-            self._unheard_ns = None
-        elif self._unheard_ns is None:
-            self._unheard_ns = now_ns
+            self._unreceived_ns = None
+        elif self._unreceived_ns is None:
+            self._unreceived_ns = now_ns
         if fresh or before is None or (packet.flags ^ before.flags) & FLAG_ANEW:
             self.playout.begin()
             own = minimum(squared(packet.wave) * (0.5 * packet.period), packet.energy)

@@ -34,24 +34,24 @@ def affordable(wave: Value, change: Value, power: Value) -> tuple[Value, Value]:
     return change, cost
 
 
-def repayment(owed: Value, wave: Value, free_j: Value) -> Value:
-    """Return the wave that repays what is owed, as fast as all of it can be paid for [sqrt(W)].
+def repayment(undelivered: Value, wave: Value, free_j: Value) -> Value:
+    """Return the wave that delivers what is undelivered, as fast as its energy allows [sqrt(W)].
 
-    A wave w along what is owed, beside v, costs v + w/2 for each part of it. So w = 2 (E/|owed| -
-    v), within the time constants ``SLOWLY_S`` and ``QUICKLY_S``.
+    A wave w along what is undelivered, U, beside v, costs v + w/2 for each part of it. So w = 2
+    (E/|U| - v), within the time constants ``SLOWLY_S`` and ``QUICKLY_S``.
 
     Parameters
     ----------
-    owed
+    undelivered
         Integral [sqrt(W) s], ``(..., dof)``.
     wave
         v [sqrt(W)].
     free_j
         Energy E that may be spent [J].
     """
-    size = root(squared(owed))
+    size = root(squared(undelivered))
     one_over = 1.0 / where(size > 0.0, size, 1.0)
-    along = owed * one_over
+    along = undelivered * one_over
     wanted = 2.0 * (free_j * one_over - dot(wave, along))
     wanted = minimum(wanted, size * (1.0 / QUICKLY_S))
     return along * maximum(wanted, size * (1.0 / SLOWLY_S))

@@ -11,21 +11,22 @@ even within a segment::
     due    = U(p) - U(p_before)
     free   = received - given - released - discarded - reserve of what is still to be played
     wave   = due/h, shortened to |wave|^2 h/2 <= free
-    owed  <- owed + due - wave h            repaid out of free energy alone
+    undelivered <- undelivered + due - wave h    made up out of free energy alone
 
-What is owed is repaid as fast as free energy lasts for all of it (:func:`.affordable.repayment`),
-from ``RETURN_S`` after the last wait on, until which the ends brake, and not at once: the longest
-wave that repays grows for as long.
+What is undelivered is made up as fast as free energy lasts for all of it
+(:func:`.affordable.repayment`), from ``RETURN_S`` after the last wait on, until which the ends
+brake, and not at once: the longest wave that makes it up grows for as long.
 
 The reserve of a segment is |dU|^2/(2 dt), what its smoothest wave takes. So ``given <= received``
-at every step, and U(p) = integral given out + owed: displacement may be late, it is never lost.
+at every step, and U(p) = integral given out + undelivered: displacement may be late, it is never
+lost.
 
 ``rate`` is 1 but for what keeps a margin at hand and no more than that (:mod:`.margin`). Where
 nothing is at hand p waits: the wave is zero, and whatever comes later is played later. What comes
-of an outage is not played but owed; so is what is at hand beyond ``LONGEST_S``.
+of an outage is not played but stays undelivered; so does what is at hand beyond ``LONGEST_S``.
 
-A playout that owes, or has had too much at hand for long, and has no energy for it is *short*. The
-other direction then passes on what it can spare (:meth:`Playout.spared`).
+A playout with something undelivered, or that has had too much at hand for long, and has no energy
+for it is *short*. The other direction then passes on what it can spare (:meth:`Playout.spared`).
 
 Equations: docs/theory.md 17.2, 17.3, 17.19.
 """
@@ -51,8 +52,8 @@ LONGEST_S = 0.3
 RETURN_S = 0.1  # after the last wait: nothing is repaid until then
 SPARED_J = 1e-4  # free energy below which nothing is caught up
 PASSED_S = 0.1  # time constant with which a surplus is passed on
-FEW = 5e-4  # [sqrt(W) s] owed: nobody is asked for energy
-SETTLED = 1e-15  # [sqrt(W) s] owed: nothing
+FEW = 5e-4  # [sqrt(W) s] undelivered: no energy is asked for
+SETTLED = 1e-15  # [sqrt(W) s] undelivered: nothing
 MOST_J = 0.05  # free energy kept: what is more must not come out years later
 
 
@@ -62,21 +63,21 @@ class Playout(Stateful):
     Parameters
     ----------
     most_repaid
-        Longest wave that repays what is owed [sqrt(W)].
+        Longest wave that makes up what is undelivered [sqrt(W)].
 
     Attributes
     ----------
     received_j, given_j, released_j, discarded_j
         Energy that arrived, was given out, was used otherwise, and was given up [J].
-    owed
+    undelivered
         Integral that arrived, was due and is not given out yet [sqrt(W) s].
     margin
         Time that is kept at hand against waits.
     """
 
     BLOCKS = "margin _segments"
-    SIGNALS = "_integral _wave owed"
-    MEMORY = "received_j given_j released_j discarded_j _played_s _reserve _owes _since_s"
+    SIGNALS = "_integral _wave undelivered"
+    MEMORY = "received_j given_j released_j discarded_j _played_s _reserve _behind _since_s"
 
     def __init__(self, *, most_repaid: Value) -> None:
         self.most_repaid = most_repaid
@@ -87,18 +88,18 @@ class Playout(Stateful):
         self._clear()
 
     def _clear(self) -> None:
-        self.owed: Value = 0.0
+        self.undelivered: Value = 0.0
         self.margin = Margin()
         self._segments = Segments()
         self._played_s: Value = 0.0
         self._integral: Value = 0.0  # at the time played
         self._reserve: Value = 0.0
         self._wave: Value = 0.0  # due in the last step
-        self._owes = False
+        self._behind = False
         self._since_s: Value = 0.0  # since the last wait
 
     def begin(self) -> None:
-        """Drop what is at hand, owed and free: what comes has nothing to do with it."""
+        """Drop what is at hand, undelivered and free: what comes has nothing to do with it."""
         self.discarded_j = self.received_j - self.given_j - self.released_j
         self._clear()
 
@@ -114,8 +115,8 @@ class Playout(Stateful):
 
     @property
     def waiting(self) -> Value:
-        """Integral that has arrived and is not given out: at hand, or owed [sqrt(W) s]."""
-        return self._segments.integral - self._integral + self.owed
+        """Integral that has arrived and is not given out: at hand, or undelivered [sqrt(W) s]."""
+        return self._segments.integral - self._integral + self.undelivered
 
     @property
     def free_j(self) -> Value:
@@ -125,17 +126,17 @@ class Playout(Stateful):
 
     @property
     def needed_j(self) -> Value:
-        """Free energy that repays what is owed, and catches up [J]: |owed| |w| + e |w|^2/2 for the
-        present wave w and an excess e at hand.
+        """Free energy that makes up what is undelivered, U, and catches up [J]: |U| |w| + e
+        |w|^2/2 for the present wave w and an excess e at hand.
         """
         size = root(squared(self._wave))
         late_s = maximum(self.margin.excess_s, 0.0)
-        return SPARED_J + root(squared(self.owed)) * size + 0.5 * late_s * size * size
+        return SPARED_J + root(squared(self.undelivered)) * size + 0.5 * late_s * size * size
 
     @property
     def short(self) -> Flag:
-        """Whether something is owed, or to catch up, and there is less than that."""
-        needs = (squared(self.owed) > FEW**2) | (self.margin.excess_s > 0.0)
+        """Whether something is undelivered, or to catch up, and there is less than that."""
+        needs = (squared(self.undelivered) > FEW**2) | (self.margin.excess_s > 0.0)
         return needs & (self.free_j < self.needed_j)
 
     def add(self, integral: Value, energy: Value, duration_s: float) -> None:
@@ -169,9 +170,9 @@ class Playout(Stateful):
         needed, self._wave = squared(wave), wave
         if anywhere(needed > power):
             wave = where(needed > power, limit_length(wave, root(power)), wave)
-            self.owed = self.owed + (due - wave * h)
-            self._owes = True
-        if self._owes:
+            self.undelivered = self.undelivered + (due - wave * h)
+            self._behind = True
+        if self._behind:
             self._since_s = self._since_s + h
             wave = self._repay(wave, power, h)
         self.given_j = self.given_j + squared(wave) * (0.5 * h)
@@ -198,8 +199,8 @@ class Playout(Stateful):
     def take_back(self, wave: Value, h: float) -> None:
         """Take a wave back that was given out for ``h`` seconds and not used [sqrt(W)]."""
         self.given_j = self.given_j - squared(wave) * (0.5 * h)
-        self.owed = self.owed + wave * h
-        self._owes = True
+        self.undelivered = self.undelivered + wave * h
+        self._behind = True
 
     def _advance(self, h: float) -> Value:
         """Play on; return the integral that is due."""
@@ -222,19 +223,19 @@ class Playout(Stateful):
     def _skip(self, to_s: Value) -> None:
         """Owe what would have been played until then."""
         integral, reserve = self._segments.at(to_s)
-        self.owed = self.owed + (integral - self._integral)
-        self._owes = True
+        self.undelivered = self.undelivered + (integral - self._integral)
+        self._behind = True
         self._played_s, self._integral, self._reserve = to_s, integral, reserve
 
     def _repay(self, wave: Value, power: Value, h: float) -> Value:
-        """Return the wave with what of ``owed`` can be repaid within a power [2 W]."""
-        owed = self.owed
+        """Return the wave with what of ``undelivered`` can be made up within a power [2 W]."""
+        undelivered = self.undelivered
         since = self._since_s * (1.0 / RETURN_S) - 1.0
         if not anywhere(since > 0.0):
             return wave
-        wish = repayment(owed, wave, 0.5 * h * power)
+        wish = repayment(undelivered, wave, 0.5 * h * power)
         wish = limit_length(wish, self.most_repaid * maximum(minimum(since, 1.0), 0.0))
         repaid, _ = affordable(wave, wish, power - squared(wave))
-        self.owed = owed = owed - repaid * h
-        self._owes = anywhere(absolute(owed) > SETTLED)
+        self.undelivered = undelivered = undelivered - repaid * h
+        self._behind = anywhere(absolute(undelivered) > SETTLED)
         return wave + repaid

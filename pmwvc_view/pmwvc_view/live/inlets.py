@@ -34,7 +34,7 @@ class Inlets:
     ----------
     round_trips
         Newest measured round trip of every user by column [s].
-    heard_s
+    received_s
         When the last trace came, on the monotonic clock [s].
     changed
         Whether a parameter changed since somebody set this to False.
@@ -58,7 +58,7 @@ class Inlets:
         self._delays_s: dict[int, float] = {}  # by link: mean of the newest packets
         self._events = Polled(node, ParameterEvent, "/parameter_events", SLOW_QOS)
         self.round_trips: dict[str, float | None] = {}
-        self.heard_s = time.monotonic()
+        self.received_s = time.monotonic()
         self.changed = False
 
     def now_ns(self) -> int:
@@ -70,19 +70,19 @@ class Inlets:
 
     def empty(self, feed: Feed) -> None:
         """Give everything that has come to the feed."""
-        heard = False
+        received = False
         while (data := self._steps.take()) is not None:
             if (step := self._server.read(data)) is not None:
                 feed.on_server(step)
-                heard = True
+                received = True
         clock_ns = self._server.clock_ns
         for user, reader, polled in self._masters:
             while (data := polled.take()) is not None:
                 if (block := reader.read(data, clock_ns)) is not None:
                     feed.on_master(user, block)
-                    heard = True
-        if heard:
-            self.heard_s = time.monotonic()
+                    received = True
+        if received:
+            self.received_s = time.monotonic()
         while (message := self._fates.take()) is not None:
             number = link_number(message.link, self._graph.users)
             if number is None or misfit("PacketFate", message) or feed.zero_ns is None:

@@ -26,8 +26,8 @@ from pmwvc_core.transport.packet import WavePacket
 
 STORED = Entry("position_surplus", "energy tank of the position feedback", Role.LEVEL)
 DISCARDED = Entry("position_discarded", "energy above the cap of the tank, discarded", Role.LEVEL)
-OWED = Entry("position_owed", "returned by the hold before its packet arrived", Role.LEVEL)
-ENTRIES = (SPENT, STORED, DISCARDED, OWED)
+DEFICIT = Entry("position_owed", "returned by the hold before its packet arrived", Role.LEVEL)
+ENTRIES = (SPENT, STORED, DISCARDED, DEFICIT)
 
 
 class PositionFeedback(Protocol):
@@ -131,7 +131,7 @@ class _Budgeted(PositionCorrection):
             SPENT.name: self._tank.spent_j,
             STORED.name: self._tank.free_j,
             DISCARDED.name: self._tank.discarded_j,
-            OWED.name: self._tank.deficit_j,
+            DEFICIT.name: self._tank.deficit_j,
         }
 
 

@@ -171,7 +171,7 @@ class SafetyLimiter(Stateful):
         coupled: Flag,
         sensed: Flag = True,
         interrupted: Flag = False,
-        unheard: Flag = False,
+        unreceived: Flag = False,
     ) -> Value:
         """Return the force for the device [N].
 
@@ -189,14 +189,14 @@ class SafetyLimiter(Stateful):
             Whether the device knows where it is and how it moves.
         interrupted
             Whether no waves come, at this end or at the server.
-        unheard
+        unreceived
             Whether the server has had none of this user for too long.
         """
         brake = self._brake
         if brake:
             known = within(x, LARGEST)
             brake.step(interrupted & known, where(known, x, 0.0), self.f)
-        if self.inactive and not (brake and (unheard or not brake.idle)):
+        if self.inactive and not (brake and (unreceived or not brake.idle)):
             inside = (  # comparisons with NaN are False, so NaN takes the slow path
                 coupled
                 & sensed
@@ -236,14 +236,14 @@ class SafetyLimiter(Stateful):
         if brake and not brake.idle:
             f_asked = f_asked + where(fast | outside, 0.0, brake.force(f_asked))
         applied, limited = self._limit(f_asked * self._gain)
-        unheard = unheard & active
-        disturbed = gone | (active & (damped | unheard | (through ^ True)))
+        unreceived = unreceived & active
+        disturbed = gone | (active & (damped | unreceived | (through ^ True)))
         self._count(disturbed, limited & through & (damped ^ True))
         late = brake.holds if brake else False
         self._seen = Seen(
-            active, good, faulty, silent, released, fast, outside, gone, lost, unheard, late
+            active, good, faulty, silent, released, fast, outside, gone, lost, unreceived, late
         )
-        quiet = (damped | limited | unheard | late) ^ True
+        quiet = (damped | limited | unreceived | late) ^ True
         self.inactive = truth(through & quiet & (self._gain >= 1.0))
         return applied
 

@@ -43,7 +43,7 @@ class Cause(enum.IntEnum):
     OUTSIDE = 8
     DEVICE_SILENT = 9
     DEVICE_LOST = 10
-    UNHEARD = 11
+    UNRECEIVED = 11
     LATE = 12
 
 
@@ -59,7 +59,7 @@ _STATES = {
     Cause.OUTSIDE: SafetyState.DAMPING,
     Cause.DEVICE_SILENT: SafetyState.DAMPING,
     Cause.DEVICE_LOST: SafetyState.FAULT,
-    Cause.UNHEARD: SafetyState.DAMPING,
+    Cause.UNRECEIVED: SafetyState.DAMPING,
     Cause.LATE: SafetyState.COUPLED,
 }
 _STATE_OF = np.array([_STATES[cause] for cause in Cause])
@@ -69,7 +69,7 @@ _TEXTS: dict[int, str] = {
     Cause.SOFT_START: "soft start",
     Cause.SILENT: "server silent: damping only",
     Cause.RELEASED: "server silent: damping released",
-    Cause.UNHEARD: "server receives nothing from this user: damping only",
+    Cause.UNRECEIVED: "server receives nothing from this user: damping only",
     Cause.LATE: BRAKING,
     Cause.OUTSIDE: "beyond the device's workspace: damping only",
     Cause.DEVICE_SILENT: "device silent: no force",
@@ -90,7 +90,7 @@ class Seen(NamedTuple):
     outside: Flag = False
     gone: Flag = False
     lost: Flag = False
-    unheard: Flag = False
+    unreceived: Flag = False
     late: Flag = False
 
 
@@ -98,7 +98,7 @@ def cause_of(seen: Seen, gain: Value) -> int | Integers:
     """Return the weightiest cause, given the ratio of the force that is let through."""
     cause: Any = where(seen.late, Cause.LATE, Cause.NONE)
     cause = where(gain < 1.0, Cause.SOFT_START, cause)
-    cause = where(seen.unheard, Cause.UNHEARD, cause)
+    cause = where(seen.unreceived, Cause.UNRECEIVED, cause)
     cause = where(seen.fast, Cause.TOO_FAST, cause)
     cause = where(seen.outside, Cause.OUTSIDE, cause)
     cause = where(seen.silent, Cause.SILENT, cause)
