@@ -55,7 +55,7 @@ def frames(traces: SessionTraces, scenario: Scenario) -> Iterator[Image.Image]:
         layout="constrained",
     )
     canvas = FigureCanvasAgg(figure)
-    marks = [_forces(axes["force"], traces), _energies(axes["energy"], traces)]
+    marks = [_forces(axes["force"], traces), _energies(axes["energy"], traces, scenario)]
     for time_s in np.arange(0.0, traces.duration_s, 1.0 / FRAMES_HZ):
         _scene(axes["scene"], traces, scenario, time_s)
         for mark in marks:
@@ -108,9 +108,9 @@ def _forces(axes: Axes, traces: SessionTraces) -> object:
     return axes.axvline(0.0, color="0.3", lw=1.0)
 
 
-def _energies(axes: Axes, traces: SessionTraces) -> object:
+def _energies(axes: Axes, traces: SessionTraces, scenario: Scenario) -> object:
     """Draw the energy that each link keeps and return the mark of the present."""
-    for index, user in enumerate(user_energies(traces)):
+    for index, user in enumerate(user_energies(traces, scenario)):
         for balance, dash in ((user.up, "-"), (user.down, "--")):
             assert balance is not None
             sums = balance.balance_j * 1e3

@@ -13,6 +13,8 @@ from support.simulated import judged, simulated
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.figures import link_charts
+from pmwvc_analysis.figures.conditions import conditions
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.safety.limiter import SafetyState
@@ -192,6 +194,19 @@ def test_an_offset_is_predicted_where_packets_come_evenly_and_left_open_elsewher
         found = [each for each in outcomes(scenario, judged(scenario)) if each.what == "offset"]
         assert [each.hit for each in found] == [hit, hit]
         assert ("latest packet" in found[0].text) == (hit is None)
+
+
+def test_the_report_shows_both_ways_of_the_link_and_no_filter_that_is_not_there():
+    scenario = files.load("carry_16ms", duration_s=2.0)
+    traces, result = simulated(scenario), judged(scenario)
+    for panel in link_charts.energy(traces, scenario).panels:
+        assert [line.label[:4] for line in panel.lines] == ["up, ", "down"]
+    for user in result["users"]:
+        assert min(user["energy_up_min_j"], user["energy_down_min_j"]) >= LEAST_J
+    words = conditions(scenario, "simulated")
+    assert "channel strict" in words and "filter" not in words and "hold" not in words
+    plain = conditions(files.load("carry_16ms", settings_texts=["channel=plain"]), "simulated")
+    assert "hold foh" in plain
 
 
 def test_of_a_live_session_the_least_offset_is_predicted():

@@ -31,8 +31,15 @@ def conditions(scenario: Scenario, source: str, *, without: Container[str] = ())
         parts += [
             ("impedance", f"b = {user.impedance:.4g} N s/m"),
             ("rate_drop", f"M = {user.master.rate_drop}"),
-            ("filter", f"filter {user.master.filter.kind.replace('_', ' ')}"),
-            ("hold", f"hold {user.master.hold}"),
+        ]
+        if scenario.strict:
+            parts.append(("channel", f"channel {scenario.channel}"))
+        else:
+            parts += [
+                ("filter", f"filter {user.master.filter.kind.replace('_', ' ')}"),
+                ("hold", f"hold {user.master.hold}"),
+            ]
+        parts += [
             ("coupling", f"coupling {scenario.server.coupling.replace('_', ' ')}"),
         ]
     delays = [f"{u.link_up.delay_s * 1e3:g}/{u.link_down.delay_s * 1e3:g}" for u in scenario.users]

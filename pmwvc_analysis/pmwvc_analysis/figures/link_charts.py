@@ -23,7 +23,7 @@ LOST_AT = -0.07  # of the largest delay: where packets that never came are drawn
 
 def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     """Return the energy balances of every user, violations marked."""
-    balances, names = user_energies(traces), recorded.names(traces)
+    balances, names = user_energies(traces, scenario), recorded.names(traces)
     if not balances:
         return None
     largest = max(float(np.abs(b.balance_j).max()) for e in balances for _, b, _ in _ways(e))

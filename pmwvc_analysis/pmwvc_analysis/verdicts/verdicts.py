@@ -45,7 +45,7 @@ def summary(
     traces = cut.until(traces, endings.judged_until_s(traces, ended))
     judged = stability.verdict(traces, scenario)
     found = passivity(traces, scenario, energies)
-    balances = {entry.name: entry for entry in energy.user_energies(traces)}
+    balances = {entry.name: entry for entry in energy.user_energies(traces, scenario)}
     limited = environment.limited(traces, scenario)
     shorter = endings.shortened(whole, scenario)
     missing = holes.holes(traces)
@@ -182,7 +182,9 @@ def _last_balance(balance: energy.UserEnergy | None) -> float | None:
     """Return what is left in the channel at the end, both ways [J]."""
     if balance is None:
         return None
-    parts = [part for part in (balance.up, balance.down) if part is not None] or [balance.joint]
+    parts = [part for part in (balance.up, balance.down) if part is not None]
+    if len(parts) < 2:  # one way alone is not what the channel kept
+        parts = [balance.joint]
     ends = [float(part.balance_j[-1]) for part in parts if len(part.balance_j)]
     return number(sum(ends)) if len(ends) == len(parts) else None
 
