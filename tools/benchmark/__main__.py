@@ -51,6 +51,7 @@ def main() -> int:
 
 def _run(plan: Plan | networks.Plan, options: argparse.Namespace) -> Path:
     """Run a plan and return the page written."""
+    origin = f"`make benchmark BENCHMARK={options.size}` ({commit()})"
     with Progress() as progress:
         bar = progress.add_task("sessions", total=plan.items)
         kept = Kept(
@@ -60,7 +61,7 @@ def _run(plan: Plan | networks.Plan, options: argparse.Namespace) -> Path:
             done=lambda: progress.advance(bar),
         )
         if isinstance(plan, Plan):
-            write(study(plan, options.seed, kept), options.folder, commit())
+            write(study(plan, options.seed, kept), options.folder, origin)
             return Path(options.folder / PAGE)
         groups = list(networks.groups(plan, options.seed))
         path = Path(options.folder / swept.PAGE)
@@ -68,7 +69,7 @@ def _run(plan: Plan | networks.Plan, options: argparse.Namespace) -> Path:
             kept.results(networks.found_in, groups, networks.Found)
         finally:  # also of what an interrupted run finished
             found = kept.finished(groups, networks.Found)
-            path.write_text(swept.page(found, commit()), "utf-8")
+            path.write_text(swept.page(found, origin), "utf-8")
     return path
 
 

@@ -15,7 +15,6 @@ from benchmark.columns import (
     Column,
     failed,
     median_of,
-    restless,
 )
 from benchmark.study import Study
 from pmwvc_core.plural import count
@@ -49,9 +48,14 @@ def _median(column: Column, *, probed: bool = False) -> Measure:
     return Measure(column.label, value, column.larger)
 
 
+def _troubled(study: Study, method: str, network: str) -> float:
+    (row,) = study.of(method, [network])
+    return 100.0 * sum(bool(one.failure) or one.restless for one in row) / len(row)
+
+
 MEASURES = (
     Measure("failed [%]", lambda study, *of: 100.0 * failed(study.of(of[0], of[1:])).value),
-    Measure("restless [%]", lambda study, *of: 100.0 * restless(study.of(of[0], of[1:])).value),
+    Measure("failed or restless [%]", _troubled),
     *(_median(column) for column in (*ERRORS, PEAK)),
     *(_median(column, probed=True) for column in (ERROR, Z_WIDTH, COMPLETION)),
 )
@@ -101,4 +105,4 @@ def _words(study: Study, rival: str) -> str:
 
 
 def _number(value: float) -> str:
-    return f"{value:.3g}" if math.isfinite(value) else "fails"
+    return f"{round(value, 9):.3g}" if math.isfinite(value) else "fails"

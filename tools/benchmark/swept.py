@@ -13,20 +13,19 @@ ROUNDING_J = 1e-15  # shown as 0
 NAMED = 12  # violations named
 HEAD = """# Energy on every network
 
-Written by `make benchmark BENCHMARK=networks` ({commit}). The task of the
-[benchmark](benchmark.md) with the default gains, {seconds:g} s a session, the same hands and
-packet fates for both channels; least balance of each way of each user's channel and from hand to
-server, at every step of the server.
+Written by {origin}. The task of the [benchmark](benchmark.md) with the
+default gains, {seconds:g} s a session, the same hands and packet fates for both channels; least
+balance of each way of each user's channel and from hand to server, at every step of the server.
 
 """
 Sweep = dict[Group, Found]
 
 
-def page(found: Sweep, commit: str) -> str:
+def page(found: Sweep, origin: str) -> str:
     """Return verdicts in words and the table."""
     if not found:
         return "No session has been finished.\n"
-    head = HEAD.format(commit=commit, seconds=next(iter(found)).duration_s)
+    head = HEAD.format(origin=origin, seconds=next(iter(found)).duration_s)
     return f"{head}{verdicts(found)}\n{table(found)}"
 
 

@@ -34,25 +34,24 @@ IMAGES = "images"
 ROUNDING = 1e-9  # in the unit of the column: shown as 0
 HEAD = """# Results of the benchmark
 
-Written by `make benchmark` ({commit}). What is run and what the columns mean:
-[benchmark](benchmark.md).
+Written by {origin}. What is run and what the columns mean: [benchmark](benchmark.md).
 
 """
 
 
-def write(study: Study, folder: Path, commit: str) -> None:
+def write(study: Study, folder: Path, origin: str) -> None:
     """Write page, picture and sessions into a folder, made if missing."""
     (folder / IMAGES).mkdir(parents=True, exist_ok=True)
-    (folder / PAGE).write_text(page(study, commit), "utf-8")
+    (folder / PAGE).write_text(page(study, origin), "utf-8")
     (folder / SESSIONS).write_text(sessions(study), "utf-8")
     (folder / PROBES).write_text(probes(study), "utf-8")
     chart_png.write(picture(study), folder / IMAGES)
 
 
-def page(study: Study, commit: str) -> str:
+def page(study: Study, origin: str) -> str:
     """Return tables, picture, and where others are better."""
     chart = picture(study)
-    head = HEAD.format(commit=commit)
+    head = HEAD.format(origin=origin)
     image = f"![{chart.heading}]({IMAGES}/{PICTURE}.svg)\n\n{chart.caption}"
     rivals = (
         "## Where a rival is better\n\nMedians of a network that are better than those of "
