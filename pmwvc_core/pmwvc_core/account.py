@@ -6,8 +6,9 @@
 
     taken = given + stored + dissipated + residual
 
-One of two ways: drawn up from the signals at the ends of a block (:class:`Account`), or kept by
-the block while it runs, where no signal shows it (:class:`Entry`).
+One of two ways: drawn up from the signals at the ends of a block (:class:`Account`; a block that
+waves pass names the energies there, :class:`Passage`), or kept by the block while it runs, where
+no signal shows it (:class:`Entry`).
 
 Signals are those of one step, or the rows of a trace ``(..., n, dof)``: then every row is a step,
 and energies are ``(..., n, 1)``. No loop that controls draws an account up; that is done from what
@@ -15,6 +16,7 @@ was recorded.
 """
 
 import enum
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from pmwvc_core.numeric import Value, squared
@@ -47,6 +49,21 @@ class Account(NamedTuple):
     def residual(self) -> Value:
         """Energy that storage and dissipation, computed independently, do not explain [J]."""
         return self.kept - self.stored - self.dissipated
+
+
+class Passage(NamedTuple):
+    """A block that waves pass, by names: its part in an energy budget, and the energies that come
+    in and go out (several are added).
+    """
+
+    part: str
+    taken: tuple[str, ...]
+    given: tuple[str, ...]
+
+    def account(self, energies: Mapping[str, Value]) -> Account:
+        """Return the account of the block from the energies by their names [J]."""
+        taken, given = (sum(energies[each] for each in ends) for ends in (self.taken, self.given))
+        return Account(taken, given)
 
 
 class Role(enum.Enum):

@@ -29,9 +29,10 @@ from pmwvc_analysis.budget.result import AtFrames, Sums
 from pmwvc_analysis.traces.stages import Stage, rows_of
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
 from pmwvc_analysis.traces.true_motion import TrueMotion, complete, measured, true_motion
-from pmwvc_core.account import Account, wave_energy
+from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.master.port_filters.velocity_filter import force_filter_kept
+from pmwvc_core.master.strict_port import passages
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.devices import device_account
@@ -39,7 +40,9 @@ from pmwvc_core.scenario.scenario import User
 from pmwvc_core.server.avatar_brake import BRAKES
 from pmwvc_core.server.cube import object_account
 from pmwvc_core.traces import ServerTraces, UserTraces
+from pmwvc_core.transport.packet import LINK_DOWN, LINK_UP
 from pmwvc_core.wave.ledger import port_account
+from pmwvc_core.wave.rates import FILTER, HOLD, RATE_DROP
 from pmwvc_core.wave.transform import WavePort
 
 OF_SIGNALS = ("filter_and_hold", "rate_drop")  # what the signals leave to them
@@ -127,20 +130,13 @@ def channel(
     parts stand around the port, only the sum of filter and hold is seen in the signals.
     """
     user, (u_s, v_s) = sums.user, at_server
-    u_m, v_m = _kept_sum(sums, "u_m"), _kept_sum(sums, "v_m")
-    u_tx = sums.of_blocks(user.energy["u_tx"])
-    v_rx = sums.of_blocks(user.energy["v_rx"], after_s=(LIVE if live else AT_ONCE).answer_s)
-    filtered = u_tx
+    energies = {name: _kept_sum(sums, name) for name in ("u_m", "v_m")} | {"u_s": u_s, "v_s": v_s}
+    energies["u_tx"] = energies["u_m_lp"] = sums.of_blocks(user.energy["u_tx"])
+    answer_s = (LIVE if live else AT_ONCE).answer_s
+    energies["v_rx"] = sums.of_blocks(user.energy["v_rx"], after_s=answer_s)
     if not known.master.filter.means:
-        filtered = sums.of_ticks(wave_energy(user.u_m_lp, user.tick_s))
-    found = {
-        "filter": Account(u_m, filtered),
-        "rate_drop": Account(filtered, u_tx),
-        "link_up": Account(u_tx, u_s),
-        "link_down": Account(v_s, v_rx),
-        "hold": Account(v_rx, v_m),
-    }
-    kept = {part: np.asarray(account.kept) for part, account in found.items()}
+        energies["u_m_lp"] = sums.of_ticks(wave_energy(user.u_m_lp, user.tick_s))
+    kept = passed((FILTER, RATE_DROP, LINK_UP, LINK_DOWN, HOLD), energies)
     if not accounted(user.accounts):
         return kept
     own = {
@@ -156,21 +152,19 @@ def strict(
     """Return the account of a port on the strict channel, and of what lies behind it.
 
     The node has what the force applied did on the motion measured, and what the playout gave out;
-    packets are what it paid. Links contain their playout. Where the wave at the device is another
-    one than the playout's, node and link down are one part.
+    packets are what it paid.
     """
     user, (u_s, v_s) = sums.user, at_server
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
     work = sums.of_ticks(np.sum(user.f_applied * moved, axis=-1))
-    sent = paid(sums, live=live)
-    found = {"link_up": Account(sent, u_s)}
-    if alters_wave(known):
-        found["node_and_link_down"] = Account(work + v_s, sent)
-    else:
-        played = _kept_sum(sums, "v_m")
-        found |= {"node": Account(work + played, sent), "link_down": Account(v_s, played)}
-    kept = {part: np.asarray(account.kept) for part, account in found.items()}
-    return Account(work, work, dissipated=0.0 * work), kept
+    energies = {"work": work, "v_m": _kept_sum(sums, "v_m"), "u_s": u_s, "v_s": v_s}
+    energies["u_tx"] = paid(sums, live=live)
+    return Account(work, work, dissipated=0.0 * work), passed(passages(known.master), energies)
+
+
+def passed(blocks: Sequence[Passage], energies: Sums) -> Sums:
+    """Return what stays in blocks that waves pass."""
+    return {block.part: np.asarray(block.account(energies).kept) for block in blocks}
 
 
 def paid(sums: UserSums, *, live: bool) -> Array:
@@ -179,14 +173,6 @@ def paid(sums: UserSums, *, live: bool) -> Array:
     A live block's sum is taken behind the packet that follows the block.
     """
     return sums.of_blocks(sums.user.energy["u_tx"], after_s=np.inf if live else 0.0)
-
-
-def alters_wave(known: User) -> bool:
-    """Tell whether the wave at the device is another one than that of the channel, on the strict
-    one: port filters and position feedback belong to the node.
-    """
-    master = known.master
-    return master.velocity_filter.is_on or master.bank.is_on or master.position.is_on
 
 
 def at_frames(user: UserTraces, known: User) -> AtFrames:

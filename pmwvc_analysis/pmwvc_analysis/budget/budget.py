@@ -29,13 +29,13 @@ from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.stretches import stretches
 from pmwvc_analysis.traces.sums import UserSums, sum_of
-from pmwvc_core.account import Account
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.transport.packet import LINK
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number
@@ -75,10 +75,11 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
                 unknown.add("bank" if "bank_low_in" in user.accounts else "filter_and_hold")
         else:
             found = {n: sums.between_blocks(s) for n, s in accounted(user.accounts).items()}
-            link = np.asarray(Account(port.given, at_server[0] - at_server[1]).kept)
+            energies = {"device": np.asarray(port.given), "server": at_server[0] - at_server[1]}
+            link = blocks.passed([LINK], energies)[LINK.part]
             if found:
-                unknown.add("link")
-            found["link"] = link - sum_of([0.0 * link, *found.values()])
+                unknown.add(LINK.part)
+            found[LINK.part] = link - sum_of([0.0 * link, *found.values()])
         hands[user.name] = np.asarray(device.taken)
         parts[user.name] = {
             "device_kinetic": np.asarray(device.stored),

@@ -39,7 +39,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pmwvc_analysis.budget.blocks import alters_wave, paid
+from pmwvc_analysis.budget.blocks import paid
 from pmwvc_analysis.budget.criterion import tolerance
 from pmwvc_analysis.budget.hand_work import hand_work
 from pmwvc_analysis.traces.server_starts import completed, instants, lost
@@ -47,6 +47,7 @@ from pmwvc_analysis.traces.stretches import Stretches, stretches
 from pmwvc_analysis.traces.sums import UserSums, anchored, ran_s, running, up_to
 from pmwvc_core.account import wave_energy
 from pmwvc_core.controllers import record_of
+from pmwvc_core.master.strict_port import alters_wave
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
@@ -185,7 +186,7 @@ def _of_user(
         live = traces.source == "live"
         sent = paid(UserSums(user, times), live=live) - gone
         up = Balance(times[rows], begun(sent), taken)
-        if not alters_wave(known):
+        if not alters_wave(known.master):
             v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
             down = Balance(times[rows], begun(v_s), begun(_at(times, user, v_m)))
     elif (user.u_m.any() or user.v_m.any()) and not user.accounts:

@@ -11,10 +11,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from pmwvc_core.account import Passage
 from pmwvc_core.numeric import Flag, Value, anywhere, squared
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.deadband import Deadband
 from pmwvc_core.transport.verdict import Verdict
+
+# With what is in flight; without waves of both directions together.
+LINK_UP = Passage("link_up", ("u_tx",), ("u_s",))
+LINK_DOWN = Passage("link_down", ("v_s",), ("v_rx",))
+LINK = Passage("link", ("device",), ("server",))
 
 FLAG_DIRECT = 1  # no wave: a velocity (up), a force or a position (down); see ``content``
 FLAG_LEAVING = 2  # the last packet: the sender leaves

@@ -14,11 +14,16 @@ Equations: docs/theory.md 2.1, 2.5, 3.1.
 
 from typing import Protocol
 
+from pmwvc_core.account import Passage
 from pmwvc_core.numeric import Value, exponential
 from pmwvc_core.params import FilterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.wave.cascade import Cascade
 from pmwvc_core.wave.design.filter_design import design, pole_of
+
+FILTER = Passage("filter", ("u_m",), ("u_m_lp",))
+RATE_DROP = Passage("rate_drop", ("u_m_lp",), ("u_tx",))
+HOLD = Passage("hold", ("v_rx",), ("v_m",))
 
 
 class Stage(Protocol):
