@@ -40,7 +40,7 @@ CORE = {
     "state": {"numeric"},
     "traces": {"numeric"},
     "wave": {"account", "errors", "numeric", "params", "state"},
-    "transport": {"errors", "numeric", "params", "state", "wave"},
+    "transport": {"account", "errors", "numeric", "params", "state", "wave"},
     "plant": BASE,
     "network": BASE,
     "master": BASE,
