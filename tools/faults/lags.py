@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_core.frame.server_step import ServerRow
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.traces import SessionTraces
+from pmwvc_core.transport.strict_receiver import StrictReceiver
 
 LONGEST_S = 0.6  # that the fit looks for, one way
 FITTED_S = 3.0  # of the session's end
@@ -23,14 +25,14 @@ class WatchedBatch(SessionBatch):
         super().__init__(*arguments)
         self.lags_s: list[list[float]] = []  # user by user
 
-    def _serve(self, who: int, time_ns: list[int], tick: list[int]) -> None:
-        super()._serve(who, time_ns, tick)
-        if not self.scenarios[0].strict:
+    def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
+        super()._note_step(tick, now_ns, row)
+        if not isinstance(self.users[0].up.receiver, StrictReceiver):
             return
         self.lags_s.append(
             [
                 sum(
-                    (time_ns[0] - inbox.newest.sent_ns) * 1e-9 + float(inbox.playout.at_hand_s)
+                    (now_ns - inbox.newest.sent_ns) * 1e-9 + float(inbox.playout.at_hand_s)
                     if inbox.newest is not None
                     else 0.0
                     for inbox in (user.up.receiver, user.down.receiver)
