@@ -42,9 +42,8 @@ class Wires(Protocol):
 class ServerLoop:
     """The environment for all users, in time.
 
-    The protocol has receivers, membership, environment, target and senders; ``clock`` is the
-    monotonic clock [ns]. ``changes`` are users whose presence changed, with the new one; another
-    thread takes them out.
+    ``clock`` is the monotonic clock [ns]. ``changes`` are users whose presence changed, with the
+    new one; another thread takes them out.
     """
 
     def __init__(
