@@ -42,17 +42,17 @@ def ends(seed, *, limited=1.0, count_m=0.0, ticks=400):
         return float(np.floor(x / count_m) * count_m) if count_m else x
 
     for k in range(ticks):
+        before = read()
+        if before != last and abs(xd * TICK_S - (before - last)) < 1e-8 and count_m:
+            return  # one such tick in a million looks like a velocity that is the jump of counts
+        last = before
         if k % M == 0:
             port.measure(read(), xd)
             up += port.send() * M * TICK_S
             yield port, playout, work, up + down, read()
             wave = float(rng.normal())
             playout.add(wave * M * TICK_S, 0.5 * wave**2 * M * TICK_S, M * TICK_S)
-        before = read()
         f = limited * port.step(before, xd) + (1.0 - limited) * float(rng.normal())
-        if before != last and abs(xd * TICK_S - (before - last)) < 1e-8 and count_m:
-            return  # one such tick in a million looks like a velocity that is the jump of counts
-        last = before
         port.applied(f)
         down += port.v_m * TICK_S
         xd = 0.9 * (xd + 0.2 * float(rng.normal()))
