@@ -188,7 +188,8 @@ def test_users_and_server_may_have_rates_of_their_own_on_several_axes():
 
 
 def test_an_offset_is_predicted_where_packets_come_evenly_and_left_open_elsewhere():
-    for settings, hit in (((), True), (DISTURBED["loss"], None)):
+    late = ("server.coupling=one_step_delay",)
+    for settings, hit in (((), True), (late, True), (DISTURBED["loss"], None)):
         texts = ["channel=strict", *settings]
         scenario = files.load("carry_16ms", settings_texts=texts, duration_s=6.0)
         found = [each for each in outcomes(scenario, judged(scenario)) if each.what == "offset"]

@@ -14,7 +14,7 @@ F tau/(2 b), the lead of a steady press.
 
 With ``one_step_delay`` the avatar moves by the force of the step before: once the force F_s has
 been built up it stands F_s T_VE/b_s further in than its waves give, at the device n F_s T_VE/b_s =
-F_m T_VE/b_m: a lag of -2 T_VE.
+F_m T_VE/b_m: a lag of -2 T_VE, on either channel.
 
 A zero-order hold comes back as steps through device and filter, which is sampled at their end and
 not at their mean. While a wave rises evenly, tick j of a frame is j - (M-1)/2 ticks older than the
@@ -90,7 +90,16 @@ def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) 
     another one of it where nothing is touched. A complementary bank adds 1/a each way.
     """
     if scenario.strict:
-        return strict_lag_s(user, scenario, live=live)
+        lag = strict_lag_s(user, scenario, live=live)
+    else:
+        lag = _plain_lag_s(user, scenario, live=live, touching=touching)
+    if decodes_late(user, scenario):  # the avatar runs F T/b ahead: see module
+        lag -= 2.0 * scenario.server.period_s
+    return float(lag)
+
+
+def _plain_lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool) -> float:
+    """Return the lag of filter, rate drop, network and hold [s]."""
     master = user.master
     lag = aliasing.delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     lag += slow_lags(master)[0 if touching else 1]
@@ -102,10 +111,7 @@ def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) 
     phase = answer_phase(user, live=live)
     steps = step_lag_s(master, user.device, first_axis(user.impedance), phase)
     lag += steps if touching else -steps
-    lag += network_s(user, scenario, live=live)
-    if decodes_late(user, scenario):  # the avatar runs F T/b ahead: see module
-        lag -= 2.0 * scenario.server.period_s
-    return float(lag)
+    return float(lag + network_s(user, scenario, live=live))
 
 
 @functools.lru_cache(maxsize=256)
