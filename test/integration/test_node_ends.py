@@ -12,6 +12,7 @@ import pytest
 from pmwvc_bringup.session.surroundings import own_domain
 
 pytestmark = pytest.mark.integration
+# Both threads print: a line is one write, or one may end up within the other.
 NODE = """
 import sys, threading
 from pmwvc_core.runtime.process import run_node
@@ -21,7 +22,7 @@ class Work:
         {setup}
 
     def run(self, stop):
-        print("running", flush=True)
+        print("running\\n", end="", flush=True)
         stop.wait()
 
     def close(self):
@@ -32,7 +33,8 @@ sys.exit(run_node("stuck", Work, args=[]))
 HANGS = {
     "ROS did not remove the node": "node.destroy_node = threading.Event().wait",
     "a service did not return": (
-        "node.create_timer(0.001, lambda: (print('busy', flush=True), threading.Event().wait()))"
+        "hang = threading.Event().wait; "
+        "node.create_timer(0.001, lambda: (print('busy\\n', end='', flush=True), hang()))"
     ),
 }
 

@@ -134,7 +134,7 @@ def test_the_noise_of_an_encoder_is_what_the_formula_gives():
     filtering = "master.filter.kind=integrate_and_dump"
     traces, scenario = carried(*ENCODER, filtering, "safety.max_slew=20000", duration_s=30.0)
     said = encoder_noise_w(scenario.users[0])
-    assert any("noise that no hand gives" in line for line in lines(scenario, live=False))
+    assert any("noise that is not the hand's" in line for line in lines(scenario, live=False))
     clean, _ = carried(filtering, duration_s=30.0)
     for noisy, quiet in zip(user_energies(traces), user_energies(clean), strict=True):
         rows = noisy.joint.time_s > 10.0
