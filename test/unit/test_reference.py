@@ -95,6 +95,6 @@ def test_the_page_needs_no_ros():
         capture_output=True,
         text=True,
         timeout=60,
-        check=True,
     )
+    assert result.returncode == 0, result.stderr
     assert "`master.impedance`" in result.stdout
