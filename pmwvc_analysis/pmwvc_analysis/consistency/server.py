@@ -11,6 +11,7 @@ from pmwvc_analysis.traces.sums import running
 from pmwvc_core.numeric import root
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.avatar_brake import BRAKES
+from pmwvc_core.server.port import SLIDE_M_S
 from pmwvc_core.traces import ServerTraces
 from pmwvc_core.wave.transform import WavePort
 
@@ -27,7 +28,7 @@ def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> l
         else:
             found += _flow(traces, index)
         if scenario is not None:
-            found += _motion(traces, index, scenario)
+            found += _motion(traces, index, scenario, slides=waves)
             if scenario.coupling.late and name in users:
                 found += _late(traces, index, users[name])
     if scenario is not None and scenario.environment.movable:
@@ -44,8 +45,10 @@ def _together(server: ServerTraces, index: int) -> NDArray[np.bool_]:
     return np.asarray(follows & coupled & np.concatenate([[False], coupled[:-1]]))
 
 
-def _motion(server: ServerTraces, index: int, scenario: Scenario) -> list[str]:
-    """Check that the avatar moves with its velocity, as the coupling has it."""
+def _motion(server: ServerTraces, index: int, scenario: Scenario, *, slides: bool) -> list[str]:
+    """Check that the avatar moves with its velocity, as the coupling has it; without contact it
+    may slide to its device as well.
+    """
     if scenario.coupling.moves is None:
         return []  # it stands where the device was
     old, new = scenario.coupling.moves(scenario.server)
@@ -53,6 +56,11 @@ def _motion(server: ServerTraces, index: int, scenario: Scenario) -> list[str]:
     rows = _together(server, index)[1:]
     moved = np.diff(x, axis=0)
     expected = old * xd[:-1] + new * xd[1:]
+    if slides and not scenario.coupling.black_box:
+        most_m = np.where(server.contact[index], 0.0, SLIDE_M_S * server.periods_s)[1:]
+        inward = -scenario.users[index].side
+        slid = np.clip(inward * (moved[:, 0] - expected[:, 0]), 0.0, most_m)
+        expected[:, 0] += inward * slid
     text = f"{server.users[index]}: the avatar does not move with its velocity"
     return off(moved[rows], expected[rows], text, "m")
 

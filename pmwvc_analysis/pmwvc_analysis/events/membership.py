@@ -18,6 +18,7 @@ COUPLED_MASTER = 1
 STALL_S = 0.02  # a pause of a loop this long is an event
 STEPS = 2.5  # and this many periods
 DEBOUNCE_S = 0.05  # contact that is lost for less than this was not lost
+APART_M = 2e-3  # a device moves on by less while its first packet is under way
 TOUCH_N = 0.02  # a force of the environment from which on an avatar touches it
 CAUSE_S = 0.3  # how long before a release its cause is looked for
 MOST = 20
@@ -67,11 +68,13 @@ def of_server(traces: SessionTraces, *, grips: bool) -> Iterator[Event]:
     yield from _stalls("server", "steps", server.time_s, server.period_s, gaps)
     masters = {user.name: user for user in traces.users}
     for index, name in enumerate(server.users):
-        yield from _presence(server, index, traces.duration_s)
+        yield from _presence(server, index, masters.get(name), traces.duration_s)
         yield from _contacts(server, index, masters.get(name), traces.duration_s, grips=grips)
 
 
-def _presence(server: ServerTraces, index: int, duration_s: float) -> Iterator[Event]:
+def _presence(
+    server: ServerTraces, index: int, user: UserTraces | None, duration_s: float
+) -> Iterator[Event]:
     name, state = server.users[index], server.state[index]
     before = ABSENT
     for row in [0, *changes(state)] if len(state) else []:
@@ -81,13 +84,24 @@ def _presence(server: ServerTraces, index: int, duration_s: float) -> Iterator[E
         if now == ABSENT:
             yield event(time_s, name, "leave", "left the server")
         elif before == ABSENT:
-            yield event(time_s, name, "join", "joined at the server")
+            text = f"joined at the server{_apart(server, index, user, row)}"
+            yield event(time_s, name, "join", text)
         elif now == DAMPING:
             text = "no packets reach the server: the avatar is only damped"
             yield event(time_s, name, "damping", text)
         elif before == DAMPING:
             yield event(time_s, name, "damping", "packets reach the server again")
         before = now
+
+
+def _apart(server: ServerTraces, index: int, user: UserTraces | None, row: int) -> str:
+    """Return the distance of an avatar from its device at a step, where it is worth a word."""
+    if user is None or not len(user.time_s):
+        return ""
+    tick = int(np.searchsorted(user.time_s, server.time_s[row] - 0.5 * user.tick_s))
+    apart = user.x_m[min(tick, len(user.time_s) - 1)] - server.x_s[index][row]
+    length_m = float(np.linalg.norm(apart))
+    return f", {1e3 * length_m:.1f} mm from its device" if length_m > APART_M else ""
 
 
 def _contacts(

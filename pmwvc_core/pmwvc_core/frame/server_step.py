@@ -223,7 +223,8 @@ class ServerStep(Stateful):
                 self._pass_on(user)
             if not absent and not packer.holds_back(answer, flags):
                 port, echo = server.ports[user], self.inboxes[user].echo(now_ns)
-                answered = packer.pack(answer, port.x_s, now_ns, flags, echo, port.account)
+                at = port.x_s - port.offset  # in the frame of the device
+                answered = packer.pack(answer, at, now_ns, flags, echo, port.account)
                 answered.short = self.inboxes[user].short
             packed.append(answered)
         self.target.step(together=self.presence.count(COUPLED) == len(self.presence))

@@ -95,6 +95,10 @@ class Contact(Protocol):
         """Move the avatar relative to the object [m]; return the energy dropped [J]."""
         ...
 
+    def clear(self, displacement: Value) -> Value:
+        """Return the part of a displacement [m] that leads to no contact; zero in contact."""
+        ...
+
     def answer(self, free: Value, impedance: Value, period: Value) -> Answer:
         """Return the mean force over a step for which rate = free - force/impedance."""
         ...
@@ -175,6 +179,10 @@ class Bilateral(Stateful):
         """Stretch the spring; nothing is dropped."""
         self.deflection = self.deflection + displacement
         return 0.0
+
+    def clear(self, displacement: Value) -> Value:
+        """Return zero: it is always in contact."""
+        return 0.0 * displacement
 
     def answer(self, free: Value, impedance: Value, period: Value) -> Answer:
         """Solve f = K (e + h w/2) + B w with w = free - f/impedance (midpoint: exact energy)."""

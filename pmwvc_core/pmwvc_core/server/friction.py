@@ -106,6 +106,10 @@ class AnchoredGrip(Stateful):
         self.grip.slide(_normal(displacement))
         return self._drag(held, _across(displacement))
 
+    def clear(self, displacement: Value) -> Value:
+        """Return its part along axis 0, as far as there is no contact."""
+        return self._join(self.grip.clear(_normal(displacement)), 0.0 * _across(displacement))
+
     def answer(self, free: Value, impedance: Value, period: Value) -> Answer:
         """Solve each axis by itself; the anchor holds where the step begins inside."""
         held = self.touching

@@ -137,6 +137,11 @@ class Grip(Stateful):
             self._return()
         return 0.0
 
+    def clear(self, displacement: Value) -> Value:
+        """Return what of it ends at least the gap outside the face; zero in contact."""
+        most = maximum(-self.depth - self.gap, 0.0)
+        return where(self.touching, 0.0, self.inward * minimum(self.inward * displacement, most))
+
     def answer(self, free: Value, impedance: Value, period: Value) -> Answer:
         """Solve the mean law above together with w = free - f/impedance."""
         inward = self.inward

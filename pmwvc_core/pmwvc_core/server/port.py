@@ -2,21 +2,33 @@
 # SPDX-License-Identifier: Apache-2.0
 """The server's end of the wave channels: waves in, one step of the environment, waves out.
 
+An avatar that joined at the face, with its device inside the object, slides to it once there is
+room, by a change of the mapping between the two of at most ``SLIDE_M_S``::
+
+    offset <- offset + w h,   x_s <- x_s + w h,   where the avatar is outside before and after
+
+A contact stores nothing there (phi(p) = 0 for p <= 0); waves, forces and xd_s of the step stay
+what they are. So no energy comes or goes, and the device receives nothing of it.
+
 Decoding belongs to the coupling (it is the algebraic loop). Encoding is v_s = u_s - sqrt(2/b) f_s
 for all of them, so that at a port whose xd_s was decoded with the same f_s, power balances: f_s
 xd_s = (|u_s|^2 - |v_s|^2)/2.
 
 Not here: packets, time, and what to do with bad input (``wave.receiver``).
+
+Equations: docs/theory.md 17.20.
 """
 
 from collections.abc import Sequence
 
-from pmwvc_core.numeric import Value, squared
+from pmwvc_core.numeric import Value, anywhere, limit_length, squared
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings import COUPLINGS, Faulting
 from pmwvc_core.server.couplings.contained import solver_of
 from pmwvc_core.server.environments import make_body
 from pmwvc_core.server.user_ports import ServerController, UserPort
+
+SLIDE_M_S = 0.1
 
 
 class WaveServer(ServerController):
@@ -58,7 +70,16 @@ class WaveServer(ServerController):
         for port in present:
             v_s = port.give(port.wave.v(port.u_s, port.f_s))
             u_s = port.u_s
+            if anywhere(port.offset != 0.0):
+                self._slide(port)
             port.x_s = self._avatar_position(port)
             port.energy_u_s = port.energy_u_s + half_s * squared(u_s)
             port.energy_v_s = port.energy_v_s + half_s * squared(v_s)
         return self.v_s
+
+    def _slide(self, port: UserPort) -> None:
+        """Bring an avatar that touches nothing closer to its device."""
+        most_m = 2.0 * self._half_period * SLIDE_M_S
+        moved = port.contact.clear(limit_length(-port.offset, most_m))
+        self.dissipated = self.dissipated + port.contact.slide(moved)
+        port.offset = port.offset + moved

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The users at the server: one port each, joining, leaving, and what traces read.
 
-Common to every controller. Positions of avatar and device share one frame up to ``offset``,
-constant from joining on: zero for a two-sided contact; for a grip what it takes to start at the
-gap before the face.
+Common to every controller. Positions of avatar and device share one frame up to ``offset``: zero
+for a two-sided contact; for a grip, at joining, what it takes to start at the gap before the face.
+It is constant from then on, but behind waves, where an avatar that touches nothing slides to its
+device (``port``).
 
 Joining stores no energy: the contact begins without force. Leaving drops what its spring holds. A
 user who comes back joins anew. Not here: what is done with the signals of a step (``port``,
@@ -239,7 +240,7 @@ class ServerController(Stateful, ABC):
 
     @property
     def offset(self) -> list[Value]:
-        """Avatar minus device at the moment of joining [m]."""
+        """Avatar minus device where no motion is under way or missing, without force [m]."""
         return [port.offset for port in self.ports]
 
     @property

@@ -1,0 +1,212 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""An avatar that joined at the face of an object, its device inside, comes to the device where it
+touches nothing; its port gives out no energy for that, and no wave or force changes.
+"""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.events.membership import of_server
+from pmwvc_analysis.traces.reductions import position_error
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.controllers import make_server
+from pmwvc_core.frame.assembly import server_step_of
+from pmwvc_core.numeric import squared
+from pmwvc_core.params import ContactParams, ServerParams
+from pmwvc_core.server import port as server_port
+from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.transport.packet import Packer
+
+B, H, SIZE_M = 25.0, 0.008, 0.06
+ROUNDING = 1e-12
+
+
+def make(*, environment="wall", users=1, dof=1, gap_m=0.0, coupling="implicit"):
+    return make_server(
+        "pmwvc",
+        ServerParams(environment=environment, coupling=coupling, object_size_m=SIZE_M),
+        [ContactParams(contact="grip", gap_m=gap_m)] * users,
+        [B] * users,
+        dof=dof,
+        sides=[-1, 1][:users],
+    )
+
+
+def wave_of(speed):
+    """Wave that moves a free avatar with a speed [m/s]."""
+    return speed * np.sqrt(B / 2.0)
+
+
+def as_signal(array):
+    return float(array[0]) if array.shape == (1,) else array
+
+
+sessions = st.fixed_dictionaries(
+    {
+        "seed": st.integers(0, 2**32 - 1),
+        "environment": st.sampled_from(("wall", "cube")),
+        "dof": st.integers(1, 3),
+        "runs": st.sampled_from((0, 0, 3)),
+        "gap_m": st.sampled_from((0.0, 0.005)),
+        "speed": st.sampled_from((0.02, 0.2, 1.0)),
+        "stays": st.lists(st.integers(1, 60), min_size=1, max_size=4),
+    }
+)
+
+
+@settings(max_examples=40)
+@given(session=sessions)
+def test_no_port_gives_out_energy_where_avatars_slide_and_users_come_and_go(session):
+    rng = np.random.default_rng(session["seed"])
+    users = 1 if session["environment"] == "wall" else 2
+    names = ("environment", "dof", "gap_m")
+    server = make(users=users, **{name: session[name] for name in names})
+    shape = (session["runs"], session["dof"]) if session["runs"] else (session["dof"],)
+    moved = balance = 0.0
+    for steps in session["stays"]:  # each begins with a gap, or with another life of the master
+        for i in range(users):
+            server.join(i, as_signal(rng.normal(0.0, 0.03, shape)))
+        waves = [rng.normal(size=shape) for _ in range(users)]
+        for _ in range(steps):
+            before = [np.abs(np.asarray(each)) for each in server.offset]
+            waves = [0.95 * wave + 0.3 * rng.normal(size=shape) for wave in waves]
+            sent = [as_signal(wave_of(session["speed"]) * wave) for wave in waves]
+            for u, v in zip(sent, server.step(sent), strict=True):
+                moved = moved + 0.5 * H * (squared(u) + squared(v))
+                balance = balance + 0.5 * H * (squared(u) - squared(v))
+            assert np.all(balance >= -ROUNDING * moved)
+            inside = server.kinetic + server.potential + server.dissipated
+            assert np.all(np.abs(inside - balance) <= 1e-11 * moved)
+            for port, was in zip(server.ports, before, strict=True):
+                assert np.all(np.abs(port.offset) <= was)
+                assert np.all(was - np.abs(port.offset) <= server_port.SLIDE_M_S * H + 1e-15)
+
+
+@pytest.mark.parametrize("coupling", ["implicit", "one_step_delay", "one_frame_late", "unwrapped"])
+def test_waves_forces_and_velocities_are_those_of_an_avatar_that_stays(coupling, monkeypatch):
+    rng = np.random.default_rng(5)
+    server = make(coupling=coupling)
+    server.join(0, -0.01)
+    slid = 0.0
+    for step in range(200):
+        u = wave_of(-0.05 + 0.1 * rng.normal()) if step < 100 else wave_of(0.1 * rng.normal())
+        state, offset = server.snapshot(), server.offset[0]
+        with monkeypatch.context() as still:
+            still.setattr(server_port, "SLIDE_M_S", 0.0)
+            server.step([u])
+        port = server.ports[0]
+        stays = port.v_s, port.f_s, port.xd_s, server.potential, port.energy_v_s
+        server.restore(state)
+        server.step([u])
+        assert (port.v_s, port.f_s, port.xd_s, server.potential, port.energy_v_s) == stays
+        slid += server.offset[0] - offset
+    assert slid == pytest.approx(0.02)
+    assert server.offset[0] == 0.0
+
+
+def test_sliding_in_contact_gives_energy_out():
+    """The control."""
+    server = make()
+    server.ports[0].contact.clear = lambda displacement: displacement
+    server.join(0, -0.01)
+    for _ in range(200):
+        server.step([0.0])
+    port = server.ports[0]
+    assert port.energy_u_s - port.energy_v_s < -1e-3
+
+
+def test_the_avatar_stays_the_gap_outside_the_face_and_slides_when_there_is_room():
+    server = make(gap_m=0.005)
+    server.join(0, -0.02)
+    for _ in range(200):
+        server.step([0.0])
+    assert server.x_s[0] == pytest.approx(-0.035, abs=1e-15)
+    assert server.offset[0] == pytest.approx(-0.015)
+    for _ in range(200):
+        server.step([wave_of(-0.01)])  # 16 mm outwards
+        assert server.x_s[0] <= -0.035 + 1e-9
+    assert server.offset[0] == 0.0
+    assert server.x_s[0] == pytest.approx(-0.036)
+
+
+def test_a_device_is_sent_the_position_of_its_avatar_without_what_it_has_slid():
+    step = server_step_of(files.load("wall", settings_texts=["server.gap_m=0"]))
+    packer, moved = Packer(1, period=H), 0.0
+    for number in range(1, 101):
+        packet = packer.pack(wave_of(-0.05), -0.01, number * 8_000_000)
+        (answer,), row = step.tick(number * 8_000_000, [[packet]])
+        moved += H * row.ports[0].xd_s
+        assert answer.position == pytest.approx(-0.01 + moved, abs=1e-12)
+    assert step.server.offset[0] == 0.0
+
+
+TIMES_S = [0.0, 0.2, 0.5, 1.6, 2.0, 2.6, 3.0, 4.4]
+PLACES_M = [0.0, 0.0, 0.016, 0.016, -0.02, -0.02, 0.016, 0.016]
+OUTAGE_S, INSIDE_S, FREE_S, END_S = 1.0, 1.6, 2.6, 4.4
+ROUND_TRIP_S = 0.016 + 0.016 + 0.008  # link both ways, one step of the server
+
+
+def rejoined(folder, duration_s=END_S):
+    """A hand presses, is taken out in an outage, joins again inside, backs off, presses again."""
+    times = np.arange(0.0, END_S + 0.01, 0.02)
+    rows = [f"{t:.2f},{np.interp(t, TIMES_S, PLACES_M):.6f}" for t in times]
+    file = folder / "motion.csv"
+    file.write_text("\n".join(["time_s,x_m", *rows]), "utf-8")
+    texts = [
+        "task.kind=free",
+        "operator.kind=playback_motion",
+        f"operator.file={file}",
+        "operator.time_column=time_s",
+        "operator.columns=x_m",
+        "link.delay_s=0.016",
+        "safety.release_s=0.3",
+        f"link.schedule={OUTAGE_S} outage; {OUTAGE_S + 0.4} base",
+    ]
+    scenario = files.load("wall", settings_texts=texts, duration_s=duration_s)
+    batch = SessionBatch([scenario])
+    batch.run(lambda _: None)
+    return scenario, batch.traces(0)
+
+
+def apart_m(traces, at_s):
+    user, server = traces.users[0], traces.server
+    x_m = np.interp(at_s, user.time_s, user.x_m[:, 0])
+    return x_m - np.interp(at_s, server.time_s, server.x_s[0][:, 0])
+
+
+def test_a_hand_that_joined_again_inside_is_with_its_avatar_after_backing_off(tmp_path):
+    scenario, traces = rejoined(tmp_path)
+    user, server = traces.users[0], traces.server
+    words = [each["what"] for each in of_server(traces, grips=False) if each["kind"] == "join"]
+    assert re.search(r"joined at the server, 1\d\.\d mm from its device", words[-1])
+    assert words[0] == "joined at the server"
+    assert (server.state[0][server.time_s > OUTAGE_S] == 0).any()  # it was taken out
+    assert apart_m(traces, INSIDE_S) > 0.01  # still inside
+    assert abs(apart_m(traces, FREE_S)) < 5e-4
+    force = user.f_applied[-1, 0]
+    spring_m = force * ROUND_TRIP_S / (2.0 * B)  # the link's own, theory 11
+    assert force > 2.0
+    assert apart_m(traces, END_S) == pytest.approx(spring_m, rel=0.05)
+    limit = scenario.users[0].safety.max_slew * scenario.tick_s
+    assert np.abs(np.diff(user.f_applied[:, 0])).max() <= limit * (1.0 + 1e-9)
+    (entry,) = user_energies(traces, scenario)
+    for way in (entry.up, entry.down, entry.joint):
+        assert way.minimum_j >= -ROUNDING
+    assert inconsistencies(traces, scenario) == []
+    _, apart = position_error(user, server, 0)
+    taken_out = apart_m(traces, END_S) - apart[-1, 0]
+    assert abs(taken_out) < 1e-3  # of the distance at joining nothing is left
+
+
+def test_without_sliding_it_is_apart_for_good(tmp_path, monkeypatch):
+    """The control."""
+    monkeypatch.setattr(server_port, "SLIDE_M_S", 0.0)
+    _, traces = rejoined(tmp_path, FREE_S)
+    assert apart_m(traces, FREE_S) > 0.01
