@@ -33,7 +33,7 @@ def white(users, dof, *, steps=200, size=0.5, seed=3):
 
 def seat_all(server, dof):
     for user in range(len(server.ports)):
-        place = np.full(dof, -0.03 if user % 2 == 0 else 0.03)
+        place = np.full(dof, -0.032 if user % 2 == 0 else 0.032)  # the gap before the face
         server.join(user, float(place[0]) if dof == 1 else place)
 
 
