@@ -85,7 +85,8 @@ def test_a_live_session_does_what_the_simulated_one_does(carried):
         softer = sign * hand / (1.0 + hand / user.contact.contact_stiffness) * more
         for name in ("force_final_n", "avatar_force_final_n"):
             assert one[name] == pytest.approx(other[name] - softer, abs=0.05)
-        assert one["force_peak_n"] < 1.2 * other["force_peak_n"]
+        # a machine that stalls delays packets, and of a disturbance no more is claimed
+        assert one["force_peak_n"] <= 1.5 * other["force_peak_n"]
         assert one["passive"] is other["passive"] is True
         longer.append(more)
     apart_m = 0.0005 + abs(longer[0] - longer[1])

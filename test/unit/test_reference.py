@@ -85,16 +85,13 @@ def test_a_bar_in_a_text_does_not_end_the_cell():
 def test_the_page_needs_no_ros():
     code = (
         "import sys\n"
+        f"sys.path.insert(0, {str(TOOLS)!r})\n"
         "for name in ('rclpy', 'rcl_interfaces'): sys.modules[name] = None\n"
         "from write_reference import parameters_page\n"
         "print(parameters_page())\n"
     )
     result = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=TOOLS,
-        capture_output=True,
-        text=True,
-        timeout=60,
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60
     )
     assert result.returncode == 0, result.stderr
     assert "`master.impedance`" in result.stdout
