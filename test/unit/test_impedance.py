@@ -146,29 +146,24 @@ def test_what_is_no_impedance_is_refused_by_name_and_value(text, words):
             kind(impedance_matrix=text)
 
 
+ONE_USER = {
+    "name": "m",
+    "duration_s": 1,
+    "controller": "pmwvc",
+    "channel": "plain",
+    "users": 1,
+}
+
+
 def test_a_scenario_tells_a_matrix_of_the_wrong_size():
-    base = {
-        "name": "m",
-        "duration_s": 1,
-        "controller": "pmwvc",
-        "channel": "plain",
-        "users": 1,
-        "dof": 3,
-    }
+    base = ONE_USER | {"dof": 3}
     for name in ("master", "server"):
         with pytest.raises(ParameterError, match=rf"{name}.impedance_matrix = .*3 x 3.*2 x 2"):
             parse_scenario(base, overrides={f"{name}.impedance_matrix": "30 2; 2 20"})
 
 
 def test_a_matrix_is_taken_back_by_a_name_with_nothing_behind_it():
-    base = {
-        "name": "m",
-        "duration_s": 1,
-        "controller": "pmwvc",
-        "channel": "plain",
-        "users": 1,
-        "dof": 2,
-    }
+    base = ONE_USER | {"dof": 2}
     given = base | {"master": {"impedance_matrix": "30 2; 2 20"}}
     assert isinstance(parse_scenario(given).users[0].impedance, MatrixImpedance)
     taken = parse_scenario(given, overrides={"master.impedance_matrix": None})
