@@ -212,8 +212,10 @@ class Playout(Stateful):
         most_s = where(outage, self.margin.time_s + SLACK_S, LONGEST_S)
         if anywhere(spare_s > most_s):
             self._skip(maximum(self._played_s, newest_s - most_s))
-        enough = minimum(self.needed_j - SPARED_J, SPARED_J)
-        rate = self.margin.rate(h, spared=self.free_j > enough)
+        spared: Flag = False
+        if anywhere(self.margin.excess_s > 0.0):  # only there it is asked, not in every tick
+            spared = self.free_j > minimum(self.needed_j - SPARED_J, SPARED_J)
+        rate = self.margin.rate(h, spared=spared)
         played_s = minimum(self._played_s + rate * h, newest_s)
         integral, reserve = self._segments.at(played_s)
         due = integral - self._integral
