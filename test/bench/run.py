@@ -121,6 +121,7 @@ def bench_simulation(rows, numbers, runs):
     """Simulation speed: one session, and many side by side."""
     scenario = load("carry_16ms", duration_s=10.0)
     single = timed(lambda: simulate([scenario]), times=5)
+    plain = timed(lambda: simulate([replace(scenario, channel="plain")]), times=5)
     varied = [
         replace(
             scenario,
@@ -134,10 +135,12 @@ def bench_simulation(rows, numbers, runs):
     batched = timed(lambda: simulate(varied, keep=lambda traces: traces.duration_s))
     rows += [
         ratio("session of 10 s against its simulation", 10.0, single, "s"),
+        ratio("the same session on the strict channel against the plain one", single, plain, "s"),
         ratio(f"{runs} one by one against batched", runs * single, batched, "s"),
     ]
     numbers["simulation"] = {
-        "times_real_time": 10 / single, "batched_speed_up": runs * single / batched, "runs": runs,
+        "times_real_time": 10 / single, "strict_against_plain": single / plain,
+        "batched_speed_up": runs * single / batched, "runs": runs,
     }  # fmt: skip
 
 

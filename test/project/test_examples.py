@@ -4,6 +4,7 @@
 
 import json
 import re
+import runpy
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -56,3 +57,9 @@ def test_the_wave_line_of_the_notebook_is_short():
     (cell,) = [cell for cell in content["cells"] if "def line" in "".join(cell["source"])]
     function, _, _ = "".join(cell["source"]).partition("\n\n\n")
     assert len(function.splitlines()) <= 20
+
+
+def test_every_controller_of_the_bench_still_has_a_scenario():
+    names = runpy.run_path(str(ROOT / "test" / "bench" / "controllers.py"))
+    assert all(names["scenario_of"](settings) for settings in names["CASES"].values())
+    assert names["scenario_of"](names["MATRIX"]).dof == 3
