@@ -84,14 +84,22 @@ def test_keys_move_held_handle_and_escape_lets_go(visit):
     with served(users=1) as live:
         page = visit(live.address)
         page.locator("#scene").focus()
+        start_m = live.now("user1.x_m")
+        page.keyboard.press("ArrowLeft")
+        live.pass_by(10)
+        assert live.now("user1.x_m") == start_m  # the control: nobody holds the handle
         page.keyboard.press("Space")
         live.until(lambda: live.now("user1.held") == 1.0, "a closed hand")
-        start_m = live.now("user1.x_m")
         page.keyboard.down("ArrowLeft")
         live.until(lambda: live.now("user1.x_m") < start_m - 0.02, "20 mm to the left")
         page.keyboard.up("ArrowLeft")
+        assert live.now("user1.held") == 1.0
         page.keyboard.press("Escape")
         live.until(lambda: live.now("user1.held") == 0.0, "an open hand")
+        page.keyboard.press("ArrowRight")
+        since = live.count
+        live.pass_by(10)
+        assert not live.series("user1.held", since).any()
 
 
 def test_gamepad_moves_hand_and_rumbles_with_force(visit):

@@ -116,6 +116,10 @@ def test_a_publisher_with_packets_of_its_own_is_left_out_where_it_overlaps(own, 
     ]
     traces, _ = judged(own + second)
     same_motion(traces, undisturbed)
+    assert {event["who"]: event["what"] for event in strangers(traces)} == {
+        topic: f"10 messages on {topic} from another publisher, left out"
+        for topic in ("/user1/trace", "/user1/wave_up")
+    }
 
 
 def test_a_message_with_the_sessions_epoch_and_another_number_is_left_out(own, undisturbed):

@@ -83,10 +83,18 @@ def test_a_wave_whose_lengths_differ_is_refused_as_such(lengths):
     assert found.refusal is Verdict.WRONG_LENGTH
 
 
-@given(data=st.binary(max_size=400))
-def test_any_bytes_are_refused_or_read_and_never_raise(data):
-    packet_of(data)
-    packet_of(b"\x00\x01\x00\x00" + data)
+@given(data=st.binary(max_size=400), packet=packets(), at=st.integers(0, 300))
+def test_any_bytes_are_refused_or_read_as_the_middleware_reads_them(data, packet, at):
+    whole = wave_bytes(packet, STAMP_NS, dof=axes_of(packet))
+    changed = whole[:at] + data[: len(whole) - at] + whole[at + len(data) :]
+    for each in (data, b"\x00\x01\x00\x00" + data, changed[: len(whole)]):
+        found = packet_of(each)
+        if found.refusal is None:
+            message = deserialize_message(each, LIVE.Wave)
+            for name in ("epoch", "seq", "sent_ns", "period", "wave", "integral", "position"):
+                np.testing.assert_array_equal(getattr(found, name), getattr(message, name))
+        else:
+            assert found.refusal in (Verdict.MALFORMED, Verdict.WRONG_LENGTH)
 
 
 @given(packet=packets(), cut=st.integers(1, 100))

@@ -113,13 +113,16 @@ class Path(Stateful):
         self._last = before_out, into
 
     def estimate(self) -> PathEstimate | None:
-        """Return what is known; None before a whole window with both directions."""
+        """Return what is known; None before a whole window with both directions, and where the
+        least round trip is below zero: the other end's times are those of no clock.
+        """
         windows = self.windows
         found = latest_line([(window.out.least, window.into.least) for window in windows])
         if found is None:
             return None
         line, before = found  # the path changed since those before
-        return self._estimated(windows[before:], line)
+        estimate = self._estimated(windows[before:], line)
+        return estimate if estimate.round_trip_s >= -2.0 * estimate.open_s else None
 
     def _close(self, now_ns: int) -> None:
         """Put the current window aside and begin one."""
