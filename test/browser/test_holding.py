@@ -85,8 +85,9 @@ def test_keys_move_held_handle_and_escape_lets_go(visit):
         page = visit(live.address)
         page.locator("#scene").focus()
         start_m = live.now("user1.x_m")
-        page.keyboard.press("ArrowLeft")
+        page.keyboard.down("ArrowLeft")
         live.pass_by(10)
+        page.keyboard.up("ArrowLeft")
         assert live.now("user1.x_m") == start_m  # the control: nobody holds the handle
         page.keyboard.press("Space")
         live.until(lambda: live.now("user1.held") == 1.0, "a closed hand")
@@ -96,7 +97,7 @@ def test_keys_move_held_handle_and_escape_lets_go(visit):
         assert live.now("user1.held") == 1.0
         page.keyboard.press("Escape")
         live.until(lambda: live.now("user1.held") == 0.0, "an open hand")
-        page.keyboard.press("ArrowRight")
+        page.keyboard.down("ArrowRight")
         since = live.count
         live.pass_by(10)
         assert not live.series("user1.held", since).any()
