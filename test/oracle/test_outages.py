@@ -2,14 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Outages in the middle of a carry, on the strict channel: damping, then together again."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.simulated import simulated
 
+from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events.safety import brakes, limited
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.safety.limiter import SafetyState
+from pmwvc_core.master.strict_port import KEPT_J
 from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.wave.playout import Playout
 
@@ -100,6 +104,24 @@ def test_what_a_brake_holds_is_not_paid_to_packets_and_is_no_limit():
         beside = np.abs(user.f_applied - user.f_m)[user.time_s > 2.0]
         assert brakes(user).any() and beside.max() > 0.1  # [N] of the brake
         assert not limited(user)[user.time_s > 2.0].any()
+
+
+def test_what_a_playout_passes_on_beside_its_wave_is_the_nodes():
+    scenario = files.load("blackout_2s", settings_texts=["channel=strict"])
+    traces = simulated(scenario)
+    user = traces.users[1]
+    passed_j = user.accounts["playout_released"]
+    assert passed_j[-1] > 1e-4  # after the outage
+    found = budget(traces, scenario)
+    assert found.closes
+    assert found.active == []
+    node = found.parts["user2"]["node"][found.time_s > 11.0]
+    assert node == pytest.approx(KEPT_J, abs=2e-5)
+    (entry,) = [each for each in user_energies(traces, scenario) if each.name == "user2"]
+    assert entry.down.minimum_j >= LEAST_J
+    unknown = {name: sums for name, sums in user.accounts.items() if name != "playout_released"}
+    blind = replace(traces, users=[traces.users[0], replace(user, accounts=unknown)])
+    assert [each.part for each in budget(blind, scenario).active] == ["node"]  # the control
 
 
 LASTED = {  # from 5 to 8 s

@@ -32,7 +32,7 @@ from pmwvc_analysis.traces.true_motion import TrueMotion, complete, measured, tr
 from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.master.port_filters.velocity_filter import force_filter_kept
-from pmwvc_core.master.strict_port import passages
+from pmwvc_core.master.strict_port import RELEASED, passages
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.devices import device_account
@@ -151,14 +151,14 @@ def strict(
 ) -> tuple[Account, dict[str, Array]]:
     """Return the account of a port on the strict channel, and of what lies behind it.
 
-    The node has what the force applied did on the motion measured, and what the playout gave out;
-    packets are what it paid.
+    The node has what the force applied did on the motion measured, and what the playout gave out
+    and released; packets are what it paid.
     """
     user, (u_s, v_s) = sums.user, at_server
     moved = np.diff(user.x_m, axis=0, append=user.x_m[-1:])
     work = sums.of_ticks(np.sum(user.f_applied * moved, axis=-1))
     energies = {"work": work, "v_m": _kept_sum(sums, "v_m"), "u_s": u_s, "v_s": v_s}
-    energies["u_tx"] = paid(sums, live=live)
+    energies |= {"u_tx": paid(sums, live=live), "released": released(sums)}
     return Account(work, work, dissipated=0.0 * work), passed(passages(known.master), energies)
 
 
@@ -173,6 +173,16 @@ def paid(sums: UserSums, *, live: bool) -> Array:
     A live block's sum is taken behind the packet that follows the block.
     """
     return sums.of_blocks(sums.user.energy["u_tx"], after_s=np.inf if live else 0.0)
+
+
+def released(sums: UserSums, *, after_s: float = 0.0) -> Array:
+    """Return the energy that the playout of a device passed on beside its wave; zero where it was
+    not recorded. Within a block it may have been at any tick: it counts from ``after_s`` on.
+    """
+    account = sums.user.accounts.get(RELEASED.name)
+    if account is None:
+        return np.zeros(len(sums.time_s))
+    return sums.of_blocks(running(account), after_s=after_s)
 
 
 def at_frames(user: UserTraces, known: User) -> AtFrames:

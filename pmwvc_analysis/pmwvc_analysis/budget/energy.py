@@ -18,8 +18,8 @@ a tick, and x is where the device was (:mod:`.hand_work`). What an encoder, a di
 or the hold make of a motion is in it. The waves of the master know the measured velocity only: to
 them the noise of an encoder is energy that the hand gave.
 
-On the strict channel what went up is the energy that packets were paid with, and the wave that
-came down is that of the playout.
+On the strict channel what went up is the energy that packets were paid with, and what came down
+is the wave of the playout and what the playout released to the node beside it.
 
 What counts when: a tick counts once it has run, a server step counts with its whole period at
 its start. A server step answers packets sent before it, and a master expands values sent before,
@@ -39,7 +39,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pmwvc_analysis.budget.blocks import paid
+from pmwvc_analysis.budget.blocks import paid, released
 from pmwvc_analysis.budget.criterion import tolerance
 from pmwvc_analysis.budget.hand_work import hand_work
 from pmwvc_analysis.traces.server_starts import completed, instants, lost
@@ -184,11 +184,13 @@ def _of_user(
     up = down = None
     if scenario is not None and scenario.strict and known is not None:
         live = traces.source == "live"
-        sent = paid(UserSums(user, times), live=live) - gone
+        sums = UserSums(user, times)
+        sent = paid(sums, live=live) - gone
         up = Balance(times[rows], begun(sent), taken)
         if not alters_wave(known.master):
             v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
-            down = Balance(times[rows], begun(v_s), begun(_at(times, user, v_m)))
+            given = _at(times, user, v_m) + released(sums, after_s=np.inf)
+            down = Balance(times[rows], begun(v_s), begun(given))
     elif (user.u_m.any() or user.v_m.any()) and not user.accounts:
         u_m = anchored(user, wave_energy(user.u_m, user.tick_s), user.energy.get("u_m"))
         v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))

@@ -27,7 +27,7 @@ from std_srvs.srv import Trigger
 
 from pmwvc_bringup.session.status import UserStatus
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.master.strict_port import NODE
+from pmwvc_core.master.strict_port import NODE, RELEASED
 from pmwvc_core.runtime.messages import misfit, nanoseconds
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_core.runtime.services import unmatched
@@ -182,10 +182,12 @@ class Monitor:
             # A node that was started again counts from zero, the other end does not.
             epochs = (trace.epoch, server.epoch) if trace is not None else (0, 0)
             if trace is not None and self._epochs.setdefault(name, epochs) == epochs:
-                strict = NODE.name in trace.account_names  # packets are paid for there
+                accounts = dict(zip(trace.account_names, trace.accounts, strict=True))
+                strict = NODE.name in accounts  # packets are paid for there
                 gave = trace.energy_u_tx if strict else trace.energy_u_m
                 sent = gave - server.energy_u_s[index]
-                returned = server.energy_v_s[index] - trace.energy_v_m
+                got = trace.energy_v_m + accounts.get(RELEASED.name, 0.0)
+                returned = server.energy_v_s[index] - got
                 status.balance_j = sent + returned
         return status
 

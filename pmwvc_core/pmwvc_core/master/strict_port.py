@@ -65,18 +65,22 @@ NODE = Entry(
 )
 GIVEN = Entry("playout_given", "given out by the playout", Role.LEVEL)
 FREE = Entry("playout_free", "in the playout, beyond what its wave needs", Role.LEVEL)
+RELEASED = Entry(
+    "playout_released", "passed on to the device's node beside the playout's wave", Role.WITHIN
+)
 DISCARDED = Entry("playout_discarded", "in the playout beyond its cap, discarded", Role.LEVEL)
-ENTRIES = (NODE, GIVEN, FREE, DISCARDED)
+ENTRIES = (NODE, GIVEN, RELEASED, FREE, DISCARDED)
 
 
 def passages(params: MasterParams) -> tuple[Passage, ...]:
-    """Return what waves pass: the links contain their playout. Where the wave at the device is
-    another one than the playout's, node and link down are one part.
+    """Return what waves pass: the links contain their playout. What the playout releases goes to
+    the node beside the wave. Where the wave at the device is another one than the playout's, node
+    and link down are one part.
     """
     if alters_wave(params):
         return LINK_UP, Passage("node_and_link_down", ("work", "v_s"), ("u_tx",))
-    node = Passage(NODE.name, ("work", "v_m"), ("u_tx",))
-    return LINK_UP, node, Passage("link_down", ("v_s",), ("v_m",))
+    node = Passage(NODE.name, ("work", "v_m", "released"), ("u_tx",))
+    return LINK_UP, node, Passage("link_down", ("v_s",), ("v_m", "released"))
 
 
 def alters_wave(params: MasterParams) -> bool:
@@ -162,6 +166,7 @@ class StrictMaster(DevicePort):
         return {
             NODE.name: self.node_j,
             GIVEN.name: playout.given_j,
+            RELEASED.name: playout.released_j,
             FREE.name: playout.free_j,
             DISCARDED.name: playout.discarded_j,
             **super().accounts,
