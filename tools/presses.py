@@ -49,7 +49,7 @@ class Presses:
 
 @dataclass(frozen=True)
 class Found:
-    """What came of it, press by press ``(press,)``.
+    """The result, press by press ``(press,)``.
 
     ``felt_n_m`` is the largest force over the depth of the device there, ``left_j`` what the node
     holds at the end of the press, ``least_j`` the least balance of the hand's port.
@@ -136,9 +136,10 @@ Slow presses on a wall of stiffness K take K tau (K/(sqrt(2b) K_p) - 1) times th
 xd^2 from the loan, and give that much back where K < sqrt(2b) K_p
 ([theory 17.17](theory.md#17-the-strict-channel)). K_p adapts between 0.5 and 1 sqrt(2b)/tau by
 what is left of the loan, so presses leave it at a level above zero up to K = 2b/tau, the
-stiffness of the link itself: {link:.0f} N/m here. On a stiffer wall a slow press takes more than
-it brings, and a larger gain makes light contacts oscillate: the loan goes. After it the feedback
-spends what each press brings, and the port stays passive. Quick presses bring more than they take.
+stiffness of the link itself: {link:.0f} N/m here. On a stiffer wall a slow press uses more
+energy than it returns, and a larger gain would make light contacts oscillate: the loan is used up.
+From then on the feedback uses only what each press returns, and the port stays passive. Quick
+presses return more than they use.
 """
 
 

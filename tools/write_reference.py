@@ -68,7 +68,7 @@ own (`/lab/user1/wave_up`, `/lab/markers`); only `/diagnostics` and `/parameter_
 | `/parameter_events` | rcl_interfaces/ParameterEvent | every node | recorder: changes are events of the session | reliable |
 | `/diagnostics` | DiagnosticArray (1 Hz) | all | people | reliable |
 
-Masters and server offer a deadline of three periods on waves and traces; who subscribes without one is matched all the
+Masters and server offer a deadline of three periods on waves and traces; a subscriber without one is matched all the
 same. The emulator offers none: it passes on what comes.
 
 With the device plug-in `ros_topic` a master also reads `/user1/device/measured_cp` (PoseStamped) and, where there is
@@ -77,9 +77,9 @@ one, `/user1/device/measured_cv` (TwistStamped), and writes `/user1/device/servo
 **A hand from outside.** With `operator.kind: remote` (and no `operator.file`) the simulated hand of a master follows
 `hand/target`: the position [m] of the handle in the frame of the world, on as many axes as the session has (at most 3).
 Publish it 60 to 125 times a second while the handle is held, also where it does not move, and nothing otherwise. The
-newest one counts; its age is counted from its arrival by the master's own clock, stamps are not looked at. The hand lets
+newest one counts; its age is counted from its arrival by the master's own clock, stamps are ignored. The hand lets
 go when none has come for 150 ms, with a value that is not finite, or with `held: false`; after that, targets are ignored
-until `held: true`. Who never publishes `held` needs no `held: true`. The hand has let go after 100 ms at most; a target
+until `held: true`. A publisher that never sends `held` needs no `held: true`. The hand has let go after 100 ms at most; a target
 after that takes hold where the handle is.
 
 There is no TF: `tf2_msgs` is in none of the wheels that `make setup` installs. Positions of object, avatars and target

@@ -67,12 +67,12 @@ class Passage(NamedTuple):
 
 
 class Role(enum.Enum):
-    """What a kept account is in the balance of its owner."""
+    """The role of a kept account in the balance of its owner."""
 
     TAKEN = enum.auto()  # taken in and not given on, less what was given out again
     GIVEN = enum.auto()  # given out
     WITHIN = enum.auto()  # contained in other accounts
-    LEVEL = enum.auto()  # how much is held, owed or allowed: no part of the balance
+    LEVEL = enum.auto()  # energy held, lacking or allowed: no part of the balance
     SHOWN = enum.auto()  # follows from signals as well
 
 

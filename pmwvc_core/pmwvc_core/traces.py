@@ -128,7 +128,7 @@ class HandTargets:
 
 @dataclass
 class ReceptionTraces:
-    """What the receiver at the end of a link had received by the end, over all its starts."""
+    """The packets received at the end of a link by the end of a session, over all its starts."""
 
     link: str
     receivers: int  # starts of the receiving node

@@ -27,9 +27,9 @@ REFUSED = Answer(False, "not in this session")
 
 
 class Session(ABC):
-    """What a page can see of a session and do in it; all of it is called from one event loop.
+    """The interface between a page and its session; all of it is called from one event loop.
 
-    What a kind of session does not serve it does not name in ``can``, and leaves as it is here.
+    A kind of session names in ``can`` the requests that it serves, and leaves the others as here.
 
     Attributes
     ----------

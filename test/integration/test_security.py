@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Who may speak, with real nodes: forged packets beside a session, and the policy of SROS2 beside
-the topics and services that the nodes really have.
+"""Access to a session, with real nodes: forged packets beside a session, and the policy of SROS2
+beside the topics and services that the nodes really have.
 """
 
 import contextlib

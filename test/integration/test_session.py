@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whole live sessions: ``./pmwvc run`` with real nodes, and what it leaves behind."""
+"""Whole live sessions: ``./pmwvc run`` with real nodes, and the files of their folders."""
 
 import json
 import os

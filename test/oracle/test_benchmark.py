@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from benchmark import estimate
 from benchmark.again import again
+from benchmark.better import MEASURES, better, words
 from benchmark.carry import placed_s
 from benchmark.drawn import picture
 from benchmark.intervals import median, ratio
@@ -19,7 +20,6 @@ from benchmark.kept import FILE, Kept
 from benchmark.methods import METHODS
 from benchmark.networks import Found, Group, found_in
 from benchmark.probe import Probe, Rendered, rendered, wall_rendered
-from benchmark.rivals import MEASURES, better, words
 from benchmark.study import FULL, MEDIUM, SHORT, Plan, Study, study
 from benchmark.swept import LEAST_J, page
 from benchmark.trial import FAILED_COST, Outcome, Trial, run, scenario_of

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How many files a reader opens who follows a wave once around, or the sums of an energy budget.
+"""The files that a reader opens to follow a wave once around, or the sums of an energy budget.
 
 Values are followed (``support.traced``). A wave passes the files whose functions return it, or
 what is linear in it, from the wave port of the device to the cube and back to the force that the

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What controllers without waves give out at their two ports never exceeds what they took in, or
-does, where nobody counts.
+"""Controllers without waves give out no more at their two ports than they took in, and more where
+they keep no account.
 """
 
 import numpy as np

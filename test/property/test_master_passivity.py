@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whatever safety does to the force, the master's port emits no more energy than it gets."""
+"""The master's port emits no more energy than it receives, however safety changes the force."""
 
 import dataclasses
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whatever a controller, a device and a network do, the force stays within its limits."""
+"""The force stays within its limits under any controller, device and network."""
 
 import math
 from types import SimpleNamespace

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What comes back through a velocity filter is never more than what went out, where its margin
-says so, and is where it does not.
+"""A velocity filter returns no more energy than it received where its margin promises that, and
+more where it does not.
 """
 
 import math

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where a signal goes: arrays that mark what is computed from them, and the files that have them.
+"""The way of a signal: arrays that mark what is computed from them, and the files that have them.
 
 A linear function of a signal is a signal (degree 1), a product of two of them a power or an energy
 (degree 2), and so is a linear function of that. Anything else is marked no more.

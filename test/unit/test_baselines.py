@@ -16,7 +16,7 @@ from pmwvc_core.scenario.reader import parse_scenario
 from pmwvc_core.simulation.session import simulate, simulate_one
 from pmwvc_core.transport.packet import Packer
 
-RIVALS = ("direct", "virtual_coupling", "tdpa", "pspm")
+BASELINES = ("direct", "virtual_coupling", "tdpa", "pspm")
 
 
 def packet(energy, *, epoch=1, seq=1, wave=0.0):
@@ -211,7 +211,7 @@ class TestSetPointModulation:
         assert link.server.f_s[0] == pytest.approx(link.force, rel=1e-6)
 
 
-@pytest.mark.parametrize("controller", RIVALS)
+@pytest.mark.parametrize("controller", BASELINES)
 def test_a_batch_is_its_sessions_one_by_one(controller):
     each = [
         parse_scenario(
@@ -237,7 +237,7 @@ def test_a_batch_is_its_sessions_one_by_one(controller):
                 np.testing.assert_allclose(ours.accounts[name], values, atol=1e-14)
 
 
-@pytest.mark.parametrize("controller", RIVALS)
+@pytest.mark.parametrize("controller", BASELINES)
 class TestEveryOne:
     def test_three_axes_are_three_times_one_axis_where_only_one_moves(self, controller):
         one, three = still(controller), still(controller, zero=np.zeros(3))

@@ -47,7 +47,7 @@ def rounded_off(hold):
 
 
 @pytest.mark.parametrize("hold", ["zoh", "foh"])
-def test_a_wave_held_is_owed_with_both_its_ramps_and_no_more(hold):
+def test_deficit_of_a_held_wave_is_that_of_both_its_ramps(hold):
     """A packet heard in silence, whose energy is let go; later the hold plays it all the same.
 
     The ramps up and down give out |v|^2 T_c/2 (2 M^2 + 1)/(3 M), the second in a silent frame.

@@ -71,7 +71,7 @@ def test_a_prediction_after_a_change_of_rates_is_that_of_the_new_ones_and_open()
     assert [each["hit"] for each in found if each["what"] != "passivity"] == [None, None, None]
     assert "server.period_s=0.02 at 1.50 s" in found[0]["text"]
     offset = next(each for each in found if each["what"] == "offset")
-    assert "After a change of rates a playout may keep more at hand" in offset["text"]
+    assert "After a change of rates a playout may keep a longer margin" in offset["text"]
 
 
 @pytest.mark.parametrize(

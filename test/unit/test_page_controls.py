@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a page may change, how a running simulation takes it, and what is refused."""
+"""The parameters that a page may change: taken over by a running simulation, or refused."""
 
 import asyncio
 import itertools

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the live page reads and writes as bytes: the same as the middleware reads."""
+"""Messages that the live page reads and writes as bytes: the same as those of the middleware."""
 
 import numpy as np
 import pytest

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How long a plan takes on some cores, from sessions timed on this machine beforehand."""
+"""The duration of a plan on some cores, from sessions timed on this machine beforehand."""
 
 import os
 import time

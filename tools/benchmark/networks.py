@@ -40,7 +40,7 @@ class Plan:
 
     @property
     def words(self) -> str:
-        """What is run."""
+        """Networks, duration and seeds, in words."""
         seeds = listed([f"{count(number, 'seed')} of {name}" for name, number in self.seeds])
         return f"{len(self.networks)} networks, {self.duration_s:g} s a session: {seeds} each"
 

@@ -60,7 +60,7 @@ CARRY_S, ROUND_TRIPS = 10.0, 8.0  # its duration, and for each round trip more
 
 @dataclass(frozen=True)
 class Probe:
-    """What is measured: a method on a network."""
+    """A measurement to make: a method on a network."""
 
     method: str
     settings: Settings
@@ -71,7 +71,7 @@ class Probe:
 
 @dataclass(frozen=True)
 class Rendered:
-    """What was rendered; see the module."""
+    """The result of a probe; see the module."""
 
     z_width: float
     z_width_passive: float

@@ -70,7 +70,7 @@ class Plan:
 
     @property
     def words(self) -> str:
-        """What is run."""
+        """Methods, settings and networks, in words."""
         methods = len(self.methods)
         return (
             f"{methods} methods, {self.candidates} settings of each on "
@@ -87,8 +87,8 @@ SHORT = Plan(6, TRAINING[:3], 1, tuple(PRESETS), 3, probing=NEAR, hold_s=10.0)
 
 @dataclass(frozen=True)
 class Study:
-    """What a study found: the settings of each method, the sessions that judge them, and what the
-    probes measured.
+    """The result of a study: the settings of each method, the sessions that judge them, and the
+    probes' results.
     """
 
     plan: Plan

@@ -93,7 +93,7 @@ class Outcome:
 
     @property
     def cost(self) -> float:
-        """What the search makes small: the three errors in units of what is just noticed
+        """The cost that the search minimizes: the three errors in units of what is just noticed
         (position 1 mm, force a tenth of the squeeze) and of a tenth of the way (5 mm), and 10
         where restless.
         """

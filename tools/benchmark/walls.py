@@ -34,7 +34,7 @@ Wall = tuple[float, float]  # stiffness [N/m], damping [N s/m]
 
 @dataclass(frozen=True)
 class Walls:
-    """What is rendered: share of the walls, of those with all ports passive, and the end of a
+    """The walls rendered: share of all, of those with all ports passive, and the end of a
     range of stiffnesses that begins at the softest [N/m]; 0: not even that.
     """
 

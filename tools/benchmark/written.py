@@ -11,6 +11,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmark.better import BETTER, OURS, words
 from benchmark.columns import (
     ERRORS,
     OF_PROBE,
@@ -23,7 +24,6 @@ from benchmark.columns import (
 from benchmark.drawn import PICTURE, picture
 from benchmark.intervals import Interval
 from benchmark.probe import Rendered
-from benchmark.rivals import BETTER, OURS, words
 from benchmark.study import HELD_OUT_SEED, Study
 from benchmark.trial import Outcome
 from pmwvc_analysis.charts import chart_png
@@ -53,13 +53,13 @@ def page(study: Study, origin: str) -> str:
     chart = picture(study)
     head = HEAD.format(origin=origin)
     image = f"![{chart.heading}]({IMAGES}/{PICTURE}.svg)\n\n{chart.caption}"
-    rivals = (
-        "## Where a rival is better\n\nMedians of a network that are better than those of "
+    others = (
+        "## Where another method is better\n\nMedians of a network that are better than those of "
         f"`{OURS}` by more than {100.0 * BETTER:g} %, of {len(study.held_out)} networks, of "
         f"{len(study.probed_on)} for impedance, walls and completion time; in brackets the "
         "clearest case.\n"
     )
-    return f"{head}{table(study)}\n{image}\n\n{rivals}\n{words(study)}"
+    return f"{head}{table(study)}\n{image}\n\n{others}\n{words(study)}"
 
 
 def table(study: Study) -> str:

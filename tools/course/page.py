@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a step has people do on the live page, and what the page's own session shows then."""
+"""The part of a step that people do on the live page, and the result in the page's session."""
 
 import asyncio
 from collections.abc import Mapping

@@ -16,14 +16,14 @@ from faults.sessions import SESSIONS
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
 HEAD = """# Faults
 
-What was done, what had to hold and what was seen; `make faults` tries all of it again and writes
+Every fault that is tried, the requirement and the result; `make faults` tries all again and writes
 this page (about ten minutes); `PYTHONPATH=tools .venv/bin/python -m faults F05c F22a` tries some
 and writes their rows. In virtual time two hands carry a cube on the strict channel, 16 ms each
 way, for 18 s; *live* means real processes on one machine, whose numbers differ from run to run
 (here: {machine}; starting a process takes seconds there).
 "Passive" is judged as in every report; a device may be F (T1 + T2)/(2b) + 1 mm from its avatar.
 T1 + T2 is the time that waves take from port to port and back, playouts included: the median of
-what the playouts say in the last second. Beside it stands the lag by which the displacements of
+what the playouts report in the last second. Beside it stands the lag by which the displacements of
 the waves at both ends fit each other over the last 3 s. A disturbance that ends must leave no lag
 behind: there, as after outages, T is the nominal one, of mean delays and frames.
 

@@ -10,7 +10,7 @@ HELD, FAILED = "held", "**not held**"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was seen: whether everything held, and the numbers."""
+    """The result of a fault: whether everything held, and the numbers."""
 
     held: bool
     seen: str

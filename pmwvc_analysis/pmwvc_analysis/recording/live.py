@@ -67,7 +67,7 @@ class BackgroundWriter:
 
     @property
     def problem(self) -> str | None:
-        """Why nothing is written any more, or None."""
+        """The reason why nothing is written any more, or None."""
         return self.writer.problem
 
     def close(self) -> list[str]:

@@ -67,7 +67,7 @@ def outcomes(
     live = summary["source"] == "live"
     entries = {entry["name"]: entry for entry in summary["users"]}
     late = (
-        "After a change of rates a playout may keep more at hand than the new ones need."
+        "After a change of rates a playout may keep a longer margin than the new ones need."
         if len(steady) > 1 and not _same_rates(steady)
         else ""
     )

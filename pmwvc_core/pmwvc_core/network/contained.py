@@ -15,7 +15,7 @@ from pmwvc_core.network.effects.record import Effect
 
 @dataclass
 class EffectFaults:
-    """How often plug-in effects of a link failed, and why at last."""
+    """The number of failures of a link's plug-in effects, and the reason of the last one."""
 
     count: int = 0
     text: str = ""

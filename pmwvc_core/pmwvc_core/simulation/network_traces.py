@@ -17,7 +17,7 @@ from pmwvc_core.transport.reception import counts, passage
 
 
 class NetworkTraces:
-    """What the network of a batch leaves behind; all runs share fates and receptions.
+    """The traces of a batch's network; all runs share fates and receptions.
 
     Parameters
     ----------

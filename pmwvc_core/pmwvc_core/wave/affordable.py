@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What can be paid for: a part of a change of a wave, the repayment of a displacement.
+"""The part that energy covers of a change of a wave, and of the repayment of a displacement.
 
 Equations: docs/theory.md 17.14.
 """
@@ -11,7 +11,7 @@ SLOWLY_S, QUICKLY_S = 0.7, 0.1
 
 
 def affordable(wave: Value, change: Value, power: Value) -> tuple[Value, Value]:
-    """Return as much of a change of a wave as can be paid for, and what it costs.
+    """Return as much of a change of a wave as the energy covers, and its cost.
 
     That is the longest s w, 0 <= s <= 1, with |v + s w|^2 - |v|^2 <= power. A change that makes
     the wave smaller brings energy: its cost is negative.

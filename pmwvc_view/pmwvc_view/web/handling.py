@@ -63,7 +63,7 @@ class Handles:
 
 
 class Handling:
-    """What pages ask for; ``tell_users`` tells every page who owns which handle."""
+    """The requests of pages, answered; ``tell_users`` tells every page who owns which handle."""
 
     def __init__(self, session: Session, tell_users: Callable[[], None]) -> None:
         self._session, self._tell_users = session, tell_users

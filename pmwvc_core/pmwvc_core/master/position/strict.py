@@ -91,7 +91,7 @@ class _Played(PositionError):
 
 
 class _PlayedResidual(_Played, PositionResidual):
-    """What of it no wave under way or at hand explains."""
+    """The part of the residual that no wave in flight or in a playout explains."""
 
 
 class StrictPosition(PositionCorrection):

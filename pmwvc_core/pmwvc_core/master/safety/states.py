@@ -30,7 +30,7 @@ class SafetyState(enum.IntEnum):
 
 
 class Cause(enum.IntEnum):
-    """Why the state is what it is."""
+    """The cause of a state."""
 
     NONE = 0
     WAITING = 1

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where a rival is better than the strict channel, in words made from the numbers."""
+"""The networks on which another method is better than the strict channel, in words."""
 
 import math
 from collections.abc import Callable
@@ -25,7 +25,7 @@ Value = Callable[[Study, str, str], float]  # of a method on a network
 
 
 class Measure(NamedTuple):
-    """What is compared network by network."""
+    """A measure that is compared network by network."""
 
     label: str
     value: Value
@@ -33,10 +33,10 @@ class Measure(NamedTuple):
 
 
 class Place(NamedTuple):
-    """A network with the values of a rival and of the strict channel there."""
+    """A network with the values of another method and of the strict channel there."""
 
     network: str
-    rival: float
+    other: float
     ours: float
 
 
@@ -62,46 +62,46 @@ MEASURES = (
 
 
 def words(study: Study) -> str:
-    """Return an item for each rival: what of it is better by 5 % or more, on how many of the
-    held-out networks and where most, and how often it gave out energy.
+    """Return an item for each other method: the measures in which it is better by 5 % or more, on
+    how many of the held-out networks and where most, and how often it gave out energy.
     """
     return "\n".join(_words(study, name) for name in study.plan.methods if name != OURS) + "\n"
 
 
-def better(study: Study, rival: str, measure: Measure) -> list[Place]:
-    """Return the held-out networks on which a rival is better, the clearest first."""
+def better(study: Study, other: str, measure: Measure) -> list[Place]:
+    """Return the held-out networks on which another method is better, the clearest first."""
     places = [
-        Place(net, measure.value(study, rival, net), measure.value(study, OURS, net))
+        Place(net, measure.value(study, other, net), measure.value(study, OURS, net))
         for net in study.held_out
     ]
     sign = -1.0 if measure.larger else 1.0
     found = [
         place
         for place in places
-        if math.isfinite(place.rival)
-        and sign * (place.ours - place.rival) > BETTER * min(abs(place.ours), 1e300)
+        if math.isfinite(place.other)
+        and sign * (place.ours - place.other) > BETTER * min(abs(place.ours), 1e300)
     ]
     return sorted(found, key=lambda place: sign * _ratio(place))
 
 
 def _ratio(place: Place) -> float:
-    return place.rival / place.ours if place.ours else math.inf
+    return place.other / place.ours if place.ours else math.inf
 
 
-def _words(study: Study, rival: str) -> str:
+def _words(study: Study, other: str) -> str:
     parts = []
     for measure in MEASURES:
-        places = better(study, rival, measure)
+        places = better(study, other, measure)
         if places:
             most = places[0]
             parts.append(
                 f"{measure.label} on {count(len(places), 'network')} (`{most.network}`: "
-                f"{_number(most.rival)} against {_number(most.ours)})"
+                f"{_number(most.other)} against {_number(most.ours)})"
             )
-    outcomes = [one for row in study.of(rival, study.held_out) for one in row]
+    outcomes = [one for row in study.of(other, study.held_out) for one in row]
     active = sum(one.passive is False for one in outcomes)
     what = f"is better in {'; '.join(parts)}" if parts else "is better in nothing"
-    return f"- `{rival}` {what}. Not passive in {active} of {count(len(outcomes), 'session')}."
+    return f"- `{other}` {what}. Not passive in {active} of {count(len(outcomes), 'session')}."
 
 
 def _number(value: float) -> str:
