@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
-from pmwvc_core.frame.force_loop import FrameReport, Row
+from pmwvc_core.frame.rows import FrameReport, Row
 from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.messages import TraceBlock
 from pmwvc_core.runtime.pacing import Tick

@@ -14,8 +14,9 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
+from pmwvc_core.frame.rows import Presence, ServerRow
 from pmwvc_core.frame.schedule import LIVE, next_on_grid
-from pmwvc_core.frame.server_step import Presence, ServerRow, ServerStep
+from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.params import ServerParams
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.pacing import Pacer, Tick

@@ -14,7 +14,7 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from pmwvc_core.frame.server_step import Presence
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_server.loop import ServerLoop
 

@@ -16,7 +16,7 @@ from functools import partial
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
-from pmwvc_core.frame.server_step import Presence
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plural import count
 from pmwvc_core.runtime.health import Health

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from rclpy.node import Node
 
-from pmwvc_core.frame.server_step import PortRow, ServerRow
+from pmwvc_core.frame.rows import PortRow, ServerRow
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.runtime.polling import TRACE_QOS, offered

@@ -59,21 +59,21 @@ def ran(texts, found=()):
     texts = [*own, *texts, f"changes={'; '.join(each)}"]
     scenario = files.load("carry_16ms", settings_texts=texts, duration_s=DURATION_S)
     batch = SessionBatch([scenario])
-    joined = [note_first(inbox) for inbox in batch.server.inboxes]
+    joined = note_joins(batch.server)
     batch.run(lambda _: None)
     return batch, batch.traces(0), scenario, joined
 
 
-def note_first(inbox):
-    """Return what will hold the integral of the packet with which a user joins."""
-    first, begin = [], inbox.begin
+def note_joins(step):
+    """Return what will hold, per user, the integrals of the packets with which it joins."""
+    found, join = [[] for _ in step.inboxes], step.server.join
 
-    def noting():
-        first.append(inbox.newest.integral)
-        begin()
+    def noting(user, position):
+        found[user].append(step.inboxes[user].newest.integral)
+        join(user, position)
 
-    inbox.begin = noting
-    return first
+    step.server.join = noting
+    return found
 
 
 @settings(max_examples=25)
@@ -136,7 +136,7 @@ class Taking(Receiver):
 def test_the_plain_receiver_makes_energy_when_the_rate_changes(kind):
     """The control: it refuses such packets, or takes them and holds each for a wrong time."""
     rng = np.random.default_rng(4)
-    own = {"step_s": 0.008, "most_repaid": 1.0} if kind is StrictReceiver else {}
+    own = {"most_repaid": 1.0} if kind is StrictReceiver else {}
     receiver = kind(1, period_s=0.008, timeout_s=0.03, **own)
     packer = Packer(1, period=0.008)
     given = least = 0.0
@@ -145,7 +145,7 @@ def test_the_plain_receiver_makes_energy_when_the_rate_changes(kind):
         now_ns = sum(8 if not 20 <= j < 40 else 4 for j in range(k)) * 1_000_000
         receiver.push(packer.pack(float(rng.normal()), 0.0, now_ns), now_ns)
         if now_ns % 8_000_000 == 0:
-            given += squared(receiver.wave(now_ns)) * 0.004
+            given += squared(receiver.playout.step(0.008)) * 0.004
             least = min(least, packer.energy - given)
     assert (least < -1e-4) == (kind is not StrictReceiver)
 
@@ -168,9 +168,7 @@ def test_a_deadband_costs_neither_energy_nor_displacement(of):
     rng, dof = np.random.default_rng(of["seed"]), of["dof"]
     params = DeadbandParams(kind="weber", ratio=of["ratio"], longest_s=of["longest_s"])
     packer = Packer(1, period=0.008, deadband=Deadband(params))
-    receiver = StrictReceiver(
-        dof, step_s=0.008, most_repaid=1.0, period_s=0.008, timeout_s=0.03, max_wave=1e3
-    )
+    receiver = StrictReceiver(dof, most_repaid=1.0, period_s=0.008, timeout_s=0.03, max_wave=1e3)
     wave = rng.normal(size=dof) if dof > 1 else float(rng.normal())
     whole = paid = given = out = 0.0 * wave
     before = None
@@ -188,7 +186,7 @@ def test_a_deadband_costs_neither_energy_nor_displacement(of):
             before = packet.integral - packet.wave * packet.period
         if receiver.newest is not None and not of["loss"]:
             assert not receiver.silent(now_ns)
-        played = receiver.wave(now_ns)
+        played = receiver.playout.step(0.008)
         given, out = given + squared(played) * 0.004, out + played * 0.008
         assert np.all(given <= paid * (1.0 + 1e-12))
     assert packer.frames == 150

@@ -53,7 +53,7 @@ def test_whatever_comes_in_the_answer_is_a_verdict_and_the_wave_is_finite(spoilt
         packet = dataclasses.replace(good, **change) if isinstance(change, dict) else change
         now_ns = n * PERIOD_NS
         assert inbox.push(packet, now_ns) in Verdict
-        wave = inbox.take(now_ns)
+        wave = inbox.playout.step(PERIOD_S)
         assert np.size(wave) == 1 and finite(wave) and abs(wave) <= 100.0
         assert finite(inbox.position())
         assert all(isinstance(number, int) for number in inbox.echo(now_ns))
@@ -69,7 +69,7 @@ def test_any_order_and_any_copies_end_with_the_newest(data):
     inbox = receiver()
     verdicts = [inbox.push(packet, 0) for packet in order]
     assert inbox.newest is packets[-1]
-    assert inbox.take(0) == float(len(packets))
+    assert inbox.playout.step(PERIOD_S) == float(len(packets))
     accepted = [p.seq for p, verdict in zip(order, verdicts, strict=True) if verdict in ACCEPTING]
     assert accepted == sorted(set(accepted))
 
@@ -103,21 +103,5 @@ def test_loss_of_any_length_is_counted_and_the_stream_goes_on(gaps):
             packets[seq] = packet
     for seq, packet in packets.items():
         assert inbox.push(packet, seq * PERIOD_NS) in ACCEPTING
-        assert inbox.take(seq * PERIOD_NS) == float(seq)
+        assert inbox.playout.step(PERIOD_S) == float(seq)
     assert inbox.lost == sum(gaps) - len(gaps)
-
-
-@given(takes=st.lists(st.integers(0, 3), max_size=30))
-def test_every_packet_is_taken_or_skipped_and_every_other_take_holds(takes):
-    inbox = receiver()
-    packer = Packer(1, period=PERIOD_S)
-    now_ns, fresh, connected_takes = 0, 0, 0
-    for packets_before_take in takes:
-        for _ in range(packets_before_take):
-            now_ns += 1
-            inbox.push(packer.pack(1.0, 0.0, now_ns), now_ns)
-        inbox.take(now_ns)
-        fresh += packets_before_take > 0
-        connected_takes += inbox.connected()
-    assert inbox.skipped + fresh == sum(takes)
-    assert inbox.held + fresh == connected_takes

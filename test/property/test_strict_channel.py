@@ -48,7 +48,7 @@ class Remembering(StrictReceiver):
 
 
 def strict(dof):
-    return Remembering(dof, step_s=STEP_S, most_repaid=1.0, period_s=PERIOD_S, timeout_s=TIMEOUT_S)
+    return Remembering(dof, most_repaid=1.0, period_s=PERIOD_S, timeout_s=TIMEOUT_S)
 
 
 def plain(dof):
@@ -95,7 +95,7 @@ class Direction:
 
     def step(self, count):
         for _ in range(count):
-            wave = self.receiver.wave(self.now_ns)
+            wave = self.receiver.playout.step(STEP_S)
             assert np.all(np.isfinite(wave))
             self.given = self.given + squared(wave) * 0.5 * STEP_S
             self.out = self.out + wave * STEP_S
@@ -195,7 +195,6 @@ def test_a_sender_that_claims_more_than_a_legal_wave_carries_adds_no_more(claim_
     longest = 3.0
     receiver = StrictReceiver(
         dof,
-        step_s=STEP_S,
         most_repaid=1.0,
         period_s=PERIOD_S,
         timeout_s=TIMEOUT_S,

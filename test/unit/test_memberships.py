@@ -9,7 +9,7 @@ import pytest
 
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.frame.assembly import server_step_of
-from pmwvc_core.frame.server_step import Presence
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.transport.packet import FLAG_LEAVING, Packer
 
 STEP_NS = 8_000_000

@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from pmwvc_core.frame.assembly import UserAtServer, make_server_step
-from pmwvc_core.frame.server_step import Presence
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import BaselineParams, ContactParams, ServerParams, TaskParams
 from pmwvc_core.plant.task import Task
 from pmwvc_core.runtime.pacing import Tick

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.frame.server_step import ServerRow
+from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.traces import SessionTraces

@@ -64,7 +64,7 @@ class AvatarEnd(ServerController):
         port.f_s = port.contact.unwrapped(free, self.body.xd, impedance, h)
         port.xd_s = free - port.f_s / impedance
         lost = port.contact.slide(h * port.xd_s)
-        port.x_s = self._avatar_position(port)
+        port.x_s = self.body.x + port.contact.position
         self._book(port, port.xd_s - self.body.xd, lost)
 
     def _book(self, port: UserPort, rate: Value, lost: Value) -> None:

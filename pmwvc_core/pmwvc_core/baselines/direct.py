@@ -25,7 +25,7 @@ class DirectServer(AvatarEnd):
         """Put the avatar where the device is and form the force."""
         port = self.ports[i]
         x_s = position + port.offset
-        lost = port.contact.slide(x_s - self._avatar_position(port))
+        lost = port.contact.slide(x_s - (self.body.x + port.contact.position))
         port.x_s, port.xd_s = x_s, velocity
         rate = velocity - self.body.xd
         port.f_s = port.contact.force(rate)

@@ -106,7 +106,7 @@ class TdpaServer(AvatarEnd):
         if port.packet is not None:
             observer.on_packet(port.packet)
         lost = port.contact.slide(h * port.xd_s)
-        port.x_s = self._avatar_position(port)
+        port.x_s = self.body.x + port.contact.position
         port.f_s = f = port.contact.force(velocity - self.body.xd)
         excess = observer.overdraft(h * dot(f, velocity))
         lag = position + port.offset - port.x_s

@@ -42,7 +42,6 @@ from pmwvc_core.transport.deadband import Deadband
 from pmwvc_core.transport.packet import Packer
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.strict_receiver import StrictReceiver
-from pmwvc_core.transport.zeroing_receiver import ZeroingReceiver
 from pmwvc_core.wave.impedance import Impedance, impedance_of
 from pmwvc_core.wave.limits import largest_wave, wave_of_speed
 
@@ -107,7 +106,6 @@ def make_force_loop(
         channel,
         dof,
         impedance_of(master),
-        step_s=master.tick_s,
         period_s=server_period_s,
         timeout_s=safety.timeout_s,
     )
@@ -183,7 +181,6 @@ def make_server_step(
                 channel,
                 dof,
                 user.impedance,
-                step_s=server.period_s,
                 period_s=user.frame_s,
                 timeout_s=times.timeout_s,
             )
@@ -250,21 +247,21 @@ def _inbox(
     dof: int,
     impedance: Impedance,
     *,
-    step_s: float,
     period_s: float,
     timeout_s: float,
 ) -> Receiver:
-    """Return the receiver of a port.
-
-    ``step_s``: time for which the strict channel's receiver gives out a wave.
-    """
+    """Return the receiver of a port."""
     longest = largest_wave(impedance, waves=has_waves(controller))
     if not is_strict(controller, channel):
-        kind = ZeroingReceiver if is_zeroing(controller, channel) else Receiver
-        return kind(dof, period_s=period_s, timeout_s=timeout_s, max_wave=longest)
+        return Receiver(
+            dof,
+            period_s=period_s,
+            timeout_s=timeout_s,
+            max_wave=longest,
+            once=is_zeroing(controller, channel),
+        )
     return StrictReceiver(
         dof,
-        step_s=step_s,
         most_repaid=wave_of_speed(impedance, REPAID_M_S),
         period_s=period_s,
         timeout_s=timeout_s,

@@ -16,14 +16,13 @@ Time is an argument: integer nanoseconds of any monotonic clock.
 
 import math
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
 
 from pmwvc_core.frame.device_sample import STALE_S, DeviceSample
+from pmwvc_core.frame.rows import FrameReport, Row
 from pmwvc_core.frame.schedule import FrameSchedule, next_on_grid
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.safety.limiter import SafetyLimiter
-from pmwvc_core.master.safety.states import Integers
 from pmwvc_core.numeric import Value, anywhere, truth
 from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful
@@ -36,22 +35,6 @@ from pmwvc_core.transport.packet import (
     WavePacket,
 )
 from pmwvc_core.transport.receiver import Receiver
-
-# Of a tick: x_m [m], xd_m [m/s], f_h, f_m, f_applied [N], u_m, u_m_lp, v_m [sqrt(W)].
-Row = tuple[Value, Value, Value, Value, Value, Value, Value, Value]
-SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
-
-
-class FrameReport(NamedTuple):
-    """Safety state and running sums of energy at the end of a frame [J]."""
-
-    state: int | Integers
-    reason: str | list[str]
-    u_m: Value
-    u_tx: Value
-    v_rx: Value
-    v_m: Value
-    accounts: Mapping[str, Value]
 
 
 class ForceLoop(Stateful):
@@ -277,7 +260,7 @@ class ForceLoop(Stateful):
         if isinstance(events, int) and events != self._events_sent:
             self._events_sent = events
             flags = FLAG_LIMITED
-        if anywhere(self.inbox.waiting):
+        if anywhere(self.inbox.playout.dry):
             flags |= FLAG_WAITING
         if self.packer.holds_back(wave, flags | self.controller.flags):
             return None
@@ -294,7 +277,7 @@ class ForceLoop(Stateful):
             self.inbox.echo(now_ns),
             controller.account(),
         )
-        packet.short = self.inbox.short
+        packet.short = self.inbox.playout.short
         return packet
 
     def _take_answer(self, now_ns: int) -> None:
@@ -303,7 +286,7 @@ class ForceLoop(Stateful):
         Behind another server than before, the force starts from zero.
         """
         inbox, controller = self.inbox, self.controller
-        wave, newest = inbox.take(now_ns), inbox.newest
+        newest = inbox.newest
         if newest is not None:
             if newest.epoch != self._epoch:
                 if self._epoch:
@@ -313,8 +296,9 @@ class ForceLoop(Stateful):
         if inbox.timeout_s != self._timeout_s:
             self._timeout_s = inbox.timeout_s
             self.safety.expect(self._timeout_s)
-        if inbox.silent(now_ns):
+        if newest is None or inbox.silent(now_ns):
             controller.silence()
-        else:
-            controller.receive(wave)
+        else:  # a playout that plays on is stepped by the controller
+            frame_s = self.packer.period
+            controller.receive(newest.wave if inbox.plays_on else inbox.playout.step(frame_s))
         self.coupled = self.coupled or truth(self.safety.ready)

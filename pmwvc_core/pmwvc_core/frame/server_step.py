@@ -9,14 +9,14 @@ and leaves with its last packet or after ``release_s`` of silence.
 Time is an argument: integer nanoseconds of any monotonic clock.
 """
 
-import enum
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
-from pmwvc_core.numeric import Flag, Value, anywhere
+from pmwvc_core.frame.rows import PortRow, Presence, ServerRow
+from pmwvc_core.numeric import Value, anywhere
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.task import ShownTarget
 from pmwvc_core.server.user_ports import ServerController
@@ -34,46 +34,9 @@ from pmwvc_core.transport.verdict import Verdict
 from pmwvc_core.wave.impedance import Impedance
 from pmwvc_core.wave.limits import largest_wave
 
-
-class Presence(enum.IntEnum):
-    """State of a user at the server; the numbers are those of the ServerTrace message."""
-
-    ABSENT = 0
-    JOINING = 1
-    COUPLED = 2
-    DAMPING = 3
-
-
 # At hand: a member is looked up in Python.
 ABSENT, COUPLED, DAMPING = Presence.ABSENT, Presence.COUPLED, Presence.DAMPING
 ACCEPTED, NEW_EPOCH = Verdict.ACCEPTED, Verdict.NEW_EPOCH
-
-
-class PortRow(NamedTuple):
-    """A user's port after a step."""
-
-    x_s: Value  # [m]
-    xd_s: Value  # [m/s]
-    f_s: Value  # [N]
-    u_s: Value  # [sqrt(W)]
-    v_s: Value  # [sqrt(W)]
-    energy_u_s: Value  # [J]
-    energy_v_s: Value  # [J]
-    contact: Flag
-
-
-class ServerRow(NamedTuple):
-    """The server after a step; one port and state per user."""
-
-    x_o: Value  # [m]
-    xd_o: Value  # [m/s]
-    target: Value  # [m]
-    kinetic: Value  # [J]
-    potential: Value  # [J]
-    dissipated: Value  # [J]
-    ports: list[PortRow]
-    state: tuple[Presence, ...]
-    accounts: Mapping[str, Value]  # [J]
 
 
 class ServerStep(Stateful):
@@ -167,8 +130,7 @@ class ServerStep(Stateful):
         self.period_s = period_s
         self.server.configure(replace(self.params, period_s=period_s))
         self.target.period_s = period_s
-        for inbox, packer in zip(self.inboxes, self.packers, strict=True):
-            inbox.step_s = period_s
+        for packer in self.packers:
             packer.period = period_s
 
     def configure_user(self, user: int, contact: ContactParams, impedance: Impedance) -> None:
@@ -216,7 +178,7 @@ class ServerStep(Stateful):
         server = self.server
         for user, answer in enumerate(server.step(self._received(now_ns))):
             answered, flags = None, server.flags | self._anew[user]
-            if anywhere(self.inboxes[user].waiting):
+            if anywhere(self.inboxes[user].playout.dry):
                 flags |= FLAG_WAITING
             packer, absent = self.packers[user], self.presence[user] is ABSENT
             if not absent:
@@ -225,7 +187,7 @@ class ServerStep(Stateful):
                 port, echo = server.ports[user], self.inboxes[user].echo(now_ns)
                 at = port.x_s - port.offset  # in the frame of the device
                 answered = packer.pack(answer, at, now_ns, flags, echo, port.account)
-                answered.short = self.inboxes[user].short
+                answered.short = self.inboxes[user].playout.short
             packed.append(answered)
         self.target.step(together=self.presence.count(COUPLED) == len(self.presence))
         return packed, self._row()
@@ -259,7 +221,7 @@ class ServerStep(Stateful):
         if self.presence[user] is not ABSENT:
             self.server.leave(user)
         self.server.join(user, position)
-        self.inboxes[user].begin()
+        self.inboxes[user].playout.begin()
         self._anew[user] ^= FLAG_ANEW
         self.presence[user] = Presence.JOINING
 
@@ -275,7 +237,9 @@ class ServerStep(Stateful):
         direct = bool(server.flags & FLAG_DIRECT)
         received: list[Any] = []
         for user, inbox in enumerate(self.inboxes):
-            wave, quiet = inbox.wave(now_ns), inbox.silent(now_ns)
+            wave, quiet = inbox.playout.step(self.period_s), inbox.silent(now_ns)
+            if quiet and not inbox.plays_on:
+                wave = wave * 0.0
             if self.presence[user] is not ABSENT:
                 if inbox.silence_s(now_ns) > self.release_s:
                     self._leave(user)
@@ -291,8 +255,8 @@ class ServerStep(Stateful):
     def _row(self) -> ServerRow:
         server = self.server
         return ServerRow(
-            server.x_o,
-            server.xd_o,
+            server.body.x,
+            server.body.xd,
             self.target.position_m,
             server.kinetic,
             server.potential,

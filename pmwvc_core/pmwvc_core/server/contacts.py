@@ -3,9 +3,9 @@
 """Contact between one avatar and the object: what every law offers, and the two-sided one.
 
 A contact knows the deflection of its spring and the position at which that spring is at rest,
-relative to the object, so the avatar stands at ``x_s = x_o + rest + deflection``. The deflection
-is the state (never the difference of two positions, which would lose digits far from the origin).
-Forces act from the avatar on the object.
+relative to the object, so the avatar stands at ``x_s = x_o + position`` with ``position = rest +
+deflection``. The deflection is the state (never the difference of two positions, which would lose
+digits far from the origin). Forces act from the avatar on the object.
 
 Stiffness and damping may change while the contact is made: the deflection then becomes
 sqrt(K_old/K_new) times what it was, so that the spring stores what it stored; the avatar stays
@@ -51,8 +51,8 @@ class Contact(Protocol):
         ...
 
     @property
-    def rest(self) -> Value:
-        """Rest position of the spring, from the object's centre [m]."""
+    def position(self) -> Value:
+        """Position of the avatar, from the object's centre [m]."""
         ...
 
     @property
@@ -137,6 +137,11 @@ class Bilateral(Stateful):
         self.rest: Value = 0.0  # (..., dof) [m]
 
     @property
+    def position(self) -> Value:
+        """Position of the avatar, from the object's centre [m]."""
+        return self.rest + self.deflection
+
+    @property
     def energy(self) -> Value:
         """Energy of the spring, K |e|^2 / 2 [J]."""
         return 0.5 * self.stiffness * squared(self.deflection)
@@ -149,13 +154,13 @@ class Bilateral(Stateful):
     def detach(self) -> Value:
         """Let go; return the energy dropped."""
         dropped = self.energy
-        self.rest = self.rest + self.deflection
+        self.rest = self.position
         self.deflection = 0.0 * self.deflection
         return dropped
 
     def configure(self, stiffness: Value, damping: Value) -> Value:
         """Keep energy and position; return what is lost."""
-        before, stood = self.energy, self.rest + self.deflection
+        before, stood = self.energy, self.position
         self.deflection = kept(self.deflection, self.stiffness, stiffness)
         self.rest = stood - self.deflection
         self.stiffness, self.damping = stiffness, damping

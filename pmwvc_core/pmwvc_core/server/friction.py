@@ -55,9 +55,9 @@ class AnchoredGrip(Stateful):
         return self._join(self.grip.deflection, self.anchor.deflection)
 
     @property
-    def rest(self) -> Value:
-        """The face and the anchor, from the object's centre [m]."""
-        return self._join(self.grip.rest, self.anchor.rest)
+    def position(self) -> Value:
+        """Position of the avatar, from the object's centre [m]."""
+        return self._join(self.grip.position, self.anchor.position)
 
     @property
     def touching(self) -> Flag:

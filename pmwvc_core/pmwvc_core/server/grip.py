@@ -56,6 +56,11 @@ class Grip(Stateful):
         self.deflection: Value = self.inward * 0.0  # [m], from the face
 
     @property
+    def position(self) -> Value:
+        """Position of the avatar, from the object's centre [m]."""
+        return self.rest + self.deflection
+
+    @property
     def depth(self) -> Value:
         """Depth of the avatar inside the face; negative outside [m]."""
         return self.inward * self.deflection
@@ -89,7 +94,7 @@ class Grip(Stateful):
     def configure(self, stiffness: Value, damping: Value) -> Value:
         """Keep energy and position; return what is lost."""
         before, depth = self.energy, self.depth
-        stood = self.rest + self.deflection
+        stood = self.position
         inside = kept(depth, self.stiffness, stiffness)
         self.deflection = self.inward * where(depth > 0.0, inside, depth)
         self.rest, self._shifted = stood - self.deflection, True

@@ -21,7 +21,7 @@ Equations: docs/theory.md 17.20.
 
 from collections.abc import Sequence
 
-from pmwvc_core.numeric import Value, anywhere, limit_length, squared
+from pmwvc_core.numeric import Value, anywhere, limit_length
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings import COUPLINGS, Faulting
 from pmwvc_core.server.couplings.contained import solver_of
@@ -66,16 +66,12 @@ class WaveServer(ServerController):
                 port.take(wave)
                 present.append(port)
         self.dissipated = self.dissipated + self._solver.step(present, self.body)
-        half_s = self._half_period
         for port in present:
-            v_s = port.give(port.wave.v(port.u_s, port.f_s))
-            u_s = port.u_s
+            port.give(port.wave.v(port.u_s, port.f_s), self._half_period)
             if anywhere(port.offset != 0.0):
                 self._slide(port)
-            port.x_s = self._avatar_position(port)
-            port.energy_u_s = port.energy_u_s + half_s * squared(u_s)
-            port.energy_v_s = port.energy_v_s + half_s * squared(v_s)
-        return self.v_s
+            port.x_s = self.body.x + port.contact.position
+        return [port.v_s for port in self.ports]
 
     def _slide(self, port: UserPort) -> None:
         """Bring an avatar that touches nothing closer to its device."""

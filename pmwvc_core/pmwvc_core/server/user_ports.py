@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from pmwvc_core.numeric import Flag, Value, root
+from pmwvc_core.numeric import Flag, Value, root, squared
 from pmwvc_core.params import BaselineParams, ContactParams, ServerParams
 from pmwvc_core.server.avatar_brake import BRAKES, AvatarBrake
 from pmwvc_core.server.black_box.faults import Faults
@@ -106,14 +106,17 @@ class UserPort(Stateful):
             self.match(ratio * self.b)
             self.u_s = wave / root(ratio)
 
-    def give(self, wave: Value) -> Value:
-        """Return the wave to send [sqrt(W)], given the one that the step returned."""
+    def give(self, wave: Value, half_s: float) -> None:
+        """Give the wave that the step returned [sqrt(W)] to the user, through the brake; count
+        the energies of a step of twice ``half_s`` seconds.
+        """
         front = self.front
         if front is not None and self.brake is not None:
             wave = self.brake.wave(front.u_s, (self.u_s, wave), front.ratio)
             self.b, self.wave, self.u_s, self.front = front.b, front.wave, front.u_s, None
         self.v_s = wave
-        return wave
+        self.energy_u_s = self.energy_u_s + half_s * squared(self.u_s)
+        self.energy_v_s = self.energy_v_s + half_s * squared(wave)
 
     def silence(self, zero: Value) -> None:
         """Forget the signals of the last step; the energies stay."""
@@ -210,7 +213,7 @@ class ServerController(Stateful, ABC):
         self.body.x = self.body.x + zero
         self.body.xd = self.body.xd + zero
         port.contact.attach(position - self.body.x)
-        port.x_s = self._avatar_position(port)
+        port.x_s = self.body.x + port.contact.position
         port.offset = port.x_s - position
         port.present = True
 
@@ -221,9 +224,6 @@ class ServerController(Stateful, ABC):
             self.dissipated = self.dissipated + port.contact.detach()
             port.silence(0.0 * port.f_s)
             port.present = False
-
-    def _avatar_position(self, port: UserPort) -> Value:
-        return self.body.x + (port.contact.rest + port.contact.deflection)
 
     def _present_ports(self) -> list[UserPort]:
         return [port for port in self.ports if port.present]

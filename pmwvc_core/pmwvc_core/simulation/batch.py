@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pmwvc_core.frame.server_step import ServerRow
+from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.changes import over_time
 from pmwvc_core.scenario.scenario import Scenario

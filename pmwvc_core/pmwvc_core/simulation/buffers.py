@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.frame.force_loop import SIGNALS, FrameReport
-from pmwvc_core.frame.server_step import ServerRow, ServerStep
+from pmwvc_core.frame.rows import SIGNALS, FrameReport, ServerRow
+from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.numeric import Array, Value, where
 from pmwvc_core.simulation.columns import Columns
 from pmwvc_core.simulation.user import Frame

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from pmwvc_core.frame.assembly import server_step_of
-from pmwvc_core.frame.server_step import ServerRow
+from pmwvc_core.frame.rows import ServerRow
 from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The receiver of one direction: packets are judged and counted, the newest is kept.
 
-This is the hold-last receiver of the plain channel (the dissertation's): the newest wave is used
-until a newer one comes. It guards against broken and stray packets, not against the energy that
-holding creates. That of the strict channel is built on it (:mod:`.strict_receiver`).
+This is the receiver of the plain channel (the dissertation's) and of the zeroing one. It guards
+against broken and stray packets, not against the energy that holding a wave creates; what is
+accepted is given out by its ``playout`` (:class:`.rates.Latest`). That of the strict channel is
+built on it (:mod:`.strict_receiver`).
 It follows one sender at a time: another epoch takes over only when the sender followed is silent
 or has left, and only as one that sends as fast as a sender does (:mod:`.senders`).
 Time is an argument (integer nanoseconds of this end's monotonic clock).
@@ -19,6 +20,8 @@ from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket
 from pmwvc_core.transport.path import Path
 from pmwvc_core.transport.senders import INSIST, Run, Senders
 from pmwvc_core.transport.verdict import Verdict
+from pmwvc_core.wave.playout import Playout
+from pmwvc_core.wave.rates import Latest
 
 WINDOW = 256  # packet numbers below the newest of which we know whether they came
 KNOWN = (1 << WINDOW) - 1
@@ -47,32 +50,43 @@ class Receiver(Stateful):
     max_wave
         Longest wave that a legal device can emit [sqrt(W)]; no limit by default. In a batch one of
         each run.
+    once
+        Whether a wave counts for one step (the zeroing channel).
+
+    Attributes
+    ----------
+    playout
+        What has arrived and is given out.
     """
 
-    BLOCKS = "path"
+    BLOCKS = "path playout"
     MEMORY = (
-        "counts lost held skipped newest round_trip_s accepted_ns came_ns _waiting _seen _first "
-        "_retired others _own"
+        "counts lost newest round_trip_s accepted_ns came_ns _seen _first _retired others _own"
     )
+    plays_on = False  # in a silence; and whoever uses the playout steps it
+    playout: Latest | Playout
 
     def __init__(
-        self, dof: int, *, period_s: float, timeout_s: float, max_wave: Value = math.inf
+        self,
+        dof: int,
+        *,
+        period_s: float,
+        timeout_s: float,
+        max_wave: Value = math.inf,
+        once: bool = False,
     ) -> None:
         self.dof = dof
         self.period_s = period_s
         self.max_wave = max_wave
         self.counts = dict.fromkeys(Verdict, 0)
         self.lost = 0  # numbers skipped and not come since
-        self.held = 0  # takes that found nothing new
-        self.skipped = 0  # packets that a newer one replaced before they were taken
         self.newest: WavePacket | None = None  # accepted; None before the first
         self.round_trip_s: float | None = None
         self._silence_ns = round(max(timeout_s, 3.0 * period_s) * 1e9)
         self.accepted_ns = 0  # when the newest was taken,
         self.came_ns = 0  # and when it reached this end, which may be before
         self.path = Path()  # delay and jitter of the packets, both ways
-        self.step_s = period_s  # for which a wave is given out, where it is played out
-        self._waiting = 0
+        self.playout = Latest(once=once)
         self._first = 0  # number at which this baseline began
         self._seen = 0  # bit i: number newest.seq - i has come
         self._retired: list[int] = []
@@ -96,27 +110,9 @@ class Receiver(Stateful):
         self._accept(packet, now_ns, fresh=verdict is not ACCEPTED)
         return verdict
 
-    def wave(self, now_ns: int) -> Value:
-        """Return the wave of the step that begins [sqrt(W)]: the newest one, zero in a silence."""
-        wave = self.take(now_ns)
-        return wave * 0.0 if self.silent(now_ns) else wave
-
-    def begin(self) -> None:
-        """Begin anew with the newest packet: the peer placed its position by it."""
-
-    @property
-    def waiting(self) -> Flag:
-        """Whether nothing is at hand: never here, where the newest wave is held."""
-        return False
-
-    @property
-    def short(self) -> Flag:
-        """Whether energy is missing here for a part of the wave that has arrived."""
-        return False
-
     def spared(self, h: float) -> Value:
         """Return energy that the other end lacks and this one has, over ``h`` seconds [J]."""
-        return 0.0
+        return 0.0 if self.newest is None else self.playout.spared(h, wanted=self.newest.short)
 
     @property
     def interrupted(self) -> Flag:
@@ -131,17 +127,6 @@ class Receiver(Stateful):
     def timeout_s(self) -> float:
         """Time without a packet after which this end is silent [s]."""
         return self._silence_ns * 1e-9
-
-    def take(self, now_ns: int) -> Value:
-        """Return the newest wave [sqrt(W)]; zero before the first packet."""
-        if self.newest is None:
-            return 0.0
-        if self._waiting:
-            self.skipped += self._waiting - 1
-            self._waiting = 0
-        else:
-            self.held += 1
-        return self.newest.wave
 
     def position(self) -> Value:
         """Return the position that came with the newest wave [m]; zero before the first packet."""
@@ -242,7 +227,8 @@ class Receiver(Stateful):
         if fresh:
             self.path.restart()
         self.path.add(packet, came_ns)
-        self._waiting += 1
+        if isinstance(self.playout, Latest):
+            self.playout.add(packet.wave)
         if packet.echo_seq > 0:
             round_trip_ns = came_ns - packet.echo_sent_ns - packet.echo_hold_ns
             if 0 <= round_trip_ns <= LONGEST_ROUND_TRIP_NS:

@@ -36,27 +36,23 @@ class StrictReceiver(Receiver):
     ----------
     dof, period_s, timeout_s, max_wave
         As for every receiver; the period is the one expected at first.
-    step_s
-        Time for which a wave is given out [s].
     most_repaid
         Longest wave that makes up what is undelivered [sqrt(W)].
 
     Attributes
     ----------
-    playout
-        What has arrived and is given out.
     interval_s, lateness_s
         Time for which packets stand, and mean deviation of their arrivals from it [s].
     """
 
-    BLOCKS = "playout"
     MEMORY = "interval_s lateness_s _silence_ns _least_s _most_s _unreceived_ns"
+    plays_on = True
+    playout: Playout
 
     def __init__(
         self,
         dof: int,
         *,
-        step_s: float,
         most_repaid: Value,
         timeout_s: float,
         **as_any_receiver: Any,
@@ -65,31 +61,9 @@ class StrictReceiver(Receiver):
         self.playout = Playout(most_repaid=most_repaid)
         self.interval_s = self.period_s
         self.lateness_s = 0.0
-        self.step_s = step_s
         self._unreceived_ns: int | None = None  # since when the other end waits
         self._least_silence_s = timeout_s
         self._least_s = self._most_s = self.period_s  # for which packets stood
-
-    def wave(self, now_ns: int) -> Value:
-        """Play out the wave of the step that begins [sqrt(W)]."""
-        self.take(now_ns)
-        return self.playout.step(self.step_s)
-
-    @property
-    def waiting(self) -> Flag:
-        """Whether the playout had to wait."""
-        return self.playout.dry
-
-    @property
-    def short(self) -> Flag:
-        """Whether energy is missing for what is undelivered, or has been at hand for too long."""
-        return self.playout.short
-
-    def spared(self, h: float) -> Value:
-        """Return energy that the other end lacks and this one has, over ``h`` seconds [J]."""
-        if self.newest is None:
-            return 0.0
-        return self.playout.spared(h, wanted=self.newest.short)
 
     @property
     def interrupted(self) -> Flag:
@@ -100,10 +74,6 @@ class StrictReceiver(Receiver):
         """Tell whether the other end's playout has been without this end's waves for too long."""
         begun_ns = self._unreceived_ns
         return begun_ns is not None and now_ns - begun_ns > self._silence_ns
-
-    def begin(self) -> None:
-        """Begin with the next packet: the newest one and those before it count no more."""
-        self.playout.begin()
 
     def _lasts(self, period_s: float) -> bool:
         return 0.0 < period_s <= LONGEST_PERIOD_S

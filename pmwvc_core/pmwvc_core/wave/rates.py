@@ -6,16 +6,18 @@ The filter takes the outgoing wave of every tick, and a packet is what it gives 
 packet v_i that comes back stands for M ticks, so it brings the energy |v_i|^2 M T_c / 2; the hold,
 zero-order or delayed first-order, expands it to them. On floats or on arrays ``(runs, dof)``.
 
+What arrives is given out as :class:`Latest`, on the plain and on the zeroing channel.
+
 Coefficients come from :mod:`pmwvc_core.wave.design.filter_design`; what the rate drop makes of
 them is judged in :mod:`pmwvc_core.wave.design.aliasing`.
 
-Equations: docs/theory.md 2.1, 2.5, 3.1.
+Equations: docs/theory.md 2.1, 2.5, 3.1, 3.4.
 """
 
 from typing import Protocol
 
 from pmwvc_core.account import Passage
-from pmwvc_core.numeric import Value, exponential
+from pmwvc_core.numeric import Flag, Value, exponential
 from pmwvc_core.params import FilterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.wave.cascade import Cascade
@@ -131,6 +133,47 @@ class AntiAliasing(Stateful):
         self._stage = stage
         self.step = stage.step  # bound once: one call less per tick
         self.sample = stage.sample
+
+
+class Latest(Stateful):
+    """The newest wave that has arrived, given out at every step until a newer one comes.
+
+    Holding spends energy that did not arrive where packets fail to come. With ``once`` (the
+    zeroing channel) a wave counts for one step, and where none has come the wave is zero: given
+    out for one step of the length that its packet stands for, it brings no more energy than the
+    packet carried, whatever is lost, late, repeated or out of order. The displacement of what did
+    not come in time is lost.
+
+    Attributes
+    ----------
+    dry, short
+        Whether it has to wait, or lacks energy: never; see :class:`.playout.Playout`.
+    """
+
+    MEMORY = "_wave _fresh"
+    dry: Flag = False
+    short: Flag = False
+
+    def __init__(self, *, once: bool = False) -> None:
+        self._once = once
+        self._wave: Value = 0.0
+        self._fresh = False
+
+    def begin(self) -> None:
+        """Begin anew with the newest wave: the peer placed its position by it."""
+
+    def spared(self, h: float, *, wanted: Flag) -> Value:
+        """Return the energy that passes on in ``h`` seconds [J]: none is kept."""
+        return 0.0
+
+    def add(self, wave: Value) -> None:
+        """Take the wave of a newer packet in [sqrt(W)], float or ``(..., dof)``."""
+        self._wave, self._fresh = wave, True
+
+    def step(self, h: float) -> Value:
+        """Return the wave of the next ``h`` seconds [sqrt(W)]; zero before the first."""
+        fresh, self._fresh = self._fresh, False
+        return self._wave if fresh or not self._once else 0.0 * self._wave
 
 
 class Hold(Stateful):

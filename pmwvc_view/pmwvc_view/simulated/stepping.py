@@ -10,8 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pmwvc_core.controllers import has_waves
-from pmwvc_core.frame.force_loop import SIGNALS
-from pmwvc_core.frame.server_step import ServerRow
+from pmwvc_core.frame.rows import SIGNALS, ServerRow
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.plant.remote_hand import RemoteHand, Target
 from pmwvc_core.scenario.scenario import Scenario

@@ -140,12 +140,10 @@ class BlackBoxServer(ServerController):
         for taken, v in zip(waves, returned, strict=True):
             port = self.ports[taken.user]
             self._add("withheld", squared(taken.v) - squared(v), 0.5)
-            v = port.give(v)
-            port.energy_u_s = port.energy_u_s + 0.5 * self._period * squared(port.u_s)
-            port.energy_v_s = port.energy_v_s + 0.5 * self._period * squared(v)
+            port.give(v, 0.5 * self._period)
         spent = self._sums["environment"] + self._sums["contained"]
         self.dissipated = spent - self.potential
-        return self.v_s
+        return [port.v_s for port in self.ports]
 
     def _reply(self, start: Array) -> Reply | None:
         """Return the environment's answer; None where there is none to be used."""

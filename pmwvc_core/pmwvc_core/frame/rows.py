@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The rows that both ends report: signals of a tick, sums of a frame, state after a step."""
+
+import enum
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from pmwvc_core.master.safety.states import Integers
+from pmwvc_core.numeric import Flag, Value
+
+# Of a tick: x_m [m], xd_m [m/s], f_h, f_m, f_applied [N], u_m, u_m_lp, v_m [sqrt(W)].
+Row = tuple[Value, Value, Value, Value, Value, Value, Value, Value]
+SIGNALS = ("x_m", "xd_m", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
+
+
+class FrameReport(NamedTuple):
+    """Safety state and running sums of energy at the end of a frame [J]."""
+
+    state: int | Integers
+    reason: str | list[str]
+    u_m: Value
+    u_tx: Value
+    v_rx: Value
+    v_m: Value
+    accounts: Mapping[str, Value]
+
+
+class Presence(enum.IntEnum):
+    """State of a user at the server; the numbers are those of the ServerTrace message."""
+
+    ABSENT = 0
+    JOINING = 1
+    COUPLED = 2
+    DAMPING = 3
+
+
+class PortRow(NamedTuple):
+    """A user's port after a step."""
+
+    x_s: Value  # [m]
+    xd_s: Value  # [m/s]
+    f_s: Value  # [N]
+    u_s: Value  # [sqrt(W)]
+    v_s: Value  # [sqrt(W)]
+    energy_u_s: Value  # [J]
+    energy_v_s: Value  # [J]
+    contact: Flag
+
+
+class ServerRow(NamedTuple):
+    """The server after a step; one port and state per user."""
+
+    x_o: Value  # [m]
+    xd_o: Value  # [m/s]
+    target: Value  # [m]
+    kinetic: Value  # [J]
+    potential: Value  # [J]
+    dissipated: Value  # [J]
+    ports: list[PortRow]
+    state: tuple[Presence, ...]
+    accounts: Mapping[str, Value]  # [J]
