@@ -7,6 +7,7 @@ import pytest
 from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
+from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.recording.assemble import continued
 from pmwvc_analysis.verdicts.passivity import passivity
@@ -92,18 +93,51 @@ def test_a_restart_at_any_time_takes_nothing_from_a_passive_link(dead, away, unr
     assert entry.up.balance_j[after][0] < entry.up.balance_j[~after].max() + 2e-3
 
 
-@pytest.mark.parametrize("way", ["up", "down"])
-def test_energy_that_is_made_after_a_restart_is_found(way):
-    traces, scenario = restarted(260, 60)
-    (user,), server = traces.users, traces.server
+LEAK_J, LEAK_S = 1e-3, 3.6
+
+
+def leaking(way):
+    """Return a session whose server is dead for 1.5 s, with a leak one way a while after that."""
+    traces, scenario = restarted(240, 190)
     assert all(port.passive for port in ports(traces, scenario).values())
+    (user,), server = traces.users, traces.server
+    blocks = user.block_time_s > LEAK_S
     if way == "up":
-        server.energy_u_s[0][330:] += 5e-3
+        server.energy_u_s[0][server.time_s > LEAK_S] += LEAK_J
+    elif way == "down":
+        user.energy["v_m"][blocks] += LEAK_J
     else:
-        rows = user.block_time_s > 3.0
-        user.v_m[user.time_s > 3.0] += 0.3
-        user.energy["v_m"][rows] += 5e-3
-    assert ports(traces, scenario)[way].passive is False
+        user.energy["device"][blocks] -= LEAK_J
+    return traces, scenario
+
+
+@pytest.mark.parametrize("way", ["up", "down", "hand_port"])
+def test_a_millijoule_that_is_made_after_a_restart_is_found(way):
+    found = ports(*leaking(way))[way]
+    assert found.passive is False
+    assert found.since_s == pytest.approx(LEAK_S, abs=0.02)
+    assert found.least_j == pytest.approx(-LEAK_J, abs=0.2e-3)
+
+
+def test_what_died_with_a_server_would_hide_it(monkeypatch):
+    """The control: packets that came while no server ran still count as held."""
+    monkeypatch.setattr(energy, "died_up", lambda times, *_: np.zeros(len(times)))
+    assert ports(*leaking("hand_port"))["hand_port"].passive
+
+
+def test_a_server_that_was_started_again_gives_out_nothing_that_the_one_before_held():
+    traces, scenario = restarted(300, 100)
+    server = traces.server
+    (before,) = passivity(traces, scenario, None).of("server")
+    assert before.passive
+    taken_j = server.energy_u_s[0] - server.energy_v_s[0]
+    held_j = taken_j[299]  # spring and damper
+    assert held_j > 5e-4
+    own_j = taken_j[-1] - held_j  # of the new server
+    server.energy_v_s[0][server.time_s > LEAK_S] += own_j + 0.5 * held_j
+    (after,) = passivity(traces, scenario, None).of("server")
+    assert after.passive is False
+    assert after.least_j == pytest.approx(-0.5 * held_j, rel=0.1)
 
 
 def test_steps_that_a_killed_server_did_not_record_are_found_in_its_packets():

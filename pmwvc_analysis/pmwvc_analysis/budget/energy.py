@@ -42,7 +42,7 @@ import numpy as np
 from pmwvc_analysis.budget.blocks import paid, released
 from pmwvc_analysis.budget.criterion import tolerance
 from pmwvc_analysis.budget.hand_work import hand_work
-from pmwvc_analysis.traces.server_starts import completed, instants, lost
+from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
 from pmwvc_analysis.traces.stretches import Stretches, stretches
 from pmwvc_analysis.traces.sums import UserSums, anchored, ran_s, running, up_to
 from pmwvc_core.account import wave_energy
@@ -160,9 +160,9 @@ def _of_user(
     times, steps = instants(server, times)
     stays = stretches(user, server, traces)
     rows = stays.known(times)
-    u_s = running(server.energy_u_s[index])[steps]
+    taken = running(server.energy_u_s[index])
     v_s = completed(running(server.energy_v_s[index]), server, traces, user.name)[steps]
-    gone = lost(times, server, traces, user.name)
+    died = died_up(times, server, traces, user.name, taken)
 
     def of_lives(sums: Array, begins_s: Sequence[float]) -> Array:
         """Return running sums that begin at zero with every life but the first."""
@@ -176,26 +176,29 @@ def _of_user(
     def begun(sums: Array) -> Array:
         return of_lives(sums, [life.begun_s for life in stays.lives[1:]])[rows]
 
-    taken = of_lives(u_s, [life.joined_s for life in stays.lives[1:]])[rows]
+    taken = of_lives(taken[steps], [life.joined_s for life in stays.lives[1:]])[rows]
 
     work = hand_work(user, known.device if known else None)
     at = work.at(user, times)
-    joint = Balance(times[rows], begun(at.sums), taken - begun(v_s))
     up = down = None
+    gone = np.zeros(len(times))
     if scenario is not None and scenario.strict and known is not None:
         live = traces.source == "live"
         sums = UserSums(user, times)
-        sent = paid(sums, live=live) - gone
-        up = Balance(times[rows], begun(sent), taken)
+        up = Balance(times[rows], begun(paid(sums, live=live) - died), taken)
+        given_up = discarded(times, server, traces, sums)
+        gone = died + given_up
         if not alters_wave(known.master):
             v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
             given = _at(times, user, v_m) + released(sums, after_s=np.inf)
-            down = Balance(times[rows], begun(v_s), begun(given))
+            down = Balance(times[rows], begun(v_s - given_up), begun(given))
     elif (user.u_m.any() or user.v_m.any()) and not user.accounts:
         u_m = anchored(user, wave_energy(user.u_m, user.tick_s), user.energy.get("u_m"))
         v_m = anchored(user, wave_energy(user.v_m, user.tick_s), user.energy.get("v_m"))
-        up = Balance(times[rows], begun(_at(times, user, u_m) - gone), taken)
+        up = Balance(times[rows], begun(_at(times, user, u_m) - died), taken)
         down = Balance(times[rows], begun(v_s), begun(_at(times, user, v_m)))
+        gone = died
+    joint = Balance(times[rows], begun(at.sums - gone), taken - begun(v_s))
     storage = declared_storage_j(scenario.controller, known) if scenario and known else 0.0
     return UserEnergy(user.name, up, down, joint, at.resolution[rows], storage, stays)
 

@@ -5,9 +5,15 @@
 While no server runs nothing enters the links at its end, and the masters' records go on: the sums
 of the server stand still, those of the masters are known, and the balances of the links are judged
 all the time. What a server that was killed sent and had not recorded yet is found in its packets,
-which carry the energy sent so far. What it received in such a step died with it, and so did what
-packets brought while no server ran: no later server may give it out. A queue keeps the last
-packets that came before a server's first step.
+which carry the energy sent so far.
+
+A new server begins with nothing. What the one before it had received and not used, and what
+packets brought while no server ran, no later server may give out (:func:`died_up`); a queue keeps
+the last packets that came before a server's first step. At the device the playout discards what it
+had of the server before (:func:`discarded`). Neither is left in a balance from the start on, where
+it would hide energy that is generated later.
+
+Equations: docs/theory.md 13.12.
 """
 
 from typing import NamedTuple
@@ -15,6 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.traces.sums import UserSums
+from pmwvc_core.master.strict_port import DISCARDED
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces
 
@@ -81,20 +89,43 @@ def completed(sums: Array, server: ServerTraces, traces: SessionTraces, user: st
     return sums
 
 
-def lost(times: Array, server: ServerTraces, traces: SessionTraces, user: str) -> Array:
-    """Return the energy of a user's packets that no server took, at some instants [J]."""
+def died_up(
+    times: Array, server: ServerTraces, traces: SessionTraces, user: str, taken: Array
+) -> Array:
+    """Return the energy of a user's packets that no server used or will use, at some instants [J].
+
+    Parameters
+    ----------
+    taken
+        Energy that the servers took, going on across starts ``(step,)`` [J].
+    """
     found = np.zeros(len(times))
     packets = traces.packets.get(f"/server/{user}/wave_up")
-    if packets is None or len(np.unique(packets.epoch)) > 1:  # another start of the user as well
+    if packets is None or _again(packets):
         return found
     for start in starts(server):
-        last_s = server.time_s[start.last] + server.periods_s[start.last]
-        before = packets.energy[packets.time_s <= last_s]
         idle = packets.energy[packets.time_s < start.begins_s][:-QUEUE]
-        if len(before) and len(idle):
-            gone = max(float(idle.max()) - float(before.max()), 0.0)
-            found[times >= start.begins_s] += gone
+        if len(idle):
+            gone = max(float(idle.max()) - float(taken[start.last]), 0.0)
+            after = times >= start.begins_s
+            found[after] = np.maximum(found[after], gone)
     return found
+
+
+def discarded(times: Array, server: ServerTraces, traces: SessionTraces, sums: UserSums) -> Array:
+    """Return what the playout of a device has discarded, from a server's second start on [J]."""
+    given_up = sums.user.accounts.get(DISCARDED.name)
+    packets = traces.packets.get(f"/server/{sums.user.name}/wave_up")
+    again = starts(server)
+    if not again or given_up is None or packets is None or _again(packets):
+        return np.zeros(len(times))
+    known = sums.of_blocks(given_up, after_s=np.inf)
+    return np.where(times >= again[0].begins_s, known, 0.0)
+
+
+def _again(packets: PacketTraces) -> bool:
+    """Tell whether the user was started again as well."""
+    return len(np.unique(packets.epoch)) > 1
 
 
 def _largest(packets: PacketTraces | None, since_s: float, until_s: float) -> float:

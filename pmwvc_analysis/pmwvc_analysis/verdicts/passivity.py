@@ -27,6 +27,7 @@ from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.criterion import Finding, judge, not_judged, together, tolerance
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import Hole, Unjudged, holes
+from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.sums import running
 from pmwvc_analysis.verdicts.open_balances import hidden, within
 from pmwvc_core.numeric import Array
@@ -133,6 +134,8 @@ def _of_server(
     assert server is not None
     taken = np.sum([running(sums) for sums in server.energy_u_s], axis=0)
     given = np.sum([running(sums) for sums in server.energy_v_s], axis=0)
+    for start in starts(server):  # what it held died with the one before
+        taken[start.row :] -= taken[start.last] - given[start.last]
     found = judge(
         SERVER,
         SERVER,
