@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Ctrl-C at any instant of a start: one line, exit code 130, nothing left."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -25,6 +26,16 @@ def executed(pid: int) -> str:
         return os.readlink(f"/proc/{pid}/exe")
     except FileNotFoundError:
         return ""
+
+
+def loads_view(session: int) -> bool:
+    """Tell whether a view node of a session of processes has begun to load its modules."""
+    for folder in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            view = b"pmwvc_view.node" in (folder / "cmdline").read_bytes()
+            if view and os.getsid(int(folder.name)) == session:
+                return "_multiarray_umath" in mapped(int(folder.name))
+    return False
 
 
 # Instants of a start, by what the process has done so far: is Python, has loaded a module.
@@ -51,6 +62,23 @@ def test_an_interrupt_while_modules_load_is_one_line(tmp_path, words, instant):
         _, said = process.communicate()
     assert process.returncode == 130, said
     assert said in ("pmwvc: interrupted\n", "pmwvc: ended before the session began\n")
+
+
+@pytest.mark.parametrize("words", [["view", "--no-browser"], ["node", "view"]])
+def test_an_interrupt_while_the_modules_of_a_node_load_ends_it(words):
+    with subprocess.Popen(
+        [ROOT / "pmwvc", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        while not loads_view(process.pid):
+            assert process.poll() is None
+        os.killpg(process.pid, signal.SIGINT)
+        said, _ = process.communicate()
+    assert process.returncode == 0, said
+    assert "Traceback" not in said
 
 
 @pytest.mark.parametrize("nodes", [0, 1, 3, 5])

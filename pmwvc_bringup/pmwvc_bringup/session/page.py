@@ -5,6 +5,7 @@ else started, in the domain of that session.
 """
 
 import os
+import signal
 import subprocess
 import sys
 import webbrowser
@@ -72,7 +73,9 @@ def view(console: Console, *, page: Page, namespace: str, browser: bool) -> int:
         words += ["-r", f"__ns:=/{namespace.strip('/')}"]
     console.print(f"looking for a session with {DOMAIN}={environment[DOMAIN]}; Ctrl-C ends")
     with Interrupts().caught():  # the node gets a Ctrl-C as well, and ends by it
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # for the node, until it can
         process = subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         assert process.stdout is not None
         with process.stdout as lines:
             for line in lines:

@@ -208,6 +208,7 @@ def _signals_set(stop: threading.Event) -> Iterator[None]:
     os.set_blocking(writer, False)
     handlers = {number: signal.signal(number, lambda *_: None) for number in _SIGNALS}
     wakeup = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _SIGNALS)  # blocked while the modules load
 
     def watch() -> None:
         while os.read(reader, 1):

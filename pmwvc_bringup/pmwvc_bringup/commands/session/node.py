@@ -5,6 +5,7 @@
 import argparse
 import contextlib
 import os
+import signal
 import sys
 import textwrap
 from collections.abc import Callable
@@ -48,6 +49,7 @@ def run(arguments: argparse.Namespace) -> Result:
     from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment
 
     words = [sys.executable, "-m", MODULES[arguments.kind], *arguments.arguments]
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # until the node can end by it
     os.execve(sys.executable, words, own_environment({RANGE: LOCALHOST, **os.environ}))
 
 
