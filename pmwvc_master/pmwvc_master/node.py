@@ -27,7 +27,6 @@ from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.receptions import Receptions
 from pmwvc_core.transport.reception import diagnostics
-from pmwvc_core.transport.verdict import Verdict
 from pmwvc_core.wave.design.aliasing import warnings_of
 from pmwvc_master.loop import MasterLoop
 from pmwvc_master.plugins import make_device
@@ -154,20 +153,16 @@ class Master:
         self._looked_s = now
         safety, inbox = loop.protocol.safety, loop.protocol.inbox
         state = STATES[int(safety.state)]
-        trip = inbox.round_trip_s
         values |= {
             "missed deadlines": loop.missed,
             "device samples": loop.work.samples,
             "state": state,
             "reason": safety.reason,
             "safety events": safety.events,
-            "packets lost": inbox.lost,
             "packets of another controller": loop.protocol.other_controller,
-            "round trip [ms]": "unknown" if trip is None else f"{trip * 1e3:.1f}",
             "real time": str(loop.report or "not requested yet"),
         }
-        values |= diagnostics(inbox.path.estimate(), out="up", into="down")
-        values |= {f"packets {verdict.value}": inbox.counts[verdict] for verdict in Verdict}
+        values |= diagnostics(inbox, out="up", into="down")
         wrong, peers = self._peers.look()
         values |= peers
         wrong += [f"{missed} deadlines missed"] if missed else []

@@ -24,9 +24,7 @@ from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.receptions import Receptions
-from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.reception import diagnostics
-from pmwvc_core.transport.verdict import Verdict
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene
 from pmwvc_server.params import PauseParams
@@ -158,7 +156,9 @@ class Server:
         for user, name in enumerate(self.names):
             presence = loop.protocol.presence[user]
             silent += [name] if presence is Presence.DAMPING else []
-            values |= _user_values(name, presence, loop.protocol.inboxes[user])
+            seen = diagnostics(loop.protocol.inboxes[user], out="down", into="up")
+            values[f"{name}: state"] = presence.name.lower()
+            values |= {f"{name}: {key}": value for key, value in seen.items()}
         there = sum(presence is not Presence.ABSENT for presence in loop.protocol.presence)
         text = f"{there} of {len(self.names)} users"
         text += "; paused" if loop.protocol.paused else ""
@@ -186,18 +186,6 @@ class Server:
             warning = f"a damper replaced the {faults.what} in {warning}"
         self.node.get_logger().warning(warning)
         return warning
-
-
-def _user_values(name: str, presence: Presence, inbox: Receiver) -> dict[str, object]:
-    values: dict[str, object] = {f"{name}: state": presence.name.lower()}
-    trip = inbox.round_trip_s
-    values[f"{name}: packets lost"] = inbox.lost
-    values[f"{name}: round trip [ms]"] = "unknown" if trip is None else f"{trip * 1e3:.1f}"
-    path = diagnostics(inbox.path.estimate(), out="down", into="up")
-    values |= {f"{name}: {key}": value for key, value in path.items()}
-    for verdict in Verdict:
-        values[f"{name}: packets {verdict.value}"] = inbox.counts[verdict]
-    return values
 
 
 main = partial(run_node, "server", Server)

@@ -15,18 +15,18 @@ from pmwvc_analysis.report.page import data_uri, filled
 from pmwvc_core.errors import file_errors
 
 PAGE, TEMPLATE = "comparison.html", "comparison_template.html"
-COLUMNS = (  # measure, heading, factor
-    ("k_max", "largest stable stiffness [N/m]", 1.0),
-    ("k_felt", "rendered stiffness [N/m]", 1.0),
-    ("first_peak_hz", "first resonance [Hz]", 1.0),
-    ("mass_free_kg", "mass in free space [kg]", 1.0),
-    ("damping_free_n_s_m", "damping in free space [N s/m]", 1.0),
-    ("coherency_rms_m", "offset of the device from its avatar, RMS [mm]", 1e3),
-    ("force_error_rms_n", "force error, RMS [N]", 1.0),
-    ("energy_min_j", "lowest energy balance of a port [mJ]", 1e3),
-    ("force_noise_n", "force noise, RMS [mN]", 1e3),
-    ("force_peak_n", "largest force [N]", 1.0),
-    ("left_out", "packets left out by a deadband [%]", 100.0),
+COLUMNS = (  # measure, heading of the report and of a terminal (empty: not there), factor
+    ("k_max", "largest stable stiffness [N/m]", "K max [N/m]", 1.0),
+    ("k_felt", "rendered stiffness [N/m]", "rendered [N/m]", 1.0),
+    ("first_peak_hz", "first resonance [Hz]", "peak [Hz]", 1.0),
+    ("mass_free_kg", "mass in free space [kg]", "free [kg]", 1.0),
+    ("damping_free_n_s_m", "damping in free space [N s/m]", "free [N s/m]", 1.0),
+    ("coherency_rms_m", "offset of the device from its avatar, RMS [mm]", "offset [mm]", 1e3),
+    ("force_error_rms_n", "force error, RMS [N]", "force err [N]", 1.0),
+    ("energy_min_j", "lowest energy balance of a port [mJ]", "balance [mJ]", 1e3),
+    ("force_noise_n", "force noise, RMS [mN]", "noise [mN]", 1e3),
+    ("force_peak_n", "largest force [N]", "", 1.0),
+    ("left_out", "packets left out by a deadband [%]", "left out [%]", 100.0),
 )
 
 
@@ -62,6 +62,6 @@ def render(
         changes=about.get("changes", {}),
         entries=entries,
         settings=[(e.label, parameters_of(e.scenario), tuning_of(e.scenario)) for e in entries],
-        columns=COLUMNS,
+        columns=[(name, heading, factor) for name, heading, _, factor in COLUMNS],
         figures=[(chart, data_uri(path)) for chart, path in figures],
     )

@@ -10,21 +10,8 @@ from rich.console import Console
 
 from pmwvc_analysis.compare.files import JSON
 from pmwvc_analysis.compare.measures import Entry
-from pmwvc_analysis.report.comparison_report import PAGE, write
+from pmwvc_analysis.report.comparison_report import COLUMNS, PAGE, write
 from pmwvc_bringup.command import Result
-
-COLUMNS = (  # heading, key of comparison.json, factor to the unit of the heading
-    ("K max [N/m]", "k_max", 1.0),
-    ("rendered [N/m]", "k_felt", 1.0),
-    ("peak [Hz]", "first_peak_hz", 1.0),
-    ("free [kg]", "mass_free_kg", 1.0),
-    ("free [N s/m]", "damping_free_n_s_m", 1.0),
-    ("offset [mm]", "coherency_rms_m", 1e3),
-    ("force err [N]", "force_error_rms_n", 1.0),
-    ("balance [mJ]", "energy_min_j", 1e3),
-    ("noise [mN]", "force_noise_n", 1e3),
-    ("left out [%]", "left_out", 100.0),
-)
 
 
 def report(
@@ -64,12 +51,13 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     """Return the table of a comparison for a terminal."""
     sessions = found["sessions"]
     width = max(len("session"), *(len(session["label"]) for session in sessions))
-    heads = "  ".join(f"{head:>14}" for head, _, _ in COLUMNS)
+    columns = [(name, head, factor) for name, _, head, factor in COLUMNS if head]
+    heads = "  ".join(f"{head:>14}" for _, head, _ in columns)
     table = [f"{'session':{width}}  {heads}  verdict"]
     for session in sessions:
         numbers = [
             "-" if session[name] is None else f"{session[name] * factor:.4g}"
-            for _, name, factor in COLUMNS
+            for name, _, factor in columns
         ]
         verdict = "stable" if session["stable"] else session["instability"] or "not judged"
         verdict += "" if session["passive"] is not False else ", not passive"

@@ -10,6 +10,7 @@ from pmwvc_core.transport.verdict import Verdict
 
 _TAKEN = (Verdict.ACCEPTED, Verdict.NEW_EPOCH, Verdict.DUPLICATE, Verdict.REORDERED)
 REFUSED = {each.name.lower(): each for each in Verdict if each not in _TAKEN}  # by message field
+ROUND_TRIP = "round trip [ms]"  # of diagnostics
 PASSAGE = (  # fields of the Reception message
     *("delay_least", "delay_mean", "delay_max", "jitter"),  # [s] of packets that come in
     "delay_open",  # [s] bound of these; 0 where both ends read one clock
@@ -45,8 +46,20 @@ def passage(path: PathEstimate | None) -> dict[str, float]:
     return dict(zip(PASSAGE, (*delays, *clocks, path.round_trip_s), strict=True))
 
 
-def diagnostics(path: PathEstimate | None, *, out: str, into: str) -> dict[str, object]:
-    """Return a path for people, by name; ``out`` and ``into`` name the directions."""
+def diagnostics(inbox: Receiver, *, out: str, into: str) -> dict[str, object]:
+    """Return what a receiver has seen for people, by name; ``out`` and ``into`` name the
+    directions.
+    """
+    trip = inbox.round_trip_s
+    return {
+        "packets lost": inbox.lost,
+        ROUND_TRIP: "unknown" if trip is None else f"{trip * 1e3:.1f}",
+        **_path(inbox.path.estimate(), out, into),
+        **{f"packets {verdict.value}": inbox.counts[verdict] for verdict in Verdict},
+    }
+
+
+def _path(path: PathEstimate | None, out: str, into: str) -> dict[str, object]:
     if path is None:
         return {f"delay {out}": "unknown", f"delay {into}": "unknown"}
     found: dict[str, object] = {}

@@ -16,6 +16,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import misfit
 from pmwvc_core.runtime.polling import TRACE_QOS, Polled
+from pmwvc_core.transport.reception import ROUND_TRIP
 from pmwvc_msgs.msg import MasterTrace, PacketFate, ServerTrace
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import NS
@@ -23,7 +24,6 @@ from pmwvc_view.live.graph import Graph
 from pmwvc_view.live.readers import MasterReader, ServerReader
 
 SLOW_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
-ROUND_TRIP = "round trip [ms]"
 NEAR_NS = 60_000_000_000  # fates farther from the traces are of another machine's clock
 
 
