@@ -85,7 +85,8 @@ class ServerLoop:
         self.missed += tick.skipped
         self._due_ns = tick.due_ns
         packets = [link.take() for link in self._links]
-        answers, row = self.protocol.tick(self._clock(), packets)
+        missed_s = tick.skipped * self._period_ns * 1e-9
+        answers, row = self.protocol.tick(self._clock(), packets, missed_s)
         if row is None:
             return
         for link, answer in zip(self._links, answers, strict=True):

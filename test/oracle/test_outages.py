@@ -12,9 +12,12 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events.safety import brakes, limited
 from pmwvc_bringup import scenarios as files
+from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.master.safety.limiter import SafetyState
 from pmwvc_core.master.strict_port import KEPT_J
 from pmwvc_core.simulation.batch import SessionBatch
+from pmwvc_core.simulation.conditions import Conditions, Steps
+from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.playout import Playout
 
 BEGIN_S, LEAST_J = 6.0, -1e-9
@@ -104,6 +107,43 @@ def test_what_a_brake_holds_is_not_paid_to_packets_and_is_no_limit():
         beside = np.abs(user.f_applied - user.f_m)[user.time_s > 2.0]
         assert brakes(user).any() and beside.max() > 0.1  # [N] of the brake
         assert not limited(user)[user.time_s > 2.0].any()
+
+
+STALL_S, STALLED = 4.0, {"user1": 0.3, "server": 1.0}
+
+
+def stalled(who):
+    """Two hands carry; the loop of one process stands still and skips what was due."""
+    scenario = files.load("blackout_2s", settings_texts=["link.schedule="], duration_s=7.0)
+    end_s = STALL_S + STALLED[who]
+    ticks = np.arange(7000, dtype=np.int64)
+    still = (ticks >= STALL_S * 1000) & (ticks < end_s * 1000)
+    if who == "server":
+        steps = ticks[(ticks % 8 == 2) & ~still]
+        conditions = Conditions(schedule=LIVE, steps=Steps(steps, steps * 1_000_000))
+    else:
+        ran_ns = {who: np.where(still, -1, ticks * 1_000_000)}
+        conditions = Conditions(schedule=LIVE, ran_ns=ran_ns)
+    return scenario, simulate_one(scenario, conditions)
+
+
+@pytest.mark.parametrize("who", STALLED)
+def test_a_loop_that_stood_still_is_as_late_as_before(who):
+    scenario, traces = stalled(who)
+    assert apart_m(traces, STALL_S + STALLED[who] + 1.2, 7.0) < 1.25 * apart_m(
+        traces, 3.0, STALL_S
+    )
+    for user, energy in zip(traces.users, user_energies(traces, scenario), strict=True):
+        assert min(way.minimum_j for way in (energy.up, energy.down, energy.joint)) >= LEAST_J
+        limit = scenario.users[0].safety.max_slew * scenario.tick_s
+        assert np.abs(np.diff(user.f_applied[:, 0])).max() <= limit * (1.0 + 1e-9)
+
+
+def test_one_that_plays_later_what_was_due_meanwhile_stays_apart(monkeypatch):
+    """The control."""
+    monkeypatch.setattr(Playout, "pass_by", lambda *_: None)
+    _, traces = stalled("user1")
+    assert apart_m(traces, STALL_S + 1.5, 7.0) > 5e-3
 
 
 def test_what_a_playout_passes_on_beside_its_wave_is_the_nodes():

@@ -82,3 +82,23 @@ def test_nothing_is_passed_on_that_nobody_wants(schedule):
     for own, alone in run(playout, schedule, wants=False):
         np.testing.assert_array_equal(own, alone)
     assert np.all(playout.passed_j == 0.0)
+
+
+@settings(max_examples=15)
+@given(
+    schedule=schedules, missed=st.lists(st.sampled_from((0.0, 0.0, 0.004, 0.1, 2.0)), min_size=1)
+)
+def test_a_loop_that_stands_still_gives_out_no_more_and_loses_no_motion(schedule, missed):
+    rng = np.random.default_rng(schedule["seed"])
+    playout, arrived, given_out = Playout(most_repaid=1.0), 0.0, 0.0
+    shape = (schedule["runs"], schedule["dof"]) if schedule["runs"] else (schedule["dof"],)
+    for k in range(60):
+        wave = rng.normal(size=shape)
+        playout.add(wave * PERIOD_S, schedule["paid"] * 0.5 * squared(wave) * PERIOD_S, PERIOD_S)
+        arrived = arrived + wave * PERIOD_S
+        playout.pass_by(missed[k % len(missed)])
+        for _ in range(schedule["steps"][k % len(schedule["steps"])]):
+            given_out = given_out + playout.step(STEP_S) * STEP_S
+        size = float(np.max(playout.received_j))
+        assert np.all(playout.given_j <= playout.received_j + ROUNDING * size)
+        np.testing.assert_allclose(given_out + playout.waiting, arrived, atol=1e-12)

@@ -32,12 +32,12 @@ class TwoServers:
     def __getattr__(self, name):
         return getattr(self.present, name)
 
-    def tick(self, now_ns, packets):
+    def tick(self, now_ns, packets, missed_s=0.0):
         if self._dead_ns <= now_ns < self._again_ns:
             return [None for _ in packets], None
         if now_ns >= self._again_ns:
             self.present = self._second
-        return self.present.tick(now_ns, packets)
+        return self.present.tick(now_ns, packets, missed_s)
 
 
 def restarted(dead_step, away_steps, *, channel="strict", unrecorded=0):

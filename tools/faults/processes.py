@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from faults.fault import Fault, Outcome, joined
+from pmwvc_analysis.prediction.lag import lag_s
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_bringup import scenarios
 from pmwvc_core.numeric import Array
@@ -72,6 +73,24 @@ class Live:
         if runs_s > after_s:
             text += f", {late_s - runs_s:.2f} s after the first tick"
         return late_s - runs_s <= within_s, text
+
+    def together(self, since_s: float) -> tuple[bool, str]:
+        """Tell whether every device is close to its avatar from a time on."""
+        server = self.traces.server
+        assert server is not None
+        rows = server.time_s >= since_s
+        found, most = [], []
+        for user, one in zip(self.traces.users, self.scenario.users, strict=True):
+            x_s = server.x_s[server.users.index(user.name)][rows, 0]
+            x_m = np.interp(server.time_s[rows], user.time_s, user.x_m[:, 0])
+            force = np.abs(user.f_applied[user.time_s >= since_s, 0]).mean()
+            round_s = lag_s(one, self.scenario, live=True)
+            most.append(1e3 * force * round_s / (2.0 * float(one.impedance)) + 1.0)
+            found.append(1e3 * float(np.abs(x_m - x_s).mean()))
+        after_s = since_s - self.times_s[-1]
+        text = f"device {max(found):.1f} mm from its avatar from {after_s:.1f} s after it on"
+        held = all(apart <= limit for apart, limit in zip(found, most, strict=True))
+        return held, f"{text} (allowed {max(most):.1f})"
 
     def stays(self, name: str, after_s: float) -> tuple[bool, str]:
         """Tell whether a user stays below the largest force after a time."""
@@ -145,6 +164,8 @@ def stopped(node: str, length_s: float) -> Outcome:
         if node != "user1":
             parts.append(live.damped("user1", live.times_s[0]))
         parts.append(live.coupled("user1", live.times_s[1], 1.5))
+    if node != "recorder":
+        parts.append(live.together(live.times_s[1] + 1.5))
     return joined(*parts)
 
 
@@ -249,7 +270,7 @@ PROCESSES = (
         Fault(
             f"F04{letter}",
             f"{node} is stopped for {length:g} s (SIGSTOP)",
-            "no step of force, no burst after it, coupled within 1.5 s",
+            "no step of force, no burst after it, coupled and together within 1.5 s",
             lambda node=node, length=length: stopped(node, length),
             live=True,
         )

@@ -71,7 +71,7 @@ class ForceLoop(Stateful):
     BLOCKS = "controller safety inbox packer"
     MEMORY = (
         "ended coupled x other_controller _fresh_tick _next_frame _next_answer _next_event "
-        "_events_sent _epoch _timeout_s"
+        "_due _events_sent _epoch _timeout_s"
     )
 
     def __init__(
@@ -102,6 +102,7 @@ class ForceLoop(Stateful):
         self._next_frame = self._next_answer = 0  # ticks
         self._next_event = 0  # the earlier one of them
         self._events_sent = 0
+        self._due = 0  # the tick after the last one that ran
         self._timeout_s = inbox.timeout_s
         self._epoch = 0  # of the server whose answers are used
         self._changes: deque[Callable[[], None]] = deque()
@@ -191,6 +192,9 @@ class ForceLoop(Stateful):
         packet = None
         if packets or tick >= self._next_event:
             packet = self._exchange(tick, now_ns, sample, packets)
+        if tick > self._due:  # ticks did not run
+            self.inbox.playout.pass_by((tick - self._due) * self._tick_s)
+        self._due = tick + 1
         x, xd = sample.x, sample.xd
         if sample.valid and not (self._watched and self._stale(tick, sample)):
             sensed, position, velocity = True, x, xd

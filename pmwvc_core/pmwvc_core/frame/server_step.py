@@ -141,7 +141,7 @@ class ServerStep(Stateful):
         self.inboxes[user].max_wave = largest_wave(impedance, waves=waves)
 
     def tick(
-        self, now_ns: int, packets: Sequence[Iterable[WavePacket]]
+        self, now_ns: int, packets: Sequence[Iterable[WavePacket]], missed_s: float = 0.0
     ) -> tuple[list[WavePacket | None], ServerRow | None]:
         """Take in what has arrived, advance the environment by its period, answer.
 
@@ -149,6 +149,8 @@ class ServerStep(Stateful):
         ----------
         packets
             Of each user, arrived since the last step, in the order of arrival.
+        missed_s
+            For how long steps that were due before this one did not run [s].
 
         Returns
         -------
@@ -168,8 +170,11 @@ class ServerStep(Stateful):
                     inbox.push(packet, now_ns)
             return [None for _ in self.presence], None
         for user, arrived in enumerate(packets):
+            there = self.presence[user] is not ABSENT
             for packet in arrived:
                 self.deliver(user, packet, now_ns)
+            if missed_s > 0.0 and there:
+                self.inboxes[user].playout.pass_by(missed_s)
         if self._idle and self.presence.count(ABSENT) == len(self.presence):
             return [None for _ in self.presence], None
         self._idle = False

@@ -54,6 +54,7 @@ class VirtualTime:
         self._on_frame, self._on_step = on_frame, on_step
         self._next_step = partial(conditions.schedule.next_step, tick_s=scenario.tick_s)
         self._steps = conditions.steps.in_order() if conditions.steps else self._on_grid(ticks)
+        self._recorded, self._due = conditions.steps is not None, -1  # tick of the next step
         self._tick, self._at_ns = next(self._steps, (0, NEVER_NS))  # of the server's next step
 
     def run(self, before_ns: int) -> None:
@@ -68,12 +69,15 @@ class VirtualTime:
             for user in self.users:
                 user.send(now_ns)
             packets = [user.up.collect(now_ns) for user in self.users]
-            answers, row = self.server.tick(now_ns, packets)
+            missed = self._tick - self._due if 0 <= self._due < self._tick else 0
+            answers, row = self.server.tick(now_ns, packets, missed * self.tick_ns * 1e-9)
             for user, answer in zip(self.users, answers, strict=True):
                 if answer is not None:
                     user.down.send(answer, now_ns)
             if row is not None:
                 self._on_step(self._tick, now_ns, row)
+            if self._recorded:
+                self._due = self._tick + round(self.server.period_s * 1e9 / self.tick_ns)
             self._tick, self._at_ns = next(self._steps, (0, NEVER_NS))
 
     def _on_grid(self, ticks: int) -> Iterator[tuple[int, int]]:

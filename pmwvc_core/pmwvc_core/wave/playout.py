@@ -23,7 +23,8 @@ lost.
 
 ``rate`` is 1 but for what keeps a margin at hand and no more than that (:mod:`.margin`). Where
 nothing is at hand p waits: the wave is zero, and whatever comes later is played later. What comes
-of an outage is not played but stays undelivered; so does what is at hand beyond ``LONGEST_S``.
+of an outage is not played but stays undelivered; so does what was due while the loop itself did
+not run, and what is at hand beyond ``LONGEST_S``.
 
 A playout with something undelivered, or that has had too much at hand for long, and has no energy
 for it is *short*. The other direction then passes on what it can spare (:meth:`Playout.spared`).
@@ -201,6 +202,13 @@ class Playout(Stateful):
         self.given_j = self.given_j - squared(wave) * (0.5 * h)
         self.undelivered = self.undelivered + wave * h
         self._behind = True
+
+    def pass_by(self, lasted_s: float) -> None:
+        """Let time go by in which the loop did not step [s]: what was due then stays undelivered,
+        and nothing is played later for it.
+        """
+        if self._segments:
+            self._skip(minimum(self._played_s + lasted_s, self._segments.end_s))
 
     def _advance(self, h: float) -> Value:
         """Play on; return the integral that is due."""

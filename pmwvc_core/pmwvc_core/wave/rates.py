@@ -162,6 +162,9 @@ class Latest(Stateful):
     def begin(self) -> None:
         """Begin anew with the newest wave: the peer placed its position by it."""
 
+    def pass_by(self, lasted_s: float) -> None:
+        """Let time go by without steps [s]: the newest wave stays."""
+
     def spared(self, h: float, *, wanted: Flag) -> Value:
         """Return the energy that passes on in ``h`` seconds [J]: none is kept."""
         return 0.0
