@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Position feedback that is paid for gives out no more than packets and hand have brought.
 
-The account here is kept from what goes through the ends alone: packets heard (with the energy that
-their sender has sent so far), force times velocity of the device, packets sent; and for what the
-hold may owe, what a hold alone gives out of the same loads.
+The account here is kept from what goes through the ends alone: packets received (with the energy
+that their sender has sent so far), force times velocity of the device, packets sent; and for the
+deficit of the hold, what a hold alone gives out of the same loads.
 """
 
 import numpy as np
@@ -124,11 +124,11 @@ class Ends:
         return self.brought + self.hand - self.sent
 
     @property
-    def most_owed(self):
-        """What loads may owe that no packet brought.
+    def largest_deficit(self):
+        """The most that loads give out and no packet brought.
 
         A load gives out no more than the packet it stands for would bring, in its own frame and
-        the next (a ramp goes on into that one, silent or not). And there is no more to owe than
+        the next (a ramp goes on into that one, silent or not). And the deficit is no more than
         the hold gave out beyond what came in since some packet, and still may.
         """
         return np.minimum(self.repeated, self.beyond + self.in_hold)
@@ -151,7 +151,7 @@ def test_on_a_link_in_time_no_energy_is_made(kind, data, shape, seed, wave):
 @given(
     st.data(), shapes, seeds, st.floats(0.0, 0.6), st.sampled_from([0.01, 0.3, 3.0]), st.booleans()
 )
-def test_lossy_late_and_silent_links_leave_only_what_the_hold_owes(
+def test_lossy_late_and_silent_links_leave_only_the_deficit_of_the_hold(
     kind, data, shape, seed, bad, wave, early
 ):
     ends = Ends(data.draw(masters(kind)), shape, seed)
@@ -164,9 +164,9 @@ def test_lossy_late_and_silent_links_leave_only_what_the_hold_owes(
             ticks=int(ends.rng.integers(1, M + 1)) if early else M,
         )
         ends.port.on_packet(ends.packet)  # settles the frame
-        owed = ends.port.accounts["position_owed"]
-        assert np.all(ends.balance + owed >= -ends.tolerance())
-        assert np.all(owed <= ends.most_owed + ends.tolerance())
+        deficit = ends.port.accounts["position_owed"]
+        assert np.all(ends.balance + deficit >= -ends.tolerance())
+        assert np.all(deficit <= ends.largest_deficit + ends.tolerance())
 
 
 @pytest.mark.parametrize("kind", PAID)

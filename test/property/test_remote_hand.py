@@ -63,8 +63,8 @@ def held(start, end, place=0.0):
     return [(tick, place) for tick in range(start, end, 14)]
 
 
-def owed(hand, moving, params):
-    """What the forces held over a tick owe (see plant.remote_hand)."""
+def held_terms(hand, moving, params):
+    """Energy of the forces held over a tick (see plant.remote_hand)."""
     grip = hand._grip_ratio
     beta = params.grip_damping + params.grip_stiffness * TICK_S / 2
     square = grip * beta * (hand.yd - moving.xd) ** 2
@@ -72,13 +72,13 @@ def owed(hand, moving, params):
 
 
 def stored(hand, moving, params, mass):
-    """Energy of arm, springs and device, less what is owed."""
+    """Energy of arm, springs and device, less that of the forces held."""
     return (
         0.5 * mass * moving.xd**2
         + 0.5 * params.remote.mass * hand.yd**2
         + 0.5 * hand._grip_ratio * params.grip_stiffness * (hand.y - moving.x) ** 2
         + 0.5 * hand._arm_ratio * params.remote.stiffness * (hand.target - hand.y) ** 2
-        - owed(hand, moving, params)
+        - held_terms(hand, moving, params)
     )
 
 
@@ -92,7 +92,7 @@ def excess(hand, moving, params, mass, pushes):
         now = stored(hand, moving, params, mass)
         made = max(made, (now - before - came) / (1.0 + abs(now) + abs(came)))
         work = hand.work_j + hand._f_h * (moving.x - hand._x)
-        left = work - hand.effort_j - owed(hand, moving, params)
+        left = work - hand.effort_j - held_terms(hand, moving, params)
         surplus = max(surplus, left / (1.0 + abs(work)))
     return made, surplus
 
@@ -154,7 +154,7 @@ def test_energy_only_falls_once_nobody_holds(params, mass, place, release):
     for tick in range(release + 200):
         f_h = hand.step(moving.x, moving.xd)
         moving.step(f_h, 0.0)
-        if tick > release:  # the change of grip is part of the step: count what it owes
+        if tick > release:  # the change of grip is part of the step: count its terms
             now = stored(hand, moving, params, mass) - (hand.effort_j if tick else 0.0)
             assert now <= before + 1e-9 * (1.0 + abs(now))
             before = now

@@ -119,7 +119,7 @@ def test_energy_given_out_never_exceeds_what_was_paid(schedule):
 
 @settings(max_examples=40)
 @given(schedule=schedules)
-def test_displacement_is_given_out_at_hand_or_owed(schedule):
+def test_all_displacement_is_given_out_waiting_or_undelivered(schedule):
     one = Direction({**schedule, "restarts": False}, strict(schedule["dof"])).run()
     if one.receiver.newest is None:
         return

@@ -192,11 +192,11 @@ class TestSetPointModulation:
     def test_an_overdrawn_tank_moves_only_where_that_pays_back(self):
         spring = ModulatedSpring(PspmParams(stiffness=500.0, initial_j=0.0))
         spring.moved(0.01, -0.1)
-        owed = spring.tank
+        stored_j = spring.tank
         spring.aim(-0.01, 0.01)
-        assert spring.q == 0.0 and spring.tank == owed
+        assert spring.q == 0.0 and spring.tank == stored_j
         spring.aim(0.02, 0.01)
-        assert spring.q == pytest.approx(0.01) and spring.tank > owed
+        assert spring.q == pytest.approx(0.01) and spring.tank > stored_j
 
     def test_beyond_the_cap_the_peer_gets_it(self):
         spring = ModulatedSpring(PspmParams(initial_j=0.05, cap_j=0.02))

@@ -113,7 +113,7 @@ def test_a_force_that_safety_limited_does_not_count_against_the_port():
     shortened = np.flatnonzero(np.abs(user.u_m - natural) > 1e-3)
     same_force = (np.abs(user.f_applied - user.f_m) < 1e-9)[shortened]
     assert (~same_force).any()  # limited
-    assert same_force.any()  # and ticks that pay what is still owed
+    assert same_force.any()  # and ticks that cover the deficit
     assert inconsistencies(traces, scenario) == []
     # the control: shortened by another amount
     user.u_m[shortened] *= 0.9

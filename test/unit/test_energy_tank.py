@@ -68,9 +68,9 @@ def test_deficit_of_a_held_wave_is_that_of_both_its_ramps(hold):
 def test_the_tank_pays_for_what_is_held_and_lost_packets_pay_it_back(hold):
     held, off = Held(hold, most_j=10.0), rounded_off(hold)
 
-    def stands(free, owed):
+    def stands(free, deficit_j):
         assert held.account.free_j == pytest.approx(free, rel=1e-12, abs=1e-15)
-        assert held.account.deficit_j == pytest.approx(owed, rel=1e-12, abs=1e-15)
+        assert held.account.deficit_j == pytest.approx(deficit_j, rel=1e-12, abs=1e-15)
 
     held.frame(silent=True)
     stands(BROUGHT, 0.0)

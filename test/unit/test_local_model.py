@@ -110,7 +110,7 @@ def test_the_model_in_the_docs_is_the_built_in_one(monkeypatch):
 @pytest.mark.usefixtures("plugged")
 @given(waves=signals(longest=150), stiffness=st.floats(0.0, 1e6), damping=st.floats(0.0, 200.0))
 @settings(deadline=None)
-def test_a_model_of_which_nothing_is_known_owes_at_most_one_tick(waves, stiffness, damping):
+def test_deficit_of_an_unknown_model_is_at_most_one_tick(waves, stiffness, damping):
     params = dataclasses.replace(
         master(),
         local_model=LocalModelParams(kind="plain", stiffness=stiffness, damping=damping),
@@ -121,7 +121,7 @@ def test_a_model_of_which_nothing_is_known_owes_at_most_one_tick(waves, stiffnes
         port.offer()
         v = port.step(u)
         gained = 0.5 * TICK_S * (u * u - v * v)
-        assert balance >= -1e-12 or gained >= -1e-12, "gave more while it owed"
+        assert balance >= -1e-12 or gained >= -1e-12, "gave more while in deficit"
         balance, paying = balance + gained, max(paying, -gained)
         assert balance >= -paying - 1e-9
     assert port.model.stored == pytest.approx(balance, rel=1e-6, abs=1e-9)

@@ -61,7 +61,7 @@ def test_work_is_force_times_displacement():
 
 
 def energies(hand, moving, params, device_mass):
-    """Return kinetic and grip-spring energy, less what the held damper owes (see plant.hand)."""
+    """Return kinetic and grip-spring energy, less that of the held damper (see plant.hand)."""
     e, w = hand.y - moving.x, hand.yd - moving.xd
     beta = params["grip_damping"] + params["grip_stiffness"] * TICK_S / 2
     return (
@@ -146,9 +146,9 @@ def test_a_hand_at_work_gives_no_more_than_its_effort(params, mass, side, seed):
     for f_m in rng.normal(0.0, 3.0, 300).cumsum() * 0.1:
         moving.step(hand.step(moving.x, moving.xd), f_m)
         w = hand.yd - moving.xd
-        owed = 0.25 * beta * TICK_S * w**2  # the grip's, see plant.hand
+        held_j = 0.25 * beta * TICK_S * w**2  # the grip's, see plant.hand
         given_now = hand.work_j + dot_last(hand, moving)
-        assert given_now <= hand.effort_j + owed + 1e-9 * (1.0 + abs(hand.effort_j))
+        assert given_now <= hand.effort_j + held_j + 1e-9 * (1.0 + abs(hand.effort_j))
 
 
 def dot_last(hand, moving):

@@ -120,7 +120,7 @@ def test_a_node_with_a_deficit_lets_the_returning_wave_wait():
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0, 5.0])
-def test_what_packets_are_owed_is_felt_as_damping_and_no_force_at_rest(share):
+def test_deficit_of_packets_is_rendered_as_damping_and_no_force_at_rest(share):
     port = made()
     port.step(0.0, 0.0)
     port.applied(0.0)
@@ -148,6 +148,6 @@ def test_what_packets_lacked_behind_an_encoder_is_paid_with_the_next_ones():
     assert port.account() >= wave_j
 
 
-def test_an_exact_device_is_owed_nothing():
+def test_an_exact_device_has_no_deficit():
     for port, *_ in ends(3, limited=0.5):
         assert port.deficit_j == 0.0

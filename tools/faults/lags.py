@@ -49,7 +49,7 @@ class WatchedBatch(SessionBatch):
 def fitted_s(traces: SessionTraces, user: int) -> float:
     """Return T1 + T2 by which the displacements of both waves fit those of the other end [s].
 
-    What is owed for all of the time fitted is a constant between them and does not count.
+    A displacement undelivered for all of that time is a constant between them: it does not count.
     """
     server, own = traces.server, traces.users[user]
     assert server is not None

@@ -76,9 +76,9 @@ def _port(user: UserTraces) -> list[str]:
     size = max(float(np.abs(power).max(initial=0.0)), float(np.abs(waves).max(initial=0.0)))
     off = np.abs(power - waves) > SMALLEST + 1e-6 * size
     changed = limited | off
-    owing = np.concatenate([[user.tick[0] > 0], changed[:-1]])
-    owing[gaps(user) + 1] = True
-    paid = off & ~limited & ~(owing & (waves < power))
+    behind = np.concatenate([[user.tick[0] > 0], changed[:-1]])
+    behind[gaps(user) + 1] = True
+    paid = off & ~limited & ~(behind & (waves < power))
     if not paid.any():
         return []
     gap = float(np.abs(power - waves)[paid].max())

@@ -17,7 +17,7 @@ that takes hold: the arm begins at the handle, at rest, and g rises within ``TAK
 arm and target move so that K g (y - x)^2/2 stays what it is. The sum S of :mod:`.hand` has the
 terms - g (B + K T/2) T w^2/4 - (1 - g) brake T xd^2/4 here, of the forces held over a tick T. A
 change of g changes them; that is part of ``effort_j``: letting go of a handle at w = 0.1 m/s, 20
-microjoules. So the work on the device is at most ``effort_j`` and what these terms owe.
+microjoules. So the work on the device is at most ``effort_j`` and the sum of these terms.
 """
 
 from collections.abc import Sequence
