@@ -49,7 +49,8 @@ LIVE = argument("--live", action="store_true", help="use the loop phases of a li
 CHECK = argument(
     "--check",
     action="store_true",
-    help="exit with 1 unless the session was stable, passive, complete and recorded whole",
+    help="exit with 1 unless the session was stable, passive, uninterrupted, undisturbed and "
+    "recorded whole",
 )
 NO_FIGURES = argument("--no-figures", action="store_true", help="write numbers only")
 

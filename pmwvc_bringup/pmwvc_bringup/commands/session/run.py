@@ -22,10 +22,12 @@ examples:
   pmwvc {0} carry_16ms
   pmwvc {0} carry_16ms --duration 5 --set link.delay_s=0.05 --set user2.link.up.loss=0.1
   pmwvc {0} my_scenario.yaml --users 3 --out /tmp/three --json
-  pmwvc run live --view            take part in the browser
 
 --set takes any name that 'pmwvc scenarios NAME' prints; the prefix 'user2.' sets that user only.
 """
+VIEWED = (
+    "\npmwvc run live --view serves the session's page as well, to take part in the browser.\n"
+)
 
 
 def run(arguments: argparse.Namespace) -> Result:
@@ -74,7 +76,7 @@ def begun_again(scenario: Scenario, settings: Mapping[str, Any]) -> Scenario:
 COMMAND = Command(
     name="run",
     help="run a live session of ROS 2 nodes and write its report",
-    examples=EXAMPLES.format("run"),
+    examples=EXAMPLES.format("run") + VIEWED,
     arguments=(
         *SESSION,
         argument("--view", action="store_true", help="serve the session's page and open it"),

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``pmwvc links``: the links of a scenario or the networks by name, with the command of Linux."""
+"""``pmwvc links``: the links of a scenario, each with the tc command of Linux."""
 
 import argparse
 from pathlib import Path
@@ -19,9 +19,9 @@ examples:
   pmwvc links carry_16ms --set link.preset=geo --device eth0 --out /tmp/tables
   pmwvc links carry_16ms --set user2.link.up.loss=0.1 --json
 
-For each link: what it does, and the command of Linux that comes nearest (tc-netem, as root, on the
-interface that sends), with what that leaves out. Some distributions need a table of ours: --out
-writes them; copy them to /usr/lib/tc.
+For each link: its effects, and the nearest tc command of Linux (netem, as root, on the interface
+that sends), with the effects that the command leaves out. Some distributions need a table: --out
+writes it; copy it to /usr/lib/tc.
 
 Keys of --json: links, each with name, mean_delay_s, does, tc, not_in_tc, table.
 """
@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> Result:
         print(f"{link['name']}: {', '.join(link['does'])}")
         print(f"  {link['tc']}")
         for text in link["not_in_tc"]:
-            print(f"  not there: {text}")
+            print(f"  left out: {text}")
     if arguments.out:
         _write(Path(arguments.out), tables)
     return Result(document={"links": found})
@@ -69,7 +69,7 @@ def _write(folder: Path, tables: dict[str, str]) -> None:
 
 COMMAND = Command(
     name="links",
-    help="show the links of a scenario, and the command of Linux for each",
+    help="show the links of a scenario, with the tc command of Linux for each",
     examples=EXAMPLES,
     arguments=(
         SCENARIO,
