@@ -52,6 +52,22 @@ class UserTraces:
     block_number: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     # (block,) of each block: which start of the master published it; empty where not known
     epoch: NDArray[np.uint64] = field(default_factory=lambda: np.zeros(0, dtype=np.uint64))
+    # (block,) frames up to this one that took changes of parameters over; empty where not known
+    changes: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    # (tick,) [ns] from the deadline to the instant at which packets were taken in
+    looked_ns: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    grid: int = 0  # ticks of the loop's clock before tick 0: frames begin at its multiples of M
+
+    @property
+    def block_rows(self) -> Integers:
+        """The first tick of each block, as a row of the ticks."""
+        after = np.searchsorted(self.time_s, self.block_time_s - 0.5 * self.tick_s)
+        return np.concatenate([[0], after[:-1]]).astype(np.int64)
+
+    def __post_init__(self) -> None:
+        """Take the wake-up for the look where that is not known."""
+        if not len(self.looked_ns):
+            self.looked_ns = np.rint(np.asarray(self.lateness_s) * 1e9).astype(np.int64)
 
 
 @dataclass
@@ -78,6 +94,15 @@ class ServerTraces:
     potential: Array
     dissipated: Array
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., step) [J]
+    # (step,) steps up to this one that took changes of parameters over; empty where not known
+    changes: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    # (step,) [ns] from the deadline to the instant at which packets were taken in
+    looked_ns: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    def __post_init__(self) -> None:
+        """Take the deadline for the look where that is not known."""
+        if not len(self.looked_ns):
+            self.looked_ns = np.zeros(len(self.time_s), dtype=np.int64)
 
     @property
     def period_s(self) -> float:
@@ -119,6 +144,20 @@ class FateTraces:
 
 
 @dataclass
+class TakenTraces:
+    """The packets that a receiver was given, in their order; without those refused before it."""
+
+    row: Integers  # tick of the master, step of the server: row of its traces
+    seq: Integers
+    epoch: Integers  # lowest 32 bits
+
+    def before(self, rows: int) -> "TakenTraces":
+        """Return the packets taken in by the first rows of the traces."""
+        kept = self.row < rows
+        return TakenTraces(self.row[kept], self.seq[kept], self.epoch[kept])
+
+
+@dataclass
 class HandTargets:
     """The targets of a remote hand in the order of arrival; a row of NaN lets go."""
 
@@ -144,7 +183,8 @@ class SessionTraces:
     node that died, a gap, a file that ends in the middle: ``{"time_s": float | None, "what": str,
     "who": str}``. ``counts`` holds per topic ``{"messages": int, "missing": int}``,
     and ``not_relayed`` where packets never reached the emulated link. ``settings`` are parameters
-    that changed in a live session: time [s], and values by their names in a scenario.
+    that changed in a live session: time [s], and values by their names in a scenario. ``taken`` is
+    by link; empty where a recording does not say it.
     """
 
     source: str
@@ -154,6 +194,7 @@ class SessionTraces:
     packets: dict[str, PacketTraces] = field(default_factory=dict)
     fates: dict[str, FateTraces] = field(default_factory=dict)
     receptions: dict[str, ReceptionTraces] = field(default_factory=dict)
+    taken: dict[str, TakenTraces] = field(default_factory=dict)
     link_states: dict[str, dict[str, Array]] = field(default_factory=dict)
     counts: dict[str, dict[str, int]] = field(default_factory=dict)
     events: list[dict[str, Any]] = field(default_factory=list)

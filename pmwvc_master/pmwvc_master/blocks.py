@@ -4,7 +4,7 @@
 way.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
@@ -12,7 +12,7 @@ from pmwvc_core.frame.rows import FrameReport, Row
 from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.messages import TraceBlock
 from pmwvc_core.runtime.pacing import Tick
-from pmwvc_core.transport.packet import PacketLink
+from pmwvc_core.transport.packet import PacketLink, WavePacket
 from pmwvc_master.device_work import DeviceWork
 from pmwvc_master.devices import DeviceSample
 
@@ -21,10 +21,13 @@ if TYPE_CHECKING:
 
 
 class Block(TraceBlock):
-    """The ticks of one frame: number and due time of the first, state and energies at the end."""
+    """The ticks of one frame: number and due time of the first, frames that took changes over up
+    to this one, state and energies at the end.
+    """
 
     first_tick = 0
     start_ns = 0
+    changes = 0
     state = 0
     reason = ""
     energy: Mapping[str, Value] = MappingProxyType({})
@@ -77,14 +80,27 @@ class TraceBlocks:
         count = self._filled.count
         return count == tick or (last and count < tick)
 
-    def put(self, tick: Tick, row: Row, compute_ns: int) -> None:
-        """Note a tick and its signals; ticks are numbered from the first."""
+    def put(
+        self,
+        tick: Tick,
+        row: Row,
+        compute_ns: int,
+        *,
+        looked_ns: int,
+        packets: Sequence[WavePacket],
+        changes: int,
+    ) -> None:
+        """Note a tick, its signals, and the packets taken in at an instant [ns]; ticks are
+        numbered from the first.
+        """
         block = self._filled
         if self._first is None:
             self._first = tick.grid
         if not block.count:
             block.first_tick, block.start_ns = tick.grid - self._first, tick.due_ns
-        block.put(*row, tick.lateness_ns * 1e-9, compute_ns * 1e-9)
+            block.changes = changes
+        late_s, took_s = tick.lateness_ns * 1e-9, compute_ns * 1e-9
+        block.put(*row, late_s, took_s, looked_ns - tick.due_ns, packets)
 
     def close(self, report: FrameReport | None, rate_drop: int) -> None:
         """Set the block aside for publishing; go on with the other one, of so many ticks."""

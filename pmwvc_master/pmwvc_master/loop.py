@@ -80,7 +80,8 @@ class MasterLoop:
         if tick.skipped and not starts:
             self._trace.close(protocol.report(), protocol.rate_drop)
         packets = self.link.take()
-        f, packet, row = protocol.tick(tick.grid, self._clock(), sample, packets)
+        looked_ns = self._clock()
+        f, packet, row = protocol.tick(tick.grid, looked_ns, sample, packets)
         self.device.write(f)
         if packet is not None:
             self.link.send(packet)
@@ -96,4 +97,7 @@ class MasterLoop:
             self.wires.publish_motion(sample, f, tick.due_ns)
         compute_ns = self._clock() - tick.woke_ns
         self.health.add(tick.lateness_ns, compute_ns)
-        self._trace.put(tick, row, compute_ns)
+        changes = protocol.changes
+        self._trace.put(
+            tick, row, compute_ns, looked_ns=looked_ns, packets=packets, changes=changes
+        )

@@ -69,6 +69,8 @@ class RosWires:
             messages.master_trace(
                 self._types,
                 block.series(),
+                taken=block.taken,
+                changes=block.changes,
                 stamp_ns=_ros_time(block.start_ns),
                 start_ns=block.start_ns,
                 epoch=self._epoch,

@@ -21,7 +21,7 @@ from pmwvc_core.params import ServerParams
 from pmwvc_core.runtime.health import Health
 from pmwvc_core.runtime.pacing import Pacer, Tick
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
-from pmwvc_core.transport.packet import PacketLink
+from pmwvc_core.transport.packet import PacketLink, WavePacket
 
 PRIORITY = 20
 PHASE_NS = round(LIVE.server_s * 1e9)
@@ -35,9 +35,16 @@ class Wires(Protocol):
         """The packets of each user."""
 
     def publish_trace(
-        self, loop: "ServerLoop", row: ServerRow, tick: Tick, compute_s: float
+        self,
+        loop: "ServerLoop",
+        row: ServerRow,
+        tick: Tick,
+        *,
+        looked_ns: int,
+        packets: Sequence[Sequence[WavePacket]],
+        compute_s: float,
     ) -> None:
-        """Publish the step just made."""
+        """Publish the step just made, with the packets of each user taken in at an instant."""
 
 
 class ServerLoop:
@@ -85,8 +92,9 @@ class ServerLoop:
         self.missed += tick.skipped
         self._due_ns = tick.due_ns
         packets = [link.take() for link in self._links]
+        looked_ns = self._clock()
         missed_s = tick.skipped * self._period_ns * 1e-9
-        answers, row = self.protocol.tick(self._clock(), packets, missed_s)
+        answers, row = self.protocol.tick(looked_ns, packets, missed_s)
         if row is None:
             return
         for link, answer in zip(self._links, answers, strict=True):
@@ -98,4 +106,7 @@ class ServerLoop:
             self._before = row.state
         compute_ns = self._clock() - tick.woke_ns
         self.health.add(tick.lateness_ns, compute_ns)
-        self.wires.publish_trace(self, row, tick, compute_ns * 1e-9)
+        took_s = compute_ns * 1e-9
+        self.wires.publish_trace(
+            self, row, tick, looked_ns=looked_ns, packets=packets, compute_s=took_s
+        )

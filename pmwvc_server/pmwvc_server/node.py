@@ -28,7 +28,7 @@ from pmwvc_core.transport.reception import diagnostics
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene
 from pmwvc_server.params import PauseParams
-from pmwvc_server.settings import declare_changed, declare_settings
+from pmwvc_server.settings import declare_settings
 from pmwvc_server.wires import RosWires
 
 MARKER_HZ = 30.0
@@ -65,7 +65,6 @@ class Server:
         if node.get_parameter("paused").value:
             self._pause(PauseParams(paused=True))
             self._settle()
-        self._changed = declare_changed(node)
         self._scene = Scene(self.names, size_m=settings.server.object_size_m, dof=settings.dof)
         self._markers = node.create_publisher(MarkerArray, "markers", 1)
         self._looked_s = time.monotonic()
@@ -126,9 +125,6 @@ class Server:
     def _show(self) -> None:
         """Publish the scene and log who came and went."""
         self._log_changes()
-        changed = self.loop.protocol.changed
-        while changed:
-            self._changed(changed.popleft())
         if self._markers.get_subscription_count():
             stamp = self.node.get_clock().now().to_msg()
             self._markers.publish(self._scene.markers(self.loop, stamp))

@@ -12,9 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 
 from pmwvc_core.controllers import is_strict
 from pmwvc_core.errors import ParameterError
@@ -22,7 +20,7 @@ from pmwvc_core.frame.assembly import UserAtServer, make_server_step
 from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.params import BaselineParams, ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.matrix import matrix_conflicts
-from pmwvc_core.runtime.parameter_values import CHANGED_AT_STEP, values_of
+from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.runtime.parameters import (
     ParameterBinding,
     declare,
@@ -200,17 +198,3 @@ class _ForAll:
         fixed = why_fixed(PERIOD, strict=self.strict, server=new, coupling=couplings[1])
         if fixed and new.period_s != old.period_s:
             raise ParameterError(f"{PERIOD} = {new.period_s:g}: {fixed}")
-
-
-def declare_changed(node: Node) -> Callable[[int], None]:
-    """Declare the parameter that shows which step took the last change over; return what sets it.
-
-    A recording of the parameter events then has the step, which their times leave open.
-    """
-    spec = ParameterDescriptor(description="step that took the last change over (written here)")
-    node.declare_parameter(CHANGED_AT_STEP, 0, spec)
-
-    def changed(step: int) -> None:
-        node.set_parameters([Parameter(CHANGED_AT_STEP, value=step)])
-
-    return changed

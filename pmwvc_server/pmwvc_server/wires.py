@@ -17,6 +17,7 @@ from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.runtime.polling import TRACE_QOS, offered
 from pmwvc_core.runtime.wave_topics import WaveTopics
 from pmwvc_core.transport.admission import Admission
+from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.transport.token import Token
 from pmwvc_server.loop import ServerLoop
 
@@ -54,9 +55,22 @@ class RosWires:
         self._trace = node.create_publisher(types.ServerTrace, "~/trace", trace_qos)
 
     def publish_trace(
-        self, loop: ServerLoop, row: ServerRow, tick: Tick, compute_s: float
+        self,
+        loop: ServerLoop,
+        row: ServerRow,
+        tick: Tick,
+        *,
+        looked_ns: int,
+        packets: Sequence[Sequence[WavePacket]],
+        compute_s: float,
     ) -> None:
-        """Publish the step just made."""
+        """Publish the step just made, with the packets of each user taken in at an instant."""
+        taken = [
+            (user, packet.seq, packet.epoch)
+            for user, arrived in enumerate(packets)
+            for packet in arrived
+            if not packet.refusal
+        ]
         signals = row._asdict()
         signals |= zip(PortRow._fields, zip(*signals.pop("ports"), strict=True), strict=True)
         self._trace.publish(
@@ -71,6 +85,9 @@ class RosWires:
                 users=self._users,
                 lateness=tick.lateness_ns * 1e-9,
                 compute=compute_s,
+                looked=looked_ns - tick.due_ns,
+                taken=taken,
+                changes=loop.protocol.changes,
                 **signals,
             )
         )

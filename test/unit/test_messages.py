@@ -15,7 +15,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.messages import TraceBlock
-from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket
+from pmwvc_core.transport.packet import FLAG_LEAVING, WavePacket, refused
+from pmwvc_core.transport.verdict import Verdict
 
 DEFINITIONS = Path(__file__).resolve().parents[2] / "pmwvc_msgs" / "msg"
 STAMP_NS = 1_700_000_000_123_456_789
@@ -44,7 +45,8 @@ def a_block(ticks=8, dof=1, *, filled=None):
     for k in range(ticks if filled is None else filled):
         values = [100.0 * field + 10.0 * k for field in range(8)]
         axes = values if dof == 1 else [value + np.arange(dof) for value in values]
-        block.put(*axes, lateness=0.001 * k, compute=0.002 * k)
+        packets = [a_packet(), refused(Verdict.CORRUPTED)] if k == 1 else []
+        block.put(*axes, 0.001 * k, 0.002 * k, looked_ns=1000 * k, packets=packets)
     return block
 
 
@@ -52,6 +54,8 @@ def master(types, block, *, dof=1):
     return messages.master_trace(
         types,
         block.series(),
+        taken=block.taken,
+        changes=5,
         stamp_ns=STAMP_NS,
         start_ns=5,
         epoch=2**64 - 1,
@@ -95,6 +99,9 @@ def server(types):
         potential=0.5,
         dissipated=0.125,
         accounts={"ledger": np.array([1.5])},
+        taken=[(1, 8, 2**64 - 1)],
+        looked=70_000,
+        changes=2,
     )
 
 
@@ -182,6 +189,9 @@ def test_a_block_is_row_major_by_tick(dof):
         assert list(getattr(message, name)) == expected
     np.testing.assert_allclose(message.lateness, [0.0, 0.001, 0.002, 0.003], rtol=1e-6)
     np.testing.assert_allclose(message.compute, [0.0, 0.002, 0.004, 0.006], rtol=1e-6)
+    assert list(message.looked) == [0, 1000, 2000, 3000]
+    taken = message.taken_tick, message.taken_seq, message.taken_epoch
+    assert [list(each) for each in taken] == [[1], [3], [7]]  # without the one refused
 
 
 def test_a_block_that_ends_early_holds_only_what_was_written():
@@ -196,8 +206,8 @@ def test_a_cleared_block_starts_again_and_leaves_its_message_alone():
     message = master(LIVE, block)
     block.clear()
     assert len(block.series()["x"]) == 0
-    block.put(*[-1.0] * 8, lateness=0.0, compute=0.0)
-    block.put(*[-2.0] * 8, lateness=0.0, compute=0.0)
+    block.put(*[-1.0] * 8, 0.0, 0.0, looked_ns=0, packets=())
+    block.put(*[-2.0] * 8, 0.0, 0.0, looked_ns=0, packets=())
     assert block.full
     assert list(message.x) == [0.0, 10.0]
     assert list(block.series()["x"]) == [-1.0, -2.0]
@@ -217,7 +227,7 @@ def test_writing_ticks_leaves_nothing_allocated():
     def frame():
         block.clear()
         for _ in range(8):
-            block.put(*values)
+            block.put(*values, looked_ns=7, packets=())
 
     for _ in range(3):
         frame()

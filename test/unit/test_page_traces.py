@@ -36,6 +36,9 @@ def trace(ticks=8, dof=1, seed=1, *, known=True, **changes):
     for name in ENERGIES:
         setattr(message, f"energy_{name}", float(random.normal()))
     message.lateness, message.compute = random.random((2, ticks)).astype(np.float32).tolist()
+    message.looked = random.integers(1, 2**32, ticks).tolist()
+    for name in ("tick", "seq", "epoch"):  # of packets taken in: more or fewer in every message
+        setattr(message, f"taken_{name}", random.integers(0, ticks, seed % 3).tolist())
     for name, value in changes.items():
         setattr(message, name, value)
     return message
@@ -168,7 +171,8 @@ def test_what_is_no_trace_is_skipped():
     reader = MasterReader(dof=1, waves=True)
     data = serialize_message(trace())
     assert reader.read(data, None) is not None
-    for length in range(len(data) - 8):
+    unread = {key: [] for key in ("looked", "taken_tick", "taken_seq", "taken_epoch")}
+    for length in range(len(serialize_message(trace(**unread))) - 4 * (1 + len(unread))):
         assert reader.read(data[:length], None) is None
     assert reader.read(b"\0\1\0\0" + b"\xff" * 600, None) is None
 

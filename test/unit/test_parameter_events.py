@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters that changed during a session are events of it."""
 
+import numpy as np
 import pytest
 import yaml
 from hypothesis import given
@@ -16,7 +17,7 @@ from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import Topic
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
-from pmwvc_analysis.recording.parameter_events import MOST_EVENTS, parameter_change
+from pmwvc_analysis.recording.parameter_events import MOST_EVENTS, parameter_change, taken_over
 from pmwvc_analysis.recording.reader import read_session
 from pmwvc_analysis.recording.writer import SessionWriter
 
@@ -90,19 +91,22 @@ def test_changes_have_the_names_of_a_scenario(recorded, tmp_path):
     assert found[1][1] == {"user1.server.contact_stiffness": 900.0, "server.impedance": None}
 
 
-def test_a_change_at_the_server_counts_from_the_step_that_took_it_over(recorded, tmp_path):
-    events = events_of(
-        recorded,
-        tmp_path,
-        change(0.3001, "/server", user1__server__contact_damping=9.0),
-        change(0.3300, "/server", changed_at_step=40),
-        change(0.5001, "/user1/master", safety__max_force=4.0),
+def test_a_change_counts_from_the_step_or_the_frame_that_took_it_over(recorded):
+    traces = read_session(recorded)
+    server, user = traces.server, traces.users[0]
+    server.changes = (server.step >= 40).astype(int)
+    block = user.changes.size // 2
+    user.changes = (np.arange(user.changes.size) >= block).astype(int)
+    step_s, tick_s = server.time_s[39], user.time_s[user.block_rows[block]]
+    settings = [
+        (step_s - 0.02, {"user1.server.contact_damping": 9.0}),
+        (tick_s - 0.02, {"user1.safety.max_force": 4.0}),
+        (0.5, {"user1.link.up.delay_s": 0.01}),
+    ]
+    found = taken_over(settings, traces.users, server)
+    assert sorted(time_s for time_s, _ in found) == pytest.approx(
+        sorted([step_s - 5e-4, tick_s - 5e-4, 0.5])
     )
-    traces = read_session(tmp_path)
-    step_s = float(traces.server.time_s[traces.server.step == 40][0])
-    assert 0.3 < step_s < 0.33
-    assert [time_s for time_s, _ in traces.settings] == pytest.approx([step_s - 5e-4, 0.5001])
-    assert len(events) == 2  # the step is none
 
 
 def test_the_value_before_is_that_of_the_last_change(recorded, tmp_path):

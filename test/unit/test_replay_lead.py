@@ -1,22 +1,46 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The sentence that says how far a replay is from its recording."""
+"""The sentence that says how far a replay is from its recording, from which tick on, and why."""
 
 from types import SimpleNamespace
 
 import pytest
 
+from pmwvc_analysis.replay.limits import Limit
 from pmwvc_bringup.commands.session.replay import lead
 
 
-@pytest.mark.parametrize(("forces", "same", "said"), [
-    ([0.0, 0.0], True, "reproduces the recording: the forces are equal."),
-    ([0.0, 0.21], False, "does NOT reproduce the recording: forces differ by up to 0.21 N."),
-    ([0.0, None], False, "does NOT reproduce the recording: not all forces can be compared."),
+def user(force, first=None, **others):
+    found = {
+        "name": "user1",
+        "ticks": 900,
+        "missing": 0,
+        "force_max_n": force,
+        "position_max_m": force,
+    }
+    found |= {"first_tick": first, "first_s": first and first * 1e-3}
+    return found | others
+
+
+LOST = Limit(0.5, "user1: 3 blocks of its trace were not recorded")
+LATER = Limit(0.8, "the server was started again")
+CASES = [
+    ([user(0.0)], True, "is exact: force and position of all 900 ticks of user1 are equal."),
+    ([user(0.0, missing=24)], True, "not exact: forces differ by up to 0 N; 24 ticks of"),
+    ([user(0.02, 510)], True, "differ by up to 0.02 N, from tick 510 of user1"),
+    ([user(0.21, 510)], False, "on (0.510 s). Why: user1: 3 blocks of its trace were not"),
+    ([user(0.21, 410)], False, "on (0.410 s). The recording does not say why."),
+    ([user(0.0), user(None)], False, "does NOT reproduce the recording: not all forces can be"),
     ([], False, "does NOT reproduce the recording: not all forces can be compared."),
-    ([0.0, 1.5], None, "Replayed with master.impedance = 40: forces differ by up to 1.5 N."),
-])  # fmt: skip
-def test_a_force_that_cannot_be_compared_is_no_difference_of_zero(forces, same, said):
-    differences = [{"force_max_n": force} for force in forces]
-    result = SimpleNamespace(differences=differences, changes={"master.impedance": 40})
-    assert said in lead(result, same)
+    ([user(0.0), user(1.5)], None, "Replayed with master.impedance = 40: forces differ by"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("found", "same", "said"), CASES)
+def test_only_a_replay_whose_every_tick_was_compared_is_exact(found, same, said):
+    changes = {"master.impedance": 40}
+    result = SimpleNamespace(differences=found, changes=changes, limits=[LOST, LATER])
+    text = lead(result, same)
+    assert said in text
+    assert ("is exact" in text) == (said == CASES[0][2])
+    assert LATER.why not in text or "cannot be compared" in text

@@ -43,7 +43,7 @@ class Wires:
         self.sent = [link.sent for link in self.links]
         self.steps = []
 
-    def publish_trace(self, loop, row, tick, compute_s):
+    def publish_trace(self, loop, row, tick, *, looked_ns, packets, compute_s):
         self.steps.append((loop.protocol.steps, list(row.state)))
 
 

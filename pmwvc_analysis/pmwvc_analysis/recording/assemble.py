@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_analysis.recording import taken
 from pmwvc_analysis.recording.clocks import clock
 from pmwvc_analysis.recording.link_blocks import COLUMNS
 from pmwvc_core.numeric import Array
@@ -100,6 +101,9 @@ def user_traces(
         missed=_total(blocks, "missed"),
         safety_events=_total(blocks, "safety_events"),
         epoch=epochs,
+        changes=taken.changes(blocks),
+        looked_ns=taken.looked_ns(blocks),
+        grid=round(int(blocks[0].start_ns) / (period * 1e9)) - int(blocks[0].first_tick),
         **{trace: axes(field) for trace, field in PER_AXIS.items()},
     )
 
@@ -168,6 +172,8 @@ def server_traces(
         energy_v_s=sums("energy_v_s"),
         dissipated=continued(_column(steps, "dissipated"), epochs),
         accounts=_accounts(steps),
+        changes=taken.changes(steps),
+        looked_ns=taken.looked_ns(steps),
         **signals,
     )
     return traces, _column(steps, "lateness")

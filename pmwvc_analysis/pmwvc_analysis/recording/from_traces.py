@@ -20,6 +20,7 @@ from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.about import about
 from pmwvc_analysis.recording.format.topics import session_topics
 from pmwvc_analysis.recording.link_blocks import fate_blocks, state_blocks
+from pmwvc_analysis.recording.taken import of_rows
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.errors import RecordingError
@@ -89,10 +90,9 @@ def _all(
     types: MessageTypes, traces: SessionTraces, scenario: Scenario, start: int
 ) -> Iterator[Outgoing]:
     for user in traces.users:
-        yield from _master_blocks(types, user, _epoch(traces, user.name), start)
+        yield from _master_blocks(types, user, traces, start)
     if traces.server is not None:
-        late = traces.metadata.get("server_lateness_s", np.zeros(len(traces.server.time_s)))
-        yield from _server_steps(types, traces.server, late, start)
+        yield from _server_steps(types, traces.server, traces, start)
     for packets in traces.packets.values():
         yield from _packets(types, packets, traces, scenario, start)
     for link, received in traces.receptions.items():
@@ -138,8 +138,9 @@ def _ns(seconds: float) -> int:
 
 
 def _master_blocks(
-    types: MessageTypes, user: UserTraces, epoch: int, start: int
+    types: MessageTypes, user: UserTraces, traces: SessionTraces, start: int
 ) -> Iterator[Outgoing]:
+    epoch, received = _epoch(traces, user.name), traces.taken.get(f"{user.name}/down")
     edges = [0, *np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s).tolist()]
     signals = {name: getattr(user, trace) for trace, name in PER_AXIS.items()}
     signals["f_h"] = user.f_h
@@ -148,10 +149,13 @@ def _master_blocks(
         series = {name: array[first:after].ravel() for name, array in signals.items()}
         series["lateness"] = user.lateness_s[first:after]
         series["compute"] = user.compute_s[first:after]
+        series["looked"] = user.looked_ns[first:after]
         last = block == len(edges) - 2
         message = build.master_trace(
             types,
             series,
+            taken=list(of_rows(received, first, after)),
+            changes=int(user.changes[block]) if len(user.changes) else 0,
             stamp_ns=start + _ns(user.time_s[first]),
             start_ns=_ns(user.time_s[first]),
             epoch=epoch,
@@ -173,8 +177,10 @@ def _master_blocks(
 
 
 def _server_steps(
-    types: MessageTypes, server: ServerTraces, late: Array, start: int
+    types: MessageTypes, server: ServerTraces, traces: SessionTraces, start: int
 ) -> Iterator[Outgoing]:
+    late = traces.metadata.get("server_lateness_s", np.zeros(len(server.time_s)))
+    received = [traces.taken.get(f"{name}/up") for name in server.users]
     each = ("x_s", "xd_s", "f_s", "u_s", "v_s", "state", "contact", "energy_u_s", "energy_v_s")
     whole = ("x_o", "xd_o", "target", "kinetic", "potential", "dissipated")
     for row, (time_s, late_s) in enumerate(zip(server.time_s, late, strict=True)):
@@ -191,6 +197,13 @@ def _server_steps(
             period=float(server.periods_s[row]),
             dof=server.x_o.shape[-1],
             users=server.users,
+            taken=[
+                (user, seq, epoch)
+                for user, each in enumerate(received)
+                for _, seq, epoch in of_rows(each, row, row + 1)
+            ],
+            looked=int(server.looked_ns[row]),
+            changes=int(server.changes[row]) if len(server.changes) else 0,
             accounts={name: values[row] for name, values in server.accounts.items()},
             lateness=float(late_s),
             **fields,

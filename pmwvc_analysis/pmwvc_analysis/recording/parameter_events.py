@@ -23,16 +23,16 @@ from pmwvc_core.errors import ScenarioError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params.names import flat_mapping
 from pmwvc_core.runtime.messages import NS_PER_S
-from pmwvc_core.runtime.parameter_values import CHANGED_AT_STEP
 from pmwvc_core.scenario.names import shared_specs, spec_of, split_user, user_specs
-from pmwvc_core.traces import ServerTraces
+from pmwvc_core.traces import Integers, ServerTraces, UserTraces
 
 _LONGEST = 100_000  # parameters or elements; a message of a session has no more
 KINDS = ("master", "server", "netem", "recorder")
 MOST_EVENTS = 100
 MOST_NAMES = 4  # in one event
-EARLY_S = 0.0005  # before the step that took a change over: it counts from there on
-LATE_S = 0.5  # of such a step, from the time of the event
+EARLY_S = 0.0005  # before the tick or step that took a change over: it counts from there on
+LATE_S = 0.5  # of such a tick or step, from the time of the event
+NEVER = np.zeros(0), np.zeros(0)
 Settings = list[tuple[float, dict[str, Any]]]
 
 
@@ -46,29 +46,47 @@ class ParameterChange:
 
 
 class Changes(NamedTuple):
-    """Changes as events; as time [s] and values by their names in a scenario; and the numbers of
-    the server's steps that took changes over.
-    """
+    """Changes as events; and as time [s] and values by their names in a scenario."""
 
     events: list[dict[str, Any]]
     settings: Settings
-    steps: list[int]
 
 
-def taken_over(changes: Changes, server: ServerTraces | None, lateness_s: Array) -> Settings:
-    """Return the settings at the times at which they took effect [s], as far as that is known: of
-    the server's, just before the step that took them over. A node publishes its event before.
+def taken_over(
+    settings: Settings, users: Sequence[UserTraces], server: ServerTraces | None
+) -> Settings:
+    """Return the settings at the times at which they took effect [s], as far as that is known:
+    just before the step of the server, or the tick of a master, that took them over. A node
+    publishes its event before.
     """
-    if server is None:
-        return changes.settings
-    rows = np.isin(server.step, changes.steps)
-    times, ran = server.time_s[rows], (server.time_s + lateness_s)[rows]
+    taken = {user.name: _with_changes(user, user.block_rows) for user in users}
+    if server is not None:
+        taken[""] = _with_changes(server, np.arange(len(server.time_s)))
     found: Settings = []
-    for time_s, values in changes.settings:
-        own = all(split_user(name)[1].startswith("server.") for name in values)
+    for time_s, values in settings:
+        owners = {owner_of(name) for name in values}
+        times, ran = taken.get(owners.pop() or "", NEVER) if len(owners) == 1 else NEVER
         later = times[(ran > time_s) & (ran < time_s + LATE_S)]
-        found.append((float(later[0]) - EARLY_S if own and len(later) else time_s, values))
-    return found
+        found.append((float(later[0]) - EARLY_S if len(later) else time_s, values))
+    return sorted(found, key=lambda each: each[0])
+
+
+def owner_of(name: str) -> str | None:
+    """Return who takes a parameter over: a user's master, "" for the server; None: a link."""
+    number, path = split_user(name)
+    group = path.split(".")[0]
+    if group == "server":
+        return ""
+    return f"user{number}" if number and group in ("master", "safety") else None
+
+
+def _with_changes(trace: UserTraces | ServerTraces, rows: Integers) -> tuple[Array, Array]:
+    """Return the times of the ticks or steps that took changes over, due and as they ran [s]."""
+    if not len(trace.changes):
+        return NEVER
+    rows = rows[np.diff(trace.changes, prepend=0) > 0]
+    due_s = trace.time_s[rows]
+    return due_s, due_s + trace.looked_ns[rows] * 1e-9
 
 
 class _Reader:
@@ -137,7 +155,6 @@ def parameter_changes(changes: Sequence[ParameterChange], folder: Path, zero_ns:
     known: dict[tuple[str, str], Any] = {}
     found: list[dict[str, Any]] = []
     settings: Settings = []
-    steps: list[int] = []
     count = 0
     for node in {change.node for change in changes}:
         known |= {(node, name): value for name, value in _at_start(folder, node)}
@@ -148,9 +165,6 @@ def parameter_changes(changes: Sequence[ParameterChange], folder: Path, zero_ns:
         texts: list[str] = []
         set_to: dict[str, Any] = {}
         for name, value in change.values.items():
-            if name == CHANGED_AT_STEP:
-                steps.append(int(value))
-                continue
             before = known.get((node, name))
             known[node, name] = value
             if value != before and (before is not None or change.at_ns >= zero_ns):
@@ -164,7 +178,7 @@ def parameter_changes(changes: Sequence[ParameterChange], folder: Path, zero_ns:
     if count > MOST_EVENTS:
         what = f"{count - MOST_EVENTS} more changes of parameters"
         found.append({"time_s": None, "who": "session", "kind": "parameter", "what": what})
-    return Changes(found, settings, steps)
+    return Changes(found, settings)
 
 
 def _in_scenario(node: str, name: str, value: Any) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.recording.hand_targets import hand_targets
 from pmwvc_analysis.recording.losses import not_relayed, topic_counts
 from pmwvc_analysis.recording.parameter_events import parameter_changes, taken_over
+from pmwvc_analysis.recording.taken import by_master, by_server
 from pmwvc_core.controllers.library import PLAIN
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.runtime.messages.fields import PacketFate
@@ -65,8 +66,10 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
         assemble.user_traces(name, blocks, times.masters[name], zero_ns=zero_ns)
         for name, blocks in masters.items()
     ]
-    server, lateness = None, np.zeros(0)
+    server, lateness, received = None, np.zeros(0), {}
     if steps:
+        in_time = [steps[i] for i in np.argsort(times.server, kind="stable")]
+        received = {f"{n}/up": t for n, t in by_server(in_time, steps[-1].users).items()}
         server, lateness = assemble.server_traces(steps, times.server, zero_ns=zero_ns)
     traces = SessionTraces(
         source=content.metadata.get("session", {}).get("source", "live"),
@@ -82,6 +85,7 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
             link: assemble.reception_traces(link, messages)
             for link, messages in content.of_links(schemas.RECEPTION).items()
         },
+        taken=received,
         link_states={
             link: assemble.link_states(messages, zero_ns=zero_ns)
             for link, messages in content.of_links(schemas.LINK_STATE).items()
@@ -94,9 +98,13 @@ def session_of(content: Content, folder: Path) -> SessionTraces:
             "fate_zero_ns": _fate_zeros(fate_messages, zero_ns),
         },
     )
+    for name, blocks in masters.items():
+        in_time = [blocks[i] for i in np.argsort(times.masters[name], kind="stable")]
+        if (taken := by_master(in_time)) is not None:
+            received[f"{name}/down"] = taken
     traces.counts = topic_counts(content.counter, traces.fates, traces.packets)
     changed = parameter_changes(content.parameters, folder, zero_ns)
-    traces.settings = taken_over(changed, server, lateness)
+    traces.settings = taken_over(changed.settings, users, server)
     traces.targets = dict(hand_targets(content.hands, zero_ns))
     traces.events = _events(folder, content, changed.events, zero_ns) + _start_losses(traces)
     return traces

@@ -1,42 +1,108 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The times of a recorded force loop: when its ticks ran, its frames began and took answers."""
+"""The times of recorded loops: when every tick of a master and every step of the server took its
+packets in, on the time line of the replay.
 
+Ticks and steps that a recording lacks (:mod:`pmwvc_analysis.traces.holes`) are taken to have run
+on time.
+"""
+
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_core.simulation.conditions import Integers
+from pmwvc_analysis.traces.holes import of_server, of_user
+from pmwvc_analysis.traces.stages import Stage
+from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.conditions import Integers, Steps
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 
 @dataclass(frozen=True)
 class LoopTimes:
-    """The times of one force loop.
+    """The times of one loop.
 
     Parameters
     ----------
-    first
-        Tick of the session with which its first frame starts.
-    answer
-        Tick of its frame at which it takes the answer.
-    ran_ns
-        When each tick of the session ran [ns], negative where it did not ``(ticks,)``.
+    at
+        Tick of the session of each row of its traces.
+    looked_ns
+        When each row took its packets in [ns].
+    holes_ns
+        Intervals that were not recorded [ns].
     """
 
-    rate_drop: int
-    first: int
-    answer: int
-    ran_ns: Integers
+    at: Integers
+    looked_ns: Integers
+    holes_ns: Sequence[tuple[int, int]]
 
-    def frame_events(self, tick_in_frame: int) -> tuple[Integers, Integers]:
-        """Return tick and time [ns] of the first tick of every frame at ``tick_in_frame`` or
-        later.
 
-        A loop sends at 0 and takes the answer at ``answer``.
-        """
-        tick = np.flatnonzero(self.ran_ns >= 0)
-        tick = tick[tick >= self.first]
-        frame, within = np.divmod(tick - self.first, self.rate_drop)
-        may = within >= min(tick_in_frame, self.rate_drop - 1)
-        begins = np.diff(frame[may], prepend=-1) > 0  # frames come in their order, from 0
-        return tick[may][begins], self.ran_ns[tick[may][begins]]
+def tick_numbers(time_s: Array, tick_s: float) -> Integers:
+    """Return times as ticks of the session."""
+    return np.rint(time_s / tick_s).astype(np.int64)
+
+
+def of_master(user: UserTraces) -> LoopTimes:
+    """Return the times of a master's loop."""
+    at = tick_numbers(user.time_s, user.tick_s)
+    gaps = [(round(h.start_s * 1e9), round(h.end_s * 1e9)) for h in of_user(user)]
+    return LoopTimes(at, at * round(user.tick_s * 1e9) + user.looked_ns, gaps)
+
+
+def of_steps(server: ServerTraces, tick_s: float) -> LoopTimes:
+    """Return the times of the server's loop."""
+    at = tick_numbers(server.time_s, tick_s)
+    gaps = [(round(h.start_s * 1e9), round(h.end_s * 1e9)) for h in of_server(server)]
+    return LoopTimes(at, at * round(tick_s * 1e9) + server.looked_ns, gaps)
+
+
+def ran_ns(loop: LoopTimes, tick_s: float, ticks: int) -> Integers:
+    """Return when each tick of the session ran [ns], negative where it did not ``(ticks,)``."""
+    tick_ns = round(tick_s * 1e9)
+    result = np.full(ticks, -1, dtype=np.int64)
+    for start_ns, end_ns in loop.holes_ns:
+        lost = np.arange(max(start_ns // tick_ns, 0), min(-(-end_ns // tick_ns), ticks))
+        result[lost] = lost * tick_ns
+    within = loop.at < ticks
+    result[loop.at[within]] = loop.looked_ns[within]
+    return result
+
+
+def counts_from(user: UserTraces, traces: SessionTraces, rate_drops: Sequence[int]) -> int:
+    """Return the tick of the session at which a user's loop counts 0: its frames begin at the
+    multiples of every rate drop of the session.
+    """
+    grid = user.grid if traces.source == "live" else 0
+    begins = int(tick_numbers(user.time_s[:1], user.tick_s)[0])
+    return begins - (int(user.tick[0]) + grid) % math.lcm(*rate_drops)
+
+
+def rate_drops(found: Sequence[Stage], number: int) -> list[int]:
+    """Return the rate drops that a user had, one for each stage."""
+    return [stage.scenario.users[number].master.rate_drop for stage in found]
+
+
+def steps(
+    traces: SessionTraces, recorded: Scenario, replayed: Scenario, ticks: int
+) -> Steps | None:
+    """Return when the server stepped; on its own grid where its period was changed."""
+    server, tick_s = traces.server, recorded.tick_s
+    tick_ns = round(tick_s * 1e9)
+    if server is None:
+        return None
+    loop, period_s = of_steps(server, tick_s), replayed.server.period_s
+    if period_s != recorded.server.period_s:
+        tick = np.arange(loop.at[0], ticks, round(period_s / tick_s))
+        return Steps(tick, tick * tick_ns, np.full(len(tick), period_s))
+    columns = loop.at.tolist(), loop.looked_ns.tolist(), server.periods_s.tolist()
+    rows = [row for row in zip(*columns, strict=True) if row[0] < ticks]
+    missing = np.diff(server.step) - 1
+    for row in np.flatnonzero(missing > 0).tolist():
+        count, lasts = int(missing[row]), float(server.periods_s[row])
+        between = np.linspace(loop.at[row], loop.at[row + 1], count + 2)[1:-1]
+        rows += [(int(at), int(at) * tick_ns, lasts) for at in between if at < ticks]
+    at, looked_ns, lasts_s = zip(*sorted(rows), strict=True)
+    return Steps(np.array(at), np.array(looked_ns), np.array(lasts_s))

@@ -2,33 +2,63 @@
 # SPDX-License-Identifier: Apache-2.0
 """The recorded network of a session as links for the simulator.
 
-A packet's delay is the time from its sending to its coming out of the emulator, both on the
-monotonic clock of their machine; where sender and emulator are on different machines, from its
-going into the emulator. Live, it takes a little longer to the receiver. Where the receiver's trace
-shows that the packet was used at an earlier look, or at a later one, the delay is made to fit
-(:mod:`pmwvc_analysis.replay.arrivals`).
+A packet comes out at the look of its receiver that took it in, as the receiver's trace says. One
+that came out of the emulator and was never taken in is lost. Where a trace is missing, or of a
+recording from before that, the emulator's times are used: a packet's delay is the time from its
+sending to its coming out, both on the monotonic clock of their machine; where sender and emulator
+are on different machines, from its going into the emulator. Live, it takes a little longer to the
+receiver.
 """
 
-from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.format.topics import source_of
-from pmwvc_analysis.replay.arrivals import NEVER_NS, Looks, Sent, bounds
+from pmwvc_analysis.replay.loop_times import LoopTimes
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.conditions import Integers
-from pmwvc_core.traces import FateTraces, PacketTraces, SessionTraces
+from pmwvc_core.traces import FateTraces, PacketTraces, SessionTraces, TakenTraces
 
 TRANSPORT_NS = 150_000  # from the emulator of a live session to the receiver, usually
 TRAVELLING = (FateKind.DELIVERED, FateKind.DUPLICATE)
 LONGEST_UPLINK_NS = 100_000_000  # from a sender to the emulator on the same machine
+LOW = 0xFFFFFFFF
 
 Links = dict[str, Callable[[], RecordedLink]]
+Key = tuple[int, int]  # sender's epoch (lowest bits) and number of a packet
+
+
+@dataclass(frozen=True)
+class Looks:
+    """The packets that a receiver was given, and when it looked."""
+
+    taken: TakenTraces
+    loop: LoopTimes
+
+    def instants(self) -> dict[Key, deque[int]]:
+        """Return when each packet was taken in, and its copies [ns].
+
+        Those of one look come out one nanosecond after the other: in their order.
+        """
+        found: dict[Key, deque[int]] = defaultdict(deque)
+        row, seq, epoch = self.taken.row, self.taken.seq, self.taken.epoch
+        behind = np.searchsorted(row, row, side="right") - 1 - np.arange(len(row))
+        at_ns = self.loop.looked_ns[row] - behind
+        rows = zip(epoch.tolist(), seq.tolist(), at_ns.tolist(), strict=True)
+        for sender, number, time_ns in rows:
+            found[sender, number].append(time_ns)
+        return found
+
+    def in_hole(self, time_ns: int) -> bool:
+        """Tell whether an instant lies where nothing was recorded."""
+        return any(start <= time_ns < end for start, end in self.loop.holes_ns)
 
 
 def links(
@@ -36,31 +66,30 @@ def links(
     recorded: Scenario,
     replayed: Scenario,
     *,
-    known: Mapping[str, tuple[Sent, Looks]],
+    loops: Mapping[str, LoopTimes],
 ) -> tuple[Links, list[str]]:
     """Return what makes the recorded links, by name, and what is not as recorded, as text.
 
-    ``known`` is what was sent and what was used when. A direction whose settings were changed is
-    simulated with the new ones, and so is one of which the recording holds no fates.
+    ``loops`` has the times of the receiving loop of each link. A direction whose settings were
+    changed is simulated with the new ones, and so is one of which the recording holds nothing.
     """
     found: Links = {}
     notes = []
-    transport_ns = TRANSPORT_NS if traces.source == "live" else 0
     for old, new in zip(recorded.users, replayed.users, strict=True):
         for way in ("up", "down"):
             name = f"{old.name}/{way}"
-            fates = traces.fates.get(name)
+            fates, taken = traces.fates.get(name), traces.taken.get(name)
+            looks = Looks(taken, loops[name]) if taken is not None and name in loops else None
             if getattr(old, f"link_{way}") != getattr(new, f"link_{way}"):
                 notes.append(f"{name}: other settings were given, so this link is simulated")
-            elif fates is None or not len(fates.seq):
+            elif looks is None and (fates is None or not len(fates.seq)):
                 notes.append(f"{name}: no packet fates were recorded, so this link is simulated")
             else:
                 before, after = (
                     user.master.frame_s if way == "up" else scenario.server.period_s
                     for scenario, user in ((recorded, old), (replayed, new))
                 )
-                sent = traces.packets.get(source_of(name))
-                record = record_of(fates, sent, known.get(name), transport_ns)
+                record = record_of(traces, name, looks, same_rate=before == after)
                 found[name] = partial(RecordedLink, record, per_packet=after / before)
                 if after != before:
                     notes.append(
@@ -71,49 +100,75 @@ def links(
 
 
 def record_of(
-    fates: FateTraces,
-    packets: PacketTraces | None,
-    known: tuple[Sent, Looks] | None = None,
-    transport_ns: int = 0,
+    traces: SessionTraces, name: str, looks: Looks | None, *, same_rate: bool
 ) -> Mapping[int, Sequence[RecordedFate]]:
-    """Return the fate of every packet and its copies, by packet number.
+    """Return the fate of every packet of a link and its copies, by packet number.
 
-    Packets of a sender that was started again are numbered on from its last one before.
+    Packets of a sender that was started again are numbered on from its last one before. At the
+    same rate of packets the instants at which they were taken in are kept, else the delays.
     """
+    fates, packets = traces.fates.get(name), traces.packets.get(source_of(name))
+    transport_ns = TRANSPORT_NS if traces.source == "live" else 0
+    zero_ns = traces.metadata.get("fate_zero_ns", {}).get(name, 0)
+    instants = looks.instants() if looks else {}
+    own = own_sender(traces, name)
+    record: dict[int, list[RecordedFate]] = defaultdict(list)
+    for fate in _fates(fates, packets) if fates is not None else ():
+        delay_ns, at_ns = fate.delay_ns, None
+        if delay_ns is not None:
+            delay_ns += transport_ns
+        if delay_ns is not None and looks and fate.cause is not Cause.CORRUPTION:
+            if queue := instants.get(fate.key):
+                at_ns = queue.popleft() if fate.key[0] == own and same_rate else None
+            elif not looks.in_hole(fate.out_ns - zero_ns):
+                delay_ns = None
+        record[fate.number].append(RecordedFate(delay_ns, fate.kind, fate.cause, at_ns))
+    for (epoch, seq), queue in instants.items() if same_rate else ():
+        for at_ns in queue if epoch == own else ():  # the emulator's record lacks them
+            kind = FateKind.DUPLICATE if record[seq] else FateKind.DELIVERED
+            record[seq].append(RecordedFate(0, kind, at_ns=at_ns))
+    return record
+
+
+class _Fate(NamedTuple):
+    """What the emulator did with a packet or a copy of it; None: it never came out."""
+
+    number: int
+    key: Key
+    out_ns: int
+    delay_ns: int | None
+    kind: FateKind
+    cause: Cause
+
+
+def _fates(fates: FateTraces, packets: PacketTraces | None) -> Iterator[_Fate]:
+    """Yield the fates of a link in the order of sending, copies behind their packet."""
     rows = np.flatnonzero(fates.fate != FateKind.INVALID)
     rows = rows[np.lexsort((fates.fate[rows], fates.time_in_ns[rows]))]
-    number = _numbers(fates, rows)
     since = _sending_times(fates, packets)
     # 0 stands for never, but in virtual time also for a packet without delay at time 0
     at_zero = (fates.time_in_ns == 0) & (fates.time_due_ns == 0)
     came_out = (fates.time_out_ns > 0) | (at_zero & np.isin(fates.fate, TRAVELLING))
-    delay_ns = fates.time_out_ns[rows] - since[rows] + transport_ns
-    if known:
-        delay_ns = delay_ns + _shifts(number, delay_ns, came_out[rows], *known)
-    record: dict[int, list[RecordedFate]] = defaultdict(list)
-    for packet, delay, came, kind, cause in zip(
-        number.tolist(),
-        delay_ns.tolist(),
-        came_out[rows].tolist(),
-        fates.fate[rows].tolist(),
-        fates.cause[rows].tolist(),
-        strict=True,
-    ):
-        record[packet].append(RecordedFate(delay if came else None, FateKind(kind), Cause(cause)))
-    return record
+    for row, number in zip(rows.tolist(), _numbers(fates, rows).tolist(), strict=True):
+        out_ns = int(fates.time_out_ns[row])
+        yield _Fate(
+            number,
+            (int(fates.epoch[row]) & LOW, int(fates.seq[row])),
+            out_ns,
+            out_ns - int(since[row]) if came_out[row] else None,
+            FateKind(fates.fate[row]),
+            Cause(fates.cause[row]),
+        )
 
 
-def _shifts(
-    number: Integers, delay_ns: Integers, came: NDArray[np.bool_], sent: Sent, looks: Looks
-) -> Integers:
-    """Return what makes each delay fit what the receiver used [ns]; of copies the first counts."""
-    known = came & (number <= len(sent.time_ns))
-    first = np.full(len(sent.time_ns) + 1, NEVER_NS, dtype=np.int64)
-    np.minimum.at(first, number[known], delay_ns[known])
-    arrival_ns = sent.time_ns[number[known] - 1] + first[number[known]]
-    shift = np.zeros_like(delay_ns)
-    shift[known] = bounds(sent, looks).moved(number[known], arrival_ns) - arrival_ns
-    return shift
+def own_sender(traces: SessionTraces, name: str) -> int:
+    """Return the first start of a link's sender: the lowest bits of its epoch."""
+    for known in (traces.packets.get(source_of(name)), traces.fates.get(name)):
+        if known is not None and len(known.epoch):
+            return int(known.epoch[0]) & LOW
+    taken = traces.taken.get(name)
+    epochs = Counter(() if taken is None else taken.epoch.tolist())
+    return epochs.most_common(1)[0][0] if epochs else 0
 
 
 def _numbers(fates: FateTraces, rows: Integers) -> Integers:

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.recording.reader import read_scenario
-from pmwvc_analysis.replay.arrivals import tick_numbers
+from pmwvc_analysis.replay.limits import Limit, limits
+from pmwvc_analysis.replay.loop_times import tick_numbers
 from pmwvc_analysis.replay.recorded import ANSWER, Hand, Prescription, prescription
 from pmwvc_analysis.traces import reductions
 from pmwvc_core.errors import RecordingError
@@ -24,29 +25,28 @@ POSITION_M = 0.5e-3
 
 
 def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[str, Any]]:
-    """Return per user the largest and RMS difference, tick by tick, of force and position.
+    """Return per user the largest and RMS difference, tick by tick, of force and position, and the
+    first tick at which either is not the same to the last bit.
 
-    With unchanged parameters a replay of a simulated session is the recording, to rounding. So is
-    that of a live one, as long as every packet is taken in, and every hand begins, at the tick at
-    which it did. What the recording leaves open is the arrival of packets that carried a wave of
-    zero or the wave of their neighbour, to about 0.2 ms: a hand may begin a frame earlier or
-    later. ``FORCE_N`` and ``POSITION_M`` are what that may make.
+    ``missing`` are ticks that only one of both has up to the end of the replay: they cannot be
+    compared.
     """
     others = {user.name: user for user in replayed.users}
     found = []
     for user in recorded.users:
         other = others[user.name]
-        _, mine, theirs = np.intersect1d(
-            tick_numbers(user.time_s, user.tick_s),
-            tick_numbers(other.time_s, user.tick_s),
-            return_indices=True,
-        )
+        own, again = (tick_numbers(each.time_s, user.tick_s) for each in (user, other))
+        shared, mine, theirs = np.intersect1d(own, again, return_indices=True)
         force = user.f_applied[mine] - other.f_applied[theirs]
         position = user.x_m[mine] - other.x_m[theirs]
+        apart = np.flatnonzero(np.any((force != 0.0) | (position != 0.0), axis=-1))
         found.append(
             {
                 "name": user.name,
                 "ticks": len(mine),
+                "missing": len(again) + len(own[own <= again.max(initial=-1)]) - 2 * len(mine),
+                "first_tick": int(user.tick[mine[apart[0]]]) if len(apart) else None,
+                "first_s": float(shared[apart[0]] * user.tick_s) if len(apart) else None,
                 "force_max_n": _largest(force),
                 "force_rms_n": reductions.rms(force),
                 "position_max_m": _largest(position),
@@ -56,8 +56,16 @@ def differences(recorded: SessionTraces, replayed: SessionTraces) -> list[dict[s
     return found
 
 
+def exact(found: list[dict[str, Any]]) -> bool:
+    """Tell whether every tick was compared, and was the same to the last bit."""
+    return bool(found) and all(
+        user["force_max_n"] == user["position_max_m"] == 0.0 and not user["missing"]
+        for user in found
+    )
+
+
 def reproduced(found: list[dict[str, Any]]) -> bool:
-    """Tell whether force and position were met within the tolerance of a live session."""
+    """Tell whether force and position were met within ``FORCE_N`` and ``POSITION_M``."""
     return all(
         user["force_max_n"] is not None
         and user["position_max_m"] is not None
@@ -82,6 +90,7 @@ class Replay:
     prescribed: Prescription
     changes: dict[str, Any]  # parameters that were changed, by dotted name: the new value
     differences: list[dict[str, Any]]
+    limits: list[Limit]  # why it cannot be exact
 
     @property
     def scenario(self) -> Scenario:
@@ -142,6 +151,7 @@ def replay(
         prescribed,
         {name: value for name, value in after.items() if before.get(name) != value},
         differences(traces, result),
+        limits(traces, recorded),
     )
     result.metadata.update(found.metadata())
     return found

@@ -6,14 +6,13 @@ first tick that ran after its arrival.
 
 import numpy as np
 
-from pmwvc_analysis.replay.loop_times import LoopTimes
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import signal
 from pmwvc_core.plant.forces import Operator
 from pmwvc_core.plant.remote_hand import RemoteHand, Target
 from pmwvc_core.plant.targets import GivenTargets
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.traces import SessionTraces
+from pmwvc_core.traces import Integers, SessionTraces
 
 
 def is_remote(user: User) -> bool:
@@ -22,7 +21,7 @@ def is_remote(user: User) -> bool:
 
 
 def remote_hand(
-    user: User, traces: SessionTraces, loop: LoopTimes, *, tick_s: float, dof: int
+    user: User, traces: SessionTraces, ran_ns: Integers, *, tick_s: float, dof: int
 ) -> Operator:
     """Return the remote hand of a user with its recorded targets; RecordingError where the session
     is a replay itself: it has none.
@@ -37,8 +36,8 @@ def remote_hand(
     if found is None:
         hand.source = GivenTargets([], early=True)
         return hand
-    ran = np.flatnonzero(loop.ran_ns >= 0)
-    rows = np.searchsorted(loop.ran_ns[ran], np.rint(found.time_s * 1e9))
+    ran = np.flatnonzero(ran_ns >= 0)
+    rows = np.searchsorted(ran_ns[ran], np.rint(found.time_s * 1e9))
     taken = rows < len(ran)
     ticks = (ran[rows[taken]] - ran[0]).tolist()
     targets: list[Target] = [

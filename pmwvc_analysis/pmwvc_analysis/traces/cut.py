@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
 
 Table = TypeVar("Table", FateTraces, PacketTraces)
-BLOCKS = ("block_time_s", "state", "block_number", "epoch")
+BLOCKS = ("block_time_s", "state", "block_number", "epoch", "changes")
 
 
 def until(traces: SessionTraces, end_s: float) -> SessionTraces:
@@ -29,10 +29,13 @@ def until(traces: SessionTraces, end_s: float) -> SessionTraces:
         if late is not None and len(late) == len(kept):
             metadata["server_lateness_s"] = late[kept]
         server = server_rows(server, kept) if kept.any() else None
+    users = [user_until(user, end_s) for user in traces.users if user.block_time_s[0] <= end_s]
+    rows = {f"{user.name}/down": len(user.time_s) for user in users}
+    steps = 0 if server is None else len(server.time_s)
     return replace(
         traces,
         duration_s=end_s,
-        users=[user_until(user, end_s) for user in traces.users if user.block_time_s[0] <= end_s],
+        users=users,
         server=server,
         packets={
             topic: _kept(each, each.time_s < end_s) for topic, each in traces.packets.items()
@@ -40,6 +43,10 @@ def until(traces: SessionTraces, end_s: float) -> SessionTraces:
         fates={
             link: _kept(each, each.time_in_ns < round(end_s * 1e9) + zeros.get(link, 0))
             for link, each in traces.fates.items()
+        },
+        taken={
+            link: each.before(steps if link.endswith("/up") else rows.get(link, 0))
+            for link, each in traces.taken.items()
         },
         metadata=metadata,
     )
@@ -68,7 +75,7 @@ def server_rows(server: ServerTraces, kept: NDArray[np.bool_]) -> ServerTraces:
     changed: dict[str, Any] = {}
     for each in fields(server):
         values = getattr(server, each.name)
-        if isinstance(values, np.ndarray):
+        if isinstance(values, np.ndarray) and len(values):
             changed[each.name] = values[kept]
         elif isinstance(values, dict):
             changed[each.name] = {name: sums[kept] for name, sums in values.items()}

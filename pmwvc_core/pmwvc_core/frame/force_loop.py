@@ -66,12 +66,14 @@ class ForceLoop(Stateful):
         Tick of a frame that takes the answer.
     other_controller
         Packets of another kind of controller, which are ignored.
+    changes
+        Frames that took changes over.
     """
 
     BLOCKS = "controller safety inbox packer"
     MEMORY = (
         "ended coupled x other_controller _fresh_tick _next_frame _next_answer _next_event "
-        "_due _events_sent _epoch _timeout_s"
+        "_due _events_sent _epoch _timeout_s changes"
     )
 
     def __init__(
@@ -105,6 +107,7 @@ class ForceLoop(Stateful):
         self._due = 0  # the tick after the last one that ran
         self._timeout_s = inbox.timeout_s
         self._epoch = 0  # of the server whose answers are used
+        self.changes = 0
         self._changes: deque[Callable[[], None]] = deque()
 
     @property
@@ -160,6 +163,8 @@ class ForceLoop(Stateful):
         if sample.valid:
             self.controller.measure(sample.x, sample.xd)
         packet = self._packed(now_ns)
+        if self._changes:
+            self.changes += 1
         while self._changes:
             self._changes.popleft()()
         self._next_frame = next_on_grid(tick, self.rate_drop)

@@ -63,12 +63,12 @@ class ServerStep(Stateful):
         State of every user.
     other_controller
         Packets of another kind of controller, which are ignored.
-    changed
-        Steps that took changes over; another thread takes them out.
+    changes
+        Steps that took changes over.
     """
 
     BLOCKS = "server target inboxes packers"
-    MEMORY = "presence steps other_controller paused period_s _idle _anew"
+    MEMORY = "presence steps other_controller paused period_s changes _idle _anew"
 
     def __init__(
         self,
@@ -95,7 +95,7 @@ class ServerStep(Stateful):
         self._idle = idle_until_joined
         self._anew = [0 for _ in self.inboxes]  # FLAG_ANEW of each user's packets
         self._changes: deque[Callable[[], None]] = deque()
-        self.changed: deque[int] = deque(maxlen=1000)
+        self.changes = 0
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on. Users leave, and join anew afterwards: a device that moves on
@@ -161,7 +161,7 @@ class ServerStep(Stateful):
         if self.period_s != self.params.period_s:
             self._last(self.params.period_s)
         if self._changes:
-            self.changed.append(self.steps + 1)
+            self.changes += 1
         while self._changes:
             self._changes.popleft()()
         if self.paused:

@@ -21,11 +21,13 @@ class RecordedFate(NamedTuple):
     """The recorded fate of a packet or of its copy.
 
     ``delay_ns`` is the time from its sending to its coming out; None: it never came out.
+    ``at_ns`` is the instant at which it came out, where that is to be kept.
     """
 
     delay_ns: int | None
     kind: FateKind = FateKind.DELIVERED
     cause: Cause = Cause.NONE
+    at_ns: int | None = None
 
 
 LOST_RECORD = (RecordedFate(None, FateKind.LOST, Cause.LOSS),)
@@ -60,14 +62,15 @@ class RecordedLink(InFlight):
     def _travel(
         self, payload: Any, number: int, now_ns: int, size: int, recorded: RecordedFate
     ) -> Fate:
-        delay_ns, kind, cause = recorded
+        delay_ns, kind, cause, at_ns = recorded
         fate = Fate(number, now_ns, 0, kind, cause, size)
         if kind is not DELIVERED:
             self._count(kind)
         if cause is Cause.CORRUPTION:
             self.counters.corrupted += 1
         if delay_ns is not None and kind in TRAVELLING:
-            self._enter(payload, fate, now_ns + max(delay_ns, 0))
+            due_ns = now_ns + delay_ns if at_ns is None else at_ns
+            self._enter(payload, fate, max(due_ns, now_ns))
         return fate
 
     def _count(self, kind: FateKind) -> None:

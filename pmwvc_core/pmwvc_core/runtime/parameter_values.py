@@ -19,9 +19,6 @@ from pmwvc_core.params.names import assembled, flattened, leaves, nested
 P = TypeVar("P")
 
 
-CHANGED_AT_STEP = "changed_at_step"  # of the server: number of the step
-
-
 def values_of(prefix: str, owner: Any) -> dict[str, Any]:
     """Return the values of a parameter dataclass by dotted name, as ROS holds them."""
     known = leaves(prefix, owner)

@@ -61,7 +61,7 @@ def read_changes(text: str) -> list[Change]:
 
 def changes_text(changes: list[Change]) -> str:
     """Return changes as ``changes`` of a scenario has them."""
-    return "; ".join(f"{change.time_s:.6f} {change.words()}" for change in changes)
+    return "; ".join(f"{change.time_s:.9f} {change.words()}" for change in changes)
 
 
 def over_time(scenario: Scenario) -> list[tuple[Change, Scenario]]:

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenarios of equal structure stepped together, and what they leave behind."""
 
-import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -16,7 +15,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.buffers import ServerBuffer, UserBuffer, add_faults
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
 from pmwvc_core.simulation.garbage import no_garbage
-from pmwvc_core.simulation.network_traces import NetworkTraces
+from pmwvc_core.simulation.network_traces import NetworkTraces, taken_traces
 from pmwvc_core.simulation.stacking import stack_scenarios
 from pmwvc_core.simulation.user import Frame
 from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime
@@ -75,7 +74,7 @@ class SessionBatch:
                 until_ns = min(begin_ns + PROGRESS_NS, end_ns)
                 while changes and changes[0][0].time_s * 1e9 < until_ns:
                     change, new = changes.popleft()
-                    self.time.run(math.ceil(change.time_s * 1e9))
+                    self.time.run(round(change.time_s * 1e9))
                     self.time.change(new)
                 self.time.run(until_ns)
             self.time.run(NEVER_NS)  # ticks and steps that a recording has later than due
@@ -89,10 +88,12 @@ class SessionBatch:
         user, buffer = self.users[index], self.user_buffers[index]
         buffer.write_ticks(frame)
         if frame.ends is not None:
-            buffer.write_block(frame.ends, user.loop.report(), user.device.work)
+            loop = user.loop
+            buffer.write_block(frame.ends, loop.report(), user.device.work, changes=loop.changes)
 
     def _note_step(self, tick: int, now_ns: int, row: ServerRow) -> None:
-        self.server_buffer.write(tick, now_ns, self.server.period_s, row)
+        server = self.server
+        self.server_buffer.write(tick, now_ns, server.period_s, row, changes=server.changes)
 
     def traces(self, run: int) -> SessionTraces:
         """Return what one run of the batch leaves behind."""
@@ -109,13 +110,19 @@ class SessionBatch:
                 )
                 for user, buffer in zip(self.users, self.user_buffers, strict=True)
             ],
-            server=server.run(run, time_s=self._began_s),
+            server=server.run(run, time_s=self._began_s, tick_ns=self.tick_ns),
         )
         if self._prescribed:
             late_ns = np.array(server.ran_ns) - np.array(server.ticks) * self.tick_ns
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
         add_faults(traces, self.server)
         self._network.add_to(traces, run)
+        for user, buffer in zip(self.users, self.user_buffers, strict=True):
+            for way, link, looks in (
+                ("up", user.up, server.ran_ns),
+                ("down", user.down, buffer.times_ns),
+            ):
+                traces.taken[f"{user.settings.name}/{way}"] = taken_traces(link, looks)
         return traces
 
     @property

@@ -36,6 +36,7 @@ class UserBuffer:
         self._ticks: list[int] = []  # that ran, and when [ns]
         self._times_ns: list[int] = []
         self._ends: list[int] = []  # of frames [ticks]
+        self._changes: list[int] = []
         plain = runs == dof == 1
         self._signals = Columns(SIGNALS, rows=ticks, runs=runs, width=dof, plain=plain)
         self._energies = Columns(ENERGIES, rows=blocks, runs=runs, width=1, plain=plain)
@@ -43,17 +44,27 @@ class UserBuffer:
         self._reason: list[list[str]] = []
         self._accounts: dict[str, Array] = {}
 
+    @property
+    def times_ns(self) -> Sequence[int]:
+        """When the ticks ran [ns]."""
+        return self._times_ns
+
     def write_ticks(self, frame: Frame) -> None:
         """Write the signals of consecutive ticks."""
         self._signals.write(frame.ticks, frame.values)
         self._ticks += frame.ticks
         self._times_ns += frame.times_ns
 
-    def write_block(self, ends: int, report: FrameReport, work: tuple[Value, Value]) -> None:
-        """Write the report of a frame that ends with a tick, with the work at the device [J]."""
+    def write_block(
+        self, ends: int, report: FrameReport, work: tuple[Value, Value], *, changes: int
+    ) -> None:
+        """Write the report of a frame that ends with a tick, with the work at the device [J] and
+        how many frames have taken changes over.
+        """
         block = len(self._ends)
         reason = report.reason
         self._ends.append(min(ends, self._every))
+        self._changes.append(changes)
         self._state[block] = report.state
         self._reason.append([reason] if isinstance(reason, str) else list(reason))
         energies = (report.u_m, report.u_tx, report.v_rx, report.v_m, *work)
@@ -82,6 +93,8 @@ class UserBuffer:
             reason=[names[run if len(names) > 1 else 0] for names in self._reason],
             energy=energies,
             accounts={name: a[:blocks, run, 0].copy() for name, a in self._accounts.items()},
+            changes=np.array(self._changes, dtype=np.int64),
+            looked_ns=late_ns,
             missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0,
             safety_events=safety_events,
             **signals,
@@ -111,10 +124,14 @@ class ServerBuffer:
         self.ticks: list[int] = []
         self.ran_ns: list[int] = []
         self.periods_s: list[float] = []
+        self.changes: list[int] = []
 
-    def write(self, tick: int, ran_ns: int, period_s: float, row: ServerRow) -> None:
-        """Write one step of the server."""
+    def write(
+        self, tick: int, ran_ns: int, period_s: float, row: ServerRow, *, changes: int
+    ) -> None:
+        """Write one step of the server, with how many have taken changes over."""
         step = len(self.ticks)
+        self.changes.append(changes)
         self.ticks.append(tick)
         self.ran_ns.append(ran_ns)
         self.periods_s.append(period_s)
@@ -130,7 +147,7 @@ class ServerBuffer:
         if row.accounts:
             _put(self._accounts, step, row.accounts, shape=self._shape)
 
-    def run(self, run: int, *, time_s: Array) -> ServerTraces:
+    def run(self, run: int, *, time_s: Array, tick_ns: int) -> ServerTraces:
         """Return the traces of one run, given when steps began [s]."""
         steps, each = len(self.ticks), range(len(self.users))
 
@@ -154,6 +171,8 @@ class ServerBuffer:
             contact=[of(self._energies, f"contact{i}")[:, 0] != 0.0 for i in each],
             state=[column.copy() for column in state.T],
             accounts={name: a[:steps, run, 0].copy() for name, a in self._accounts.items()},
+            changes=np.array(self.changes, dtype=np.int64),
+            looked_ns=np.array(self.ran_ns, dtype=np.int64) - np.array(self.ticks) * tick_ns,
             **parts,
         )
 

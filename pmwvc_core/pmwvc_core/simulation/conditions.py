@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.network.recorded_link import RecordedLink
+from pmwvc_core.numeric import Array
 from pmwvc_core.plant.forces import Operator
 
 Integers = NDArray[np.int64]
@@ -20,14 +21,18 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Steps:
-    """The server's steps: tick of the session of each, and when it ran ``(steps,)``."""
+    """The server's steps: tick of the session of each, when it ran, and how long it lasts [s]
+    ``(steps,)``.
+    """
 
     tick: Integers
     ran_ns: Integers
+    period_s: Array
 
-    def in_order(self) -> Iterator[tuple[int, int]]:
-        """Return tick and time of each step [ns]."""
-        return iter(list(zip(self.tick.tolist(), self.ran_ns.tolist(), strict=True)))
+    def in_order(self) -> Iterator[tuple[int, int, float]]:
+        """Return tick, time [ns] and length [s] of each step."""
+        rows = (self.tick.tolist(), self.ran_ns.tolist(), self.period_s.tolist())
+        return iter(list(zip(*rows, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -41,7 +46,8 @@ class Conditions:
         Phases of a frame. With an answer later than the frame start a master takes packets in at
         every tick, and its hand begins the tick after an answer, as live.
     first
-        Tick of the session with which a user's first frame starts.
+        Tick of the session at which a user's loop counts 0: its frames begin at the multiples of
+        the rate drop from there.
     ran_ns
         When each tick of a user ran, negative where it did not ``(ticks,)``.
     steps
@@ -80,7 +86,7 @@ class TickTimes(NamedTuple):
     Attributes
     ----------
     first
-        Tick of the session with which the first frame starts.
+        Tick of the session at which the loop counts 0.
     begin
         First tick that runs.
     at_ns

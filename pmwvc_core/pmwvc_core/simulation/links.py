@@ -50,6 +50,7 @@ class SimulatedLink:
         self.receiver = inbox
         self.sent: list[WavePacket] = []
         self.arrived: list[tuple[WavePacket, int]] = []  # packet, time [ns]
+        self.taken = 0  # of them by the receiver
         self.fates: list[Fate] = []
         self._size_bytes = size_bytes(dof)
 
@@ -73,6 +74,7 @@ class SimulatedLink:
                 continue
             packets.append(packet)
             self.arrived.append((packet, now_ns))
+        self.taken = len(self.arrived)
         return packets
 
     def drain(self, end_ns: int) -> None:

@@ -11,7 +11,7 @@ from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.user import SimulatedUser
-from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, SessionTraces
+from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, SessionTraces, TakenTraces
 from pmwvc_core.transport.packet import WavePacket
 from pmwvc_core.transport.reception import counts, passage
 
@@ -134,4 +134,18 @@ def fate_traces(link: SimulatedLink, name: str) -> FateTraces:
         time_out_ns=due.copy(),
         fate=of([int(fate.kind) for fate in records]),
         cause=of([int(fate.cause) for fate in records]),
+    )
+
+
+def taken_traces(link: SimulatedLink, looks_ns: Sequence[int]) -> TakenTraces:
+    """Return what a receiver was given, by the times at which it looked [ns]."""
+    taken = link.arrived[: link.taken]
+
+    def of(values: list[int]) -> NDArray[np.int64]:
+        return np.array(values, dtype=np.int64)
+
+    return TakenTraces(
+        row=np.searchsorted(np.array(looks_ns), of([now_ns for _, now_ns in taken])),
+        seq=of([packet.seq for packet, _ in taken]),
+        epoch=of([packet.epoch for packet, _ in taken]) & 0xFFFFFFFF,
     )

@@ -20,6 +20,7 @@ from pmwvc_core.simulation.user import Frame, SimulatedUser
 
 ENDLESS = 1 << 40  # ticks
 NEVER_NS = sys.maxsize
+NO_STEP = (0, NEVER_NS, None)
 
 
 class VirtualTime:
@@ -53,9 +54,12 @@ class VirtualTime:
         ]
         self._on_frame, self._on_step = on_frame, on_step
         self._next_step = partial(conditions.schedule.next_step, tick_s=scenario.tick_s)
-        self._steps = conditions.steps.in_order() if conditions.steps else self._on_grid(ticks)
+        self._steps: Iterator[tuple[int, int, float | None]] = (
+            conditions.steps.in_order() if conditions.steps else self._on_grid(ticks)
+        )
         self._recorded, self._due = conditions.steps is not None, -1  # tick of the next step
-        self._tick, self._at_ns = next(self._steps, (0, NEVER_NS))  # of the server's next step
+        # Of the server's next step: tick, time, and length where it is given [s].
+        self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
 
     def run(self, before_ns: int) -> None:
         """Step everything that is due before an instant [ns]."""
@@ -78,12 +82,12 @@ class VirtualTime:
                 self._on_step(self._tick, now_ns, row)
             if self._recorded:
                 self._due = self._tick + round(self.server.period_s * 1e9 / self.tick_ns)
-            self._tick, self._at_ns = next(self._steps, (0, NEVER_NS))
+            self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
 
-    def _on_grid(self, ticks: int) -> Iterator[tuple[int, int]]:
+    def _on_grid(self, ticks: int) -> Iterator[tuple[int, int, float | None]]:
         tick = -1
         while (tick := self._next_step(tick, period_s=self.server.params.period_s)) < ticks:
-            yield tick, tick * self.tick_ns
+            yield tick, tick * self.tick_ns, None
 
     def change(self, new: Scenario) -> None:
         """Hand over what another scenario has; groups without a change are the same objects."""
@@ -99,5 +103,8 @@ class VirtualTime:
 
     def _configure(self, params: ServerParams) -> None:
         """Give the server other parameters in a step; it ends where the next one begins."""
-        lasts = self._next_step(self._tick, period_s=params.period_s) - self._tick
-        self.server.configure(params, first_s=lasts * self._present.tick_s)
+        lasts_s = self._lasts_s
+        if lasts_s is None:
+            ends = self._next_step(self._tick, period_s=params.period_s)
+            lasts_s = (ends - self._tick) * self._present.tick_s
+        self.server.configure(params, first_s=lasts_s)

@@ -50,7 +50,12 @@ class _Reader(ABC):
         own: bytes = serialize_message(message)  # whatever encoding it came in
         self._known = message
         self._shape = Shape(
-            own, message, same=self.SAME, numbers=self.NUMBERS, arrays=self._arrays(message)
+            own,
+            message,
+            same=self.SAME,
+            numbers=self.NUMBERS,
+            arrays=self._arrays(message),
+            before="changes",
         )
         return own
 

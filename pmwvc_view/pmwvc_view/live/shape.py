@@ -4,7 +4,8 @@
 and valid for all of the same structure: reading them so costs a tenth of a message object.
 
 The structure of a message is its encapsulation, its texts, the lengths of its sequences, and
-numbers that its reader wants unchanged. A message in which any of it differs is another one's.
+numbers that its reader wants unchanged, up to a field from which on nothing is read. A message in
+which any of it differs is another one's.
 """
 
 import struct
@@ -34,6 +35,8 @@ class Shape:
         another has its name in front.
     arrays
         Names of the sequences of ``double`` to be read.
+    before
+        Name of the field from which on nothing is read and lengths may differ.
     """
 
     def __init__(
@@ -44,15 +47,16 @@ class Shape:
         same: Sequence[str],
         numbers: Sequence[str],
         arrays: Sequence[str],
+        before: str,
     ) -> None:
         self._at = HEAD
         self._places: dict[str, tuple[int, int, str]] = {}  # offset, count, code
         self._fixed = list(range(HEAD))
-        self._find(message, "")
+        self._find(message, "", end=before)
         for name in same:
             at, count, code = self._places[name]
             self._fix(at, count * struct.calcsize(code))
-        self._length = len(data)
+        self._length = self._at
         self._where = np.array(self._fixed)
         self._structure = np.frombuffer(data, np.uint8)[self._where].tobytes()
         layout, at = "<", 0
@@ -61,13 +65,13 @@ class Shape:
             layout += f"{begin - at}x{count}{code}"
             at = begin + count * struct.calcsize(code)
         self._numbers = struct.Struct(layout)
-        self._doubles = (len(data) - HEAD) // 8
+        self._doubles = (self._length - HEAD) // 8
         places = (self._places[name] for name in arrays)
         self._index = np.concatenate([(at - HEAD) // 8 + np.arange(n) for at, n, _ in places])
 
     def holds(self, data: bytes) -> bool:
         """Tell whether a message has this structure."""
-        if len(data) != self._length:
+        if len(data) < self._length:
             return False
         return bool(np.frombuffer(data, np.uint8).take(self._where).tobytes() == self._structure)
 
@@ -79,9 +83,11 @@ class Shape:
         """Return the arrays of a message of this structure, one after the other."""
         return np.frombuffer(data, "<f8", self._doubles, HEAD).take(self._index)
 
-    def _find(self, message: Any, before: str) -> None:
-        """Note the places of all fields of a message or of a field of it."""
+    def _find(self, message: Any, before: str, *, end: str = "") -> None:
+        """Note the places of the fields of a message up to ``end``, or of a field of it."""
         for name, kind in message.get_fields_and_field_types().items():
+            if name == end:
+                return
             value = getattr(message, name)
             if "/" in kind:
                 self._find(value, f"{before}{name}.")

@@ -3,6 +3,7 @@
 """``pmwvc replay``: a recorded session once more, with other parameters."""
 
 import argparse
+import math
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +16,8 @@ from pmwvc_bringup.output import progress, terminal
 if TYPE_CHECKING:
     from pmwvc_analysis.replay.run import Replay
 
+KNOWN_S = 0.02  # after the first difference: a block is noted at its end
+MOST = 3  # causes named
 EXAMPLES = """\
 examples:
   pmwvc replay sessions/20260101T120000Z-carry_16ms --set master.impedance=40
@@ -56,7 +59,7 @@ def _reported(
 ) -> list[str]:
     """Write summary, reports and tables; return the lines for a terminal."""
     from pmwvc_analysis.compare.measures import Entry, measured
-    from pmwvc_analysis.replay.run import FORCE_N, POSITION_M, reproduced
+    from pmwvc_analysis.replay.run import FORCE_N, POSITION_M, exact, reproduced
     from pmwvc_analysis.report.comparison_report import write
     from pmwvc_analysis.session_files import finish, write_summary
     from pmwvc_analysis.verdicts.check import state_text
@@ -83,7 +86,9 @@ def _reported(
             {**user, "hand": result.prescribed.hands[user["name"]]} for user in result.differences
         ],
         "tolerance": {"force_n": FORCE_N, "position_m": POSITION_M},
+        "exact": exact(result.differences) if not changes else None,
         "reproduced": same,
+        "limits": [limit._asdict() for limit in result.limits],
         "times_real_time": times_real_time,
         "notes": result.prescribed.notes,
     }
@@ -98,19 +103,46 @@ def _reported(
 
 
 def lead(result: "Replay", same: bool | None) -> str:
-    """Return the result in one sentence."""
-    forces = [user["force_max_n"] for user in result.differences]
+    """Return the result in one sentence or two."""
+    from pmwvc_analysis.replay.run import exact
+
+    found = result.differences
+    forces = [user["force_max_n"] for user in found]
     if not forces or None in forces:
         amount = "not all forces can be compared"
-    elif not any(forces):
-        amount = "the forces are equal"
     else:
         amount = f"forces differ by up to {max(forces):.3g} N"
     if same is None:
         names = ", ".join(f"{name} = {value}" for name, value in result.changes.items())
         return f"Replayed with {names}: {amount}."
-    word = "reproduces" if same else "does NOT reproduce"
-    return f"The unchanged replay {word} the recording: {amount}."
+    if exact(found):
+        ticks = ", ".join(f"{user['ticks']} ticks of {user['name']}" for user in found)
+        return f"The unchanged replay is exact: force and position of all {ticks} are equal."
+    word = (
+        "reproduces the recording, but is not exact"
+        if same
+        else "does NOT reproduce the recording"
+    )
+    return f"The unchanged replay {word}: {amount}{_since(result)}."
+
+
+def _since(result: "Replay") -> str:
+    """Return from which tick on a replay is not the recording, and why."""
+    apart = [user for user in result.differences if user["first_s"] is not None]
+    missing = [user for user in result.differences if user["missing"]]
+    if apart:
+        first = min(apart, key=lambda user: user["first_s"])
+        at_s = first["first_s"]
+        text = f", from tick {first['first_tick']} of {first['name']} on ({at_s:.3f} s)"
+    elif missing:
+        ticks = " and ".join(f"{user['missing']} ticks of {user['name']}" for user in missing)
+        text, at_s = f"; {ticks} cannot be compared", math.inf
+    else:
+        return ""
+    causes = [limit for limit in result.limits if limit.time_s <= at_s + KNOWN_S]
+    whys = "; ".join(f"{each.why} ({each.time_s:.3f} s)" for each in causes[:MOST])
+    more = f"; and {len(causes) - MOST} more" if len(causes) > MOST else ""
+    return f"{text}. {'Why: ' + whys + more if causes else 'The recording does not say why'}"
 
 
 COMMAND = Command(

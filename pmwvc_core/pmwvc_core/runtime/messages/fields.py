@@ -28,6 +28,9 @@ class Trace(Protocol):
     dof: int
     account_names: Sequence[str]
     accounts: Numbers
+    changes: int
+    taken_seq: Sequence[int]
+    taken_epoch: Sequence[int]
 
 
 class MasterTrace(Trace, Protocol):
@@ -39,6 +42,8 @@ class MasterTrace(Trace, Protocol):
     hand_force_known: bool
     f_h: Numbers
     lateness: Numbers
+    looked: Sequence[int]
+    taken_tick: Sequence[int]
 
 
 class ServerTrace(Trace, Protocol):
@@ -47,6 +52,9 @@ class ServerTrace(Trace, Protocol):
     step: int
     users: Sequence[str]
     state: Sequence[int]
+    lateness: float
+    looked: int
+    taken_user: Sequence[int]
 
 
 class Wave(Protocol):

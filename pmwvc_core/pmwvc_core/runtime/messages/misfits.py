@@ -65,7 +65,7 @@ def _master_trace(message: MasterTrace) -> str | None:
     wanted = dict.fromkeys(_MASTER_AXES, ticks * message.dof) | {"compute": ticks}
     if len(message.f_h):  # a hand that is not known may be left out
         wanted["f_h"] = ticks * message.dof
-    return _frame(message) or _lengths(message, wanted)
+    return _frame(message) or _lengths(message, wanted) or _taken(message, "tick", ticks)
 
 
 def _server_trace(message: ServerTrace) -> str | None:
@@ -79,7 +79,18 @@ def _server_trace(message: ServerTrace) -> str | None:
     wanted = dict.fromkeys(("x_o", "xd_o", "target"), message.dof)
     wanted |= dict.fromkeys(_SERVER_AXES, users * message.dof)
     wanted |= dict.fromkeys(("state", "contact", "energy_u_s", "energy_v_s"), users)
-    return _frame(message) or _lengths(message, wanted)
+    return _frame(message) or _lengths(message, wanted) or _taken(message, "user", users)
+
+
+def _taken(message: Trace, place: str, count: int) -> str | None:
+    """Check the packets taken in; a recording from before has none."""
+    if not hasattr(message, "taken_seq"):
+        return None
+    places = getattr(message, f"taken_{place}")
+    if max(places, default=0) >= count:
+        return f"taken_{place} = {max(places)}"
+    wanted = dict.fromkeys(("taken_seq", "taken_epoch"), len(places))
+    return _lengths(message, wanted | ({"looked": count} if place == "tick" else {}))
 
 
 def _wave(message: Wave) -> str | None:

@@ -10,16 +10,25 @@ import numpy as np
 
 from pmwvc_core.numeric import Value
 from pmwvc_core.runtime.messages.types import MessageTypes, axes, scalar, time_message
+from pmwvc_core.transport.packet import WavePacket
 
 _PER_AXIS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 _ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
+_PER_TICK = {"lateness": "f", "compute": "f", "looked": "I"}
+_UINT32 = 0xFFFFFFFF
 _OF_OBJECT = ("x_o", "xd_o", "target")
 _OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")
 
 
 class TraceBlock:
     """The ticks of one trace message, written one after the other into arrays made once: at most
-    ``ticks`` of them, with ``dof`` values of everything but ``lateness`` and ``compute``.
+    ``ticks`` of them, with ``dof`` values of every signal.
+
+    Attributes
+    ----------
+    taken
+        Tick of the block, number and sender's epoch of each packet given to the receiver, in
+        their order.
     """
 
     def __init__(self, ticks: int, dof: int) -> None:
@@ -27,10 +36,11 @@ class TraceBlock:
         self.dof = dof
         self.count = 0
         self._series = {name: array("d", bytes(8 * ticks * dof)) for name in _PER_AXIS}
-        self._series |= {name: array("f", bytes(4 * ticks)) for name in ("lateness", "compute")}
+        self._series |= {name: array(code, bytes(4 * ticks)) for name, code in _PER_TICK.items()}
+        self.taken: list[tuple[int, int, int]] = []
         self._columns = tuple(self._series[name] for name in _PER_AXIS)
         self._rows = tuple(np.frombuffer(c).reshape(ticks, dof) for c in self._columns)
-        self._lateness, self._compute = self._series["lateness"], self._series["compute"]
+        self._of_tick = tuple(self._series[name] for name in _PER_TICK)
 
     @property
     def full(self) -> bool:
@@ -49,8 +59,12 @@ class TraceBlock:
         v_m: Value,
         lateness: float,
         compute: float,
+        looked_ns: int,
+        packets: Sequence[WavePacket],
     ) -> None:
-        """Write one tick (SI units; ``lateness`` and ``compute`` in s)."""
+        """Write one tick: signals, ``lateness`` and ``compute`` [s], when packets were taken in
+        after the deadline [ns], and these packets.
+        """
         k = self.count
         if self.dof == 1:
             a, b, c, d, e, f, g, h = self._columns
@@ -60,8 +74,10 @@ class TraceBlock:
             values = (x, xd, f_h, f_m, f_applied, u_m, u_m_lp, v_m)
             for row, value in zip(self._rows, values, strict=True):
                 row[k] = value
-        self._lateness[k] = lateness
-        self._compute[k] = compute
+        late, took, looked = self._of_tick
+        late[k], took[k], looked[k] = lateness, compute, min(looked_ns, _UINT32)
+        if packets:
+            self.taken += [(k, each.seq, each.epoch) for each in packets if not each.refusal]
         self.count = k + 1
 
     def series(self) -> Mapping[str, "array[float]"]:
@@ -74,12 +90,14 @@ class TraceBlock:
     def clear(self) -> None:
         """Start the next block."""
         self.count = 0
+        self.taken.clear()
 
 
 def master_trace(
     types: MessageTypes,
     series: Mapping[str, Any],
     *,
+    taken: Sequence[tuple[int, int, int]],
     stamp_ns: int,
     energy: Mapping[str, Value],
     accounts: Mapping[str, Value],
@@ -91,6 +109,8 @@ def master_trace(
     ----------
     series
         Per-tick fields by name, row-major: ``TraceBlock.series()``, or arrays.
+    taken
+        Tick, number and sender's epoch of each packet taken in.
     energy
         ``u_m, u_tx, v_rx, v_m, device, hand`` [J] at the end of the block.
     accounts
@@ -101,7 +121,8 @@ def master_trace(
     return types.MasterTrace(
         stamp=time_message(types, stamp_ns),
         **{name: types.sequence(series[name], "d") for name in _PER_AXIS},
-        **{name: types.sequence(series[name], "f") for name in ("lateness", "compute")},
+        **{name: types.sequence(series[name], code) for name, code in _PER_TICK.items()},
+        **_taken(types, "tick", taken),
         **{f"energy_{name}": scalar(energy[name]) for name in _ENERGIES},
         **_accounts(types, accounts),
         **fields,
@@ -115,13 +136,14 @@ def server_trace(
     dof: int,
     state: Sequence[int],
     contact: Sequence[bool],
+    taken: Sequence[tuple[int, int, int]],
     accounts: Mapping[str, Value],
     **fields: Any,
 ) -> Any:
     """Return one step of the server as a ServerTrace; one entry a user in every sequence.
 
-    ``fields`` are all others, as in ``ServerTrace.msg``; without lateness and compute [s] they
-    are zero.
+    ``taken`` has user, number and sender's epoch of each packet taken in; ``fields`` are all
+    others, as in ``ServerTrace.msg``; without lateness and compute [s] they are zero.
     """
 
     def each(values: Sequence[Value]) -> Any:
@@ -138,8 +160,19 @@ def server_trace(
         contact=types.flags(contact),
         **made,
         **_accounts(types, accounts),
+        **_taken(types, "user", taken),
         **{"lateness": 0.0, "compute": 0.0} | fields,
     )
+
+
+def _taken(
+    types: MessageTypes, place: str, packets: Sequence[tuple[int, int, int]]
+) -> dict[str, Any]:
+    columns = zip(*packets, strict=True) if packets else ((), (), ())
+    return {
+        f"taken_{name}": types.sequence([value & _UINT32 for value in column], "I")
+        for name, column in zip((place, "seq", "epoch"), columns, strict=True)
+    }
 
 
 def _accounts(types: MessageTypes, accounts: Mapping[str, Value]) -> dict[str, Any]:

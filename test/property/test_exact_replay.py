@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A replay is its recording to the last bit: over any network, with loops that wake late, with
+rates that change in flight. The recordings are those of live loops, in virtual time.
+"""
+
+import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from support import plain as files
+
+from pmwvc_analysis.recording.parameter_events import taken_over
+from pmwvc_analysis.replay.limits import limits
+from pmwvc_analysis.replay.run import exact, replay
+from pmwvc_core.errors import ScenarioError
+from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.scenario.changes import read_changes
+from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.session import simulate_one
+
+TICKS = 800
+MS = 1_000_000
+LINK = (
+    *("link.delay_s=0.008", "link.jitter=normal", "link.jitter_s=0.004", "link.keep_order=false"),
+    *("link.loss=0.1", "link.duplicate=0.1"),
+)
+change = st.one_of(
+    st.tuples(st.sampled_from(["user1", "user2"]), st.integers(2, 20)).map(
+        lambda drawn: f"{drawn[0]}.master.rate_drop={drawn[1]}"
+    ),
+    st.integers(2, 20).map(lambda ms: f"server.period_s={ms * 1e-3:g}"),
+    st.sampled_from(["user1.master.impedance=30", "user1.server.contact_stiffness=800"]),
+)
+schedule = st.lists(st.tuples(st.floats(0.1, 0.7), change), max_size=5)
+
+
+def as_live(changes, late, grid, seed):
+    """Return scenario and traces of a session whose loops woke late, and whose parameters were
+    changed in flight at times that fall between its ticks.
+    """
+    texts = ("channel=strict", "task.grip_s=0.1", "safety.soft_start_s=0.05", f"seed={seed}")
+    start = files.load("carry_16ms", settings_texts=(*texts, *LINK), duration_s=TICKS * 1e-3)
+    text = "; ".join(f"{time_s} {words}" for time_s, words in changes)
+    try:
+        scenario = files.load(
+            "carry_16ms",
+            settings_texts=(*texts, *LINK, f"changes={text}"),
+            duration_s=TICKS * 1e-3,
+        )
+    except ScenarioError:
+        assume(False)  # the same parameter twice, to a value out of its range with others
+    random = np.random.default_rng(seed)
+    late_ns = random.integers(0, round(late * MS), (2, TICKS))
+    ran_ns = {f"user{n + 1}": np.arange(TICKS) * MS + late_ns[n] for n in range(2)}
+    ran_ns["user2"][300:330] = -1  # it slept
+    conditions = Conditions(LIVE, first={"user1": -grid}, ran_ns=ran_ns)
+    traces = simulate_one(scenario, conditions)
+    traces.source = "live"
+    found = [(each.time_s, dict(each.values)) for each in read_changes(text)]
+    traces.settings = taken_over(found, traces.users, traces.server)
+    return start, traces
+
+
+@settings(max_examples=12, deadline=None)
+@given(schedule, st.floats(0.1, 0.9), st.integers(0, 1000), st.integers(1, 1000))
+def test_a_replay_is_the_recording_to_the_last_bit(changes, late, grid, seed):
+    scenario, traces = as_live(changes, late, grid, seed)
+    found = replay(traces, scenario, scenario)
+    assert exact(found.differences)
+    assert min(user["ticks"] for user in found.differences) >= TICKS - 30
+    assert np.array_equal(found.replayed.server.x_o, traces.server.x_o)
+
+
+RATES = [(0.25, "user1.master.rate_drop=5"), (0.4011, "server.period_s=0.005")]
+
+
+def test_without_the_record_of_what_was_taken_in_it_is_not():
+    """The control: the times of the emulator leave open at which look a packet was taken in."""
+    scenario, traces = as_live(RATES, 0.9, 77, 3)
+    assert exact(replay(traces, scenario, scenario).differences)
+    traces.taken.clear()
+    found = replay(traces, scenario, scenario)
+    assert not exact(found.differences)
+    assert limits(traces, scenario)[0].why.startswith("user1/down: when packets were taken in")
+
+
+def test_what_was_taken_over_a_frame_earlier_is_another_session():
+    """The control of the changes."""
+    scenario, traces = as_live(RATES, 0.9, 77, 3)
+    traces.settings = [(time_s - 0.03, values) for time_s, values in traces.settings]
+    found = replay(traces, scenario, scenario)
+    assert not exact(found.differences)
+    assert min(user["first_s"] for user in found.differences if user["first_s"]) > 0.2
+    whys = [limit.why for limit in found.limits]
+    assert "user1: the master was paused, re-armed or changed as no parameter names" in whys
+
+
+def test_blocks_and_steps_that_were_not_recorded_are_named_with_their_time():
+    scenario, traces = as_live([], 0.5, 0, 3)
+    user, server = traces.users[0], traces.server
+    assert limits(traces, scenario) == []
+    user.block_number = np.arange(1, len(user.block_time_s) + 1)
+    user.block_number[40:] += 2
+    server.step[60:] += 1
+    found = [(limit.why, round(limit.time_s, 2)) for limit in limits(traces, scenario)]
+    assert found == [
+        ("user1: 2 blocks of its trace were not recorded", 0.32),
+        ("1 steps of the server were not recorded", 0.48),
+    ]
