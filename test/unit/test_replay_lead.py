@@ -29,7 +29,7 @@ CASES = [
     ([user(0.0, missing=24)], True, "not exact: forces differ by up to 0 N; 24 ticks of"),
     ([user(0.02, 510)], True, "differ by up to 0.02 N, from tick 510 of user1"),
     ([user(0.21, 510)], False, "on (0.510 s). Why: user1: 3 blocks of its trace were not"),
-    ([user(0.21, 410)], False, "on (0.410 s). The recording does not say why."),
+    ([user(0.21, 410)], False, "on (0.410 s). The recording gives no reason."),
     ([user(0.0), user(None)], False, "does NOT reproduce the recording: not all forces can be"),
     ([], False, "does NOT reproduce the recording: not all forces can be compared."),
     ([user(0.0), user(1.5)], None, "Replayed with master.impedance = 40: forces differ by"),

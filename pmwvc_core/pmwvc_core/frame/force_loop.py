@@ -104,7 +104,7 @@ class ForceLoop(Stateful):
         self._next_frame = self._next_answer = 0  # ticks
         self._next_event = 0  # the earlier one of them
         self._events_sent = 0
-        self._due = 0  # the tick after the last one that ran
+        self._due = math.inf  # the tick after the last one that ran
         self._timeout_s = inbox.timeout_s
         self._epoch = 0  # of the server whose answers are used
         self.changes = 0

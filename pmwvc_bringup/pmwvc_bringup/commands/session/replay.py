@@ -142,7 +142,7 @@ def _since(result: "Replay") -> str:
     causes = [limit for limit in result.limits if limit.time_s <= at_s + KNOWN_S]
     whys = "; ".join(f"{each.why} ({each.time_s:.3f} s)" for each in causes[:MOST])
     more = f"; and {len(causes) - MOST} more" if len(causes) > MOST else ""
-    return f"{text}. {'Why: ' + whys + more if causes else 'The recording does not say why'}"
+    return f"{text}. {'Why: ' + whys + more if causes else 'The recording gives no reason'}"
 
 
 COMMAND = Command(
