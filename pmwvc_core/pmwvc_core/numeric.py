@@ -22,6 +22,7 @@ Flags: TypeAlias = NDArray[np.bool_]
 Value: TypeAlias = float | Array
 Flag: TypeAlias = bool | Flags
 
+LARGEST = 1e100  # of a measurement or a force [m], [m/s], [N]; what is beyond it, or NaN, is none
 absolute = cast("Callable[[Value], Value]", abs)  # magnitude, elementwise
 
 

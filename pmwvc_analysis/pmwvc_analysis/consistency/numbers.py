@@ -4,8 +4,7 @@
 
 import numpy as np
 
-from pmwvc_core.master.safety.limiter import LARGEST
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import LARGEST, Array
 
 RELATIVE = 1e-6
 SMALLEST = 1e-9

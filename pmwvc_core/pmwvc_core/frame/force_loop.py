@@ -212,8 +212,10 @@ class ForceLoop(Stateful):
             f = self.safety.step(f_m, position, velocity, math.inf, False, sensed)
         else:
             silence_s = (now_ns - inbox.accepted_ns) * 1e-9
-            waits = inbox.interrupted, inbox.unreceived(now_ns)
-            f = self.safety.step(f_m, position, velocity, silence_s, True, sensed, *waits)
+            interrupted, unreceived = inbox.waits(now_ns)
+            f = self.safety.step(
+                f_m, position, velocity, silence_s, True, sensed, interrupted, unreceived
+            )
         controller.applied(f)
         row = (x, xd, sample.f_h, f_m, f, controller.u_m, controller.u_m_lp, controller.v_m)
         return f, packet, row

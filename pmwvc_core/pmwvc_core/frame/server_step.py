@@ -183,16 +183,17 @@ class ServerStep(Stateful):
         server = self.server
         for user, answer in enumerate(server.step(self._received(now_ns))):
             answered, flags = None, server.flags | self._anew[user]
-            if anywhere(self.inboxes[user].playout.dry):
+            inbox = self.inboxes[user]
+            if anywhere(inbox.playout.dry):
                 flags |= FLAG_WAITING
             packer, absent = self.packers[user], self.presence[user] is ABSENT
-            if not absent:
+            if not absent and inbox.plays_on:
                 self._pass_on(user)
             if not absent and not packer.holds_back(answer, flags):
-                port, echo = server.ports[user], self.inboxes[user].echo(now_ns)
+                port, echo = server.ports[user], inbox.echo(now_ns)
                 at = port.x_s - port.offset  # in the frame of the device
                 answered = packer.pack(answer, at, now_ns, flags, echo, port.account)
-                answered.short = self.inboxes[user].playout.short
+                answered.short = inbox.playout.short
             packed.append(answered)
         self.target.step(together=self.presence.count(COUPLED) == len(self.presence))
         return packed, self._row()
@@ -249,9 +250,9 @@ class ServerStep(Stateful):
                 if inbox.silence_s(now_ns) > self.release_s:
                     self._leave(user)
                 else:
-                    unreceived = inbox.unreceived(now_ns)
+                    interrupted, unreceived = inbox.waits(now_ns)
                     self.presence[user] = DAMPING if quiet or unreceived else COUPLED
-                    server.interrupt(user, inbox.interrupted)
+                    server.interrupt(user, interrupted)
                     if inbox.newest is not None:
                         server.on_packet(user, inbox.newest)
             received.append((inbox.position(), wave) if direct else wave)

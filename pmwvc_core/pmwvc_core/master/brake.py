@@ -17,7 +17,17 @@ never more.
 Equations: docs/theory.md 17.12.
 """
 
-from pmwvc_core.numeric import Flag, Value, limit_length, maximum, squared
+from pmwvc_core.numeric import (
+    LARGEST,
+    Flag,
+    Value,
+    anywhere,
+    limit_length,
+    maximum,
+    squared,
+    where,
+    within,
+)
 from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.wave.affordable import affordable
@@ -49,11 +59,6 @@ class HandBrake(Stateful):
         self._z: Value = 0.0  # deflection [m]
 
     @property
-    def idle(self) -> bool:
-        """Whether nothing is held, in no run."""
-        return self._largest.idle
-
-    @property
     def holds(self) -> Flag:
         """Whether there is a force that it may hold, one per run."""
         return self._largest.limit > 0.0
@@ -68,24 +73,30 @@ class HandBrake(Stateful):
         self._largest.reset()
         self._z = 0.0 * self._z
 
-    def step(self, waits: Flag, x: Value, f: Value) -> None:
-        """Go one tick on.
+    def step(self, waits: Flag, x: Value, f: Value) -> bool:
+        """Go one tick on; tell whether nothing is held, in no run.
 
         Parameters
         ----------
         waits
             Whether no waves come.
         x
-            Position [m], ``(..., dof)``.
+            Position [m], ``(..., dof)``; where it is no number nothing begins to be held.
         f
             Force on the device in the tick before [N].
         """
-        moved, self._x = x - self._x, x
-        self._largest.step(waits, f)
+        before, self._x = self._x, x
+        if self._largest.idle and (waits is False or not anywhere(waits)):
+            self._largest.step(False, f)
+            return True
+        known = within(x, LARGEST)
+        moved = where(known, x, 0.0) - where(within(before, LARGEST), before, 0.0)
+        self._largest.step(waits & known, f)
         if self._largest.idle:
             self._z = 0.0 * moved
-            return
+            return True
         self._z = limit_length(self._z + moved, self._largest.limit / self._stiffness)
+        return False
 
     def force(self, f: Value) -> Value:
         """Return the brake's force beside a force ``f`` that the controller asks for [N]."""

@@ -9,6 +9,7 @@ within a batch.
 
 import dataclasses
 from collections.abc import Hashable, Sequence
+from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -69,7 +70,8 @@ def structure_of(scenario: Scenario) -> Hashable:
     )
 
 
-def _structure(owner: object) -> Hashable:
+@lru_cache(maxsize=1024)  # runs of a study share most of their groups
+def _structure(owner: Hashable) -> Hashable:
     """Return the values of one parameter group that belong to the structure."""
     declared = leaves("", owner)
     return tuple(

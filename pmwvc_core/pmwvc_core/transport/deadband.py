@@ -36,7 +36,7 @@ class Deadband(Stateful):
     def configure(self, params: DeadbandParams) -> None:
         """Take other parameters over."""
         self.params = params
-        self._on = params.is_on
+        self.on = params.is_on
         self._longest_s = params.longest_s * (1.0 + ROUNDING)
 
     def holds_back(self, wave: Value, held_s: float, period_s: float) -> bool:
@@ -44,7 +44,7 @@ class Deadband(Stateful):
         the time of the frames held back before it [s], and its own [s].
         """
         sent = self._sent
-        if not self._on or sent is None or held_s + 2.0 * period_s > self._longest_s:
+        if not self.on or sent is None or held_s + 2.0 * period_s > self._longest_s:
             return False
         felt = squared(wave - sent) > self.params.ratio**2 * squared(sent)
         return not anywhere(felt)

@@ -107,8 +107,10 @@ class Packer(Stateful):
 
     def holds_back(self, wave: Value, flags: int = 0) -> bool:
         """Hold a sample back where the deadband says so: the next packet stands for it, too."""
-        period = self.period
-        if flags != self._flags or not self.deadband.holds_back(wave, self._held_s, period):
+        period, deadband = self.period, self.deadband
+        if not deadband.on or flags != self._flags:
+            return False
+        if not deadband.holds_back(wave, self._held_s, period):
             return False
         if not self._held_s:
             self._sent = self.integral

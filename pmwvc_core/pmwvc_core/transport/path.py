@@ -31,13 +31,23 @@ LONGEST_ROUND_TRIP_NS = 600 * 10**9
 HOLD_NS = 1_000_000  # by which two clocks measure the same hold differently, at most
 
 
-class Passages(NamedTuple):
+@dataclass(slots=True)
+class Passages:
     """The passages of one direction in one window [ns]."""
 
     packets: int
     total: int
     most: int
     least: Least
+
+    def add(self, passage: int, at_ns: int) -> None:
+        """Count one more, seen at an instant of this end's clock."""
+        self.packets += 1
+        self.total += passage
+        if passage > self.most:
+            self.most = passage
+        if passage < self.least.passage_ns:
+            self.least = Least(at_ns, passage)
 
 
 class Window(NamedTuple):
@@ -100,7 +110,10 @@ class Path(Stateful):
         if before_into is not None:
             change = abs(into - before_into)
             self.jitter_into_ns += (change - self.jitter_into_ns) / JITTER_PACKETS
-        self.into = _with_one(self.into, into, came_ns)
+        if self.into is None:
+            self.into = Passages(1, into, into, Least(came_ns, into))
+        else:
+            self.into.add(into, came_ns)
         if packet.echo_seq > self._echoed:
             self._echoed = packet.echo_seq
             out = packet.sent_ns - packet.echo_hold_ns - packet.echo_sent_ns
@@ -108,7 +121,10 @@ class Path(Stateful):
                 if before_out is not None:
                     change = abs(out - before_out)
                     self.jitter_out_ns += (change - self.jitter_out_ns) / JITTER_PACKETS
-                self.out = _with_one(self.out, out, packet.echo_sent_ns)
+                if self.out is None:
+                    self.out = Passages(1, out, out, Least(packet.echo_sent_ns, out))
+                else:
+                    self.out.add(out, packet.echo_sent_ns)
                 before_out = out
         self._last = before_out, into
 
@@ -155,16 +171,3 @@ class Path(Stateful):
             drift_open_ppm=line.rate_open * 1e6,
             round_trip_s=(least_out + least_into) * 1e-9,
         )
-
-
-def _with_one(seen: Passages | None, passage: int, at_ns: int) -> Passages:
-    """Return the passages of a window and one more."""
-    if seen is None:
-        return Passages(1, passage, passage, Least(at_ns, passage))
-    packets, total, most, least = seen
-    return Passages(
-        packets + 1,
-        total + passage,
-        passage if passage > most else most,
-        Least(at_ns, passage) if passage < least.passage_ns else least,
-    )

@@ -114,14 +114,11 @@ class Receiver(Stateful):
         """Return energy that the other end lacks and this one has, over ``h`` seconds [J]."""
         return 0.0 if self.newest is None else self.playout.spared(h, wanted=self.newest.short)
 
-    @property
-    def interrupted(self) -> Flag:
-        """Whether this end or the other one has nothing at hand."""
-        return False
-
-    def unreceived(self, now_ns: int) -> bool:
-        """Tell whether the other end has had nothing of this one at hand for too long."""
-        return False
+    def waits(self, now_ns: int) -> tuple[Flag, bool]:
+        """Tell whether this end or the other one has nothing at hand, and whether the other end
+        has had nothing of this one for too long: never here.
+        """
+        return False, False
 
     @property
     def timeout_s(self) -> float:

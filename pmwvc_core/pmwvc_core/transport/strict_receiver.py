@@ -65,15 +65,14 @@ class StrictReceiver(Receiver):
         self._least_silence_s = timeout_s
         self._least_s = self._most_s = self.period_s  # for which packets stood
 
-    @property
-    def interrupted(self) -> Flag:
-        """Whether the playout had to wait, or that of the other end when it sent last."""
-        return self.playout.dry | (self._unreceived_ns is not None)
-
-    def unreceived(self, now_ns: int) -> bool:
-        """Tell whether the other end's playout has been without this end's waves for too long."""
-        begun_ns = self._unreceived_ns
-        return begun_ns is not None and now_ns - begun_ns > self._silence_ns
+    def waits(self, now_ns: int) -> tuple[Flag, bool]:
+        """Tell whether the playout had to wait, or that of the other end when it sent last; and
+        whether that of the other end has been without this end's waves for too long.
+        """
+        dry, begun_ns = self.playout.dry, self._unreceived_ns
+        if begun_ns is None:
+            return dry, False
+        return dry | True, now_ns - begun_ns > self._silence_ns
 
     def _lasts(self, period_s: float) -> bool:
         return 0.0 < period_s <= LONGEST_PERIOD_S
@@ -100,7 +99,8 @@ class StrictReceiver(Receiver):
         smoothed_s = self.interval_s + SMOOTHED * (packet.period - self.interval_s)
         self.interval_s = max(smoothed_s, packet.period)
         usual_s = 3.0 * self.interval_s + LATENESSES * self.lateness_s
-        usual_s += float(np.max(self.playout.margin.time_s))
+        margin_s = self.playout.margin.time_s
+        usual_s += margin_s if type(margin_s) is float else float(np.max(margin_s))
         self._silence_ns = round(max(self._least_silence_s, usual_s) * 1e9)
 
     def _lasted_s(self, before: WavePacket, packet: WavePacket) -> float:

@@ -138,7 +138,7 @@ class Playout(Stateful):
     def short(self) -> Flag:
         """Whether something is undelivered, or to catch up, and there is less than that."""
         needs = (squared(self.undelivered) > FEW**2) | (self.margin.excess_s > 0.0)
-        return needs & (self.free_j < self.needed_j)
+        return needs & (self.free_j < self.needed_j) if anywhere(needs) else needs
 
     def add(self, integral: Value, energy: Value, duration_s: float) -> None:
         """Take a segment in.

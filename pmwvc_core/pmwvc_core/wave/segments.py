@@ -23,52 +23,48 @@ class Segments(Stateful):
     """See the module. Times, integrals and reserves are those since the first segment kept."""
 
     SIGNALS = "_integrals"
-    MEMORY = "_ends_s _reserves"
+    MEMORY = "end_s reserve _ends_s _reserves"
 
     def __init__(self) -> None:
         self._ends_s = [0.0]
         self._integrals: list[Value] = [0.0]  # at these ends [sqrt(W) s]
         self._reserves: list[Value] = [0.0]  # likewise [J]
+        self._take_ends()
+
+    def _take_ends(self) -> None:
+        self.end_s: float = self._ends_s[-1]  # at which the newest one ends [s]
+        self.reserve: Value = self._reserves[-1]  # up to there [J]
 
     def __bool__(self) -> bool:
-        return len(self._ends_s) > 1
-
-    @property
-    def end_s(self) -> float:
-        """Time at which the newest one ends [s]."""
-        return self._ends_s[-1]
+        return self.end_s > 0.0
 
     @property
     def integral(self) -> Value:
         """Integral up to there [sqrt(W) s]."""
         return self._integrals[-1]
 
-    @property
-    def reserve(self) -> Value:
-        """Reserve up to there [J]."""
-        return self._reserves[-1]
-
     def add(self, integral: Value, duration_s: float) -> None:
         """Append a segment: its integral [sqrt(W) s], its duration > 0 [s]."""
         self._ends_s.append(self._ends_s[-1] + duration_s)
         self._integrals.append(self._integrals[-1] + integral)
         self._reserves.append(self._reserves[-1] + squared(integral) * (0.5 / duration_s))
+        self._take_ends()
 
     def at(self, time_s: Value) -> tuple[Value, Value]:
         """Return integral and reserve up to a time."""
         ends, integrals, reserves = self._ends_s, self._integrals, self._reserves
-        if not isinstance(time_s, np.ndarray):
+        if isinstance(time_s, np.ndarray):
+            times = np.array(ends)
+            index = np.clip(np.searchsorted(times, time_s, side="right"), 1, len(ends) - 1)
+            i = int(index.flat[0])
+            if (index != i).any():  # seldom: runs within several segments
+                each = (time_s - times[index - 1]) / (times[index] - times[index - 1])
+                return _between(integrals, index, each), _between(reserves, index, each)
+        else:
             i = min(bisect_right(ends, time_s), len(ends) - 1)
-            ratio = (time_s - ends[i - 1]) / (ends[i] - ends[i - 1])
-            before, needed = integrals[i - 1], reserves[i - 1]
-            return (
-                before + (integrals[i] - before) * ratio,
-                needed + (reserves[i] - needed) * ratio,
-            )
-        times = np.array(ends)
-        index = np.clip(np.searchsorted(times, time_s, side="right"), 1, len(ends) - 1)
-        ratio = (time_s - times[index - 1]) / (times[index] - times[index - 1])
-        return _between(integrals, index, ratio), _between(reserves, index, ratio)
+        ratio = (time_s - ends[i - 1]) / (ends[i] - ends[i - 1])
+        before, needed = integrals[i - 1], reserves[i - 1]
+        return before + (integrals[i] - before) * ratio, needed + (reserves[i] - needed) * ratio
 
     def forget(self, played_s: Value) -> tuple[float, Value, Value]:
         """Drop the segments that every run has played; the rest begins at zero.
@@ -86,6 +82,7 @@ class Segments(Stateful):
         self._ends_s = [each - less[0] for each in self._ends_s[done:]]
         self._integrals = [each - less[1] for each in self._integrals[done:]]
         self._reserves = [each - less[2] for each in self._reserves[done:]]
+        self._take_ends()
         return less
 
 

@@ -44,6 +44,7 @@ from pmwvc_core.master.safety.states import (
     whole,
 )
 from pmwvc_core.numeric import (
+    LARGEST,
     Flag,
     Value,
     dot,
@@ -65,7 +66,6 @@ FADE_S, LET_GO_S = 0.02, 0.5
 LOST_S = 1.0
 RETURN_S = 0.1  # after a silence of the same server: meanwhile the hand runs ahead
 REACH = 1.01  # of the workspace: a stop gives way a little
-LARGEST = 1e100  # [m], [m/s], [N] of a measurement or a force; NaN is none either
 ROUNDING = 1.0 - 1e-12  # of a squared limit: below it the length is inside, however rounded
 
 
@@ -192,11 +192,10 @@ class SafetyLimiter(Stateful):
         unreceived
             Whether the server has had none of this user for too long.
         """
-        brake = self._brake
+        brake, idle = self._brake, True
         if brake:
-            known = within(x, LARGEST)
-            brake.step(interrupted & known, where(known, x, 0.0), self.f)
-        if self.inactive and not (brake and (unreceived or not brake.idle)):
+            idle = brake.step(interrupted, x, self.f)
+        if self.inactive and idle and not unreceived:
             inside = (  # comparisons with NaN are False, so NaN takes the slow path
                 coupled
                 & sensed
@@ -233,7 +232,7 @@ class SafetyLimiter(Stateful):
         )
         if damped is not False:
             f_asked = where(damped, self._damping(f_asked, xd, speed), f_asked)
-        if brake and not brake.idle:
+        if brake and not idle:
             f_asked = f_asked + where(fast | outside, 0.0, brake.force(f_asked))
         applied, limited = self._limit(f_asked * self._gain)
         unreceived = unreceived & active
