@@ -103,9 +103,9 @@ def nodes(
                 "of the running nodes ('ros2 param set'), or use pmwvc simulate"
             ],
         )
-    gate = {"start.paused": paused}
+    gate, names = {"start.paused": paused}, [user.name for user in scenario.users]
     return [
-        NodePlan("recorder", parameters=_recorder(scenario, folder)),
+        NodePlan("recorder", parameters={"folder": str(folder.resolve()), "users": names}),
         NodePlan("netem", parameters=gate | _netem(scenario)),
         NodePlan("server", parameters=gate | _server(scenario) | _token(tokens, SERVER)),
         *(
@@ -178,10 +178,6 @@ def _netem(scenario: Scenario) -> dict[str, object]:
         found[f"{user.name}.link.up"] = user.link_up
         found[f"{user.name}.link.down"] = user.link_down
     return found
-
-
-def _recorder(scenario: Scenario, folder: Path) -> dict[str, object]:
-    return {"folder": str(folder.resolve()), "users": [user.name for user in scenario.users]}
 
 
 def _view(scenario: Scenario, page: Page) -> dict[str, object]:

@@ -81,8 +81,8 @@ def session_topics(
     if people:
         for user in users:
             found += [
-                Topic(hand_target(user), schemas.POINT, False, 4, essential=False),
-                Topic(hand_held(user), schemas.FLAG, True, 4, essential=False),
+                Topic(f"/{user}/hand/target", schemas.POINT, False, 4, essential=False),
+                Topic(f"/{user}/hand/held", schemas.FLAG, True, 4, essential=False),
             ]
         found.append(
             Topic("/markers", "visualization_msgs/msg/MarkerArray", True, 10, essential=False)
@@ -91,16 +91,6 @@ def session_topics(
             Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", True, 10, essential=False)
         )
     return found
-
-
-def hand_target(user: str) -> str:
-    """Return the topic with the targets of a user's hand."""
-    return f"/{user}/hand/target"
-
-
-def hand_held(user: str) -> str:
-    """Return the topic that tells whether a user's handle is held."""
-    return f"/{user}/hand/held"
 
 
 def _split(link: str) -> tuple[str, str]:
