@@ -106,6 +106,53 @@ def test_force_shortened_again_and_again_is_named_as_safety():
     assert judged(traces) == "limited by safety"
 
 
+@pytest.mark.parametrize(
+    ("shaken_m_s", "instability", "stable"),
+    [(5e-3, "limited by safety", False), (0.0, None, None)],
+)
+def test_force_at_its_limit_is_the_loop_s_where_something_oscillates(
+    shaken_m_s, instability, stable
+):
+    """Else it may be that of a hand that presses harder than the device can."""
+    traces = oscillating(session(), rms_m_s=shaken_m_s, hertz=5.0)
+    user = traces.users[0]
+    user.f_m = user.f_m * (1.0 + 0.5 * np.sin(2 * np.pi * 2.0 * user.time_s)[:, np.newaxis])
+    user.f_applied = np.minimum(user.f_m, 1.2)
+    found = verdict(traces, handmade.scenario())
+    assert (found.instability, found.stable) == (instability, stable)
+    assert "user1: the force was limited" in found.why
+
+
+def late_packets(traces, *, every):
+    """Let some packets to the first user come 6 ms late."""
+    traces.packets["/user1/wave_down"].time_s[::every] += 6e-3
+    return traces
+
+
+@pytest.mark.parametrize("every", [3, 10_000])
+@pytest.mark.parametrize("one_frequency", [True, False])
+def test_shaking_is_the_loop_s_if_packets_come_evenly_or_it_has_one_frequency(
+    every, one_frequency
+):
+    traces = late_packets(session(), every=every)
+    if one_frequency:
+        traces = oscillating(traces, rms_m_s=3e-3, hertz=12.0)
+    else:
+        user = traces.users[0]
+        user.xd_m = user.xd_m + np.random.default_rng(5).normal(0.0, 3e-3, user.xd_m.shape)
+    found = verdict(traces, handmade.scenario())
+    if one_frequency or every > 3:
+        assert found.instability == "sustained oscillation"
+    else:
+        assert (found.stable, found.instability) == (None, None)
+        assert "58% of the time went by in waiting for late packets" in found.why
+
+
+def test_packets_that_come_late_do_not_matter_to_what_rests():
+    found = verdict(late_packets(session(), every=3), handmade.scenario())
+    assert found.stable is True
+
+
 def test_force_shortened_once_is_no_instability():
     traces = session()
     user = traces.users[0]

@@ -18,8 +18,8 @@ KEYS = set(
 )
 USER_KEYS = set(
     "name passive energy_up_min_j energy_down_min_j energy_balance_j force_final_n force_peak_n "
-    "avatar_force_final_n coherency_rms_m drift_m ticks ticks_missing tick_rate_hz lateness_us "
-    "compute_us safety_events environment_limited ended".split()
+    "avatar_force_final_n coherency_rms_m drift_m drift_change_m ticks ticks_missing "
+    "tick_rate_hz lateness_us compute_us safety_events environment_limited ended".split()
 )
 LINK_KEYS = set(
     "name sent received lost duplicated reordered corrupted dropped delay_s rate_hz".split()
@@ -173,3 +173,47 @@ def test_a_server_that_goes_on_without_the_users_does_not_count():
     assert result["users"][0]["avatar_force_final_n"] == pytest.approx(FORCE_N)
     assert result["users"][0]["drift_m"] == pytest.approx(DRIFT_M)
     assert result["object"]["position_final_m"] == pytest.approx(0.0)
+
+
+def restless(traces):
+    user = traces.users[0]
+    user.xd_m = user.xd_m + 0.1 * np.sin(2 * np.pi * 30.0 * user.time_s)[:, np.newaxis]
+
+
+def cut_by_a_limit(traces):
+    traces.users[0].f_applied *= 0.8
+
+
+def on_the_move(traces):
+    traces.server.x_s[0] += 0.01 * traces.server.time_s[:, np.newaxis]
+
+
+def at_rest(traces):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("altered", "network", "hit", "words"),
+    [
+        (at_rest, {}, True, "(hit;"),
+        (restless, {}, None, "The session was not stable"),
+        (cut_by_a_limit, {}, None, "The device was held with 0.80 N, its avatar with 1.00 N."),
+        (on_the_move, {}, None, "It still changed by 4."),
+        (at_rest, {"link__loss": 0.1}, None, "late and lost ones"),
+    ],
+)
+def test_an_offset_is_compared_where_it_is_that_of_a_press_at_rest(altered, network, hit, words):
+    traces = session()
+    altered(traces)
+    found = [each for each in judged(traces, **network)["outcomes"] if each["owner"] == "user1"]
+    assert [(each["what"], each["hit"]) for each in found] == [("offset", hit)]
+    assert words in found[0]["text"]
+
+
+def test_a_prediction_without_limits_is_open_where_limits_take_over():
+    traces = session()
+    traces.users[0].state[400:] = 3
+    traces.users[0].reason[400:] = ["faster than 1.5 m/s"] * 100
+    found = judged(traces, device__damping=1.0)
+    assert found["instability"] == "limited by safety" and found["prediction"]["stable"]
+    assert [each["hit"] for each in found["outcomes"] if each["what"] == "stability"] == [None]

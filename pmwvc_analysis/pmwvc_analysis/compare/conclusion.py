@@ -94,11 +94,13 @@ def _unstable(group: Sequence[Entry]) -> str:
     bad = [
         f"{_name(entry)} ({entry.measures['instability']})"
         for entry in group
-        if not entry.measures["stable"]
+        if entry.measures["stable"] is False
     ]
-    if not bad:
+    unknown = [_name(entry) for entry in group if entry.measures["stable"] is None]
+    if not bad and not unknown:
         return "All sessions were stable."
-    return f"Not stable: {_joined(bad)}."
+    found = [f"Not stable: {_joined(bad)}."] if bad else []
+    return " ".join([*found, *([f"Not judged: {_joined(unknown)}."] if unknown else [])])
 
 
 def _stiffest(stable: Sequence[Entry]) -> list[str]:

@@ -34,6 +34,12 @@ def final(values: Array, time_s: Array, end_s: float) -> float | list[float | No
     return axes(rows.mean(axis=0)) if len(rows) else axes(np.full(values.shape[-1], np.nan))
 
 
+def swing(values: Array, time_s: Array, end_s: float) -> float | list[float | None] | None:
+    """Return largest less smallest value of the 0.5 s before ``end_s``, per axis."""
+    rows = values[(time_s >= end_s - FINAL_S - 1e-9) & (time_s <= end_s + 1e-9)]
+    return axes(np.ptp(rows, axis=0)) if len(rows) else axes(np.full(values.shape[-1], np.nan))
+
+
 def rms(values: Array) -> float | None:
     """Return the root mean square of vector lengths, rows that are not finite left out."""
     lengths = np.sum(np.atleast_2d(values) ** 2, axis=-1)

@@ -41,7 +41,7 @@ from pmwvc_core.wave.impedance import MatrixImpedance, first_axis
 LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 STEP = 1.5  # factor between the alternatives
 HOLDS = ("foh", "zoh")
-STABLE = "stable"
+STABLE, NOT_JUDGED = "stable", "stability not judged"
 LONGEST_S = 12.0  # of the simulated session
 Key = tuple[str, str]  # filter, hold
 
@@ -151,10 +151,11 @@ def _proven(
 
 
 def simulated(scenario: Scenario) -> str:
-    """Return the verdict of a session in virtual time: stable, or how it was not."""
+    """Return the verdict of a session in virtual time: stable, how it was not, or not judged."""
     short = dataclasses.replace(scenario, duration_s=min(scenario.duration_s, LONGEST_S))
     traces = simulate_one(short)
-    return verdict(traces, short).instability or STABLE
+    found = verdict(traces, short)
+    return STABLE if found.stable else found.instability or NOT_JUDGED
 
 
 def bounds_of(scenario: Scenario) -> tuple[float, float]:

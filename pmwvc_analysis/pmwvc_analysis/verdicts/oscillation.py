@@ -30,6 +30,7 @@ OSCILLATION_M_S = 1e-3
 WINDOW_S = 0.25
 PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
 SETTLE_S = 1.0  # time for transients of contact to decay
+NEAR, MOSTLY = 0.1, 0.6  # of a frequency; of a motion's power within that
 CHATTER = 4  # changes of contact in half a session: more are the loop's own
 
 
@@ -74,6 +75,22 @@ def lasts(found: Strength, motion: Motion) -> bool:
     images_m_s = motion.images * found.purposeful_m_s
     beyond_all = found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s, images_m_s)
     return beyond_all and found.growth > 0.5
+
+
+def of_one_frequency(motion: Motion, duration_s: float) -> bool:
+    """Tell whether most of a motion beyond the band is within a tenth of its strongest frequency,
+    as what a loop keeps up is, and what a network shakes is not.
+    """
+    start_s = max(0.5 * duration_s, motion.since_s)
+    fast = beyond(motion.velocity, motion.period_s, motion.band_hz)[motion.time_s >= start_s]
+    if not np.isfinite(fast).all() or not fast.any():
+        return False
+    window = np.hanning(len(fast)).reshape(-1, *[1] * (fast.ndim - 1))
+    power = np.sum(np.abs(np.fft.rfft(fast * window, axis=0)) ** 2, axis=-1)
+    strongest = int(np.argmax(power))
+    bins = max(round(NEAR * strongest), 2)
+    near = power[max(strongest - bins, 0) : strongest + bins + 1]
+    return bool(near.sum() >= MOSTLY * power.sum())
 
 
 def strength(motion: Motion, duration_s: float) -> Strength:

@@ -12,7 +12,8 @@ In this order:
     a safety layer reached its fault state; fell back to damping for speed three times or more in
     the second half of the session or for more than a twentieth of it; or shortened the force of a
     coupled device again and again: in more than a twentieth of the second half, in three or more
-    separate events.
+    separate events. Where that was mostly at the largest force and nothing oscillates (below), the
+    hand may have pushed harder than the device can: that is not judged.
 ``environment lost``
     the energy limit of a black box's port displaced the device so far that most of its
     depth is neither the environment's nor the link's (environment.py).
@@ -21,7 +22,8 @@ In this order:
     in most of the last two thirds of the judged span its RMS velocity is beyond 1 mm/s and beyond
     the sampling images of the purposeful motion, and it does not halve from the first third to the
     last. Where contact was made or lost or a parameter changed less than a second before the end,
-    that is not judged.
+    that is not judged. Nor is it where packets came unevenly (traces/arrivals.py), which moves
+    devices as well, unless the motion has one frequency.
 
 What is on purpose, and how the rest is measured: oscillation.py.
 """
@@ -31,18 +33,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.events import environment
-from pmwvc_analysis.events.safety import COUPLED, FAULT, limited, unbraked
+from pmwvc_analysis.recording.format.topics import relayed
+from pmwvc_analysis.traces.arrivals import UNEVEN, waited
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.verdicts.oscillation import lasts, motions, strength
+from pmwvc_analysis.verdicts.limits import often_shortened, taken_over
+from pmwvc_analysis.verdicts.oscillation import lasts, motions, of_one_frequency, strength
 from pmwvc_core.controllers import has_waves
-from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import SessionTraces, UserTraces
+from pmwvc_core.traces import SessionTraces
 from pmwvc_core.wave.limits import largest_wave
 
 GROWN_M_S = 50e-3
+LIMITED = "limited by safety"
 DEFAULT_WORKSPACE_M = 0.2
-SPEED = ("faster than", "soft start")  # reasons that are the motion's and not the network's
 
 
 @dataclass(frozen=True)
@@ -74,25 +77,48 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     strongest = max((s.late_m_s for s, _ in strengths), default=0.0)
     if outside:
         return Verdict("diverged", outside, strongest)
-    for found, motion in strengths:
+    lasting = [(found, motion) for found, motion in strengths if lasts(found, motion)]
+    links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
+    since_s = max([0.5 * traces.duration_s, *(motion.since_s for _, motion in lasting)])
+    shaken = waited(links, since_s, traces.duration_s)
+    own = [
+        (found, motion)
+        for found, motion in lasting
+        if shaken <= UNEVEN or of_one_frequency(motion, traces.duration_s)
+    ]
+    for found, motion in own:
         if found.late_m_s > GROWN_M_S and found.growth >= 2.0:
             why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
             return Verdict("diverged", why, strongest)
-    took_over = _limited(traces)
+    took_over = taken_over(traces)
     if took_over:
-        return Verdict("limited by safety", took_over, strongest)
+        return Verdict(LIMITED, took_over, strongest)
+    shortened, saturated = often_shortened(traces)
+    if shortened and (own or not saturated):
+        return Verdict(LIMITED, shortened, strongest)
+    if shortened:
+        why = (
+            f"{shortened}, to the largest that is allowed; nothing oscillates, so a hand may have "
+            "pushed harder than that"
+        )
+        return Verdict(None, why, strongest, judged=False)
     lost = environment.lost(traces, scenario)
     if lost:
         return Verdict("environment lost", lost, strongest)
-    for found, motion in strengths:
-        if not lasts(found, motion):
-            continue
+    for found, motion in own or lasting:
         if not found.settled:
             changed = scenario and stages(traces, scenario)[-1].start_s == motion.since_s
             why = (
                 f"{'a parameter changed' if changed else 'contact was made or lost'} "
                 f"{traces.duration_s - motion.since_s:.2f} s before the end; {motion.name} still "
                 f"moved with {found.late_m_s * 1e3:.1f} mm/s"
+            )
+            return Verdict(None, why, strongest, judged=False)
+        if not own:
+            why = (
+                f"{motion.name} moves with {found.late_m_s * 1e3:.1f} mm/s beyond the voluntary "
+                f"band, at no single frequency, while {shaken:.0%} of the time went by in waiting "
+                "for late packets: whether the network or the loop moves it is not known"
             )
             return Verdict(None, why, strongest, judged=False)
         why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
@@ -153,57 +179,3 @@ def _outside(traces: SessionTraces, scenario: Scenario | None) -> str:
                 f"{name} left the workspace (+-{workspace * 1e3:.0f} mm) at {time_s[far[0]]:.2f} s"
             )
     return ""
-
-
-def _limited(traces: SessionTraces) -> str:
-    """Return which safety layer took over, in words; empty when none did."""
-    for user in traces.users:
-        faults = np.flatnonzero(user.state == FAULT)
-        if len(faults):
-            reason = user.reason[faults[0]] or "no reason given"
-            return f"{user.name}: safety fault at {user.block_time_s[faults[0]]:.2f} s ({reason})"
-        braked, ratio = _braked(user, traces.duration_s)
-        if braked >= 3 or ratio > 0.05:
-            return (
-                f"{user.name}: for {ratio:.0%} of the second half the speed limit damped the "
-                "device, or the force was ramping up after it"
-            )
-        ratio, events = _shortened(user, traces.duration_s)
-        if ratio > 0.05 and events >= 3:
-            return (
-                f"{user.name}: the force was limited {count(events, 'time')}, "
-                f"{ratio:.0%} of the second half"
-            )
-    return ""
-
-
-def _braked(user: UserTraces, duration_s: float) -> tuple[int, float]:
-    """Return how often, in the second half, a coupled device was braked for its speed, and the
-    ratio of that half in which it was braked or its force was returning from zero after it.
-
-    Braking can be shorter than a block; what is seen then is the return alone.
-    """
-    late = user.block_time_s > duration_s / 2
-    coupled = np.flatnonzero(user.state == COUPLED)
-    if not late.any() or not len(coupled):
-        return 0, 0.0
-    blocks = np.arange(len(late))
-    out = (user.state != COUPLED) & (blocks > coupled[0])
-    edges = np.flatnonzero(np.diff(out.astype(int), prepend=0, append=0))
-    times, count = 0, 0
-    for start, end in zip(edges[::2], edges[1::2], strict=True):
-        if all(reason.startswith(SPEED) for reason in user.reason[start:end]):
-            times += int(late[start])
-            count += int(late[start:end].sum())
-    return times, count / int(late.sum())
-
-
-def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:
-    """Return the ratio of the second half in which the force was limited, and how often anew."""
-    half = (user.time_s > duration_s / 2) & unbraked(user)
-    shortened = limited(user) & half
-    if not half.any():
-        return 0.0, 0
-    return float(shortened.sum() / half.sum()), int(
-        (np.diff(shortened.astype(int)) > 0).sum() + shortened[0]
-    )

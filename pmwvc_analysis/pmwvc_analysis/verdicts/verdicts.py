@@ -16,7 +16,7 @@ from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import environment, events
 from pmwvc_analysis.traces import cut, holes, reductions
-from pmwvc_analysis.traces.reductions import final, number, position_error, rms
+from pmwvc_analysis.traces.reductions import final, number, position_error, rms, swing
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.traces.stretches import first_packets
 from pmwvc_analysis.verdicts import check, endings, passivity_words, stability
@@ -168,6 +168,7 @@ def _user(
         else None,
         "coherency_rms_m": rms(apart[1]) if apart else None,
         "drift_m": final(apart[1], apart[0], end_s) if apart else None,
+        "drift_change_m": swing(apart[1], apart[0], end_s) if apart else None,
         "ticks": len(user.tick),
         "ticks_missing": ticks_missing(user),
         "tick_rate_hz": tick_rate_hz(user),

@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The safety limits that took over in a session: faults, braking for speed, forces limited again
+and again.
+"""
+
+import numpy as np
+
+from pmwvc_analysis.events.safety import COUPLED, FAULT, limited, unbraked
+from pmwvc_core.plural import count
+from pmwvc_core.traces import SessionTraces, UserTraces
+
+SPEED = ("faster than", "soft start")  # reasons that are the motion's and not the network's
+LARGEST = 0.99  # of the largest force: a force that is as large as the limits allow
+
+
+def taken_over(traces: SessionTraces) -> str:
+    """Return which safety layer took the force away, in words; empty when none did."""
+    for user in traces.users:
+        faults = np.flatnonzero(user.state == FAULT)
+        if len(faults):
+            reason = user.reason[faults[0]] or "no reason given"
+            return f"{user.name}: safety fault at {user.block_time_s[faults[0]]:.2f} s ({reason})"
+        braked, ratio = _braked(user, traces.duration_s)
+        if braked >= 3 or ratio > 0.05:
+            return (
+                f"{user.name}: for {ratio:.0%} of the second half the speed limit damped the "
+                "device, or the force was ramping up after it"
+            )
+    return ""
+
+
+def often_shortened(traces: SessionTraces) -> tuple[str, bool]:
+    """Return whose force was limited again and again, in words (empty when nobody's was), and
+    whether that was mostly at the largest force.
+    """
+    words, at_most = "", True
+    for user in traces.users:
+        ratio, events = _shortened(user, traces.duration_s)
+        if ratio > 0.05 and events >= 3:
+            words = words or (
+                f"{user.name}: the force was limited {count(events, 'time')}, "
+                f"{ratio:.0%} of the second half"
+            )
+            at_most &= _at_the_largest(user)
+    return words, at_most
+
+
+def _at_the_largest(user: UserTraces) -> bool:
+    """Tell whether most of the forces that were limited are the largest ones of the session."""
+    size = np.linalg.norm(user.f_applied, axis=-1)
+    cut = size[limited(user) & unbraked(user)]
+    return bool(np.mean(cut > LARGEST * size.max()) > 0.5)
+
+
+def _braked(user: UserTraces, duration_s: float) -> tuple[int, float]:
+    """Return how often, in the second half, a coupled device was braked for its speed, and the
+    ratio of that half in which it was braked or its force was returning from zero after it.
+
+    Braking can be shorter than a block; what is seen then is the return alone.
+    """
+    late = user.block_time_s > duration_s / 2
+    coupled = np.flatnonzero(user.state == COUPLED)
+    if not late.any() or not len(coupled):
+        return 0, 0.0
+    blocks = np.arange(len(late))
+    out = (user.state != COUPLED) & (blocks > coupled[0])
+    edges = np.flatnonzero(np.diff(out.astype(int), prepend=0, append=0))
+    times, count = 0, 0
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        if all(reason.startswith(SPEED) for reason in user.reason[start:end]):
+            times += int(late[start])
+            count += int(late[start:end].sum())
+    return times, count / int(late.sum())
+
+
+def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:
+    """Return the ratio of the second half in which the force was limited, and how often anew."""
+    half = (user.time_s > duration_s / 2) & unbraked(user)
+    shortened = limited(user) & half
+    if not half.any():
+        return 0.0, 0
+    return float(shortened.sum() / half.sum()), int(
+        (np.diff(shortened.astype(int)) > 0).sum() + shortened[0]
+    )

@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The predicted offsets of devices from their avatars beside those measured at the end.
+
+F tau/(2b) is the offset of a press at rest that the channel alone decides. So nothing is compared
+where the session was not stable, where device and avatar have not the same force (a limit has cut
+one of them), or where the offset still changes.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from pmwvc_analysis.prediction.environment import late_steps_s
+from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
+from pmwvc_analysis.traces.stages import Stage
+from pmwvc_core.network.effects import is_random
+from pmwvc_core.params import DeadbandParams, MasterParams
+from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.wave.impedance import first_axis
+
+LEAST_FORCE_N = 0.2  # below that, an offset is not that of a grip
+UNEVEN = "A playout is as late as the latest packet that it met, which is not known before."
+TOO_LATE = (
+    "channel = zeroing loses the motion of packets that do not come in time, which is not known "
+    "before."
+)
+HELD = (
+    "channel = plain holds a wave until the next packet: what late and lost ones make of the "
+    "motion is not known before."
+)
+SAME_FORCE = 0.1  # difference of the forces of device and avatar at rest, of the larger one
+OFFSET_M = 0.3e-3  # tolerance of an offset, and
+OFFSET_RATIO = 0.15  # that of its prediction
+
+
+class Outcome(NamedTuple):
+    """One prediction; numbers are null where the prediction is none of a number."""
+
+    what: str
+    hit: bool | None  # None: nothing was predicted, or the outcome is unknown
+    text: str
+    owner: str = ""
+    predicted: float | None = None
+    measured: float | None = None
+    tolerance: float | None = None
+    unit: str = ""
+
+
+def offsets(scenario: Scenario, summary: dict[str, Any], steady: Sequence[Stage]) -> list[Outcome]:
+    """Return what became of the predicted offset of every user who presses at the end."""
+    entries = {entry["name"]: entry for entry in summary["users"]}
+    found = []
+    for user in scenario.users:
+        entry = entries.get(user.name, {})
+        force, drift = entry.get("force_final_n"), entry.get("drift_m")
+        if not isinstance(force, float) or not isinstance(drift, float):
+            continue
+        if abs(force) >= LEAST_FORCE_N:
+            found.append(_of_user(user, scenario, summary, entry, steady))
+    return found
+
+
+def _of_user(
+    user: User,
+    scenario: Scenario,
+    summary: dict[str, Any],
+    entry: dict[str, Any],
+    steady: Sequence[Stage],
+) -> Outcome:
+    force, drift = entry["force_final_n"], entry["drift_m"]
+    if abs(transformer(user) - 1.0) > RATIO_TOLERANCE:
+        scale = math.sqrt(transformer(user))
+        text = (
+            f"{user.name}: no offset of device and avatar is predicted: the ends have "
+            f"different impedance, the device moves {scale:.3g} times as far."
+        )
+        return Outcome("offset", None, text, user.name)
+    live = summary["source"] == "live"
+    per_lag = force / (2.0 * first_axis(user.impedance))
+    even_m = per_lag * lag_s(user, scenario, live=live)
+    drawn = is_random(user.link_up) or is_random(user.link_down)
+    if user.master.deadband.is_on or user.contact.deadband.is_on:
+        reason = f"{_left_out(user.name, summary)}; the longest wait for one counts."
+        return _offset_open(user, even_m, drift, reason)
+    if drawn or (live and scenario.zeroing):
+        reason = UNEVEN if scenario.strict else TOO_LATE if scenario.zeroing else HELD
+        return _offset_open(user, even_m, drift, reason)
+    if reason := _unsteady(summary, entry, even_m):
+        return _offset_open(user, even_m, drift, reason)
+    if live and scenario.strict:
+        return _offset_at_least(user, even_m, drift)
+    if len(steady) > 1 and not _same_rates(steady):
+        reason = (
+            "After a change of rates a playout may keep a longer margin than the new ones need."
+        )
+        return _offset_open(user, even_m, drift, reason)
+    return _offset(user.name, even_m, per_lag * late_steps_s(user, scenario), drift)
+
+
+def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float) -> str:
+    """Return why an offset is not that of a press at rest, in words; empty where it is."""
+    if summary["stable"] is False:
+        return "The session was not stable, so this is no press at rest."
+    force, avatar = entry["force_final_n"], entry["avatar_force_final_n"]
+    if isinstance(avatar, float):
+        if abs(force - avatar) > SAME_FORCE * max(abs(force), abs(avatar)):
+            return f"The device was held with {force:.2f} N, its avatar with {avatar:.2f} N."
+    change_m = entry["drift_change_m"]
+    if isinstance(change_m, float) and change_m > _tolerance_m(even_m):
+        return f"It still changed by {change_m * 1e3:.2f} mm in the last half second."
+    return ""
+
+
+def _tolerance_m(predicted_m: float) -> float:
+    return OFFSET_M + OFFSET_RATIO * abs(predicted_m)
+
+
+def _offset_at_least(user: User, even_m: float, drift_m: float) -> Outcome:
+    """Return the outcome of an offset that lateness can only make larger [m]."""
+    tolerance = _tolerance_m(even_m)
+    sign = math.copysign(1.0, even_m)
+    hit = sign * drift_m >= abs(even_m) - tolerance
+    text = (
+        f"{user.name}: offset of the device from its avatar at the end: predicted at least "
+        f"{even_m * 1e3:+.2f} mm, measured {drift_m * 1e3:+.2f} mm "
+        f"({'hit' if hit else 'missed'}; tolerance {tolerance * 1e3:.2f} mm). How much larger it "
+        f"gets is not predicted: {UNEVEN[0].lower()}{UNEVEN[1:]}"
+    )
+    return Outcome("offset", hit, text, user.name, even_m, drift_m, tolerance, "m")
+
+
+def _left_out(name: str, summary: dict[str, Any]) -> str:
+    """Return how many packets of a user the deadbands of both ends left out, in words."""
+    saved = {entry["name"]: entry["left_out"] for entry in summary["receptions"]}
+    ways = [
+        f"{saved[link]:.0%} of the packets {way}"
+        for way in ("up", "down")
+        if saved.get(link := f"{name}/{way}") is not None
+    ]
+    return f"A deadband left out {' and '.join(ways) or 'packets'}"
+
+
+def _offset_open(user: User, even_m: float, drift_m: float, reason: str) -> Outcome:
+    """Say what was measured where something decides that is not known before."""
+    begins = " as it begins" if user.link_up.schedule or user.link_down.schedule else ""
+    text = (
+        f"{user.name}: offset of the device from its avatar at the end: measured "
+        f"{drift_m * 1e3:+.2f} mm; {even_m * 1e3:+.2f} mm are expected of the link{begins}. "
+        f"{reason}"
+    )
+    return Outcome("offset", None, text, user.name)
+
+
+def same_lag(steady: Sequence[Stage]) -> bool:
+    """Tell whether impedances, links and coupling are those of the start in all stages, rates and
+    deadbands left aside.
+    """
+    first = steady[0].scenario.server
+    servers = [stage.scenario.server for stage in steady]
+    if any((s.coupling, s.integrator) != (first.coupling, first.integrator) for s in servers):
+        return False
+    return all(
+        _but_rates(one.master) == _but_rates(two.master)
+        and one.link_up is two.link_up
+        and one.link_down is two.link_down
+        and one.server_impedance == two.server_impedance
+        for stage in steady[1:]
+        for one, two in zip(steady[0].scenario.users, stage.scenario.users, strict=True)
+    )
+
+
+def _but_rates(master: MasterParams) -> MasterParams:
+    return replace(master, rate_drop=1, deadband=DeadbandParams())
+
+
+def _same_rates(steady: Sequence[Stage]) -> bool:
+    """Tell whether packets and steps came as often in all stages."""
+    rates = [
+        (each.server.period_s, *(user.master.rate_drop for user in each.users))
+        for each in (stage.scenario for stage in steady)
+    ]
+    return all(rate == rates[0] for rate in rates)
+
+
+def _offset(name: str, edge: float, width: float, was: float) -> Outcome:
+    """Return the outcome of an offset, of which two bounds are predicted where it has a width
+    [m].
+    """
+    low, high = sorted((edge, edge + width), key=abs)
+    tolerance = _tolerance_m(high)
+    hit = min(low, high) - tolerance <= was <= max(low, high) + tolerance
+    until = f" to {high * 1e3:+.2f} mm, by how late the slope was learned;" if width else " mm,"
+    text = (
+        f"{name}: offset of the device from its avatar at the end: predicted "
+        f"{low * 1e3:+.2f}{until} measured {was * 1e3:+.2f} mm "
+        f"({'hit' if hit else 'missed'}; tolerance {tolerance * 1e3:.2f} mm)."
+    )
+    return Outcome("offset", hit, text, name, None if width else edge, was, tolerance, "m")
