@@ -3,6 +3,7 @@
 """The margin of a playout: up with waits, down where it is not used, no dips as delays creep."""
 
 import numpy as np
+import pytest
 
 from pmwvc_core.wave.margin import BRAKED_S, FADE_S, SLACK_S, WINDOW_S, Margin
 from pmwvc_core.wave.playout import Playout
@@ -83,6 +84,27 @@ def test_a_margin_in_use_does_not_fade():
     waves, *_ = played(now_and_then, 30.0)
     assert np.count_nonzero(waves[:2000] < 0.5 * WAVE) > 5
     assert waves[2000:].min() > 0.65 * WAVE
+
+
+def after_a_wait():
+    """Waves from the end of a wait of 10 ms on; packets come every 8 ms again."""
+    waves, *_ = played(lambda time_s: 0.02 if time_s < 0.5 else 0.03, 1.0)
+    waited = np.flatnonzero(waves[100:] < 0.1 * WAVE) + 100
+    assert 9 <= len(waited) <= 11
+    return waves[waited[-1] + 1 :]
+
+
+def test_after_a_wait_the_wave_returns_slowly():
+    waves = after_a_wait()
+    assert waves[0] == pytest.approx(0.5 * WAVE, rel=0.05)
+    assert np.diff(waves).min() >= -1e-12
+    assert waves[10] < 0.8 * WAVE and waves[100] > 0.99 * WAVE
+
+
+def test_a_wave_that_is_back_at_once_is_whole(monkeypatch):
+    """The control."""
+    monkeypatch.setattr("pmwvc_core.wave.margin.RESTART_S", 0.0)
+    assert after_a_wait()[0] > 0.95 * WAVE
 
 
 def test_a_short_wait_brakes_nobody_and_a_longer_one_does():

@@ -4,18 +4,20 @@
 
 It is ``RATIO`` times the force that the end rendered before, which is its mean over ``MEAN_S``: a
 hand or an object that presses a little harder than then is held, and nothing is held that moved
-freely. It stays for as long as the end waits, and fades over ``return_s`` once waves are back. A
-wait that begins before it has faded brings it back as it was; what is rendered meanwhile counts
-for nothing, or every wait would raise it.
+freely. It grows over ``RISE_S``, or a wait of one packet would stop a moving object dead, stays
+while the end waits, and fades over ``return_s`` once waves are back. A wait that begins before it
+has faded takes it up from there; what is rendered meanwhile counts for nothing, or every wait
+would raise it.
 
 Equations: docs/theory.md 17.15.
 """
 
-from pmwvc_core.numeric import Flag, Value, maximum, root, squared, truth, where
+from pmwvc_core.numeric import Flag, Value, maximum, minimum, root, squared, truth, where
 from pmwvc_core.state import Stateful
 
 RATIO = 1.3
 MEAN_S = 0.05
+RISE_S = 0.015
 
 
 class BrakeForce(Stateful):
@@ -46,6 +48,7 @@ class BrakeForce(Stateful):
     def last(self, step_s: float) -> None:
         """Take steps of another length over [s]."""
         self._weight = min(step_s / MEAN_S, 1.0)
+        self._rise = step_s / RISE_S
         self._fall = step_s / self._return_s
 
     def reset(self) -> None:
@@ -54,7 +57,7 @@ class BrakeForce(Stateful):
         self.idle = True
         self._mean: Value = 0.0  # force rendered [N]
         self._held: Value = 0.0  # largest force in a wait [N]
-        self._left: Value = 0.0  # ratio of it that has not faded
+        self._left: Value = 0.0  # ratio of it that acts
 
     def step(self, waits: Flag, f: Value) -> None:
         """Go one step on.
@@ -76,7 +79,8 @@ class BrakeForce(Stateful):
             mean = self._mean + self._weight * (f - self._mean)
             self._mean = where(free, mean, self._mean)
             self._held = where(free, RATIO * root(squared(self._mean)), self._held)
-        self._left = where(waits, 1.0, maximum(self._left - self._fall, 0.0))
+        change = where(waits, self._rise, -self._fall)
+        self._left = minimum(maximum(self._left + change, 0.0), 1.0)
         self.limit = self._held * self._left
         self.idle = truth(self._left <= 0.0)
 

@@ -5,12 +5,18 @@
 A segment that arrives while s is at hand has used margin - s of the margin. That is missing, and
 is made up by playing slower, with the time constant ``REFILL_S``, never below ``LEAST_RATE``::
 
-    missing <- max(margin - s, 0)  where a segment arrives; after a wait at least a quarter of it
+    missing <- max(margin - s, 0)  where a segment arrives; the whole margin after a wait
     rate     = max(1 - missing/REFILL_S, LEAST_RATE),   missing <- missing - (1 - rate) h
 
-Where nothing is at hand the playout waits; the ends brake once that takes ``BRAKED_S``. A segment
-that ends a wait came later than the margin allowed for: by the wait and what was left of the
-margin when it began. Two such make a margin of the less late one. The margin fades over
+Where nothing is at hand the playout waits; the ends brake once that takes ``BRAKED_S``. A hand
+gains speed in a wait, and the damper's force adds to the wave that returns. So the wave returns
+slowly, whatever arrives meanwhile::
+
+    restart <- min(wait, RESTART_S)   after a wait
+    rate     = 1 - restart/REFILL_S   where that is less,   restart <- restart - (1 - rate) h
+
+A segment that ends a wait came later than the margin allowed for: by the wait and what was left of
+the margin when it began. Two such make a margin of the less late one. The margin fades over
 ``FADE_S``, to no less than was used of it in the last ``WINDOW_S``.
 
 Where for ``WINDOW_S`` at least e more than the margin was at hand, the rate is 1 + e/CATCH_UP_S,
@@ -34,6 +40,7 @@ FADE_S = 5.0
 KEPT = math.exp(-WINDOW_S / FADE_S)  # of the margin after a window
 SLACK_S = 1.5e-3  # at hand beyond the margin: no reason to catch up
 LONGEST_WAIT_S = 0.04
+RESTART_S = 0.01  # longest lag that a slow return of the wave adds
 SHORTEST_WAIT_S = 1e-5  # less is no wait: the refill never ends
 BRAKED_S = 4.5e-3  # shorter waits move nobody: a brake would be felt more
 
@@ -50,14 +57,15 @@ class Margin(Stateful):
     """
 
     MEMORY = (
-        "time_s excess_s _missing_s _wait_s _had_s _latest_s _used_s _least_s _least_before_s "
-        "_window_s _step_s"
+        "time_s excess_s _missing_s _restart_s _wait_s _had_s _latest_s _used_s _least_s "
+        "_least_before_s _window_s _step_s"
     )
 
     def __init__(self) -> None:
         self.time_s: Value = 0.0
         self.excess_s: Value = 0.0
         self._missing_s: Value = 0.0  # of the margin
+        self._restart_s: Value = 0.0  # lag that the slow return still adds
         self._wait_s: Value = 0.0  # the wait under way
         self._had_s: Value = 0.0  # of the margin, when it began
         self._latest_s: Value = 0.0  # by how much a segment came late at most, of late
@@ -118,8 +126,8 @@ class Margin(Stateful):
         self.time_s = where(counts, again_s, self.time_s)
         self._latest_s = where(counts, maximum(self._latest_s, late_s), self._latest_s)
         self._used_s = where(counts, self.time_s, self._used_s)
-        missing_s = maximum(self.time_s, 0.25 * minimum(wait_s, LONGEST_WAIT_S))
-        self._missing_s = where(over, missing_s, self._missing_s)
+        self._missing_s = where(over, self.time_s, self._missing_s)
+        self._restart_s = where(over, minimum(wait_s, RESTART_S), self._restart_s)
         self._wait_s = where(over, 0.0, wait_s)
 
     def rate(self, h: float, *, spared: Flag) -> Value:
@@ -127,10 +135,12 @@ class Margin(Stateful):
         went by only where energy can be spared.
         """
         rate: Value = 1.0
-        missing_s = self._missing_s
-        if anywhere(missing_s > 0.0):
-            slower = minimum(missing_s * (1.0 / max(REFILL_S, h)), 1.0 - LEAST_RATE)
-            self._missing_s = missing_s - slower * h
+        missing_s, restart_s = self._missing_s, self._restart_s
+        if anywhere(missing_s + restart_s > 0.0):
+            per_s = 1.0 / max(REFILL_S, h)
+            slower = maximum(minimum(missing_s * per_s, 1.0 - LEAST_RATE), restart_s * per_s)
+            self._missing_s = maximum(missing_s - slower * h, 0.0)
+            self._restart_s = restart_s - minimum(slower * h, restart_s)
             rate = 1.0 - slower
         late = self.excess_s > 0.0
         if anywhere(late):
