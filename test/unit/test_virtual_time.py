@@ -98,6 +98,14 @@ def test_a_missed_tick_passes_when_the_loop_runs_again():
     assert at_ten == [*["PASS"] * 4, "SEND", "TICK"]
 
 
+def test_a_device_stands_still_beyond_a_tenth_of_a_second_as_a_live_one_does():
+    ten_ms = ("master.tick_s=0.01", "server.period_s=0.08", "operator.kind=none")
+    times = np.arange(TICKS) * 10 * MS
+    times[2:14] = -1
+    rows = ran(*ten_ms, ran_ns=times)
+    assert of(rows, "PASS") == [(140 * MS, k) for k in range(2, 11)]
+
+
 def test_ticks_before_the_first_and_after_the_last_are_not_missed():
     times = np.full(TICKS, -1)
     times[3:12] = np.arange(3, 12) * MS

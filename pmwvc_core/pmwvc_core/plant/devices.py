@@ -9,6 +9,8 @@
   unless the other forces overcome the friction. It only ever takes energy.
 * The stops at the ends of the workspace are perfectly inelastic: position at the stop, velocity
   zero.
+* Time that a force loop misses passes at the device, with the last force held, but no more than
+  ``CATCH_UP_S`` at once: beyond that it stands still, as a device with a watchdog.
 * The encoder rounds to its nearest step; the velocity signal is the true one, or the difference of
   the last two readings over a tick, which is half a tick late.
 
@@ -36,6 +38,8 @@ from pmwvc_core.numeric import (
 )
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.state import Stateful
+
+CATCH_UP_S = 0.1
 
 
 class SimulatedDevice(Stateful):

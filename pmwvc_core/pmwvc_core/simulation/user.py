@@ -13,7 +13,7 @@ from pmwvc_core.frame.assembly import force_loop_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.network.link import stream_of
 from pmwvc_core.numeric import Value
-from pmwvc_core.plant.devices import SimulatedDevice
+from pmwvc_core.plant.devices import CATCH_UP_S, SimulatedDevice
 from pmwvc_core.plant.forces import Operator, Setting
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -72,6 +72,8 @@ class SimulatedUser:
         self.loop = force_loop_of(scenario, index, schedule=conditions.schedule)
         times = conditions.times(user.name, ticks=ticks, tick_ns=round(tick_s * 1e9))
         self.first, self._next, self._times, self._missed = times
+        self._ran = self._next - 1  # the last tick that ran
+        self._catch_up = max(1, round(CATCH_UP_S / tick_s))
         # As live: packets come in at every tick, and the hand begins the tick after an answer.
         self._live = conditions.schedule.answer_s > 0.0
         self._listens = self._live or scenario.strict
@@ -120,7 +122,8 @@ class SimulatedUser:
         if tick >= len(self._times) or self._times[tick] > until_ns:
             return False
         while tick in self._missed:
-            self._pass_by()
+            if tick < self._ran + self._catch_up:
+                self._pass_by()
             self._next = tick = tick + 1
         now_ns = self._times[tick]
         packet = self.loop.start_frame(tick - self.first, now_ns, self._sample)
@@ -138,7 +141,7 @@ class SimulatedUser:
                 after = next((k for k in range(tick, after) if k in missed), after)
             ticks, at = range(tick, after), times[tick:after]
             values = self._advance(ticks, at)
-            self._next = after
+            self._next, self._ran = after, after - 1
             while after in missed:
                 after += 1
             over = after >= min(ends, len(times))
@@ -172,7 +175,7 @@ class SimulatedUser:
         return values
 
     def _pass_by(self) -> None:
-        """Let a tick pass that the force loop missed: the last force stays on the device."""
+        """Let a tick pass that the force loop missed, at the device."""
         device, operator = self.device, self.operator
         f_h = operator.step(device.x, device.xd) if self._acts else operator.hold()
         self._sample.x, self._sample.xd = device.step(f_h, self.f_applied)

@@ -4,20 +4,18 @@
 
 Time passes on the loop's grid: a read advances the device from the last read to now, tick by
 tick, with the force written last held. A tick that the loop missed passes too, as it would on a
-real device, but never more than ``CATCH_UP_S`` at once: beyond that the device stands still, as
-one with a watchdog.
+real device, but not more than ``CATCH_UP_S`` at once (:mod:`pmwvc_core.plant.devices`).
 """
 
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.numeric import Value
+from pmwvc_core.plant.devices import CATCH_UP_S
 from pmwvc_core.plant.devices import SimulatedDevice as Plant
 from pmwvc_core.plant.forces import Setting
 from pmwvc_core.plant.operators import make_operator
 from pmwvc_core.plant.remote_hand import RemoteHand
 from pmwvc_master.devices.hand_topics import HandTopics
 from pmwvc_master.devices.interface import DeviceInfo, DeviceSetup
-
-CATCH_UP_S = 0.1
 
 
 class SimulatedDevice:
