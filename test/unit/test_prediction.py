@@ -6,6 +6,7 @@ import pytest
 from support import handmade
 from support import plain as scenarios
 
+from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.prediction.prediction import (
     aliasing_gain,
     answer,
@@ -244,6 +245,24 @@ def test_settings_without_effect_on_the_strict_channel_are_named_and_what_gives_
     assert not warnings("channel=strict")
     (plain,) = warnings("channel=plain", *wanted, "master.hold=zoh")
     assert plain.startswith("Warning: user2: the anti-aliasing filter is weak")
+
+
+@pytest.mark.parametrize(
+    ("frame", "step_s", "channel", "said"),
+    [
+        (11, 0.007, "strict", 1),
+        (12, 0.004, "strict", 0),
+        (4, 0.012, "strict", 0),
+        (11, 0.007, "plain", 0),
+    ],
+)
+def test_a_model_of_playouts_that_wait_now_and_then_is_called_approximate(
+    frame, step_s, channel, said
+):
+    scenario = handmade.scenario(channel=channel, master__rate_drop=frame, server__period_s=step_s)
+    found = [line for line in lines(scenario, live=False) if "Approximate: a frame of 11" in line]
+    assert len(found) == said
+    assert found == [note for note in notes_of(scenario) if "Approximate" in note]
 
 
 def test_a_filter_above_half_the_packet_rate_is_warned_of_with_its_gain():
