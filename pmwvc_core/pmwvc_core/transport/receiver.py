@@ -225,7 +225,7 @@ class Receiver(Stateful):
             self.path.restart()
         self.path.add(packet, came_ns)
         if isinstance(self.playout, Latest):
-            self.playout.add(packet.wave)
+            self.playout.add(packet)
         if packet.echo_seq > 0:
             round_trip_ns = came_ns - packet.echo_sent_ns - packet.echo_hold_ns
             if 0 <= round_trip_ns <= LONGEST_ROUND_TRIP_NS:

@@ -135,6 +135,12 @@ class AntiAliasing(Stateful):
         self.sample = stage.sample
 
 
+class Carrier(Protocol):
+    """A packet, as far as it carries a wave."""
+
+    wave: Value  # [sqrt(W)]
+
+
 class Latest(Stateful):
     """The newest wave that has arrived, given out at every step until a newer one comes.
 
@@ -150,13 +156,13 @@ class Latest(Stateful):
         Whether it has to wait, or lacks energy: never; see :class:`.playout.Playout`.
     """
 
-    MEMORY = "_wave _fresh"
+    MEMORY = "_packet _fresh"
     dry: Flag = False
     short: Flag = False
 
     def __init__(self, *, once: bool = False) -> None:
         self._once = once
-        self._wave: Value = 0.0
+        self._packet: Carrier | None = None
         self._fresh = False
 
     def begin(self) -> None:
@@ -169,14 +175,17 @@ class Latest(Stateful):
         """Return the energy that passes on in ``h`` seconds [J]: none is kept."""
         return 0.0
 
-    def add(self, wave: Value) -> None:
-        """Take the wave of a newer packet in [sqrt(W)], float or ``(..., dof)``."""
-        self._wave, self._fresh = wave, True
+    def add(self, packet: Carrier) -> None:
+        """Take a newer packet in, with its wave as a float or ``(..., dof)``."""
+        self._packet, self._fresh = packet, True
 
     def step(self, h: float) -> Value:
         """Return the wave of the next ``h`` seconds [sqrt(W)]; zero before the first."""
+        if self._packet is None:
+            return 0.0
         fresh, self._fresh = self._fresh, False
-        return self._wave if fresh or not self._once else 0.0 * self._wave
+        wave = self._packet.wave
+        return wave if fresh or not self._once else 0.0 * wave
 
 
 class Hold(Stateful):
