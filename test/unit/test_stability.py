@@ -266,6 +266,13 @@ def test_a_vibration_after_contact_is_judged_by_whether_it_dies_out():
     assert judged(touching(lasting, 2.4)) == "sustained oscillation"
 
 
+def test_contact_that_ends_because_users_leave_with_the_session_excuses_no_oscillation():
+    traces = oscillating(session(), rms_m_s=20e-3, hertz=10.0)
+    traces.server.time_s[-1] = traces.duration_s + 0.05  # a live server runs on
+    left = touching(traces, 1.0, traces.duration_s + 0.01)
+    assert judged(left) == "sustained oscillation"
+
+
 def test_contact_that_comes_and_goes_excuses_no_oscillation():
     traces = oscillating(session(), rms_m_s=20e-3, hertz=10.0)
     assert judged(touching(traces, *np.arange(2.0, 3.99, 0.1))) == "sustained oscillation"

@@ -32,6 +32,7 @@ PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
 SETTLE_S = 1.0  # time for transients of contact to decay
 NEAR, MOSTLY = 0.1, 0.6  # of a frequency; of a motion's power within that
 CHATTER = 4  # changes of contact in half a session: more are the loop's own
+LEAVING_S = 0.2  # within which users leave together at the end of a session
 
 
 @dataclass(frozen=True)
@@ -221,14 +222,18 @@ def _closing_ends_s(traces: SessionTraces, scenario: Scenario) -> float:
 
 def _disturbed_s(traces: SessionTraces) -> float:
     """Return when contact was made or lost last, by whichever user [s]; 0 where it never was, or
-    where it comes and goes: that is the loop's own motion.
+    where it comes and goes: that is the loop's own motion. Users that leave at the end of the
+    session disturb nobody: the server runs on behind them.
     """
     server = traces.server
     if server is None:
         return 0.0
     latest = 0.0
+    ends = [float(user.time_s[-1]) for user in traces.users if len(user.time_s)]
+    end_s = min([end for end in ends if end > traces.duration_s - LEAVING_S], default=np.inf)
     for contact in server.contact:
         times = server.time_s[1:][np.diff(contact.astype(int)) != 0]
+        times = times[times <= end_s]
         if 0 < len(times) and np.sum(times > 0.5 * traces.duration_s) <= CHATTER:
             latest = max(latest, float(times[-1]))
     return latest
