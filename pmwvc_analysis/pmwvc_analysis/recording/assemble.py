@@ -19,6 +19,10 @@ from pmwvc_analysis.recording.link_blocks import COLUMNS
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.messages.fields import (
+    ENERGIES,
+    OF_AVATARS,
+    OF_OBJECT,
+    PER_AXIS,
     LinkState,
     MasterTrace,
     PacketFate,
@@ -31,12 +35,7 @@ from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, ServerT
 from pmwvc_core.transport.reception import PASSAGE, REFUSED
 
 Integers = NDArray[np.int64]
-ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
-OF_OBJECT = ("x_o", "xd_o", "target", "kinetic", "potential")
-VECTORS = ("x_s", "xd_s", "f_s", "u_s", "v_s")  # of a user at the server
-PER_AXIS = {"x_m": "x", "xd_m": "xd", "f_m": "f_m", "f_applied": "f_applied"} | {
-    name: name for name in ("u_m", "u_m_lp", "v_m")
-}
+TRACES = {name: {"x": "x_m", "xd": "xd_m"}.get(name, name) for name in PER_AXIS}  # by field
 
 
 def continued(values: Array, epochs: NDArray[np.uint64]) -> Array:
@@ -104,7 +103,7 @@ def user_traces(
         changes=taken.changes(blocks),
         looked_ns=taken.looked_ns(blocks),
         grid=round(int(blocks[0].start_ns) / (period * 1e9)) - int(blocks[0].first_tick),
-        **{trace: axes(field) for trace, field in PER_AXIS.items()},
+        **{trace: axes(field) for field, trace in TRACES.items() if field != "f_h"},
     )
 
 
@@ -146,7 +145,7 @@ def server_traces(
     columns = [{str(name): index for index, name in enumerate(step.users)} for step in steps]
 
     def of_user(field: str, name: str, missing: float) -> Array:
-        width = steps[-1].dof if field in VECTORS else 1
+        width = steps[-1].dof if field in OF_AVATARS else 1
         result = np.full((len(steps), width), missing)
         for row, step, column in zip(result, steps, columns, strict=True):
             if (index := column.get(name)) is not None:
@@ -159,8 +158,8 @@ def server_traces(
     def sums(field: str) -> list[Array]:
         return [continued(np.nan_to_num(array[:, 0]), epochs) for array in each(field)]
 
-    signals: dict[str, Any] = {name: each(name) for name in VECTORS}
-    signals |= {name: _column(steps, name) for name in OF_OBJECT}
+    signals: dict[str, Any] = {name: each(name) for name in OF_AVATARS}
+    signals |= {name: _column(steps, name) for name in (*OF_OBJECT, "kinetic", "potential")}
     traces = ServerTraces(
         users=names,
         periods_s=_column(steps, "period"),

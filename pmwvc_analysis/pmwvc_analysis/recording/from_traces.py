@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.recording.assemble import ENERGIES, PER_AXIS
+from pmwvc_analysis.recording.assemble import TRACES
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.about import about
 from pmwvc_analysis.recording.format.topics import session_topics
@@ -27,6 +27,7 @@ from pmwvc_core.errors import RecordingError
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import MessageTypes
+from pmwvc_core.runtime.messages.fields import ENERGIES, OF_AVATARS, OF_OBJECT
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
@@ -142,8 +143,7 @@ def _master_blocks(
 ) -> Iterator[Outgoing]:
     epoch, received = _epoch(traces, user.name), traces.taken.get(f"{user.name}/down")
     edges = [0, *np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s).tolist()]
-    signals = {name: getattr(user, trace) for trace, name in PER_AXIS.items()}
-    signals["f_h"] = user.f_h
+    signals = {name: getattr(user, trace) for name, trace in TRACES.items()}
     known = bool(np.isfinite(user.f_h).all())
     for block, (first, after) in enumerate(itertools.pairwise(edges)):
         series = {name: array[first:after].ravel() for name, array in signals.items()}
@@ -181,8 +181,8 @@ def _server_steps(
 ) -> Iterator[Outgoing]:
     late = traces.metadata.get("server_lateness_s", np.zeros(len(server.time_s)))
     received = [traces.taken.get(f"{name}/up") for name in server.users]
-    each = ("x_s", "xd_s", "f_s", "u_s", "v_s", "state", "contact", "energy_u_s", "energy_v_s")
-    whole = ("x_o", "xd_o", "target", "kinetic", "potential", "dissipated")
+    each = (*OF_AVATARS, "state", "contact", "energy_u_s", "energy_v_s")
+    whole = (*OF_OBJECT, "kinetic", "potential", "dissipated")
     for row, (time_s, late_s) in enumerate(zip(server.time_s, late, strict=True)):
         fields: dict[str, Any] = {
             name: [array[row] for array in getattr(server, name)] for name in each

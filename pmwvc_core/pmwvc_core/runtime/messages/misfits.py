@@ -11,6 +11,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pmwvc_core.runtime.messages.fields import (
+    OF_AVATARS,
+    OF_OBJECT,
+    PER_AXIS,
     LinkState,
     MasterTrace,
     PacketFate,
@@ -24,8 +27,6 @@ from pmwvc_core.runtime.messages.links import FATE_COLUMNS
 MOST_DOF = 6
 MOST_STATES = 4  # of MasterTrace and ServerTrace, 0 to 3
 _LARGEST = 1 << 62  # numbers and times [ns] that overflow when they are added up
-_MASTER_AXES = ("x", "xd", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
-_SERVER_AXES = ("x_s", "xd_s", "f_s", "u_s", "v_s")
 
 
 def misfit(kind: str, message: Any) -> str | None:
@@ -62,9 +63,9 @@ def _master_trace(message: MasterTrace) -> str | None:
         return f"{ticks} ticks from {message.first_tick} on"
     if message.state >= MOST_STATES:
         return f"state = {message.state}"
-    wanted = dict.fromkeys(_MASTER_AXES, ticks * message.dof) | {"compute": ticks}
-    if len(message.f_h):  # a hand that is not known may be left out
-        wanted["f_h"] = ticks * message.dof
+    wanted = dict.fromkeys(PER_AXIS, ticks * message.dof) | {"compute": ticks}
+    if not len(message.f_h):  # a hand that is not known may be left out
+        del wanted["f_h"]
     return _frame(message) or _lengths(message, wanted) or _taken(message, "tick", ticks)
 
 
@@ -76,8 +77,8 @@ def _server_trace(message: ServerTrace) -> str | None:
         return f"{users} users"
     if max(message.state, default=0) >= MOST_STATES:
         return f"state = {max(message.state)}"
-    wanted = dict.fromkeys(("x_o", "xd_o", "target"), message.dof)
-    wanted |= dict.fromkeys(_SERVER_AXES, users * message.dof)
+    wanted = dict.fromkeys(OF_OBJECT, message.dof)
+    wanted |= dict.fromkeys(OF_AVATARS, users * message.dof)
     wanted |= dict.fromkeys(("state", "contact", "energy_u_s", "energy_v_s"), users)
     return _frame(message) or _lengths(message, wanted) or _taken(message, "user", users)
 

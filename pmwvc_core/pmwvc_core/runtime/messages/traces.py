@@ -9,15 +9,12 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.numeric import Value
+from pmwvc_core.runtime.messages.fields import ENERGIES, OF_AVATARS, OF_OBJECT, PER_AXIS
 from pmwvc_core.runtime.messages.types import MessageTypes, axes, scalar, time_message
 from pmwvc_core.transport.packet import WavePacket
 
-_PER_AXIS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
-_ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
 _PER_TICK = {"lateness": "f", "compute": "f", "looked": "I"}
 _UINT32 = 0xFFFFFFFF
-_OF_OBJECT = ("x_o", "xd_o", "target")
-_OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")
 
 
 class TraceBlock:
@@ -35,10 +32,10 @@ class TraceBlock:
         self.ticks = ticks
         self.dof = dof
         self.count = 0
-        self._series = {name: array("d", bytes(8 * ticks * dof)) for name in _PER_AXIS}
+        self._series = {name: array("d", bytes(8 * ticks * dof)) for name in PER_AXIS}
         self._series |= {name: array(code, bytes(4 * ticks)) for name, code in _PER_TICK.items()}
         self.taken: list[tuple[int, int, int]] = []
-        self._columns = tuple(self._series[name] for name in _PER_AXIS)
+        self._columns = tuple(self._series[name] for name in PER_AXIS)
         self._rows = tuple(np.frombuffer(c).reshape(ticks, dof) for c in self._columns)
         self._of_tick = tuple(self._series[name] for name in _PER_TICK)
 
@@ -85,7 +82,7 @@ class TraceBlock:
         if self.full:
             return self._series
         count, values = self.count, self.count * self.dof
-        return {n: a[: values if n in _PER_AXIS else count] for n, a in self._series.items()}
+        return {n: a[: values if n in PER_AXIS else count] for n, a in self._series.items()}
 
     def clear(self) -> None:
         """Start the next block."""
@@ -120,10 +117,10 @@ def master_trace(
     """
     return types.MasterTrace(
         stamp=time_message(types, stamp_ns),
-        **{name: types.sequence(series[name], "d") for name in _PER_AXIS},
+        **{name: types.sequence(series[name], "d") for name in PER_AXIS},
         **{name: types.sequence(series[name], code) for name, code in _PER_TICK.items()},
         **_taken(types, "tick", taken),
-        **{f"energy_{name}": scalar(energy[name]) for name in _ENERGIES},
+        **{f"energy_{name}": scalar(energy[name]) for name in ENERGIES},
         **_accounts(types, accounts),
         **fields,
     )
@@ -149,8 +146,8 @@ def server_trace(
     def each(values: Sequence[Value]) -> Any:
         return types.sequence([entry for value in values for entry in axes(value, dof)], "d")
 
-    made = {name: each([fields.pop(name)]) for name in _OF_OBJECT}
-    made |= {name: each(fields.pop(name)) for name in _OF_AVATARS}
+    made = {name: each([fields.pop(name)]) for name in OF_OBJECT}
+    made |= {name: each(fields.pop(name)) for name in OF_AVATARS}
     made |= {name: _scalars(types, fields.pop(name)) for name in ("energy_u_s", "energy_v_s")}
     made |= {name: scalar(fields.pop(name)) for name in ("kinetic", "potential", "dissipated")}
     return types.ServerTrace(
