@@ -139,6 +139,7 @@ def _user(name: str, wave: dict[str, np.ndarray]) -> UserTraces:
         state=np.ones(blocks, dtype=np.int64),
         reason=[""] * blocks,
         block_number=np.arange(blocks) + 1,
+        changes=np.zeros(blocks, dtype=np.int64),
         epoch=np.full(blocks, int(name.removeprefix("user")), dtype=np.uint64),
         energy={
             "u_m": _energy(wave["u_m"], FRAME_S),
@@ -176,6 +177,7 @@ def _server(
         kinetic=np.zeros(len(frames)),
         potential=np.zeros(len(frames)),
         dissipated=np.zeros(len(frames)),
+        changes=np.zeros(len(frames), dtype=np.int64),
     )
 
 
