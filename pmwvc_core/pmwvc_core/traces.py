@@ -123,6 +123,7 @@ class PacketTraces:
     wave: Array  # (packet, dof)
     integral: Array
     energy: Array
+    position: Array  # (packet, dof) [m] of the sending end; an avatar's in the frame of its device
 
 
 @dataclass

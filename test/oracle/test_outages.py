@@ -15,10 +15,11 @@ from pmwvc_bringup import scenarios as files
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.master.safety.limiter import SafetyState
 from pmwvc_core.master.strict_port import KEPT_J
+from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
 from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.simulation.conditions import Conditions, Steps
 from pmwvc_core.simulation.session import simulate_one
-from pmwvc_core.wave.playout import Playout
+from pmwvc_core.wave.playout import LONGEST_S, Playout
 
 BEGIN_S, LEAST_J = 6.0, -1e-9
 ROUND_TRIP_S = 2 * (0.016 + 0.008)
@@ -109,11 +110,26 @@ def test_what_a_brake_holds_is_not_paid_to_packets_and_is_no_limit():
         assert not limited(user)[user.time_s > 2.0].any()
 
 
-STALL_S, STALLED = 4.0, {"user1": 0.3, "server": 1.0}
+STALL_S, STALLED = 4.0, {"user1": 0.3, "server": 1.0, "links": 0.5}
+BURST_S = 0.02  # in which links give out what they kept back
+
+
+def burst():
+    """Return a link that keeps everything back for a while, then gives it out in quick order."""
+    record, end_s = {}, STALL_S + STALLED["links"]
+    for number in range(1, 900):
+        sent_s = (number - 1) * 0.008
+        out_s = sent_s + 0.016
+        if STALL_S <= out_s < end_s:
+            out_s = end_s + BURST_S * (out_s - STALL_S) / STALLED["links"]
+        record[number] = (RecordedFate(round((out_s - sent_s) * 1e9)),)
+    return RecordedLink(record)
 
 
 def stalled(who):
-    """Two hands carry; the loop of one process stands still and skips what was due."""
+    """Two hands carry; the loop of one process stands still and skips what was due, or all links
+    keep everything back.
+    """
     scenario = files.load("blackout_2s", settings_texts=["link.schedule="], duration_s=7.0)
     end_s = STALL_S + STALLED[who]
     ticks = np.arange(7000, dtype=np.int64)
@@ -121,6 +137,9 @@ def stalled(who):
     if who == "server":
         steps = ticks[(ticks % 8 == 2) & ~still]
         conditions = Conditions(schedule=LIVE, steps=Steps(steps, steps * 1_000_000))
+    elif who == "links":
+        names = [f"user{user}/{way}" for user in (1, 2) for way in ("up", "down")]
+        conditions = Conditions(schedule=LIVE, links=dict.fromkeys(names, burst))
     else:
         ran_ns = {who: np.where(still, -1, ticks * 1_000_000)}
         conditions = Conditions(schedule=LIVE, ran_ns=ran_ns)
@@ -128,7 +147,7 @@ def stalled(who):
 
 
 @pytest.mark.parametrize("who", STALLED)
-def test_a_loop_that_stood_still_is_as_late_as_before(who):
+def test_what_stood_still_makes_nothing_later(who):
     scenario, traces = stalled(who)
     assert apart_m(traces, STALL_S + STALLED[who] + 1.2, 7.0) < 1.25 * apart_m(
         traces, 3.0, STALL_S
@@ -139,10 +158,14 @@ def test_a_loop_that_stood_still_is_as_late_as_before(who):
         assert np.abs(np.diff(user.f_applied[:, 0])).max() <= limit * (1.0 + 1e-9)
 
 
-def test_one_that_plays_later_what_was_due_meanwhile_stays_apart(monkeypatch):
+@pytest.mark.parametrize(
+    ("who", "law", "other"),
+    [("user1", "pass_by", lambda *_: None), ("links", "_most_s", lambda *_: LONGEST_S)],
+)
+def test_what_is_played_later_leaves_them_apart(who, law, other, monkeypatch):
     """The control."""
-    monkeypatch.setattr(Playout, "pass_by", lambda *_: None)
-    _, traces = stalled("user1")
+    monkeypatch.setattr(Playout, law, other)
+    _, traces = stalled(who)
     assert apart_m(traces, STALL_S + 1.5, 7.0) > 5e-3
 
 

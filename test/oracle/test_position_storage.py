@@ -14,7 +14,7 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
 from pmwvc_analysis.prediction.text import lines
-from pmwvc_analysis.traces.reductions import position_error
+from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.passivity_words import verdict
 from pmwvc_core.master.port import WaveMaster
@@ -34,8 +34,8 @@ def carried(*settings, duration_s=20.0):
 
 def apart_m(traces):
     """How much closer than their avatars the two devices are at the end."""
-    both = [position_error(user, traces.server, i) for i, user in enumerate(traces.users)]
-    left, right = (found[1][found[0] > traces.duration_s - 0.5, 0].mean() for found in both)
+    both = [apart(traces, user) for user in traces.users]
+    left, right = (f.error[f.time_s > traces.duration_s - 0.5, 0].mean() for f in both)
     return left - right
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.events.membership import of_server
-from pmwvc_analysis.traces.reductions import position_error
+from pmwvc_analysis.traces.apart import apart
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.controllers import make_server
 from pmwvc_core.frame.assembly import server_step_of
@@ -200,9 +200,11 @@ def test_a_hand_that_joined_again_inside_is_with_its_avatar_after_backing_off(tm
     for way in (entry.up, entry.down, entry.joint):
         assert way.minimum_j >= -ROUNDING
     assert inconsistencies(traces, scenario) == []
-    _, apart = position_error(user, server, 0)
-    taken_out = apart_m(traces, END_S) - apart[-1, 0]
-    assert abs(taken_out) < 1e-3  # of the distance at joining nothing is left
+    found = apart(traces, user)
+    inside = found.kept[(found.time_s > OUTAGE_S + 0.5) & (found.time_s < INSIDE_S)]
+    assert inside.min() > 0.01  # while the device is inside
+    assert found.kept[-1] == pytest.approx(0.0, abs=1e-12)
+    assert found.error[-1, 0] == pytest.approx(spring_m, rel=0.05)
 
 
 def test_without_sliding_it_is_apart_for_good(tmp_path, monkeypatch):

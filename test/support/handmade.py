@@ -190,6 +190,8 @@ def _add_network(
         ("up", f"/{name}/wave_up", f"/server/{name}/wave_up", "u_tx", place + 1),
         ("down", f"/server/{name}/wave_down", f"/{name}/wave_down", "v_s", 1000 + place),
     )
+    x_m, x_s = traces.users[place].x_m[::TICKS], traces.server.x_s[place]
+    place_of = {"up": x_m.copy(), "down": x_s.copy()}
     for way, before, behind, key, epoch in ways:
         out_ns = sent_ns + delay_ns
         arrived = out_ns < round(traces.duration_s * 1e9)
@@ -207,6 +209,7 @@ def _add_network(
                 wave=wave[key][rows],
                 integral=(np.cumsum(wave[key], axis=0) * FRAME_S)[rows],
                 energy=_energy(wave[key], FRAME_S)[rows],
+                position=place_of[way][rows],
             )
         traces.fates[f"{name}/{way}"] = FateTraces(
             link=f"{name}/{way}",

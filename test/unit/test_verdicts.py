@@ -18,7 +18,7 @@ KEYS = set(
 )
 USER_KEYS = set(
     "name passive energy_up_min_j energy_down_min_j energy_balance_j force_final_n force_peak_n "
-    "avatar_force_final_n coherency_rms_m drift_m drift_change_m ticks ticks_missing "
+    "avatar_force_final_n coherency_rms_m drift_m drift_change_m kept_apart_m ticks ticks_missing "
     "tick_rate_hz lateness_us compute_us safety_events environment_limited ended".split()
 )
 LINK_KEYS = set(
@@ -146,7 +146,8 @@ def test_a_user_that_comes_back_has_a_new_avatar(absent):
         traces.server.state[0][(traces.server.time_s > 2.5) & (traces.server.time_s < 3.004)] = 0
     user = judged(traces)["users"][0]
     assert user["coherency_rms_m"] < 1e-3
-    assert user["drift_m"] == pytest.approx(0.0, abs=1e-9)
+    assert user["drift_m"] == pytest.approx(DRIFT_M)
+    assert user["kept_apart_m"] == pytest.approx(-0.05)
 
 
 def test_what_is_before_the_first_packet_does_not_count():

@@ -8,7 +8,8 @@ import numpy as np
 
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
-from pmwvc_analysis.traces.reductions import COUPLED, position_error, rms
+from pmwvc_analysis.traces.apart import apart
+from pmwvc_analysis.traces.reductions import COUPLED, rms
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -82,14 +83,10 @@ def _touching(traces: SessionTraces) -> Array | None:
 
 def apart_max_m(traces: SessionTraces) -> float | None:
     """Return the largest distance of a device from its avatar [m]."""
-    server = traces.server
-    found = [
-        position_error(user, server, index) if server is not None else None
-        for index, user in enumerate(traces.users)
-    ]
-    if any(apart is None for apart in found):
+    found = [apart(traces, user) for user in traces.users]
+    if any(each is None for each in found):
         return None
-    return max(float(np.linalg.norm(apart[1], axis=-1).max()) for apart in found if apart)
+    return max(float(np.linalg.norm(each.error, axis=-1).max()) for each in found if each)
 
 
 def lag_free_error_n(traces: SessionTraces) -> float | None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmark.trial import Trial, scenario_of
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.traces.reductions import position_error
+from pmwvc_analysis.traces.apart import apart
 from pmwvc_core.network.presets import PRESETS
 from pmwvc_core.plural import count, listed
 from pmwvc_core.scenario.scenario import Scenario
@@ -101,11 +101,11 @@ def numbers_of(traces: SessionTraces, scenario: Scenario) -> tuple[float, float,
         for balance in (user.up, user.down, user.joint)
         if balance is not None
     ]
-    apart = [0.0]
-    for index, user in enumerate(traces.users):
-        found = position_error(user, traces.server, index) if traces.server else None
+    ends = [0.0]
+    for user in traces.users:
+        found = apart(traces, user)
         if found is not None:
-            late = found[0] >= traces.duration_s - END_S
-            apart.append(float(np.linalg.norm(found[1][late].mean(axis=0))))
+            late = found.time_s >= traces.duration_s - END_S
+            ends.append(float(np.linalg.norm(found.error[late].mean(axis=0))))
     peaks = [float(np.abs(user.f_applied).max()) for user in traces.users]
-    return min(balances), max(apart), max(peaks)
+    return min(balances), max(ends), max(peaks)

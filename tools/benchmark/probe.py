@@ -35,7 +35,7 @@ from benchmark.methods import Settings
 from benchmark.trial import RESTLESS, Trial, scenario_of
 from benchmark.walls import wall, walls
 from pmwvc_analysis.compare.probes import free_space
-from pmwvc_analysis.traces.reductions import position_error
+from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.transparency.measured import TRUSTED, measure
 from pmwvc_analysis.transparency.transparency import ideal_of, transparency
 from pmwvc_analysis.verdicts.stability import verdict
@@ -140,12 +140,12 @@ def wall_rendered(probe: Probe) -> tuple[float, float]:
 def _held(probe: Probe) -> tuple[float, float]:
     """Return slope [m/s] and distance at the end [m] of device less avatar while held."""
     traces = simulate_one(_carry(probe, HOLD, SETTLED_S + probe.hold_s))
-    server, slopes, ends = traces.server, [0.0], [0.0]
-    for index, user in enumerate(traces.users):
-        apart = position_error(user, server, index) if server is not None else None
-        if apart is None or not np.isfinite(apart[1]).all() or apart[0][0] > SETTLED_S:
+    slopes, ends = [0.0], [0.0]
+    for user in traces.users:
+        found = apart(traces, user)
+        if found is None or not np.isfinite(found.error).all() or found.time_s[0] > SETTLED_S:
             return math.inf, math.inf
-        time_s, distance = apart[0], apart[1][:, 0]
+        time_s, distance = found.time_s, found.error[:, 0]
         rows = time_s >= SETTLED_S
         slopes.append(abs(float(np.polyfit(time_s[rows], distance[rows], 1)[0])))
         ends.append(abs(float(distance[time_s >= time_s[-1] - 1.0].mean())))

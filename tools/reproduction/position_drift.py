@@ -10,7 +10,8 @@ the way down, the way up has kept, or its declared storage lends.
 import numpy as np
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.traces.reductions import position_error, rms
+from pmwvc_analysis.traces.apart import apart
+from pmwvc_analysis.traces.reductions import rms
 from pmwvc_core.numeric import Array
 from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.traces import SessionTraces
@@ -74,11 +75,10 @@ def _session(parameters: Values, changed: Values, feedback: str) -> SessionTrace
 
 def _apart(traces: SessionTraces) -> tuple[Array, Array]:
     """Return times and how much closer than their avatars the devices are ``(step,)`` [m]."""
-    assert traces.server is not None
-    both = [position_error(user, traces.server, i) for i, user in enumerate(traces.users)]
+    both = [apart(traces, user) for user in traces.users]
     left, right = (found for found in both if found is not None)
-    steps = min(len(left[0]), len(right[0]))
-    return left[0][-steps:], left[1][-steps:, 0] - right[1][-steps:, 0]
+    steps = min(len(left.time_s), len(right.time_s))
+    return left.time_s[-steps:], left.error[-steps:, 0] - right.error[-steps:, 0]
 
 
 def _numbers(traces: SessionTraces, time_s: Array, apart: Array) -> Values:

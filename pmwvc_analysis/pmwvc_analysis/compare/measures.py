@@ -7,7 +7,6 @@ the verdicts, ``k_max`` from the exact model, stiffness and resonance from :mod:
 where the session was not stable), free space from :mod:`.probes`, live sessions too.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -18,8 +17,9 @@ from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.compare.probes import free_space
 from pmwvc_analysis.compare.rendered import Rendered, rendering
 from pmwvc_analysis.traces import reductions
+from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.left_out import left_out
-from pmwvc_analysis.traces.reductions import COUPLED, position_error
+from pmwvc_analysis.traces.reductions import COUPLED
 from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.oscillation import beyond
 from pmwvc_analysis.verdicts.passivity import passivity
@@ -103,14 +103,15 @@ def measures(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Any]
     least = least_balance(traces, scenario)
     saved = left_out(traces, scenario)
     noise = [force_noise_n(user, traces.duration_s) for user in traces.users]
+    away = [found.error for user in traces.users if (found := apart(traces, user)) is not None]
     peaks = [float(np.linalg.norm(user.f_applied, axis=-1).max()) for user in traces.users]
     return dict.fromkeys(MEASURES) | {
         "stable": judged.stable,
         "instability": judged.instability,
         "passive": least.passive,
         "active_part": least.part,
-        "coherency_rms_m": _over_users(traces, _apart),
-        "force_error_rms_n": _over_users(traces, force_error),
+        "coherency_rms_m": reductions.rms(np.concatenate(away)) if away else None,
+        "force_error_rms_n": _force_error_n(traces),
         "energy_min_j": least.energy_j,
         "force_noise_n": max((n for n in noise if n is not None), default=None),
         "force_peak_n": reductions.number(max(peaks)) if peaks else None,
@@ -128,25 +129,15 @@ def largest_stiffness(scenario: Scenario, *, live: bool) -> float | None:
         return None
 
 
-def _over_users(
-    traces: SessionTraces, of_user: Callable[[UserTraces, ServerTraces, int], Array | None]
-) -> float | None:
-    """Return the RMS of a quantity ``(rows, dof)`` over the steps of all users."""
+def _force_error_n(traces: SessionTraces) -> float | None:
     server = traces.server
     if server is None:
         return None
-    parts = [
-        of_user(user, server, server.users.index(user.name))
-        for user in traces.users
-        if user.name in server.users
+    places = [
+        (user, server.users.index(user.name)) for user in traces.users if user.name in server.users
     ]
-    rows = [part for part in parts if part is not None and len(part)]
+    rows = [part for user, index in places if len(part := force_error(user, server, index))]
     return reductions.rms(np.concatenate(rows)) if rows else None
-
-
-def _apart(user: UserTraces, server: ServerTraces, index: int) -> Array | None:
-    apart = position_error(user, server, index)
-    return None if apart is None else apart[1]
 
 
 def force_error(user: UserTraces, server: ServerTraces, index: int) -> Array:

@@ -20,7 +20,7 @@ from pmwvc_analysis.compare.measures import Entry
 from pmwvc_analysis.compare.rendered import ideal_rendering
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.motion_charts import force_lines, position_lines
-from pmwvc_analysis.traces.reductions import position_error
+from pmwvc_analysis.traces.apart import apart
 
 MEASURES = (  # measure, label, unit, factor
     ("coherency_rms_m", "device from avatar, RMS", "mm", 1e3),
@@ -126,14 +126,12 @@ def _forces(entry: Entry) -> list[Line]:
 
 
 def _position_errors(entry: Entry) -> list[Line]:
-    server, names, found = entry.traces.server, recorded.names(entry.traces), []
+    names, found = recorded.names(entry.traces), []
     for user in entry.traces.users:
-        if server is None or user.name not in server.users:
-            continue
-        apart = position_error(user, server, server.users.index(user.name))
-        if apart is not None:
+        away = apart(entry.traces, user)
+        if away is not None:
             tint = user_tint(names.index(user.name))
-            found.append(Line(user.name, apart[0], apart[1][:, 0] * 1e3, tint))
+            found.append(Line(user.name, away.time_s, away.error[:, 0] * 1e3, tint))
     return found
 
 

@@ -186,6 +186,8 @@ def packet_traces(
     dof = max(set(lengths), key=lengths.count)
     rows = [i for i, m in enumerate(messages) if len(m.wave) == dof and len(m.integral) == dof]
     kept = [messages[i] for i in rows]
+    unknown = [math.nan] * dof
+    positions = [list(m.position) if len(m.position) == dof else unknown for m in kept]
     return PacketTraces(
         topic=topic,
         time_s=clock.seconds(np.array([log_ns[i] for i in rows], dtype=np.int64), zero_ns),
@@ -196,6 +198,7 @@ def packet_traces(
         wave=_column(kept, "wave").reshape(-1, dof),
         integral=_column(kept, "integral").reshape(-1, dof),
         energy=_column(kept, "energy"),
+        position=np.array(positions, dtype=float).reshape(-1, dof),
     )
 
 

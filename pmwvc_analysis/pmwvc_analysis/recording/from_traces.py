@@ -24,7 +24,6 @@ from pmwvc_analysis.recording.taken import of_rows
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.numeric import Array
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import MessageTypes
 from pmwvc_core.runtime.messages.fields import ENERGIES, OF_AVATARS, OF_OBJECT
@@ -95,7 +94,7 @@ def _all(
     if traces.server is not None:
         yield from _server_steps(types, traces.server, traces, start)
     for packets in traces.packets.values():
-        yield from _packets(types, packets, traces, scenario, start)
+        yield from _packets(types, packets, scenario, start)
     for link, received in traces.receptions.items():
         owner, _, way = link.rpartition("/")
         end_ns = _ns(traces.duration_s)
@@ -214,13 +213,9 @@ def _server_steps(
 def _packets(
     types: MessageTypes,
     packets: PacketTraces,
-    traces: SessionTraces,
     scenario: Scenario,
     start: int,
 ) -> Iterator[Outgoing]:
-    *_, owner, kind = packets.topic.split("/")
-    up = kind == "wave_up"
-    positions = _positions(traces, owner, packets.sent_ns.astype(float) * 1e-9, up=up)
     flags = 0 if has_waves(scenario.controller) else FLAG_DIRECT
     for row, time_s in enumerate(packets.time_s):
         sent_ns = int(packets.sent_ns[row])
@@ -232,22 +227,9 @@ def _packets(
             wave=packets.wave[row],
             integral=packets.integral[row],
             energy=float(packets.energy[row]),
-            position=positions[row],
+            position=packets.position[row],
             flags=flags,
         )
         yield Outgoing(
             _ns(time_s), packets.topic, schemas.WAVE, build.wave(types, packet, start + sent_ns)
         )
-
-
-def _positions(traces: SessionTraces, owner: str, times: Array, *, up: bool) -> Array:
-    """Return where the sending end was when it sent [m]."""
-    if up:
-        user = next(user for user in traces.users if user.name == owner)
-        rows = np.searchsorted(user.time_s, times - 0.5 * user.tick_s)
-        return user.x_m[np.clip(rows, 0, len(user.time_s) - 1)]
-    server = traces.server
-    if server is None:
-        return np.zeros((len(times), 1))
-    rows = np.searchsorted(server.time_s, times - 0.5 * server.period_s)
-    return server.x_s[server.users.index(owner)][np.clip(rows, 0, len(server.time_s) - 1)]

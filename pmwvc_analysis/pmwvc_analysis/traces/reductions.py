@@ -3,14 +3,12 @@
 """Reductions of traces to the numbers of a summary; an unknown number is None, never NaN."""
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array
-from pmwvc_core.traces import ServerTraces, UserTraces
 
 FINAL_S = 0.5
 COUPLED = 2  # state of a user at the server
@@ -57,46 +55,6 @@ def percentiles(values: Array, scale: float = 1.0) -> dict[str, float | None]:
         "p99": number(np.percentile(values, 99)),
         "max": number(values.max()),
     }
-
-
-def position_error(
-    user: UserTraces, server: ServerTraces, index: int, *, joins_s: Sequence[float] = ()
-) -> tuple[Array, Array] | None:
-    """Return the times of the server's steps with the user there, and x_m - x_s then [m].
-
-    A user that joins again (at ``joins_s``, or after having been absent) has a new avatar: in each
-    stay the distance at its first coupled step is taken out, less what the avatar has slid to its
-    device since, and what is before that is left out.
-    """
-    times, state = server.time_s, server.state[index]
-    there = (state > 0) & (times >= user.time_s[0]) & (times <= user.time_s[-1])
-    starts = np.flatnonzero(np.diff(there.astype(int), prepend=0) > 0)
-    starts = np.union1d(starts, np.searchsorted(times, np.asarray(joins_s) - 0.5 * user.tick_s))
-    ticks = np.searchsorted(user.time_s, times - 0.5 * user.tick_s)
-    apart = user.x_m[np.clip(ticks, 0, len(user.time_s) - 1)] - server.x_s[index]
-    kept = np.zeros(len(times), dtype=bool)
-    for stay in np.split(np.arange(len(times)), starts.astype(int)):
-        coupled = np.flatnonzero(there[stay] & (state[stay] == COUPLED))
-        if len(coupled):
-            since = stay[coupled[0] :]
-            first = apart[since[0]].copy()
-            apart[since] -= first - _slid(server, index, since, first)
-            kept[since] = there[since]
-    return (times[kept], apart[kept]) if kept.any() else None
-
-
-def _slid(server: ServerTraces, index: int, rows: NDArray[np.intp], most: Array) -> Array | float:
-    """Return how far an avatar behind waves has slid in a stay, at most ``most``, a vector [m]:
-    the way without contact that is not that of its velocity.
-    """
-    if not np.isfinite(server.u_s[index][rows]).all():
-        return 0.0
-    x, xd = server.x_s[index][rows], server.xd_s[index][rows]
-    steps = np.diff(x, axis=0, prepend=x[:1]) - xd * server.periods_s[rows, np.newaxis]
-    follows = np.diff(server.step[rows], prepend=server.step[rows[0]]) == 1
-    free = follows & ~server.contact[index][rows]
-    way = np.cumsum(np.where(free[:, np.newaxis], steps, 0.0), axis=0)
-    return np.asarray(np.clip(way, np.minimum(most, 0.0), np.maximum(most, 0.0)))
 
 
 def runs(flags: NDArray[np.bool_], time_s: Array, *, join_s: float) -> list[tuple[int, int]]:

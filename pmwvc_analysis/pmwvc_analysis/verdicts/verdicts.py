@@ -16,9 +16,9 @@ from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import environment, events
 from pmwvc_analysis.traces import cut, holes, reductions
-from pmwvc_analysis.traces.reductions import final, number, position_error, rms, swing
+from pmwvc_analysis.traces.apart import apart
+from pmwvc_analysis.traces.reductions import final, number, rms, swing
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.traces.stretches import first_packets
 from pmwvc_analysis.verdicts import check, endings, passivity_words, stability
 from pmwvc_analysis.verdicts.links import link_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
@@ -152,9 +152,7 @@ def _user(
 ) -> dict[str, Any]:
     server, end_s = traces.server, float(user.time_s[-1])
     index = server.users.index(user.name) if server and user.name in server.users else None
-    apart = None
-    if server is not None and index is not None:
-        apart = position_error(user, server, index, joins_s=first_packets(traces, user.name))
+    away = apart(traces, user)
     return {
         "name": user.name,
         "passive": found.passive(user.name),
@@ -166,9 +164,10 @@ def _user(
         "avatar_force_final_n": final(server.f_s[index], server.time_s, end_s)
         if server is not None and index is not None
         else None,
-        "coherency_rms_m": rms(apart[1]) if apart else None,
-        "drift_m": final(apart[1], apart[0], end_s) if apart else None,
-        "drift_change_m": swing(apart[1], apart[0], end_s) if apart else None,
+        "coherency_rms_m": rms(away.error) if away else None,
+        "drift_m": final(away.error, away.time_s, end_s) if away else None,
+        "drift_change_m": swing(away.error, away.time_s, end_s) if away else None,
+        "kept_apart_m": final(away.kept, away.time_s, end_s) if away else None,
         "ticks": len(user.tick),
         "ticks_missing": ticks_missing(user),
         "tick_rate_hz": tick_rate_hz(user),

@@ -95,6 +95,7 @@ class PacketTable:
         self._sent_ns = np.array([packet.sent_ns for packet in packets], dtype=np.int64)
         self._period_s = np.array([packet.period for packet in packets], dtype=float)
         self._wave, self._integral = of("wave", dof), of("integral", dof)
+        self._position = of("position", dof)
         self._energy = of("energy", 1)
 
     def run(self, run: int) -> PacketTraces:
@@ -109,6 +110,7 @@ class PacketTable:
             wave=self._wave[:, run].copy(),
             integral=self._integral[:, run].copy(),
             energy=self._energy[:, run, 0].copy(),
+            position=self._position[:, run].copy(),
         )
 
 

@@ -24,7 +24,8 @@ lost.
 ``rate`` is 1 but for what keeps a margin at hand and no more than that (:mod:`.margin`). Where
 nothing is at hand p waits: the wave is zero, and whatever comes later is played later. What comes
 of an outage is not played but stays undelivered; so does what was due while the loop itself did
-not run, and what is at hand beyond ``LONGEST_S``.
+not run, what an outage kept back and comes as a burst after it, and what is at hand beyond
+``LONGEST_S``.
 
 A playout with something undelivered, or that has had too much at hand for long, and has no energy
 for it is *short*. The other direction then passes on what it can spare (:meth:`Playout.spared`).
@@ -51,7 +52,7 @@ from pmwvc_core.numeric import (
 )
 from pmwvc_core.state import Stateful
 from pmwvc_core.wave.affordable import affordable, repayment
-from pmwvc_core.wave.margin import SLACK_S, Margin
+from pmwvc_core.wave.margin import LONGEST_WAIT_S, SLACK_S, Margin
 
 LONGEST_S = 0.3
 RETURN_S = 0.1  # after the last wait: nothing is repaid until then
@@ -85,7 +86,7 @@ class Playout(Stateful):
     SIGNALS = "_integral _wave undelivered _integrals"
     MEMORY = (
         "received_j given_j released_j discarded_j _played_s _reserve _behind _since_s _ends_s "
-        "_reserves _end_s _needed"
+        "_reserves _end_s _needed _burst_s _lasted_s"
     )
 
     def __init__(self, *, most_repaid: Value) -> None:
@@ -111,6 +112,8 @@ class Playout(Stateful):
         self._wave: Value = 0.0  # due in the last step
         self._behind = False
         self._since_s: Value = 0.0  # since the last wait
+        self._burst_s: Value = 0.0  # for which what comes may still be of an outage
+        self._lasted_s = 0.0  # the newest segment
 
     def begin(self) -> None:
         """Drop what is at hand, undelivered and free: what comes has nothing to do with it."""
@@ -174,6 +177,7 @@ class Playout(Stateful):
         self._ends_s.append(self._end_s)
         self._integrals.append(self._integrals[-1] + integral)
         self._reserves.append(self._needed)
+        self._lasted_s = duration_s
 
     def step(self, h: float) -> Value:
         """Return the wave of the next ``h`` seconds [sqrt(W)]."""
@@ -223,6 +227,8 @@ class Playout(Stateful):
         """
         if self._end_s:
             self._skip(minimum(self._played_s + lasted_s, self._end_s))
+            if lasted_s > LONGEST_WAIT_S:  # what came meanwhile may be read only now
+                self._burst_s = RETURN_S
 
     def _advance(self, h: float) -> Value:
         """Play on; return the integral that is due."""
@@ -231,7 +237,7 @@ class Playout(Stateful):
         waits = self.margin.waits
         if anywhere(waits):
             self._since_s = where(waits, 0.0, self._since_s)
-        most_s = where(outage, self.margin.time_s + SLACK_S, LONGEST_S)
+        most_s = self._most_s(outage, h)
         if anywhere(spare_s > most_s):
             self._skip(maximum(self._played_s, newest_s - most_s))
         spared: Flag = False
@@ -243,6 +249,16 @@ class Playout(Stateful):
         due = integral - self._integral
         self._played_s, self._integral, self._reserve = played_s, integral, reserve
         return due
+
+    def _most_s(self, outage: Flag, h: float) -> Value:
+        """Return how much may be at hand [s]. What an outage kept back may come within the next
+        ``RETURN_S`` as a burst: of that no more than a packet.
+        """
+        if not anywhere(outage | (self._burst_s > 0.0)):
+            return LONGEST_S
+        self._burst_s = where(outage, RETURN_S, self._burst_s - h)
+        few_s = self.margin.time_s + SLACK_S + where(outage, 0.0, self._lasted_s)
+        return where(self._burst_s > 0.0, few_s, LONGEST_S)
 
     def _at(self, time_s: Value) -> tuple[Value, Value]:
         """Return integral and reserve up to a time, also within a segment."""

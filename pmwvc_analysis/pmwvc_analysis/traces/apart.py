@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The distance of a device from its avatar: what is kept of it since joining, and the rest.
+
+Where a user joins, the avatar may have to begin elsewhere than its device is. The distance then is
+kept, less what the avatar has slid to its device since; position error is what goes beyond it::
+
+    kept  = position sent - x_s     at the first coupled step: device's frame less server's
+    kept <- kept - slid
+    error = x_m - x_s - kept
+
+A server sends the avatar's position in the frame of its device with every step. Where that packet
+was not recorded, ``kept`` begins with x_m - x_s. A stay ends where the user leaves, or
+its master or the server is started again.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmwvc_analysis.traces.server_starts import starts
+from pmwvc_analysis.traces.stretches import first_packets
+from pmwvc_core.numeric import Array
+from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+
+COUPLED = 2  # state of a user at the server
+ROUNDED_S = 1e-6  # of a recorded time
+
+
+class Apart(NamedTuple):
+    """Position error and distance kept at steps of the server, ``(step, dof)`` [m]."""
+
+    time_s: Array
+    error: Array
+    kept: Array
+
+
+def apart(traces: SessionTraces, user: UserTraces) -> Apart | None:
+    """Return how far a device is from its avatar, since the user was coupled in each of its stays;
+    None where it never was.
+    """
+    server = traces.server
+    if server is None or user.name not in server.users or not len(server.time_s):
+        return None
+    index = server.users.index(user.name)
+    times, state = server.time_s, server.state[index]
+    there = (state > 0) & (times >= user.time_s[0]) & (times <= user.time_s[-1])
+    begins = np.flatnonzero(np.diff(there.astype(int), prepend=0) > 0)
+    joins_s = np.asarray(first_packets(traces, user.name))
+    begins = np.union1d(begins, np.searchsorted(times, joins_s - 0.5 * user.tick_s))
+    begins = np.union1d(begins, [start.row for start in starts(server)])
+    ticks = np.searchsorted(user.time_s, times - 0.5 * user.tick_s)
+    distance = user.x_m[np.clip(ticks, 0, len(user.time_s) - 1)] - server.x_s[index]
+    kept = np.zeros_like(distance)
+    rows = np.zeros(len(times), dtype=bool)
+    for stay in np.split(np.arange(len(times)), begins.astype(int)):
+        coupled = np.flatnonzero(there[stay] & (state[stay] == COUPLED))
+        if len(coupled):
+            since = stay[coupled[0] :]
+            sent = _sent(traces, user.name, since[0])
+            first = distance[since[0]] if sent is None else sent - server.x_s[index][since[0]]
+            kept[since] = first - _slid(server, index, since, first)
+            rows[since] = there[since]
+    return Apart(times[rows], (distance - kept)[rows], kept[rows]) if rows.any() else None
+
+
+def _sent(traces: SessionTraces, name: str, row: int) -> Array | None:
+    """Return the position that a step of the server sent to a user [m]; None: not recorded."""
+    packets, server = traces.packets.get(f"/server/{name}/wave_down"), traces.server
+    if packets is None or server is None:
+        return None
+    sent = int(np.searchsorted(packets.time_s, server.time_s[row] - ROUNDED_S))
+    if sent >= len(packets.position) or not np.isfinite(packets.position[sent]).all():
+        return None
+    if packets.time_s[sent] >= server.time_s[row] + server.periods_s[row]:
+        return None
+    return np.asarray(packets.position[sent])
+
+
+def _slid(server: ServerTraces, index: int, rows: NDArray[np.intp], most: Array) -> Array | float:
+    """Return how far an avatar behind waves has slid in a stay, at most ``most``, a vector [m]:
+    the way without contact that is not that of its velocity.
+    """
+    if not np.isfinite(server.u_s[index][rows]).all():
+        return 0.0
+    x, xd = server.x_s[index][rows], server.xd_s[index][rows]
+    steps = np.diff(x, axis=0, prepend=x[:1]) - xd * server.periods_s[rows, np.newaxis]
+    follows = np.diff(server.step[rows], prepend=server.step[rows[0]]) == 1
+    free = follows & ~server.contact[index][rows]
+    way = np.cumsum(np.where(free[:, np.newaxis], steps, 0.0), axis=0)
+    return np.asarray(np.clip(way, np.minimum(most, 0.0), np.maximum(most, 0.0)))
