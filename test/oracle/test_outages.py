@@ -136,7 +136,8 @@ def stalled(who):
     still = (ticks >= STALL_S * 1000) & (ticks < end_s * 1000)
     if who == "server":
         steps = ticks[(ticks % 8 == 2) & ~still]
-        conditions = Conditions(schedule=LIVE, steps=Steps(steps, steps * 1_000_000))
+        every = Steps(steps, steps * 1_000_000, np.full(len(steps), scenario.server.period_s))
+        conditions = Conditions(schedule=LIVE, steps=every)
     elif who == "links":
         names = [f"user{user}/{way}" for user in (1, 2) for way in ("up", "down")]
         conditions = Conditions(schedule=LIVE, links=dict.fromkeys(names, burst))
