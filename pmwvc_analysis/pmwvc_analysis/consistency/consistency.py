@@ -23,10 +23,10 @@ from pmwvc_analysis.traces import cut
 from pmwvc_analysis.traces.left_out import with_deadband
 from pmwvc_analysis.traces.stages import Stage, stages
 from pmwvc_core.controllers import has_waves
+from pmwvc_core.frame.rows import SIGNALS
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces, UserTraces
 
-MASTER_SIGNALS = ("x_m", "xd_m", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 NEAR_PERIODS = 2.5  # of the server: the step that takes a change over is known to one or two
 
 
@@ -40,7 +40,7 @@ def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[st
     simulated = traces.source == "simulated"
     steady = stages(traces, scenario) if scenario else []
     for user in traces.users:
-        found += no_numbers(user.name, {n: getattr(user, n) for n in MASTER_SIGNALS})
+        found += no_numbers(user.name, {n: getattr(user, n) for n in SIGNALS if n != "f_h"})
         known = users.get(user.name)
         for same in _before_change(user, traces, steady):
             found += master(same, known, waves=waves, strict=strict, simulated=simulated)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pmwvc_analysis.recording import taken
 from pmwvc_analysis.recording.clocks import clock
 from pmwvc_analysis.recording.link_blocks import COLUMNS
+from pmwvc_core.frame.rows import SIGNALS
 from pmwvc_core.numeric import Array
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.messages.fields import (
@@ -35,7 +36,7 @@ from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, ServerT
 from pmwvc_core.transport.reception import PASSAGE, REFUSED
 
 Integers = NDArray[np.int64]
-TRACES = {name: {"x": "x_m", "xd": "xd_m"}.get(name, name) for name in PER_AXIS}  # by field
+TRACES = dict(zip(PER_AXIS, SIGNALS, strict=True))  # signal of the traces by field
 
 
 def continued(values: Array, epochs: NDArray[np.uint64]) -> Array:

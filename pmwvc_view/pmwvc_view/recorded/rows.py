@@ -14,6 +14,7 @@ from pmwvc_analysis.budget.energy import Balance, user_energies
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_view.feed.traces import AVATAR, OBJECT, SIGNALS
 from pmwvc_view.protocol.snapshot import PACKET, Layout
 
 DELAY_S = 0.5  # over which the delay of a link is the mean
@@ -82,18 +83,18 @@ def _newest(of: Array, times: Array) -> Integers:
 
 def _server(rows: Array, layout: Layout, times: Array, server: ServerTraces) -> None:
     at = _newest(server.time_s, times)
-    for name in ("x_o", "xd_o", "target"):
+    for name in OBJECT:
         _put(rows, layout, f"object.{name}", at, getattr(server, name))
     for index, user in enumerate(server.users):
         if f"{user}.x_s" in layout.slices:
-            for name in ("x_s", "xd_s", "f_s", "contact"):
+            for name in (*AVATAR, "contact"):
                 _put(rows, layout, f"{user}.{name}", at, getattr(server, name)[index])
             _put(rows, layout, f"{user}.presence", at, server.state[index])
 
 
 def _master(rows: Array, layout: Layout, times: Array, user: UserTraces) -> None:
     at = _newest(user.time_s, times)
-    for name in ("x_m", "xd_m", "f_h", "f_applied", "u_m", "v_m"):
+    for name in SIGNALS:
         _put(rows, layout, f"{user.name}.{name}", at, getattr(user, name))
     _put(rows, layout, f"{user.name}.state", _newest(user.block_time_s, times), user.state)
     before = np.concatenate([[-1], at[:-1]])
