@@ -3,6 +3,7 @@
 """The feed of a page: traces of several nodes on one grid, and the energy accounts of them."""
 
 import itertools
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from support.plain import load
 from support.simulated import simulated
 
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_view.feed.accounts import Accounts, MasterSums, ServerSums
+from pmwvc_view.feed.accounts import Account, Accounts, MasterSums, ServerSums
 from pmwvc_view.feed.feed import PATIENCE_NS, Feed
 from pmwvc_view.feed.traces import F_APPLIED, SIGNALS, Block, Step
 from pmwvc_view.feed.verdict import verdict
@@ -173,7 +174,7 @@ def test_account_of_a_page_is_that_of_the_report(carried):
         assert down.in_j == pytest.approx(energy.down.energy_in_j[-2], rel=1e-9)
         assert down.out_j == pytest.approx(energy.down.energy_out_j[-1], rel=1e-9)
         assert hand.in_j == pytest.approx(energy.joint.energy_in_j[-1], rel=1e-6)
-        assert all(part.least_j >= -part.tolerance_j for part in (up, down, hand))
+        assert all(part.margin_j >= 0.0 for part in (up, down, hand))
 
 
 def test_balance_of_counters_read_at_two_instants_would_be_below_zero(carried):
@@ -222,6 +223,29 @@ def test_passive_channel_is_never_below_zero_whoever_reports_late(sent, late, be
         call()
     assert accounts.up.least_j == accounts.hand.least_j == 0.0
     assert accounts.known_ns == 8 * (len(sent) - 2) + 7  # each block with a later step, balanced
+
+
+@pytest.mark.parametrize(("moved_j", "violated"), [(0.0, True), (100.0, False)])
+def test_a_deficit_is_judged_by_what_had_moved_at_its_time(moved_j, violated):
+    account = Account()
+    account.at(1, moved_j, moved_j + 2e-6, judged=True)
+    assert (account.margin_j < 0.0) is violated
+    account.at(2, 1e3, 1e3, judged=True)
+    assert (account.margin_j < 0.0) is violated
+    assert account.least_ns == int(violated)
+
+
+@pytest.mark.parametrize(("work_j", "judged"), [(0.4, True), (0.2, False)])
+def test_counters_without_waves_are_judged_where_the_hand_has_given_what_the_server_has(
+    work_j, judged
+):
+    """The wave of a packet of the strict channel is not the one that it was paid for."""
+    accounts = Accounts()
+    accounts.step(ServerSums(2, 1, 0.5, 0.2))
+    accounts.block(MasterSums(7, 1, math.nan, math.nan, work_j))
+    accounts.step(ServerSums(10, 1, 0.5, 0.2))
+    assert accounts.known_ns == 7
+    assert accounts.judged is judged
 
 
 def test_counter_that_begins_anew_is_counted_on_and_not_judged():

@@ -111,6 +111,18 @@ def test_force_that_stays_at_its_limit_is_said():
     assert "force at its limit: user1 (0.3 N)" in found[-1]["verdict"]
 
 
+def test_energy_that_was_lent_is_named_with_what_no_link_gave_out():
+    feed, _ = told("wall", 1, ("channel=strict",))
+    feed.user("user1").accounts.hand.at(1, 0.0, 1e-3, judged=True)
+    found = [
+        verdict(feed, ["user1"], storage_j={"user1": lent_j}, exact_hands=["user1"], notices=[])
+        for lent_j in (0.0, 0.005)
+    ]
+    assert found[0]["verdict"].startswith("Not passive: user1, hand to object, gave out 1 mJ")
+    assert found[1]["level"] == "good"
+    assert "it received and was lent at the start (5 mJ at most)." in found[1]["verdict"]
+
+
 ENCODER = ("device.encoder_step_m=50e-6", "device.velocity=euler")
 
 

@@ -24,7 +24,10 @@ LONGEST = 512  # blocks or steps that wait for the other node
 
 
 class MasterSums(NamedTuple):
-    """Running sums of a master at the end of a block [J], and when its last tick ran [ns]."""
+    """Running sums of a master at the end of a block [J], and when its last tick ran [ns].
+
+    The sums of waves are NaN where they are not what the packets carry.
+    """
 
     ran_ns: int
     epoch: int
@@ -44,23 +47,26 @@ class ServerSums(NamedTuple):
 
 @dataclass
 class Account:
-    """Energy into and out of a part since the start, and the lowest balance seen [J]."""
+    """Energy into and out of a part since the start, and the lowest balance seen [J].
+
+    ``margin_j`` is the least that a balance was above minus its tolerance, ``least_j`` that
+    balance: a deficit is compared with the tolerance of its own time, however much energy is
+    moved later.
+    """
 
     in_j: float = 0.0
     out_j: float = 0.0
     least_j: float = 0.0
     least_ns: int = 0  # when
+    margin_j: float = TOLERANCE_J
 
     def at(self, now_ns: int, in_j: float, out_j: float, *, judged: bool) -> None:
         """Note both sums at a time [ns]; a balance that is not judged is never the lowest."""
         self.in_j, self.out_j = in_j, out_j
-        if judged and in_j - out_j < self.least_j:
-            self.least_j, self.least_ns = in_j - out_j, now_ns
-
-    @property
-    def tolerance_j(self) -> float:
-        """Deficit that counts as zero [J]."""
-        return TOLERANCE_J + TOLERANCE_RELATIVE * abs(self.in_j)
+        balance_j = in_j - out_j
+        margin_j = balance_j + TOLERANCE_J + TOLERANCE_RELATIVE * abs(in_j)
+        if judged and balance_j < 0.0 and margin_j < self.margin_j:
+            self.margin_j, self.least_j, self.least_ns = margin_j, balance_j, now_ns
 
 
 class Accounts:
@@ -113,7 +119,9 @@ class Accounts:
         if self._begin is None:
             self._begin = _zero(block, step)
             # Of counters that began at different times one shows more than the other can have.
-            self.judged = min(block.u_m - step.u_s, step.v_s - block.v_m) >= -TOLERANCE_J
+            ways = block.u_m - step.u_s, step.v_s - block.v_m
+            known = ways if math.isfinite(sum(ways)) else (block.device - step.u_s + step.v_s,)
+            self.judged = not min(known) < -TOLERANCE_J
         elif life != self._life:
             self._begin, self.judged = (block, step), False
         self._life = life

@@ -73,7 +73,8 @@ class Feed:
             block.start_ns, block.period_ns, block.signals[XD_M], block.signals[F_APPLIED]
         )
         if block.sums is not None:
-            one.accounts.block(block.sums)
+            sums = block.sums
+            one.accounts.block(sums if block.waves else sums._replace(u_m=math.nan, v_m=math.nan))
 
     def on_server(self, step: Step) -> None:
         """Take in a step; an old one is dropped."""

@@ -89,6 +89,9 @@ def _judged(
         return UNKNOWN, f"All users are coupled; energy is not judged for {', '.join(unjudged)}."
     parts = "no channel" if all(each.waves for each in known.values()) else "no user's link"
     sentence = f"All users are coupled; {parts} has given out more energy than it received"
+    lent_mj = 1e3 * max((storage_j.get(user, 0.0) for user in users), default=0.0)
+    if lent_mj > 0.0:
+        sentence += f" and was lent at the start ({lent_mj:.3g} mJ at most)"
     inexact = [user for user in users if user not in exact]
     if inexact:
         return UNKNOWN, (
@@ -127,7 +130,7 @@ def _active(
         if user in exact:
             parts.append(("hand to object", accounts.hand, storage_j.get(user, 0.0)))
         for name, account, stored in parts:
-            if account.least_j < -stored - account.tolerance_j:
+            if account.margin_j < -stored:
                 at_s = (account.least_ns - (feed.zero_ns or 0)) / NS
                 found.append(
                     f"{user}, {name}, gave out {-1e3 * account.least_j:.3g} mJ more than it "
