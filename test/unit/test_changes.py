@@ -70,7 +70,7 @@ def test_an_offset_is_judged_with_the_parameters_at_the_end_or_not_at_all():
     stiff = carrying("2.5 server.contact_stiffness=3000", task__kind="hold")
     found = summary(simulate_one(stiff), stiff)["outcomes"]
     assert [each["hit"] for each in found] == [None, True, True]
-    other = carrying("2.5 server.impedance=60", task__kind="hold")
+    other = carrying("2.5 server.impedance=8 master.impedance=8", task__kind="hold")
     traces = simulate_one(other)
     assert [each["hit"] for each in summary(traces, other)["outcomes"]] == [None]
     constant = replace(other, changes="")
