@@ -14,6 +14,8 @@ from faults.processes import PROCESSES
 from faults.sessions import SESSIONS
 from support import plain as scenarios
 
+from pmwvc_analysis.compare.probes import free_space
+from pmwvc_analysis.models.groups import subproblems
 from pmwvc_bringup.session import plan
 from pmwvc_bringup.session.disturber import Disturber
 from pmwvc_bringup.session.processes import Children
@@ -50,6 +52,15 @@ def test_disturbances_that_cannot_be_are_refused_with_value_and_range(text, mess
     if "user3" not in text:
         with pytest.raises(ParameterError, match=message):
             disturbances_of(text)
+
+
+def test_what_is_done_to_a_user_leaves_the_prediction_as_it_is():
+    disturbed, calm = (
+        scenarios.load("carry_16ms", settings_texts=[f"disturbances={text}"])
+        for text in ("8 kill user2; 10 start user2", "")
+    )
+    assert subproblems(disturbed) == subproblems(calm)
+    assert free_space(disturbed) == free_space(calm)
 
 
 def test_nodes_are_killed_stopped_continued_and_started_when_it_is_time(tmp_path, monkeypatch):

@@ -142,7 +142,7 @@ def pressed_stiffness(scenario: Scenario) -> float | None:
 
 
 def _roomy(scenario: Scenario) -> Scenario:
-    """Return the scenario with devices that no stop holds, and parameters that stay."""
+    """Return the scenario with devices that no stop holds; nothing changes or is disturbed."""
 
     def roomy(user: User) -> User:
         return dataclasses.replace(
@@ -151,7 +151,7 @@ def _roomy(scenario: Scenario) -> Scenario:
 
     users = tuple(roomy(user) for user in scenario.users)
     task = dataclasses.replace(scenario.task, kind="free")
-    return dataclasses.replace(scenario, users=users, task=task, changes="")
+    return dataclasses.replace(scenario, users=users, task=task, changes="", disturbances="")
 
 
 def _responses(

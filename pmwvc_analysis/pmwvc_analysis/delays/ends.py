@@ -115,7 +115,8 @@ def master_end(scenario: Scenario, user: User, impedance: float, *, live: bool =
     contact = dataclasses.replace(user.contact, impedance=None, impedance_matrix="")
     alone = dataclasses.replace(user, master=master, contact=contact)
     wall = dataclasses.replace(scenario.server, coupling="implicit", environment="wall")
-    return _ends(dataclasses.replace(scenario, users=(alone,), server=wall), live=live)[0]
+    one = dataclasses.replace(scenario, users=(alone,), server=wall, disturbances="")
+    return _ends(one, live=live)[0]
 
 
 def server_end(scenario: Scenario) -> System:

@@ -40,6 +40,8 @@ def subproblems(scenario: Scenario) -> list[Subproblem]:
                 break
         else:
             groups.append([user])
+    # What is done to nodes names users, of which there are fewer here.
+    scenario = dataclasses.replace(scenario, disturbances="")
     together = dataclasses.replace(scenario, users=tuple(group[0] for group in groups))
     wall = scenario.server
     if scenario.environment.movable:  # a wall is kept: a slope it reports is part of its law
