@@ -24,7 +24,7 @@ B = 25.0
 LEAST_J = -1e-9
 DISTURBED = {
     "jitter": ("link.jitter=uniform", "link.jitter_s=0.012"),
-    "loss": ("link.loss=0.1",),
+    "loss that begins in the carry": ("seed=4", "link.schedule=6 loss=0.1; 9 base"),
     "loss and duplicates": ("link.loss=0.2", "link.duplicate=0.1"),
     "reordering": ("link.jitter=uniform", "link.jitter_s=0.016", "link.keep_order=false"),
     "loss, short silence": ("link.loss=0.05", "safety.timeout_s=0.03"),

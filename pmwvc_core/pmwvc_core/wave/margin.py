@@ -140,7 +140,8 @@ class Margin(Stateful):
             per_s = 1.0 / max(REFILL_S, h)
             slower = maximum(minimum(missing_s * per_s, 1.0 - LEAST_RATE), restart_s * per_s)
             self._missing_s = maximum(missing_s - slower * h, 0.0)
-            self._restart_s = restart_s - minimum(slower * h, restart_s)
+            left_s = maximum(restart_s - slower * h, 0.0)
+            self._restart_s = where(left_s > SHORTEST_WAIT_S, left_s, 0.0)
             rate = 1.0 - slower
         late = self.excess_s > 0.0
         if anywhere(late):
