@@ -45,7 +45,10 @@ class MasterLoop:
         self.report: RealTimeReport | None = None
         self._clock = clock
         self._trace = TraceBlocks(
-            protocol.rate_drop, dof, self.work, lambda block: wires.publish_trace(block, self)
+            protocol.frames.rate_drop,
+            dof,
+            self.work,
+            lambda block: wires.publish_trace(block, self),
         )
         self._begun = False
 
@@ -64,21 +67,21 @@ class MasterLoop:
             self.device.stop()
         finally:
             self.link.send(self.protocol.leave(self._clock()))
-            self._trace.close(self.protocol.report(), self.protocol.rate_drop)
+            self._trace.close(self.protocol.report(), self.protocol.frames.rate_drop)
             self._trace.publish()
 
     def tick(self, tick: Tick) -> None:
         """Run one tick of the grid."""
         protocol = self.protocol
-        if not self._begun and tick.grid % protocol.rate_drop:
+        if not self._begun and tick.grid % protocol.frames.rate_drop:
             return  # begin with a whole frame
         self._begun = True
-        starts, coupled = protocol.starts_frame(tick.grid), protocol.coupled
+        starts, coupled = protocol.frames.starts(tick.grid), protocol.coupled
         self.missed += tick.skipped
         sample = self.device.read(tick.due_ns)
         self.work.moved(protocol.x, sample)
         if tick.skipped and not starts:
-            self._trace.close(protocol.report(), protocol.rate_drop)
+            self._trace.close(protocol.report(), protocol.frames.rate_drop)
         packets = self.link.take()
         looked_ns = self._clock()
         f, packet, row = protocol.tick(tick.grid, looked_ns, sample, packets)
@@ -86,11 +89,11 @@ class MasterLoop:
         if packet is not None:
             self.link.send(packet)
         if starts:
-            self._trace.close(protocol.ended, protocol.rate_drop)
+            self._trace.close(protocol.ended, protocol.frames.rate_drop)
         if protocol.coupled and not coupled:
             self.device.couple()
         self.work.held = f, sample.f_h
-        last = tick.grid + 1 == protocol.next_frame
+        last = tick.grid + 1 == protocol.frames.next_frame
         if self._trace.reaches(TRACE_TICK, last=last):
             self._trace.publish()
         if self._trace.reaches(MOTION_TICK, last=last):

@@ -94,4 +94,4 @@ def test_a_frame_starts_once_whoever_starts_it(scenario):
     assert [packet is not None for packet in packets] == [False] * 7 + [True]
     assert packets[-1].seq == 2
     skipped = loop.tick(21, 21 * TICK_NS, sample, [])[1]  # tick 16 was skipped
-    assert skipped.seq == 3 and loop.starts_frame(24) and not loop.starts_frame(23)
+    assert skipped.seq == 3 and loop.frames.starts(24) and not loop.frames.starts(23)

@@ -65,7 +65,7 @@ class Line:
         if runs > 1:  # signals have the shape of a batch from the first packet on
             self.device.place(np.zeros((1, runs, dof)))
         self.frame = Times(user.master.rate_drop, 0)
-        self.answer = Times(user.master.rate_drop, self.loop.answer_tick)
+        self.answer = Times(user.master.rate_drop, self.loop.frames.answer_tick)
         self.serve = Times(scenario.period_ticks, serve_phase(scenario, live=live))
         up, self._delay_down = delays = [
             delay_ticks(link, tick_s=tick_s, live=live) for link in (user.link_up, user.link_down)

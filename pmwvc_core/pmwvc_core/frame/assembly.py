@@ -3,11 +3,10 @@
 """The assembly of both ends of the frame protocol, from parameters or from a scenario.
 
 The live nodes know a part of a scenario each and give their parameters; the simulator gives whole
-scenarios. Receivers get the same rules either way: a wave longer than any that a port of this
-impedance can emit is refused, and the server is silent to all users after the longest of their
-timeouts. The channel is chosen here: on the strict one every receiver plays out what arrives, and
-the master's end keeps the account of its node; on the zeroing one every receiver lets a wave count
-once. Nothing else knows of it.
+scenarios. Receivers get the same rules either way (:mod:`.receivers`): a wave longer than any that
+a port of this impedance can emit is refused, and the server is silent to all users after the
+longest of their timeouts. On the strict channel the master's end also keeps the account of its
+node.
 """
 
 from collections.abc import Sequence
@@ -15,14 +14,13 @@ from dataclasses import dataclass
 
 from pmwvc_core.controllers import (
     PLAIN,
-    has_waves,
     is_strict,
-    is_zeroing,
     make_master,
     make_server,
 )
 from pmwvc_core.frame.force_loop import ForceLoop
-from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
+from pmwvc_core.frame.receivers import make_receiver
+from pmwvc_core.frame.schedule import AT_ONCE, Frames, FrameSchedule
 from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.master.brake import brake_of
 from pmwvc_core.master.safety.limiter import SafetyLimiter
@@ -40,12 +38,9 @@ from pmwvc_core.scenario.server_times import ServerTimes, server_times
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.transport.deadband import Deadband
 from pmwvc_core.transport.packet import Packer
-from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.strict_receiver import StrictReceiver
 from pmwvc_core.wave.impedance import Impedance, impedance_of
-from pmwvc_core.wave.limits import largest_wave, wave_of_speed
 
-REPAID_M_S = 0.06  # speed at which device and avatar come together after an outage, at most
 SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process can start again
 
 
@@ -101,7 +96,7 @@ def make_force_loop(
     watched
         Whether the device marks fresh samples.
     """
-    inbox = _inbox(
+    inbox = make_receiver(
         controller,
         channel,
         dof,
@@ -125,8 +120,7 @@ def make_force_loop(
         ),
         inbox=inbox,
         packer=packer,
-        rate_drop=master.rate_drop,
-        schedule=schedule,
+        frames=Frames(schedule, rate_drop=master.rate_drop, tick_s=master.tick_s),
         tick_s=master.tick_s,
         watched=watched,
     )
@@ -176,7 +170,7 @@ def make_server_step(
             Task(task), period_s=server.period_s, soft_start_s=times.soft_start_s, dof=dof
         ),
         inboxes=[
-            _inbox(
+            make_receiver(
                 controller,
                 channel,
                 dof,
@@ -238,32 +232,4 @@ def server_step_of(scenario: Scenario, *, dof: int | None = None) -> ServerStep:
         task=scenario.task,
         times=server_times(user.safety for user in scenario.users),
         epochs=[SERVER_EPOCH + number for number in range(len(scenario.users))],
-    )
-
-
-def _inbox(
-    controller: str,
-    channel: str,
-    dof: int,
-    impedance: Impedance,
-    *,
-    period_s: float,
-    timeout_s: float,
-) -> Receiver:
-    """Return the receiver of a port."""
-    longest = largest_wave(impedance, waves=has_waves(controller))
-    if not is_strict(controller, channel):
-        return Receiver(
-            dof,
-            period_s=period_s,
-            timeout_s=timeout_s,
-            max_wave=longest,
-            once=is_zeroing(controller, channel),
-        )
-    return StrictReceiver(
-        dof,
-        most_repaid=wave_of_speed(impedance, REPAID_M_S),
-        period_s=period_s,
-        timeout_s=timeout_s,
-        max_wave=longest,
     )

@@ -9,8 +9,8 @@ user.
     every tick            packets to the receiver; motion -> controller -> limits -> force
     answer tick           the newest wave to the controller, once a frame
 
-A frame whose first ticks were skipped sends and takes its answer at the first tick that runs.
-Frames begin at the multiples of the rate drop; where that changes, one of them is shorter.
+Frames begin at the multiples of the rate drop (:class:`.schedule.Frames`); where that changes, one
+of them is shorter.
 Time is an argument: integer nanoseconds of any monotonic clock.
 """
 
@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 
 from pmwvc_core.frame.device_sample import STALE_S, DeviceSample
 from pmwvc_core.frame.rows import FrameReport, Row
-from pmwvc_core.frame.schedule import FrameSchedule, next_on_grid
+from pmwvc_core.frame.schedule import Frames
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.safety.limiter import SafetyLimiter
 from pmwvc_core.numeric import Value, anywhere, truth
@@ -48,8 +48,8 @@ class ForceLoop(Stateful):
         The receiver of the returning packets.
     packer
         Numbers the outgoing packets and keeps their running sums.
-    rate_drop, schedule
-        Ticks per frame, and its phases.
+    frames
+        When frames start and take their answer.
     watched
         Whether the device marks fresh samples; without a fresh one for ``STALE_S``
         no force is rendered.
@@ -62,18 +62,15 @@ class ForceLoop(Stateful):
         Whether the server had answered and the soft start was over when an answer was taken.
     x
         Last valid position [m].
-    answer_tick
-        Tick of a frame that takes the answer.
     other_controller
         Packets of another kind of controller, which are ignored.
     changes
         Frames that took changes over.
     """
 
-    BLOCKS = "controller safety inbox packer"
+    BLOCKS = "controller safety inbox packer frames"
     MEMORY = (
-        "ended coupled x other_controller _fresh_tick _next_frame _next_answer _next_event "
-        "_due _events_sent _epoch _timeout_s changes"
+        "ended coupled x other_controller _fresh_tick _due _events_sent _epoch _timeout_s changes"
     )
 
     def __init__(
@@ -83,8 +80,7 @@ class ForceLoop(Stateful):
         *,
         inbox: Receiver,
         packer: Packer,
-        rate_drop: int,
-        schedule: FrameSchedule,
+        frames: Frames,
         tick_s: float,
         watched: bool = False,
     ) -> None:
@@ -92,8 +88,8 @@ class ForceLoop(Stateful):
         self.safety = safety
         self.inbox = inbox
         self.packer = packer
-        self._tick_s, self._schedule = tick_s, schedule
-        self._set_rate(rate_drop)
+        self.frames = frames
+        self._tick_s = tick_s
         self.ended: FrameReport | None = None
         self.coupled = False
         self.x: Value = 0.0
@@ -101,8 +97,6 @@ class ForceLoop(Stateful):
         self._watched = watched
         self._stale_ticks = round(STALE_S / tick_s)
         self._fresh_tick = -1 - self._stale_ticks
-        self._next_frame = self._next_answer = 0  # ticks
-        self._next_event = 0  # the earlier one of them
         self._events_sent = 0
         self._due = math.inf  # the tick after the last one that ran
         self._timeout_s = inbox.timeout_s
@@ -119,11 +113,6 @@ class ForceLoop(Stateful):
         """
         return truth(self.safety.ready)
 
-    @property
-    def next_frame(self) -> int:
-        """Tick with which the next frame starts."""
-        return self._next_frame
-
     def hand_over(self, change: Callable[[], None]) -> None:
         """Have a change made at the next frame start, behind its packet; from any thread."""
         self._changes.append(change)
@@ -134,21 +123,7 @@ class ForceLoop(Stateful):
         """
         self.controller.configure(master)
         self.packer.deadband.configure(master.deadband)
-        self._set_rate(master.rate_drop)
-
-    def _set_rate(self, rate_drop: int) -> None:
-        self.rate_drop = rate_drop
-        self.answer_tick = self._schedule.answer_tick(tick_s=self._tick_s, rate_drop=rate_drop)
-
-    def starts_frame(self, tick: int) -> bool:
-        """Tell whether a tick is the first of its frame to run."""
-        return tick >= self._next_frame
-
-    def takes_answer(self, tick: int) -> bool:
-        """Tell whether a tick is the one of its frame that takes the answer."""
-        if tick < self._next_frame:
-            return tick >= self._next_answer
-        return tick % self.rate_drop >= self.answer_tick
+        self.frames.configure(master.rate_drop)
 
     def start_frame(self, tick: int, now_ns: int, sample: DeviceSample) -> WavePacket | None:
         """Return the packet where a frame starts with this tick; None inside a frame, and where
@@ -157,9 +132,10 @@ class ForceLoop(Stateful):
         ``tick`` does this itself. A caller whose answers come within the same instant calls it
         before: the packet leaves, the answer arrives, the tick begins.
         """
-        if tick < self._next_frame:
+        frames = self.frames
+        if not frames.starts(tick):
             return None
-        start = tick - tick % self.rate_drop
+        begun = tick - tick % frames.rate_drop
         if sample.valid:
             self.controller.measure(sample.x, sample.xd)
         packet = self._packed(now_ns)
@@ -167,10 +143,7 @@ class ForceLoop(Stateful):
             self.changes += 1
         while self._changes:
             self._changes.popleft()()
-        self._next_frame = next_on_grid(tick, self.rate_drop)
-        self._next_answer = min(start + self.answer_tick, self._next_frame - 1)
-        self._next_event = self._next_answer
-        self.packer.period = (self._next_frame - start) * self._tick_s
+        self.packer.period = frames.start(tick, begun)
         return packet
 
     def tick(
@@ -195,7 +168,7 @@ class ForceLoop(Stateful):
             start; signals of the tick (``SIGNALS``).
         """
         packet = None
-        if packets or tick >= self._next_event:
+        if packets or tick >= self.frames.next_event:
             packet = self._exchange(tick, now_ns, sample, packets)
         if tick > self._due:  # ticks did not run
             self.inbox.playout.pass_by((tick - self._due) * self._tick_s)
@@ -242,7 +215,7 @@ class ForceLoop(Stateful):
     ) -> WavePacket | None:
         """Start a frame, take packets in, take the answer: whatever of it is due."""
         packet = None
-        if tick >= self._next_frame:
+        if self.frames.starts(tick):
             packet = self.start_frame(tick, now_ns, sample)
             self.ended = self.report()
         for arrived in packets:
@@ -250,9 +223,7 @@ class ForceLoop(Stateful):
                 self.other_controller += 1
             else:
                 self.inbox.push(arrived, now_ns)
-        if tick >= self._next_answer:
-            self._next_answer += self.rate_drop  # until the frame starts that sets it
-            self._next_event = self._next_frame
+        if self.frames.take_answer(tick):
             self._take_answer(now_ns)
         return packet
 

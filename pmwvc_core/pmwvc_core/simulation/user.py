@@ -135,7 +135,7 @@ class SimulatedUser:
         """Run the ticks that are due before an instant [ns], frame by frame."""
         times, missed = self._times, self._missed
         while self.send(before_ns - 1):
-            tick, ends = self._next, self.first + self.loop.next_frame
+            tick, ends = self._next, self.first + self.loop.frames.next_frame
             after = bisect_left(times, before_ns, tick, min(ends, len(times)))
             if missed:
                 after = next((k for k in range(tick, after) if k in missed), after)
@@ -157,7 +157,7 @@ class SimulatedUser:
         if self._listens:
             due_ns = self.down.link.next_due_ns
             comes = due_ns is not None and due_ns <= times_ns[-1]
-        elif loop.takes_answer(numbers[0]):
+        elif loop.frames.answers(numbers[0]):
             packets = self.down.collect(times_ns[0])
         values: list[Value] = []
         for number, now_ns in zip(numbers, times_ns, strict=True):
