@@ -3,14 +3,19 @@
 """The parameters of each controller in a comparison, and its conclusions."""
 
 import dataclasses
+import re
 
 import pytest
 from support.plain import load
 
 from pmwvc_analysis.compare.conclusion import conclusion
+from pmwvc_analysis.compare.files import row
 from pmwvc_analysis.compare.measures import MEASURES, Entry
 from pmwvc_analysis.compare.settings import GIVEN, RULE, parameters_of, tuned, tuning_of
+from pmwvc_analysis.figures.comparison_charts import measures
 from pmwvc_analysis.models.stability import radii
+from pmwvc_analysis.report import comparison_report
+from pmwvc_bringup.comparison import report
 from pmwvc_bringup.comparison.combinations import combinations
 from pmwvc_core.controllers import LIBRARY
 from pmwvc_core.traces import SessionTraces
@@ -106,6 +111,25 @@ def test_the_conclusion_names_stiffest_passive_and_unstable_per_condition():
     assert "Not passive, with port and least balance: tdpa (user1: link" in near
     assert "Passivity not judged: direct." in near
     assert "tdpa (limited by safety)" in far and "waves renders the stiffest" in far
+
+
+def test_a_session_that_was_not_judged_is_neither_stable_nor_unstable():
+    entries = [entry("waves", coherency_rms_m=1e-3), entry("tdpa", stable=None, passive=None)]
+    entries[1].measures["coherency_rms_m"] = 2e-3
+    page = comparison_report.render("two", entries, {}, [])
+    judged, open_ = re.findall(r'<td class="(good|fail|)">(.*?)</td>', page)
+    assert judged == ("good", "✓ stable")
+    assert open_ == ("", "? stability not judged, passivity not judged")
+    sessions = [row(one) for one in entries]
+    _, first, second, *_ = report.lines({"sessions": sessions, "conclusion": []})
+    assert first.endswith("  stable")
+    assert second.endswith("  not judged, passivity not judged")
+    offsets = measures(entries).panels[0].dots
+    assert {dots.label: dots.y.tolist() for dots in offsets} == {
+        "stable": [1.0],
+        "not stable": [],
+        "not judged": [2.0],
+    }
 
 
 def test_the_conclusion_names_recorded_delays_with_their_size(tmp_path):

@@ -28,6 +28,11 @@ MEASURES = (  # measure, label, unit, factor
     ("force_noise_n", "force noise, RMS", "mN", 1e3),
     ("energy_min_j", "lowest energy balance", "mJ", 1e3),
 )
+VERDICTS = (  # on stability, label, tint, mark
+    (True, "stable", "u0", "ring"),
+    (False, "not stable", "alarm", "cross"),
+    (None, "not judged", "object", "plus"),
+)
 MOST_ADMITTANCES = 8  # curves that can be distinguished
 WIDE = 30.0  # ratio of measures from which their axis is logarithmic
 
@@ -92,7 +97,7 @@ def signals(
                 y_label,
                 lines,
                 title=f"{entry.label}: {verdict}{'; leaves the panel' if beyond else ''}",
-                tint="ink" if stable else "alarm",
+                tint="alarm" if stable is False else "ink",
                 y_range=(low, high),
                 height=130.0,
             )
@@ -161,12 +166,12 @@ def overlay(first: Entry, second: Entry) -> Chart:
 
 
 def measures(entries: Sequence[Entry]) -> Chart:
-    """Return the measures of all sessions, those that were not stable as crosses."""
+    """Return the measures of all sessions, with a mark by the verdict on stability."""
     names = [entry.label.replace(", ", "\n") for entry in entries]
     panels = []
     for name, label, unit, factor in MEASURES:
         known = [
-            (index, entry.measures[name] * factor, bool(entry.measures["stable"]))
+            (index, entry.measures[name] * factor, entry.measures["stable"])
             for index, entry in enumerate(entries)
             if entry.measures[name] is not None
         ]
@@ -184,10 +189,7 @@ def measures(entries: Sequence[Entry]) -> Chart:
                         tint,
                         mark,
                     )
-                    for stable, words, tint, mark in (
-                        (True, "stable", "u0", "ring"),
-                        (False, "not stable", "alarm", "cross"),
-                    )
+                    for stable, words, tint, mark in VERDICTS
                 ],
                 x_label="",
                 x_names=names,

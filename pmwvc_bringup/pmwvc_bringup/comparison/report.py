@@ -60,7 +60,9 @@ def lines(found: Mapping[str, Any]) -> list[str]:
             for name, _, factor in columns
         ]
         verdict = "stable" if session["stable"] else session["instability"] or "not judged"
-        verdict += "" if session["passive"] is not False else ", not passive"
+        verdict += {True: "", False: ", not passive"}.get(
+            session["passive"], ", passivity not judged"
+        )
         cells = "  ".join(f"{number:>14}" for number in numbers)
         table.append(f"{session['label']:{width}}  {cells}  {verdict}")
     table.append(f"{'':{width}}  parameters")
