@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from functools import partial
 
+import numpy as np
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
@@ -24,6 +25,9 @@ from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
 from pmwvc_core.runtime.receptions import Receptions
+from pmwvc_core.server.couplings import COUPLINGS
+from pmwvc_core.server.kept_apart import kept_words, why_kept
+from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.transport.reception import diagnostics
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene
@@ -148,24 +152,38 @@ class Server:
         values |= {"missed deadlines": loop.missed, "steps": loop.protocol.steps}
         values["packets of another controller"] = loop.protocol.other_controller
         values["real time"] = str(loop.report or "not requested yet")
-        silent = []
+        silent, apart = [], []
         for user, name in enumerate(self.names):
             presence = loop.protocol.presence[user]
             silent += [name] if presence is Presence.DAMPING else []
             seen = diagnostics(loop.protocol.inboxes[user], out="down", into="up")
             values[f"{name}: state"] = presence.name.lower()
             values |= {f"{name}: {key}": value for key, value in seen.items()}
+            kept = self._kept_apart(user)
+            values[f"{name}: kept apart"] = kept or "no"
+            apart += [f"{name}: {kept}"] if kept else []
         there = sum(presence is not Presence.ABSENT for presence in loop.protocol.presence)
         text = f"{there} of {len(self.names)} users"
         text += "; paused" if loop.protocol.paused else ""
         text += f"; {', '.join(silent)} silent" if silent else ""
         text += f"; {missed} deadlines missed" if missed else ""
+        text += "".join(f"; {each}" for each in apart)
         contained = self._contain(values)
         wrong, peers = self._peers.look()
         values |= peers
         wrong += [contained] if contained else []
         text = "; ".join([text, *wrong])
         return (WARN if missed or silent or wrong else OK), text, values
+
+    def _kept_apart(self, user: int) -> str:
+        """Return in words how far a user's avatar is from its device since joining, and why."""
+        protocol = self.loop.protocol
+        port = protocol.server.ports[user]
+        if not port.present:
+            return ""
+        black_box = COUPLINGS.of(protocol.params.coupling).black_box
+        why = why_kept(waves=not protocol.server.flags & FLAG_DIRECT, black_box=black_box)
+        return kept_words(float(np.linalg.norm(port.offset)), why)
 
     def _contain(self, values: dict[str, object]) -> str:
         """Return and log what failed in environment or coupling since the last call, if any."""

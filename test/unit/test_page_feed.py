@@ -201,6 +201,31 @@ def test_verdict_is_good_only_with_every_user_coupled_and_judged(carried):
     assert verdict(empty, USERS, **options)["level"] == "caution"
 
 
+@pytest.mark.parametrize(
+    ("texts", "why"),
+    [
+        ([], "the device is inside the object; the avatar slides to it once there is room"),
+        (["controller=direct"], "this controller keeps the distance"),
+        (["server.coupling=unknown"], "an environment known by its forces only has no face"),
+    ],
+)
+def test_avatar_that_joined_elsewhere_is_noted_until_it_is_with_its_device(texts, why):
+    layout = Layout(("user1",), 1)
+    scenario = load("wall", settings_texts=texts)
+    feed, notes = Feed(layout, ("user1",), period_ns=16 * MS, scenario=scenario), []
+    for start, place_m in ((0, 0.012), (16, 0.010), (32, 0.001), (48, 0.02)):
+        feed.on_master("user1", block(start, [0.0] * 16, signals=np.zeros((len(SIGNALS), 16, 1))))
+        feed.on_server(step(start, users=1)._replace(avatars=np.full((3, 1, 1), place_m)))
+        feed.rows((start + 16) * MS)
+        options = {"storage_j": {}, "exact_hands": (), "notices": []}
+        notes.append(verdict(feed, ("user1",), **options)["users"]["user1"]["note"])
+    told = [note for note in notes if "mm from the device since joining" in note]
+    assert told
+    assert all(why in note for note in told)
+    assert "12.0 mm" in told[0] or "10.0 mm" in told[0]
+    assert "since joining" not in notes[-1]  # 20 mm of a moving hand later are no such distance
+
+
 sums = st.lists(st.floats(0.0, 1.0), min_size=4, max_size=40).map(
     lambda parts: list(itertools.accumulate(parts))
 )

@@ -18,8 +18,9 @@ KEYS = set(
 )
 USER_KEYS = set(
     "name passive energy_up_min_j energy_down_min_j energy_balance_j force_final_n force_peak_n "
-    "avatar_force_final_n coherency_rms_m drift_m drift_change_m kept_apart_m ticks ticks_missing "
-    "tick_rate_hz lateness_us compute_us safety_events environment_limited ended".split()
+    "avatar_force_final_n coherency_rms_m drift_m drift_change_m kept_apart_m kept_apart ticks "
+    "ticks_missing tick_rate_hz lateness_us compute_us safety_events environment_limited "
+    "ended".split()
 )
 LINK_KEYS = set(
     "name sent received lost duplicated reordered corrupted dropped delay_s rate_hz".split()
@@ -148,6 +149,9 @@ def test_a_user_that_comes_back_has_a_new_avatar(absent):
     assert user["coherency_rms_m"] < 1e-3
     assert user["drift_m"] == pytest.approx(DRIFT_M)
     assert user["kept_apart_m"] == pytest.approx(-0.05)
+    assert user["kept_apart"].startswith(
+        "avatar 50.0 mm from the device since joining: the device"
+    )
 
 
 def test_what_is_before_the_first_packet_does_not_count():

@@ -36,6 +36,7 @@ def verdict_lines(summary: dict[str, Any]) -> list[Line]:
         found.append(_line(None, "Passivity not judged: no user was recorded."))
     found += [_line(False, f"Another publisher: {text}.") for text in summary["strangers"]]
     found += interventions(summary)
+    found += kept_apart(summary)
     found += _clocks(summary)
     found += [_line(False, each["text"]) for each in summary["outcomes"] if each["hit"] is False]
     found += _recording(summary)
@@ -95,6 +96,12 @@ def interventions(summary: dict[str, Any]) -> list[Line]:
             text += "."
             found.append(_line(None, text))
     return found
+
+
+def kept_apart(summary: dict[str, Any]) -> list[Line]:
+    """Return whose avatar is apart from its device since joining, how far and why."""
+    found = [(user["name"], user["kept_apart"]) for user in summary["users"]]
+    return [_line(None, f"{name}, at the end: {text}.") for name, text in found if text]
 
 
 def _clocks(summary: dict[str, Any]) -> list[Line]:

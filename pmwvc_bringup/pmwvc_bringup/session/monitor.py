@@ -36,6 +36,7 @@ from pmwvc_msgs.msg import LinkState, MasterTrace, Reception, ServerTrace
 NEWEST = QoSProfile(depth=4, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE = QoSProfile(depth=4, reliability=ReliabilityPolicy.RELIABLE)
 STALE_S = 1.0
+UNKNOWN = "_NODE_NAME_UNKNOWN_"  # of a publisher whose node ROS no longer knows
 CONNECTION_TIMEOUT_S = 30.0  # until all nodes are connected; 1.5 s is usual
 SERVICE_TIMEOUT_S = 5.0
 FIRST_TICKS_TIMEOUT_S = 3.0
@@ -82,14 +83,17 @@ class Monitor:
     ) -> dict[str, str]:
         """Return the topics with more publishers than planned, with their names as a text.
 
-        Of nodes that were started ``again`` ROS shows the former publishers for some more seconds.
+        Of nodes that were started ``again`` ROS shows the former publishers for some more seconds,
+        at last without their names.
         """
         found = {}
         for topic, (publishers, _) in ends.items():
             if self._node.count_publishers(topic) > publishers:
                 infos = self._node.get_publishers_info_by_topic(topic)
                 names = sorted(f"{i.node_namespace.rstrip('/')}/{i.node_name}" for i in infos)
+                former = [n for n in names if again and n.endswith(UNKNOWN)]
                 names = [n for i, n in enumerate(names) if n not in again or n not in names[:i]]
+                names = [n for n in names if n not in former]
                 if len(names) > publishers:
                     found[topic] = f"{len(names)} publishers on {topic}: {', '.join(names)}"
         return found

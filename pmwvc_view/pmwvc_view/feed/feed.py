@@ -19,7 +19,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.shaking import Shaking
 from pmwvc_view.feed.traces import F_APPLIED, NS, OBJECT, XD_M, Block, Step
-from pmwvc_view.feed.user import LAG, FeedUser, brake_of
+from pmwvc_view.feed.user import LAG, FeedUser, brake_of, why_apart
 from pmwvc_view.protocol.snapshot import PACKET, Layout
 from pmwvc_view.protocol.snapshots import Snapshot
 
@@ -44,7 +44,13 @@ class Feed:
     ) -> None:
         self._layout = layout
         self._users = {
-            name: FeedUser(layout, name, Shaking(scenario, name), brake_of(scenario, name))
+            name: FeedUser(
+                layout,
+                name,
+                Shaking(scenario, name),
+                brake_of(scenario, name),
+                why_apart(scenario),
+            )
             for name in users
         }
         self._every = list(self._users.values())

@@ -15,6 +15,7 @@ NS = 1_000_000_000
 SIGNALS = ("x_m", "xd_m", "f_h", "f_applied", "u_m", "v_m")
 XD_M, F_H, F_APPLIED = (SIGNALS.index(name) for name in ("xd_m", "f_h", "f_applied"))
 AVATAR = ("x_s", "xd_s", "f_s")
+X_M, X_S = SIGNALS.index("x_m"), AVATAR.index("x_s")
 OBJECT = ("x_o", "xd_o", "target")
 
 

@@ -10,15 +10,18 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.kept_apart import kept_words, why_kept
 from pmwvc_view.feed.accounts import Accounts
 from pmwvc_view.feed.shaking import Shaking
-from pmwvc_view.feed.traces import AVATAR, F_APPLIED, F_H, SIGNALS, XD_M, Block, Step
+from pmwvc_view.feed.traces import AVATAR, F_APPLIED, F_H, SIGNALS, X_M, X_S, XD_M, Block, Step
 from pmwvc_view.protocol.snapshot import ENERGIES, Layout
 
 LOADED_N = 0.1  # force from which a device counts as loaded
+APART_M = 3e-3  # more than a press takes: so far from its avatar a device was when it joined
 MOVED_M = 5e-4  # by which a target moves on purpose
 OPEN_N = 1e-6  # force of an open hand beyond its brake's
 LAG = ("lag", "impedance")
@@ -42,7 +45,9 @@ class FeedUser:
         Mean delay of the newest packets, up and down [s].
     """
 
-    def __init__(self, layout: Layout, name: str, shaking: Shaking, brake: float | None) -> None:
+    def __init__(
+        self, layout: Layout, name: str, shaking: Shaking, brake: float | None, why_apart: str = ""
+    ) -> None:
         self.blocks: deque[Block] = deque()
         self.shaking = shaking
         self.in_contact = False
@@ -55,6 +60,9 @@ class FeedUser:
         self.delays_s = [math.nan, math.nan]
         self._give = math.nan  # tau/(2b) by the model [m/N]
         self._brake = brake
+        self._why_apart = why_apart
+        self._there = self._apart = False  # at the server; away from the device since it joined
+        self._distance_m = math.nan
         self._anchor: Array | None = None  # where the target was when it moved last
         self._missed = math.nan
         self._signals: Array = np.full((len(SIGNALS), layout.dof), math.nan)  # newest tick
@@ -92,8 +100,23 @@ class FeedUser:
         state = math.nan if self.state is None else self.state
         row[self._numbers_at] = state, self._missed, *self.delays_s, *self._energies()
         if step is not None and index < len(step.state):
+            self._follow_avatar(step, index)
             row[self._avatar_at] = step.avatars[:, index].ravel()
             row[self._server_at] = step.state[index], step.contact[index]
+
+    @property
+    def kept_apart(self) -> str:
+        """How far the avatar is from the device since the user joined, and why; else nothing."""
+        return kept_words(self._distance_m, self._why_apart) if self._apart else ""
+
+    def _follow_avatar(self, step: Step, index: int) -> None:
+        """Note how far the avatar is from the device, and whether it has been since joining."""
+        there = step.state[index] > 0
+        apart = step.avatars[X_S, index] - self._signals[X_M]
+        self._distance_m = float(np.linalg.norm(apart))
+        joined = there and not self._there
+        self._apart = there and (joined or self._apart) and self._distance_m > APART_M
+        self._there = there
 
     def aims(self, target: Any) -> bool:
         """Tell whether the hand moves on purpose, given the target of a row [m]; None: no page
@@ -142,3 +165,10 @@ def brake_of(scenario: Scenario | None, name: str) -> float | None:
         if user.name == name and user.operator.kind == "remote" and not user.operator.file:
             return user.operator.remote.brake
     return None
+
+
+def why_apart(scenario: Scenario | None) -> str:
+    """Return why a distance between avatar and device stays after joining."""
+    if scenario is None:
+        return "it stays while nothing brings the avatar to the device"
+    return why_kept(waves=has_waves(scenario.controller), black_box=scenario.coupling.black_box)

@@ -140,6 +140,11 @@ def _active(
 
 
 def _note(user: FeedUser) -> str:
+    return "; ".join(text for text in (user.kept_apart, _account(user)) if text)
+
+
+def _account(user: FeedUser) -> str:
+    """Return what the energy account, or the distance, of a user does not cover."""
     if user.accounts.known_ns is None:
         return "no energy account yet"
     if not user.accounts.judged:
