@@ -28,8 +28,17 @@ def test_mass_and_damping_in_free_space_are_those_of_the_exact_model(name, setti
     alone = load(name, settings_texts=settings, users=1)
     model = build(untouched(alone))
     impedance = 1.0 / response(model, np.array([found.frequency_hz]))[0]
+    impedance *= np.exp(-0.5j * omega * scenario.tick_s)  # the force is held for a tick
     assert found.mass_kg == pytest.approx(-impedance.real / omega**2, rel=0.01)
     assert found.damping_n_s_m == pytest.approx(impedance.imag / omega, rel=0.02, abs=0.02)
+
+
+@pytest.mark.parametrize("damping", [0.0, 2.0])
+def test_a_bare_device_has_its_own_mass_and_damping(damping):
+    settings = ["controller=direct", f"device.damping={damping}", "device.mass=0.4"]
+    found = free_space(load("carry_16ms", settings_texts=settings))
+    assert found.mass_kg == pytest.approx(0.4, rel=1e-4)
+    assert found.damping_n_s_m == pytest.approx(damping, abs=1e-4)  # the hold alone: -0.009
 
 
 @pytest.mark.parametrize(("name", "settings"), LINEAR[:3])

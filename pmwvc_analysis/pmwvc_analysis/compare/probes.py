@@ -9,8 +9,10 @@ w, so
 
     m = -Re(F/x)/w^2,    b = Im(F/x)/w,
 
-device included. A motion that differs by more than 5 % between both halves of the fit, or follows
-the force with a coherence below 0.9, has no mass and no damping.
+device included. A force held for a tick acts half a tick later than its sample; without accounting
+for that a mass would read as a damping of -m w^2 h/2. A motion that differs by more than 5 %
+between both halves of the fit, or follows the force with a coherence below 0.9, has no mass and no
+damping.
 
 **Steady press**: the force goes to F1, to F2 and back to F1, against the opposite users where
 there are any, and k = (F2 - F1)/(x2 - x1). A device that still moves by more than 2 % of the step
@@ -84,13 +86,13 @@ def free_space(scenario: Scenario) -> FreeSpace | None:
     if found is None:
         return None
     applied, moved = (values[-2 * half :] for values in found)
-    ratios = []
+    ratios, held = [], np.exp(-0.5j * angle)
     for rows in (slice(0, half), slice(half, None)):
         push, _ = _sine_of(applied[rows], angle)
         way, coherence = _sine_of(moved[rows], angle)
         if coherence < COHERENT:
             return None
-        ratios.append(push / way)
+        ratios.append(push * held / way)
     if abs(ratios[1] - ratios[0]) > SETTLED * abs(ratios[1]):
         return None
     return FreeSpace(-ratios[1].real / omega**2, ratios[1].imag / omega, omega / (2.0 * np.pi))
