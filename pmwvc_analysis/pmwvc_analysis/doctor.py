@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The checks of a recording: the file is whole, nothing is missing, the physics agrees.
 
-Three kinds of findings: the file (structure of the MCAP, metadata), what is missing (per topic and
-publisher), and physics: numbers that are finite, ports that obey F = sqrt(b/2) (u - v), running
-sums that agree with the signals they sum.
+Four kinds of findings: the file (structure of the MCAP, metadata), what is missing (per topic and
+publisher), physics: numbers that are finite, ports that obey F = sqrt(b/2) (u - v), running
+sums that agree with the signals they sum; and what devices behind coarse encoders may give out.
 """
 
 from collections.abc import Iterator
@@ -12,14 +12,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
+from pmwvc_analysis.prediction.encoder_work import behind_counts
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.recording.mcap.mcap_check import check_file
 from pmwvc_analysis.recording.reader import read_scenario, session_of
 from pmwvc_core.errors import PmwvcError, RecordingError
+from pmwvc_core.master.count_bound import count_bound
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 
-OK, WARNING, PROBLEM = "ok", "warning", "problem"
+OK, NOTE, WARNING, PROBLEM = "ok", "note", "warning", "problem"
 # Topics that carry nothing where nothing was changed, no hand is remote, and the ends are programs
 # that report nothing of what they received.
 QUIET = ("/parameter_events", "/hand/target", "/hand/held", "/reception")
@@ -27,7 +30,7 @@ QUIET = ("/parameter_events", "/hand/target", "/hand/held", "/reception")
 
 @dataclass(frozen=True)
 class Finding:
-    """The result of one check; a warning is a declared loss, a problem is damage."""
+    """The result of one check: a warning is a declared loss, a problem damage, a note neither."""
 
     check: str
     status: str
@@ -48,13 +51,24 @@ def check_recording(folder: str | Path) -> list[Finding]:
         content = read_content(folder)
         traces = session_of(content, folder)
         findings += _losses(content, traces)
-        problems = inconsistencies(traces, read_scenario(folder))
+        scenario = read_scenario(folder)
+        problems = inconsistencies(traces, scenario)
         findings += [Finding("physics", PROBLEM, problem) for problem in problems]
         if not problems:
             findings.append(Finding("physics", OK, "ports, powers and running sums agree"))
+        if scenario is not None:
+            findings += _encoders(scenario)
     except PmwvcError as error:
         findings.append(Finding("content", PROBLEM, str(error)))
     return findings
+
+
+def _encoders(scenario: Scenario) -> Iterator[Finding]:
+    """Name what ports behind counts may give out, which is no fault of the recording."""
+    for user in scenario.users:
+        if behind_counts(user, scenario):
+            text = count_bound(user.master, user.device).text()
+            yield Finding("encoder", NOTE, f"{user.name}: {text}")
 
 
 def exit_code(findings: list[Finding]) -> int:

@@ -107,8 +107,11 @@ class Master:
 
     def _warn(self, master: MasterParams) -> None:
         settings = self.settings
-        waves = has_waves(settings.controller)
-        for text in warnings_of_device(self.device.info, master, settings.device, waves=waves):
+        waves, info = has_waves(settings.controller), self.device.info
+        found = warnings_of_device(
+            info, master, settings.device, waves=waves, strict=settings.strict
+        )
+        for text in found:
             self.node.get_logger().warning(text)
 
     def run(self, stop: threading.Event) -> None:

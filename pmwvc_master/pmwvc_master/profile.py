@@ -4,7 +4,9 @@
 
 The force limit is the smaller of the user's and the device's own. The rendered damping b xd, held
 for a tick on a mass m, multiplies the velocity by 1 - b T_c/m per tick: it overshoots from
-b T_c/m = 1 and is unstable from 2. Predictions rest on ``device.mass`` and ``device.workspace_m``.
+b T_c/m = 1 and is unstable from 2. Predictions rest on ``device.mass``, ``device.workspace_m`` and
+``device.encoder_step_m``. Behind counts the port of the hand is bounded only up to some b T_c/m
+(:mod:`pmwvc_core.master.count_bound`).
 """
 
 import dataclasses
@@ -12,6 +14,7 @@ import math
 from collections.abc import Iterator
 
 from pmwvc_core.errors import DeviceError
+from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.params import DeviceParams, MasterParams, SafetyParams
 from pmwvc_core.wave.impedance import impedance_of, largest
 from pmwvc_master.devices import DeviceInfo
@@ -22,7 +25,13 @@ SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction
 
 def limits_of(info: DeviceInfo, safety: SafetyParams) -> SafetyParams:
     """Return the safety limits within what the device declares; DeviceError if that cannot be."""
-    positive = ("max_force", "continuous_force", "apparent_mass", "workspace_m")
+    positive = (
+        "max_force",
+        "continuous_force",
+        "apparent_mass",
+        "workspace_m",
+        "encoder_step_m",
+    )
     for name in positive:
         value = getattr(info, name)
         if value is not None and not 0.0 < value < math.inf:
@@ -36,7 +45,7 @@ def limits_of(info: DeviceInfo, safety: SafetyParams) -> SafetyParams:
 
 
 def warnings_of_device(
-    info: DeviceInfo, master: MasterParams, device: DeviceParams, *, waves: bool
+    info: DeviceInfo, master: MasterParams, device: DeviceParams, *, waves: bool, strict: bool
 ) -> Iterator[str]:
     """Yield what a user should know of a device before a hand is on it."""
     mass = info.apparent_mass
@@ -50,9 +59,14 @@ def warnings_of_device(
                 f"{'is unstable' if ratio >= 2.0 else 'overshoots'} unless the hand adds mass or "
                 f"damping; below 1 needs master.impedance < {mass / master.tick_s:g} N s/m"
             )
+    step_m = info.encoder_step_m or device.encoder_step_m
+    if strict and step_m > 0.0 and info.velocity == "estimated":
+        real = dataclasses.replace(device, mass=mass or device.mass, encoder_step_m=step_m)
+        yield count_bound(master, real).text()
     for name, assumed, declared, unit in (
         ("mass", device.mass, mass, "kg"),
         ("workspace_m", device.workspace_m, info.workspace_m, "m"),
+        ("encoder_step_m", device.encoder_step_m, info.encoder_step_m, "m"),
     ):
         if declared is not None and abs(assumed - declared) > SIMILAR * declared:
             yield (

@@ -11,8 +11,11 @@ from support.simulated import simulated
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
-from pmwvc_analysis.prediction.encoder_work import encoder_lines
+from pmwvc_analysis.prediction.encoder_work import bounded, encoder_lines
+from pmwvc_analysis.verdicts.outcomes import outcomes
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios as files
+from pmwvc_core.master.count_bound import LARGEST_IMPEDANCE, LARGEST_RATIO
 from pmwvc_core.master.counts import SLOW_S, BetweenCounts
 from pmwvc_core.simulation.session import simulate_one
 
@@ -114,10 +117,78 @@ def test_what_a_port_behind_counts_gives_out_is_said_before_the_session():
     given_j = -user_energies(simulated(scenario), scenario)[0].joint.minimum_j
     assert given_j > 1e-6
     assert one.startswith("Warning: user1: velocities are differences of counts of 100 um")
-    assert f"simulated for 3 s, the port of the hand gives out up to {given_j * 1e3:.2g} mJ" in one
-    assert other.startswith("user2: velocities") and other.endswith("is not known.")
+    assert "b h/m = 0.1 (at most 60 and 0.15) and frames of 8 ms (at least 4), so with a" in one
+    assert (
+        "gives out at most 0.1 b q^2/h = 0.025 mJ more than it took in (measured, not proved)"
+        in one
+    )
+    assert f"Simulated for 3 s, the port of the hand gives out up to {given_j * 1e3:.2g} mJ" in one
+    assert "operator.kind = none) no bound is known. This session is not simulated" in other
     for settings in (("device.encoder_step_m=1e-4",), ("channel=plain", *coarser)):
         assert encoder_lines(files.load("carry_16ms", settings_texts=settings)) == []
+
+
+def anyone(seed):
+    """A device behind counts for which the bound holds, with any hand, contact, link and rate."""
+    rng = np.random.default_rng(seed)
+
+    def between(least, most):
+        return float(np.exp(rng.uniform(np.log(least), np.log(most))))
+
+    mass, frame = between(0.1, 1.0), int(rng.choice([4, 8, 16]))
+    settings = {
+        "channel": "strict",
+        "device.mass": mass,
+        "device.velocity": "euler",
+        "device.encoder_step_m": between(5e-6, 2e-4),
+        "device.friction": rng.choice([0.0, 0.1]),
+        "master.impedance": min(
+            rng.uniform(0.02, LARGEST_RATIO) * mass / TICK_S, LARGEST_IMPEDANCE
+        ),
+        "master.rate_drop": frame,
+        "server.period_s": frame * TICK_S,
+        "server.contact_stiffness": between(200.0, 2000.0),
+        "operator.stiffness": between(30.0, 500.0),
+        "operator.damping": between(2.0, 30.0),
+        "operator.squeeze": between(0.7, 3.0),
+        "link.delay_s": rng.choice([0.001, 0.004, 0.016, 0.04]),
+        "link.loss": rng.choice([0.0, 0.05]),
+    }
+    name = "wall" if rng.random() < 0.3 else "carry_16ms"
+    texts = [f"{key}={value}" for key, value in settings.items()]
+    return files.load(name, settings_texts=texts, duration_s=4.0)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_device_within_the_limits_gives_out_no_more_than_the_bound(seed):
+    scenario = anyone(seed)
+    assert given_j(scenario) <= bounded(scenario.users[0], scenario).given_j
+
+
+def test_a_light_device_is_promised_nothing_and_gives_out_more():
+    """The control: b h/m = 0.4; a frame of 2 ms promises nothing either."""
+    scenario = coarse(100.0, 30e-6)
+    assert bounded(scenario.users[0], scenario) is None
+    quick = files.load("carry_16ms", settings_texts=["master.rate_drop=2", *COARSE])
+    assert bounded(quick.users[0], quick) is None
+    assert given_j(scenario) > 10.0 * 0.1 * 100.0 * 30e-6**2 / TICK_S
+    assert all(
+        "b h/m = 0.4 (known up to master.impedance = 37.5 N s/m" in line
+        for line in encoder_lines(scenario)
+    )
+
+
+def test_the_report_names_bound_and_amount():
+    scenario = coarse(25.0, 100e-6)
+    traces = simulated(scenario)
+    result = summary(traces, scenario)
+    found = [each for each in outcomes(scenario, result) if each.what == "encoder"]
+    assert [(each.owner, each.hit) for each in found] == [("user1", True), ("user2", True)]
+    assert "was predicted to give out at most 0.025 mJ" in found[0].text
+    assert 0.0 < found[0].measured <= found[0].predicted == pytest.approx(25e-6)
+    port = next(p for p in result["passivity"]["ports"] if p["part"] == "hand_port")
+    port["least_balance_j"] = -3e-5
+    assert outcomes(scenario, result)[1].hit is False
 
 
 def test_an_exact_device_feels_no_more_damping():

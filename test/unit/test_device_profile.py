@@ -91,19 +91,43 @@ def test_beyond_the_workspace_a_force_only_brakes():
 
 def test_a_light_device_is_warned_of_before_it_hums():
     light = info(apparent_mass=0.02)
-    (text,) = warnings_of_device(light, MasterParams(), DeviceParams(mass=0.02), waves=True)
+    (text,) = warnings_of_device(
+        light, MasterParams(), DeviceParams(mass=0.02), waves=True, strict=True
+    )
     assert text.startswith("b T_c/m = 1.25 on this device (25 N s/m, 1 ms, 0.02 kg)")
     assert "overshoots" in text and "master.impedance < 20 N s/m" in text
     heavy = MasterParams(impedance=50.0)
-    (text,) = warnings_of_device(light, heavy, DeviceParams(mass=0.02), waves=True)
+    (text,) = warnings_of_device(light, heavy, DeviceParams(mass=0.02), waves=True, strict=True)
     assert "is unstable" in text
-    assert not list(warnings_of_device(light, heavy, DeviceParams(mass=0.02), waves=False))
+    assert not list(
+        warnings_of_device(light, heavy, DeviceParams(mass=0.02), waves=False, strict=False)
+    )
 
 
 def test_a_device_unlike_the_one_predictions_rest_on_is_named():
     other = info(apparent_mass=0.5, workspace_m=0.08)
-    mass, workspace = warnings_of_device(other, MasterParams(), DeviceParams(), waves=True)
+    mass, workspace = warnings_of_device(
+        other, MasterParams(), DeviceParams(), waves=True, strict=True
+    )
     assert mass.startswith("device.mass = 0.25 kg, the device declares 0.5 kg")
     assert "set device.workspace_m = 0.08" in workspace
     fitting = DeviceParams(mass=0.5, workspace_m=0.08)
-    assert not list(warnings_of_device(other, MasterParams(), fitting, waves=True))
+    assert not list(warnings_of_device(other, MasterParams(), fitting, waves=True, strict=True))
+
+
+def test_a_device_behind_counts_is_warned_of_with_its_own_mass_and_count():
+    coarse = info(apparent_mass=0.1, encoder_step_m=1e-4, velocity="estimated")
+    known = DeviceParams(mass=0.1, encoder_step_m=1e-4)
+    (text,) = warnings_of_device(coarse, MasterParams(), known, waves=True, strict=True)
+    assert text.startswith("velocities are differences of counts of 100 um: b = 25 N s/m, b h/m")
+    assert "b h/m = 0.25 (known up to master.impedance = 15 N s/m)" in text
+    (mass, other) = warnings_of_device(
+        coarse, MasterParams(), DeviceParams(mass=0.1), waves=True, strict=True
+    )
+    assert mass == text and "the device declares 0.0001 m" in other
+    small = MasterParams(impedance=15.0)
+    (text,) = warnings_of_device(coarse, small, known, waves=True, strict=True)
+    assert "at most 0.1 b q^2/h = 0.015 mJ" in text
+    assert not list(warnings_of_device(coarse, small, known, waves=True, strict=False))
+    measured = info(apparent_mass=0.1, encoder_step_m=1e-4)
+    assert not list(warnings_of_device(measured, small, known, waves=True, strict=True))

@@ -3,11 +3,9 @@
 """The energy that a device gives out behind an encoder whose differences are its velocity, on the
 strict channel.
 
-The node counts the work by positions that are up to a count beside the true one. Where the device
-swings about the edge of a count, the force is late by a few ticks and gives out more than is
-counted. How much depends on hand, mass, count and impedance together, so the scenario itself is
-simulated for its first ``LONGEST_S``, and the work judged by the true motion. A person's hand or
-device is not simulated: there the amount is unknown.
+Condition and amount are those of :mod:`pmwvc_core.master.count_bound`, which needs a hand on the
+device. Whatever the condition says, a scenario without a person is simulated for its first
+``LONGEST_S``, and the work judged by the true motion.
 """
 
 import dataclasses
@@ -15,10 +13,12 @@ import functools
 
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.master.count_bound import CountBound, count_bound
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.session import simulate_one
 
 LONGEST_S = 6.0
+HANDS = ("hand", "remote")  # operators with an arm
 BY_PEOPLE = ("remote", "none")  # operators whose force is a person's
 LEAST_J = 1e-6  # what every port is judged with
 
@@ -29,6 +29,19 @@ def behind_counts(user: User, scenario: Scenario) -> bool:
     return scenario.strict and device.velocity == "euler" and bool(device.encoder_step_m > 0.0)
 
 
+def bounded(user: User, scenario: Scenario) -> CountBound | None:
+    """Return what a port behind counts is promised to give out at most; None where nothing is."""
+    if not behind_counts(user, scenario) or not _held(user):
+        return None
+    bound = count_bound(user.master, user.device)
+    return bound if bound.holds else None
+
+
+def _held(user: User) -> bool:
+    """Tell whether a hand is on the device: a person's, or an arm that is simulated."""
+    return user.device.plugin != "simulated" or user.operator.kind in HANDS
+
+
 def encoder_lines(scenario: Scenario) -> list[str]:
     """Return in words what the ports behind such encoders give out; nothing without one."""
     users = [user for user in scenario.users if behind_counts(user, scenario)]
@@ -36,22 +49,21 @@ def encoder_lines(scenario: Scenario) -> list[str]:
 
 
 def _line(user: User, scenario: Scenario) -> str:
-    head = (
-        f"{user.name}: velocities are differences of counts of "
-        f"{1e6 * float(user.device.encoder_step_m):.3g} um"
-    )
+    bound = count_bound(user.master, user.device)
+    words = f"{user.name}: {bound.text()}"
+    if not _held(user):
+        kind = user.operator.kind
+        words += f" Without an arm on the device (operator.kind = {kind}) no bound is known."
     given_j = None
     if user.device.plugin == "simulated" and user.operator.kind not in BY_PEOPLE:
         given_j = _given_j(scenario).get(user.name)
     if given_j is None:
-        return (
-            f"{head}; how much energy the port of the hand may give out behind them is not known."
-        )
-    shown = f"simulated for {_short(scenario).duration_s:g} s, the port of the hand"
+        return f"{words} This session is not simulated beforehand."
+    shown = f"Simulated for {_short(scenario).duration_s:g} s, the port of the hand"
     if given_j <= LEAST_J:
-        return f"{head}: {shown} is passive."
+        return f"{words} {shown} is passive."
     return (
-        f"Warning: {head}: {shown} gives out up to {1e3 * given_j:.2g} mJ more than it took in. A "
+        f"Warning: {words} {shown} gives out up to {1e3 * given_j:.2g} mJ more than it took in. A "
         "velocity of the device's own, a finer encoder or a smaller master.impedance gives less."
     )
 

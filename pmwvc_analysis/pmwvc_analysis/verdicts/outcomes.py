@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.prediction.encoder_work import bounded
 from pmwvc_analysis.traces.stages import Stage, text_of
 from pmwvc_analysis.verdicts.offsets import Outcome, offsets, same_lag
 from pmwvc_analysis.verdicts.stability import LIMITED
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
 
 
 def outcomes(
@@ -38,6 +39,9 @@ def outcomes(
         found = [_stability(summary)]
     if passive_by_account(scenario):
         found.append(_passivity(summary))
+    found += [
+        _counts(user, scenario, summary) for user in scenario.users if bounded(user, scenario)
+    ]
     if summary["prediction"]["mass_felt"] is not None:
         found += offsets(scenario, summary, steady)
     return found
@@ -65,6 +69,26 @@ def _passivity(summary: dict[str, Any]) -> Outcome:
     hit = False if False in judged else None if None in judged or not judged else True
     was = {True: "they were", False: "they were NOT", None: "not all were judged"}[hit]
     return Outcome("passivity", hit, f"Predicted that all ports are passive: {was}.")
+
+
+def _counts(user: User, scenario: Scenario, summary: dict[str, Any]) -> Outcome:
+    """Compare what the port of a hand behind counts gave out with its bound."""
+    bound = bounded(user, scenario)
+    assert bound is not None
+    ports = summary["passivity"]["ports"]
+    port = next((p for p in ports if (p["owner"], p["part"]) == (user.name, "hand_port")), None)
+    text = (
+        f"Behind counts of {1e6 * bound.step_m:.3g} um the port of the hand was predicted to give "
+        f"out at most {1e3 * bound.given_j:.2g} mJ more than it took in"
+    )
+    given_j = None
+    if port is not None and port["least_balance_j"] is not None and port["passive"] is not None:
+        given_j = max(0.0, -port["least_balance_j"] - port["declared_j"])
+    if given_j is None:
+        return Outcome("encoder", None, f"{text}: that was not judged.", user.name, bound.given_j)
+    hit = given_j <= bound.given_j
+    text = f"{text}: it gave {1e3 * given_j:.2g} mJ."
+    return Outcome("encoder", hit, text, user.name, bound.given_j, given_j, 0.0, "J")
 
 
 def _stability(summary: dict[str, Any]) -> Outcome:

@@ -22,8 +22,9 @@ class DeviceInfo:
     """The capabilities of a device.
 
     All of it is used: the forces bound the safety limits; beyond the workspace only damping is
-    rendered; the mass decides whether the rendered damping is stable at the tick rate, and is
-    compared with ``device.mass``, on which predictions rest.
+    rendered; the mass decides whether the rendered damping is stable at the tick rate, mass and
+    encoder step what the port of the hand may give out where velocities are ``estimated``. They
+    are compared with ``device.*``, on which predictions rest.
 
     ``pacing`` is the owner of the clock: ``host`` (the loop reads and writes), ``exchange`` (one
     round trip is one tick), ``device`` (a vendor's thread fills a mailbox) or ``event`` (samples
@@ -39,6 +40,7 @@ class DeviceInfo:
     apparent_mass: float | None = None  # [kg]
     apparent_damping: float | None = None  # [N s/m]
     workspace_m: float | None = None  # half extent [m]
+    encoder_step_m: float | None = None  # resolution of the position [m]
     pacing: Literal["host", "exchange", "device", "event"] = "host"
     velocity: Literal["measured", "estimated"] = "measured"
     hand_force_known: bool = False

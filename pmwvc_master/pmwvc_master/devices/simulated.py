@@ -28,6 +28,7 @@ class SimulatedDevice:
             apparent_mass=setup.device.mass,
             apparent_damping=setup.device.damping,
             workspace_m=setup.device.workspace_m,
+            encoder_step_m=setup.device.encoder_step_m or None,
             velocity="measured" if setup.device.velocity == "exact" else "estimated",
             hand_force_known=True,
         )
