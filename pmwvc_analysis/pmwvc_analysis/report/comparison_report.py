@@ -56,6 +56,7 @@ def render(
         title=title,
         kind=about.get("kind", "comparison"),
         lead=about.get("lead", ""),
+        missed=about.get("reproduced") is False,
         conclusion=about.get("conclusion", []),
         notes=about.get("notes", []),
         differences=about.get("differences", []),
