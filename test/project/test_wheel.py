@@ -96,7 +96,7 @@ def test_nothing_of_ros_is_installed(fresh):
 
 def test_a_session_is_simulated_judged_read_and_exported(fresh):
     pmwvc, folder = fresh / "env/bin/pmwvc", fresh / "session"
-    words = ["simulate", "wall", "--duration", "1", "--out", folder, "--check"]
+    words = ["simulate", "wall", "--duration", "2", "--out", folder, "--check"]
     said = run(pmwvc, *words, cwd=fresh)
     assert "check: passed" in said
     document = run(pmwvc, "report", folder, "--json", cwd=fresh)

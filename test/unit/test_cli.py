@@ -92,7 +92,7 @@ def test_a_folder_without_a_recording_is_refused(pmwvc, tmp_path):
 
 def test_a_printed_scenario_can_be_simulated_and_is_given_in_words(pmwvc, tmp_path):
     (tmp_path / "mine.yaml").write_text(pmwvc("scenarios", "carry_16ms").stdout)
-    result = pmwvc("simulate", "mine.yaml", "--duration", "0.5")
+    result = pmwvc("simulate", "mine.yaml", "--duration", "2")
     assert result.returncode == 0, result.stderr
     assert "carry_16ms: stable" in result.stdout
     assert "report: sessions/" in result.stdout

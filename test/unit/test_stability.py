@@ -235,9 +235,25 @@ def test_strength_is_an_rms_over_all_axes_and_growth_a_ratio():
     assert found.late_m_s == pytest.approx(late, rel=0.02)
 
 
-def test_a_session_too_short_to_tell_is_not_called_unstable():
-    traces = oscillating(session(duration_s=0.8), rms_m_s=20e-3, hertz=10.0)
-    assert judged(traces) is None
+@pytest.mark.parametrize("shaken_m_s", [0.0, 20e-3])
+def test_a_session_too_short_to_tell_is_neither_stable_nor_unstable(shaken_m_s):
+    traces = oscillating(session(duration_s=0.8), rms_m_s=shaken_m_s, hertz=10.0)
+    found = verdict(traces, handmade.scenario())
+    assert (found.stable, found.instability) == (None, None)
+    assert found.why == "0.8 s are too short to judge, 1.5 s at least"
+
+
+@pytest.mark.parametrize(
+    ("rms_m_s", "rate_per_s", "words"),
+    [
+        (0.5e-3, 0.0, "0.5 mm/s at the end, stays below 1 mm/s"),
+        (20e-3, -1.5, "mm/s at the end, decays"),
+    ],
+)
+def test_a_stable_session_has_the_motion_that_is_left_in_its_verdict(rms_m_s, rate_per_s, words):
+    traces = oscillating(session(), rms_m_s=rms_m_s, hertz=20.0, rate_per_s=rate_per_s)
+    found = verdict(traces, handmade.scenario())
+    assert found.stable is True and words in found.why
 
 
 def touching(traces, *changes_s):

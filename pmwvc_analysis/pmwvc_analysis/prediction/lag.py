@@ -41,7 +41,7 @@ from pmwvc_analysis.models.links import (
 from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_analysis.prediction.playout_lag import strict_lag_s
 from pmwvc_core.motion import motion
-from pmwvc_core.network.effects import active, mean_s
+from pmwvc_core.network.effects import active, is_random, mean_s
 from pmwvc_core.numeric import Value, flatten
 from pmwvc_core.params import DeviceParams, LinkParams, MasterParams
 from pmwvc_core.scenario.scenario import Scenario, User
@@ -83,6 +83,12 @@ def lag_decides(user: User, scenario: Scenario) -> bool:
         if record.linear != record.name:
             return False
     return master.bank.kind != "dissertation" and not master.position.is_on
+
+
+def expected(user: User) -> str:
+    """Return in words that a round trip is an expected one; empty where nothing is drawn."""
+    drawn = is_random(user.link_up) or is_random(user.link_down)
+    return " (expected; jitter and loss decide it)" if drawn else ""
 
 
 def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) -> float:

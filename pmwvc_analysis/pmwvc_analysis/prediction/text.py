@@ -15,6 +15,7 @@ from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
 from pmwvc_analysis.prediction.encoder_work import encoder_lines
 from pmwvc_analysis.prediction.lag import (
     RATIO_TOLERANCE,
+    expected,
     lag_decides,
     lag_s,
     rendered_stiffness,
@@ -74,7 +75,7 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
 def _rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
     """Return the lag of a user's link, and the spring and the mass that it is rendered as."""
     tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
-    head = f"{user.name}: round trip {tau * 1e3:.1f} ms"
+    head = f"{user.name}: round trip {tau * 1e3:.1f} ms{expected(user)}"
     if not lag_decides(user, scenario):
         command = "simulate" if nonlinear(scenario) else "transparency"
         return [f"{head}; it alone does not decide the rendered stiffness: use 'pmwvc {command}'."]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.charts.text import article
-from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_stiffness
+from pmwvc_analysis.prediction.lag import expected, lag_decides, lag_s, rendered_stiffness
 from pmwvc_core.controllers import has_waves, proofs_hold
 from pmwvc_core.network.effects import EFFECTS, active
 from pmwvc_core.params import FilterParams, LinkParams
@@ -125,7 +125,7 @@ def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
     if not proofs_hold(scenario.controller) or scenario.coupling.linear != scenario.coupling.name:
         return ""
     tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
-    text = f"Round trip {tau * 1e3:.1f} ms"
+    text = f"Round trip {tau * 1e3:.1f} ms{expected(user)}"
     if tau <= 0.0 or not lag_decides(user, scenario):
         return f"{text}."
     stiffness = rendered_stiffness(user, tau)

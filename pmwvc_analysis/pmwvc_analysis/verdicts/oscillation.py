@@ -28,6 +28,7 @@ from pmwvc_core.traces import SessionTraces
 
 OSCILLATION_M_S = 1e-3
 WINDOW_S = 0.25
+SHORTEST_S = 6 * WINDOW_S  # of a session: one window for each third of its second half
 PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
 SETTLE_S = 1.0  # time for transients of contact to decay
 NEAR, MOSTLY = 0.1, 0.6  # of a frequency; of a motion's power within that
@@ -68,6 +69,11 @@ class Strength:
     settled: bool = True
     purposeful_m_s: float = 0.0
 
+    @property
+    def remains(self) -> bool:
+        """Tell whether it did not halve from the first third to the last."""
+        return self.growth > 0.5
+
 
 def lasts(found: Strength, motion: Motion) -> bool:
     """Tell whether a motion beyond the band is an oscillation that does not die out: beyond 1
@@ -75,7 +81,7 @@ def lasts(found: Strength, motion: Motion) -> bool:
     """
     images_m_s = motion.images * found.purposeful_m_s
     beyond_all = found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s, images_m_s)
-    return beyond_all and found.growth > 0.5
+    return beyond_all and found.remains
 
 
 def of_one_frequency(motion: Motion, duration_s: float) -> bool:

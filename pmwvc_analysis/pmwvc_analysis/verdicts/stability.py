@@ -37,7 +37,15 @@ from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.traces.arrivals import UNEVEN, waited
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts.limits import often_shortened, taken_over
-from pmwvc_analysis.verdicts.oscillation import lasts, motions, of_one_frequency, strength
+from pmwvc_analysis.verdicts.oscillation import (
+    OSCILLATION_M_S,
+    SHORTEST_S,
+    Strength,
+    lasts,
+    motions,
+    of_one_frequency,
+    strength,
+)
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -123,11 +131,24 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
             return Verdict(None, why, strongest, judged=False)
         why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
         return Verdict("sustained oscillation", why, strongest)
+    if traces.duration_s < SHORTEST_S:
+        why = f"{traces.duration_s:.2g} s are too short to judge, {SHORTEST_S:g} s at least"
+        return Verdict(None, why, strongest, judged=False)
     unknown = [motion.name for found, motion in strengths if not found.known]
     if unknown:
         why = f"too little of the motion of {', '.join(unknown)} was recorded"
         return Verdict(None, why, strongest, judged=False)
-    return Verdict(None, "motion faster than the voluntary band decays", strongest)
+    return Verdict(None, _calm([found for found, _ in strengths], strongest), strongest)
+
+
+def _calm(found: list[Strength], strongest_m_s: float) -> str:
+    """Return why motion beyond the voluntary band is no oscillation, with its amount."""
+    text = f"motion faster than the voluntary band, {strongest_m_s * 1e3:.1f} mm/s at the end,"
+    if strongest_m_s <= OSCILLATION_M_S:
+        return f"{text} stays below {OSCILLATION_M_S * 1e3:g} mm/s"
+    if any(each.late_m_s > OSCILLATION_M_S and not each.remains for each in found):
+        return f"{text} decays"
+    return f"{text} is no more than counts of an encoder or sampling make of a slower one"
 
 
 def _beyond(traces: SessionTraces, scenario: Scenario | None) -> str:
