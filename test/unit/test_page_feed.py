@@ -204,7 +204,7 @@ def test_verdict_is_good_only_with_every_user_coupled_and_judged(carried):
 @pytest.mark.parametrize(
     ("texts", "why"),
     [
-        ([], "the device is inside the object; the avatar slides to it once there is room"),
+        ([], "it joined with the device inside the object, and slides to it once there is room"),
         (["controller=direct"], "this controller keeps the distance"),
         (["server.coupling=unknown"], "an environment known by its forces only has no face"),
     ],

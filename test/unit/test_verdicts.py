@@ -149,9 +149,7 @@ def test_a_user_that_comes_back_has_a_new_avatar(absent):
     assert user["coherency_rms_m"] < 1e-3
     assert user["drift_m"] == pytest.approx(DRIFT_M)
     assert user["kept_apart_m"] == pytest.approx(-0.05)
-    assert user["kept_apart"].startswith(
-        "avatar 50.0 mm from the device since joining: the device"
-    )
+    assert user["kept_apart"].startswith("avatar 50.0 mm from the device since joining: it joined")
 
 
 def test_what_is_before_the_first_packet_does_not_count():

@@ -9,6 +9,7 @@ import numpy as np
 from pmwvc_analysis.events.event import Event, changes, event
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.reductions import runs
+from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
@@ -76,9 +77,10 @@ def _presence(
     server: ServerTraces, index: int, user: UserTraces | None, duration_s: float
 ) -> Iterator[Event]:
     name, state = server.users[index], server.state[index]
-    before = ABSENT
-    for row in [0, *changes(state)] if len(state) else []:
+    before, again = ABSENT, [start.row for start in starts(server)]
+    for row in sorted({0, *changes(state), *again}) if len(state) else []:
         now, time_s = int(state[row]), float(server.time_s[row])
+        before = ABSENT if row in again else before
         if now == before or time_s > duration_s - END_S:
             continue
         if now == ABSENT:
@@ -129,6 +131,8 @@ def _cause(server: ServerTraces, index: int, user: UserTraces | None, at_s: floa
     after = np.searchsorted(server.time_s, at_s)
     if after < len(server.time_s) and server.state[index][after] == ABSENT:
         return "the user left"
+    if any(server.time_s[s.last] < at_s <= server.time_s[s.row] for s in starts(server)):
+        return "the server was started again"
     near = (server.time_s > at_s - CAUSE_S) & (server.time_s <= at_s)
     if (server.state[index][near] == DAMPING).any():
         return "no packet reached the server"

@@ -15,7 +15,7 @@ def why_kept(*, waves: bool, black_box: bool) -> str:
         return "this controller keeps the distance"
     if black_box:
         return "an environment known by its forces only has no face to stop at, so it cannot slide"
-    return "the device is inside the object; the avatar slides to it once there is room"
+    return "it joined with the device inside the object, and slides to it once there is room"
 
 
 def kept_words(distance_m: float, why: str) -> str:
