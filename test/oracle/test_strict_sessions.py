@@ -29,6 +29,7 @@ DISTURBED = {
     "reordering": ("link.jitter=uniform", "link.jitter_s=0.016", "link.keep_order=false"),
     "loss, short silence": ("link.loss=0.05", "safety.timeout_s=0.03"),
 }
+LOSS = ("link.loss=0.1",)
 WILD = (
     "link.delay_s=0.03",
     "link.jitter=normal",
@@ -149,13 +150,13 @@ def test_the_force_starts_from_zero_only_behind_a_restart_or_a_release():
 
 def test_position_feedback_paid_by_the_node_brings_device_and_avatar_together():
     lent = ("master.position.gain=20", "master.position.storage_j=0.005")
-    for name in ("loss", "jitter"):
-        _, traces, scenario = ran("strict", *lent, *DISTURBED[name], duration_s=8.0)
+    for disturbed in (LOSS, DISTURBED["jitter"]):
+        _, traces, scenario = ran("strict", *lent, *disturbed, duration_s=8.0)
         for i, energy in enumerate(user_energies(traces, scenario)):
             assert apart_m(traces, i)[-500:].mean() < 0.2e-3
             assert energy.joint.minimum_j >= -0.005 + LEAST_J
             assert energy.joint.minimum_j < 0.0  # the loan is used
-    _, none, _ = ran("strict", *DISTURBED["loss"], duration_s=8.0)
+    _, none, _ = ran("strict", *LOSS, duration_s=8.0)
     assert apart_m(none, 0)[-500:].mean() > 1e-3
 
 
@@ -189,7 +190,7 @@ def test_users_and_server_may_have_rates_of_their_own_on_several_axes():
 
 def test_an_offset_is_predicted_where_packets_come_evenly_and_left_open_elsewhere():
     late = ("server.coupling=one_step_delay",)
-    for settings, hit in (((), True), (late, True), (DISTURBED["loss"], None)):
+    for settings, hit in (((), True), (late, True), (LOSS, None)):
         texts = ["channel=strict", *settings]
         scenario = files.load("carry_16ms", settings_texts=texts, duration_s=6.0)
         found = [each for each in outcomes(scenario, judged(scenario)) if each.what == "offset"]
@@ -227,7 +228,7 @@ def test_all_ports_are_predicted_passive_where_the_accounts_know_the_motion():
         result = judged(scenario)
         return [each for each in outcomes(scenario, result) if each.what == "passivity"], result
 
-    for settings in ((), DISTURBED["loss"]):
+    for settings in ((), LOSS):
         (found,), result = said(*settings)
         assert found.hit and result["passivity"]["passive"]
     assert said("device.encoder_step_m=1e-4")[0] == said("channel=plain")[0] == []
