@@ -67,6 +67,7 @@ def test_coherency_is_over_all_users(session):
         user.x_m[:] = 0.0
         x_s[:] = apart
         x_s[: len(x_s) // 2] = 0.0
+        traces.packets[f"/server/{user.name}/wave_down"].position[:] = 0.0  # at joining, too
     found = measures(traces, scenario)["coherency_rms_m"]
     assert found == pytest.approx(np.sqrt((9e-6 + 16e-6) / 4), rel=0.02)
 
