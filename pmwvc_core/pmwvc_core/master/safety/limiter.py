@@ -28,20 +28,18 @@ comparisons tell whether the next one is, too.
 Equations: docs/theory.md 10.2.
 """
 
-from typing import Any
-
 import numpy as np
 
 from pmwvc_core.master.brake import HandBrake
 from pmwvc_core.master.safety.states import (
     Integers,
+    Interventions,
     SafetyState,
     Seen,
     cause_of,
     state_of,
     text_of,
     texts_of,
-    whole,
 )
 from pmwvc_core.numeric import (
     LARGEST,
@@ -97,11 +95,8 @@ class SafetyLimiter(Stateful):
         Whether the last tick let the force through unchanged.
     """
 
-    BLOCKS = "_brake"
-    MEMORY = (
-        "f ready inactive _missing_s _sensed _gain _push _events _faulty _damped _disturbed "
-        "_limited _returns _seen"
-    )
+    BLOCKS = "_brake _interventions"
+    MEMORY = "f ready inactive _missing_s _sensed _gain _push _faulty _damped _returns _seen"
 
     def __init__(
         self,
@@ -123,11 +118,9 @@ class SafetyLimiter(Stateful):
         self.ready: Flag = False
         self._gain: Value = 0.0  # ratio of the force that is let through
         self._push: Value = 1.0  # ratio of the pushing force let through while damping
-        self._events: Any = 0  # an int, or integers per run
         self._faulty: Flag = False
         self._damped: Flag = False
-        self._disturbed: Flag = False
-        self._limited: Flag = False
+        self._interventions = Interventions()
         self.inactive = False
         self._returns: Flag = False  # rises after a silence of the same server
         self._seen = Seen()
@@ -237,7 +230,7 @@ class SafetyLimiter(Stateful):
         applied, limited = self._limit(f_asked * self._gain)
         unreceived = unreceived & active
         disturbed = gone | (active & (damped | unreceived | (through ^ True)))
-        self._count(disturbed, limited & through & (damped ^ True))
+        self._interventions.step(disturbed, limited & through & (damped ^ True))
         late = brake.holds if brake else False
         self._seen = Seen(
             active, good, faulty, silent, released, fast, outside, gone, lost, unreceived, late
@@ -265,12 +258,8 @@ class SafetyLimiter(Stateful):
 
     @property
     def events(self) -> int | Integers:
-        """Number of interventions so far; in a batch ``(runs, 1)``.
-
-        Counted are the beginnings of damping, of a fault, of values that are not finite, and of
-        every stretch of ticks in which a coupled controller's force or its change was too large.
-        """
-        return whole(self._events)
+        """Number of interventions so far; in a batch ``(runs, 1)``."""
+        return self._interventions.count
 
     def _advance_gain(self, through: Flag, damped: Flag, released: Flag) -> None:
         """Let the ratio of the force rise from zero at the soft start and fall on release.
@@ -308,12 +297,3 @@ class SafetyLimiter(Stateful):
         part = change * (self._slew / where(slewed, length, 1.0))
         self.f = where(slewed, self.f + part, wanted)
         return self.f, slewed | (squared(f) > self._longest)
-
-    def _count(self, disturbed: Flag, limited: Flag) -> None:
-        """Count what begins with this tick."""
-        self._events = (
-            self._events
-            + (disturbed & (self._disturbed ^ True))
-            + (limited & (self._limited ^ True))
-        )
-        self._disturbed, self._limited = disturbed, limited

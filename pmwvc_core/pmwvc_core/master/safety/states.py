@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Flag, Value, where
 from pmwvc_core.params import SafetyParams
+from pmwvc_core.state import Stateful
 
 Integers: TypeAlias = NDArray[np.int64]
 
@@ -107,7 +108,7 @@ def cause_of(seen: Seen, gain: Value) -> int | Integers:
     cause = where(seen.active, cause, Cause.WAITING)
     cause = where(seen.gone, Cause.DEVICE_SILENT, cause)
     cause = where(seen.lost, Cause.DEVICE_LOST, cause)
-    return whole(where(seen.faulty, Cause.RUNAWAY, cause))
+    return _whole(where(seen.faulty, Cause.RUNAWAY, cause))
 
 
 def state_of(cause: int | Integers) -> int | Integers:
@@ -136,8 +137,33 @@ def texts_of(causes: Integers, limits: SafetyParams) -> list[str]:
     ]
 
 
-def whole(value: Any) -> int | Integers:
-    """Return an int for a single run, and for a batch an array of integers ``(runs, 1)``."""
+class Interventions(Stateful):
+    """How often the limits intervened.
+
+    Counted are the beginnings of damping, of a fault, of values that are not finite, and of every
+    stretch of ticks in which a coupled controller's force or its change was too large.
+    """
+
+    MEMORY = "_events _disturbed _limited"
+
+    def __init__(self) -> None:
+        self._events: Any = 0  # an int, or integers per run
+        self._disturbed: Flag = False
+        self._limited: Flag = False
+
+    def step(self, disturbed: Flag, limited: Flag) -> None:
+        """Count what begins with this tick: a disturbance, or a force that is limited."""
+        begins = disturbed & (self._disturbed ^ True)
+        self._events = self._events + begins + (limited & (self._limited ^ True))
+        self._disturbed, self._limited = disturbed, limited
+
+    @property
+    def count(self) -> int | Integers:
+        """An int for a single run, and for a batch an array of integers ``(runs, 1)``."""
+        return _whole(self._events)
+
+
+def _whole(value: Any) -> int | Integers:
     if not isinstance(value, np.ndarray):
         return int(value)
     return value.astype(np.int64) if value.ndim > 1 else int(value.item())
