@@ -234,7 +234,9 @@ def test_all_ports_are_predicted_passive_where_the_accounts_know_the_motion():
     assert said("device.encoder_step_m=1e-4")[0] == said("channel=plain")[0] == []
     scenario = files.load("carry_16ms", duration_s=2.0)
     broken = copy.deepcopy(judged(scenario))
-    for passive, hit, words in ((None, None, "not all were judged"), (False, False, "NOT")):
+    owner = broken["passivity"]["ports"][0]["owner"]
+    unknown = f"not all were judged ({owner})"
+    for passive, hit, words in ((None, None, unknown), (False, False, "NOT")):
         broken["passivity"]["ports"][0]["passive"] = passive
         (found,) = [each for each in outcomes(scenario, broken) if each.what == "passivity"]
         assert found.hit is hit and words in found.text

@@ -14,6 +14,7 @@ from pmwvc_analysis.prediction.encoder_work import bounded
 from pmwvc_analysis.traces.stages import Stage, text_of
 from pmwvc_analysis.verdicts.offsets import Outcome, offsets, same_lag
 from pmwvc_analysis.verdicts.stability import LIMITED
+from pmwvc_core.plural import listed
 from pmwvc_core.scenario.scenario import Scenario, User
 
 
@@ -65,9 +66,15 @@ def passive_by_account(scenario: Scenario) -> bool:
 
 
 def _passivity(summary: dict[str, Any]) -> Outcome:
-    judged = [port["passive"] for port in summary["passivity"]["ports"]]
+    ports = summary["passivity"]["ports"]
+    judged = [port["passive"] for port in ports]
     hit = False if False in judged else None if None in judged or not judged else True
-    was = {True: "they were", False: "they were NOT", None: "not all were judged"}[hit]
+    left = sorted({port["owner"] for port in ports if port["passive"] is None})
+    was = {
+        True: "they were",
+        False: "they were NOT",
+        None: f"not all were judged ({listed(left) or 'no port was recorded'})",
+    }[hit]
     return Outcome("passivity", hit, f"Predicted that all ports are passive: {was}.")
 
 
