@@ -71,6 +71,7 @@ def test_a_replay_is_the_recording_to_the_last_bit(changes, late, grid, seed):
     assert np.array_equal(found.replayed.server.x_o, traces.server.x_o)
 
 
+HANDS = {"user1": "operator", "user2": "operator"}
 RATES = [(0.25, "user1.master.rate_drop=5"), (0.4011, "server.period_s=0.005")]
 
 
@@ -81,7 +82,9 @@ def test_without_the_record_of_what_was_taken_in_it_is_not():
     traces.taken.clear()
     found = replay(traces, scenario, scenario)
     assert not exact(found.differences)
-    assert limits(traces, scenario)[0].why.startswith("user1/down: when packets were taken in")
+    assert limits(traces, scenario, HANDS)[0].why.startswith(
+        "user1/down: when packets were taken in"
+    )
 
 
 def test_what_was_taken_over_a_frame_earlier_is_another_session():
@@ -98,11 +101,11 @@ def test_what_was_taken_over_a_frame_earlier_is_another_session():
 def test_blocks_and_steps_that_were_not_recorded_are_named_with_their_time():
     scenario, traces = as_live([], 0.5, 0, 3)
     user, server = traces.users[0], traces.server
-    assert limits(traces, scenario) == []
+    assert limits(traces, scenario, HANDS) == []
     user.block_number = np.arange(1, len(user.block_time_s) + 1)
     user.block_number[40:] += 2
     server.step[60:] += 1
-    found = [(limit.why, round(limit.time_s, 2)) for limit in limits(traces, scenario)]
+    found = [(limit.why, round(limit.time_s, 2)) for limit in limits(traces, scenario, HANDS)]
     assert found == [
         ("user1: 2 blocks of its trace were not recorded", 0.32),
         ("1 steps of the server were not recorded", 0.48),

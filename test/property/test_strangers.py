@@ -90,7 +90,7 @@ def test_messages_of_other_lengths_are_counted_and_left_out(own, undisturbed, to
     same_motion(traces, undisturbed)
     (event,) = strangers(traces)
     assert re.match(rf"17 messages on {topic} whose fields do not fit", event["what"])
-    assert result["stable"] is True
+    assert result["passivity"]["passive"] is True
 
 
 @pytest.mark.parametrize("topic", ["/server/trace", "/user1/trace", "/user1/wave_up"])
@@ -180,6 +180,6 @@ def test_the_report_of_a_disturbed_recording_is_written(own, folder, tmp_path):
     odd += [replace(each, data=each.data[:50]) for each in own[:200:7]]
     place = strays.written(tmp_path / "stray", own + odd)
     (place / "scenario.yaml").write_bytes((folder / "scenario.yaml").read_bytes())
-    assert finish(place)["stable"] is True
+    assert finish(place)["passivity"]["passive"] is True
     assert any("do not fit together" in finding.text for finding in check_recording(place))
     assert "do not fit together" in (place / "report.html").read_text("utf-8")

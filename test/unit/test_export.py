@@ -40,11 +40,11 @@ def test_every_signal_of_the_traces_has_a_column():
     owners = {"name", "topic", "link", "users", "tick_s", "period_s"}
     kept_otherwise = {  # blocks, accounts, energies and counts
         "block_time_s", "state", "reason", "energy", "missed", "safety_events", "accounts",
-        "block_number", "epoch",
+        "block_number", "epoch", "changes", "grid",
     }  # fmt: skip
     for kind, columns in (
         (UserTraces, {*TICKS, *kept_otherwise}),
-        (ServerTraces, {*STEPS, *AVATARS, "accounts"}),
+        (ServerTraces, {*STEPS, *AVATARS, "accounts", "changes"}),
         (PacketTraces, PACKETS),
         (FateTraces, FATES),
     ):

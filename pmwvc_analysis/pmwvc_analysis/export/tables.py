@@ -25,6 +25,7 @@ class Column(NamedTuple):
 
 
 _TIME = Column("s", "time since the start of the session")
+_LOOKED = Column("ns", "from the deadline to the look at the packets that had come")
 TICKS: Mapping[str, Column] = {
     "time_s": _TIME,
     "tick": Column("", "number of the tick of the force loop"),
@@ -38,6 +39,7 @@ TICKS: Mapping[str, Column] = {
     "v_m": Column("sqrt(W)", "wave into the master after the hold"),
     "lateness_s": Column("s", "wake-up behind its deadline"),
     "compute_s": Column("s", "time the tick took"),
+    "looked_ns": _LOOKED,
 }
 BLOCKS: Mapping[str, Column] = {
     "time_s": Column("s", "end of the block"),
@@ -53,6 +55,7 @@ STEPS: Mapping[str, Column] = {
     "kinetic": Column("J", "kinetic energy of the object"),
     "potential": Column("J", "energy stored in the springs of the contacts"),
     "dissipated": Column("J", "heat of object and contacts so far"),
+    "looked_ns": _LOOKED,
 }
 AVATARS: Mapping[str, Column] = {
     "x_s": Column("m", "position of the avatar"),
@@ -73,6 +76,7 @@ PACKETS: Mapping[str, Column] = {
     "wave": Column("sqrt(W)", "the wave in the packet"),
     "integral": Column("sqrt(W) s", "running integral of the wave"),
     "energy": Column("J", "energy sent so far"),
+    "position": Column("m", "position of the sending end; an avatar's in the frame of its device"),
 }
 FATES: Mapping[str, Column] = {
     "number": Column("", "number of the packet on the link"),

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reasons for which a replay cannot be its recording to the last bit, each with its time."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -24,17 +24,20 @@ class Limit(NamedTuple):
     why: str
 
 
-def limits(traces: SessionTraces, recorded: Scenario) -> list[Limit]:
-    """Return why a replay with unchanged parameters cannot be exact, in the order of time."""
+def limits(traces: SessionTraces, recorded: Scenario, hands: Mapping[str, str]) -> list[Limit]:
+    """Return why a replay with unchanged parameters cannot be exact, in the order of time; given
+    the kind of hand of each user.
+    """
     found = [*_unrecorded(traces), *_restarts(traces), *_unnamed_changes(traces)]
     for user in recorded.users:
         if traces.source == "live" and user.device.plugin != "simulated":
             why = f"{user.name}: the device was a real one; here its model moves"
             found.append(Limit(0.0, why))
         targets = traces.targets.get(user.name)
-        if is_remote(user) and targets is not None and len(targets.time_s):
+        led = is_remote(user) and targets is not None and len(targets.time_s) > 0
+        if led and hands[user.name] == "operator":  # the recorder may get a target later
             why = f"{user.name}: the tick at which a target reached the hand was not recorded"
-            found.append(Limit(float(targets.time_s[0]), why))
+            found.append(Limit(0.0, why))
     return sorted(found)
 
 

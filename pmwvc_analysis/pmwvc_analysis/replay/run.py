@@ -151,7 +151,7 @@ def replay(
         prescribed,
         {name: value for name, value in after.items() if before.get(name) != value},
         differences(traces, result),
-        limits(traces, recorded),
+        limits(traces, recorded, prescribed.hands),
     )
     result.metadata.update(found.metadata())
     return found

@@ -138,10 +138,10 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     if unknown:
         why = f"too little of the motion of {', '.join(unknown)} was recorded"
         return Verdict(None, why, strongest, judged=False)
-    return Verdict(None, _calm([found for found, _ in strengths], strongest), strongest)
+    return Verdict(None, _quiet_words([found for found, _ in strengths], strongest), strongest)
 
 
-def _calm(found: list[Strength], strongest_m_s: float) -> str:
+def _quiet_words(found: list[Strength], strongest_m_s: float) -> str:
     """Return why motion beyond the voluntary band is no oscillation, with its amount."""
     text = f"motion faster than the voluntary band, {strongest_m_s * 1e3:.1f} mm/s at the end,"
     if strongest_m_s <= OSCILLATION_M_S:
