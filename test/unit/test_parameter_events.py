@@ -109,6 +109,15 @@ def test_a_change_counts_from_the_step_or_the_frame_that_took_it_over(recorded):
     )
 
 
+def test_a_change_of_a_link_does_not_wait_for_the_next_one_of_the_server(recorded):
+    traces = read_session(recorded)
+    server = traces.server
+    server.changes = (server.step >= 40).astype(int)
+    early_s = server.time_s[39] - 0.02
+    settings = [(early_s, {"user1.link.up.delay_s": 0.01})]
+    assert taken_over(settings, traces.users, server) == settings
+
+
 def test_the_value_before_is_that_of_the_last_change(recorded, tmp_path):
     found = events_of(
         recorded,

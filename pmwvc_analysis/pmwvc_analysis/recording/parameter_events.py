@@ -11,7 +11,7 @@ numbers, which Fast DDS does not write.
 """
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -59,20 +59,28 @@ def taken_over(
     just before the step of the server, or the tick of a master, that took them over. A node
     publishes its event before.
     """
-    taken = {user.name: _with_changes(user, user.block_rows) for user in users}
+    taken: dict[str | None, tuple[Array, Array]] = {
+        user.name: _with_changes(user, user.block_rows) for user in users
+    }
     if server is not None:
         taken[""] = _with_changes(server, np.arange(len(server.time_s)))
     found: Settings = []
     for time_s, values in settings:
-        owners = {owner_of(name) for name in values}
-        times, ran = taken.get(owners.pop() or "", NEVER) if len(owners) == 1 else NEVER
+        times, ran = taken.get(owner_of(values), NEVER)
         later = times[(ran > time_s) & (ran < time_s + LATE_S)]
         found.append((float(later[0]) - EARLY_S if len(later) else time_s, values))
     return sorted(found, key=lambda each: each[0])
 
 
-def owner_of(name: str) -> str | None:
-    """Return who takes a parameter over: a user's master, "" for the server; None: a link."""
+def owner_of(names: Iterable[str]) -> str | None:
+    """Return who takes parameters over: a user's master, "" for the server; None: a link, or
+    several.
+    """
+    owners = {_owner_of(name) for name in names}
+    return owners.pop() if len(owners) == 1 else None
+
+
+def _owner_of(name: str) -> str | None:
     number, path = split_user(name)
     group = path.split(".")[0]
     if group == "server":

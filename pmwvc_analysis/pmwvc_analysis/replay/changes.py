@@ -47,10 +47,9 @@ def with_changes(
 
 def _ran_s(change: Change, loops: Mapping[str, tuple[Integers, Integers]], tick_s: float) -> float:
     """Return when the tick or step ran that took a change over [s]."""
-    owners = {owner_of(name) for name in change.values}
-    loop = loops.get(owners.pop() or "") if len(owners) == 1 and None not in owners else None
-    if loop is None:
+    owner = owner_of(change.values)
+    if owner is None or owner not in loops:
         return change.time_s
-    tick, ran_ns = loop
+    tick, ran_ns = loops[owner]
     row = int(np.searchsorted(tick, change.time_s / tick_s))
     return float(ran_ns[row] * 1e-9) if row < len(tick) else change.time_s
