@@ -66,12 +66,12 @@ def _braked(user: UserTraces, duration_s: float) -> tuple[int, float]:
     blocks = np.arange(len(late))
     out = (user.state != COUPLED) & (blocks > coupled[0])
     edges = np.flatnonzero(np.diff(out.astype(int), prepend=0, append=0))
-    times, count = 0, 0
+    times, blocks_out = 0, 0
     for start, end in zip(edges[::2], edges[1::2], strict=True):
         if all(reason.startswith(SPEED) for reason in user.reason[start:end]):
             times += int(late[start])
-            count += int(late[start:end].sum())
-    return times, count / int(late.sum())
+            blocks_out += int(late[start:end].sum())
+    return times, blocks_out / int(late.sum())
 
 
 def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:
