@@ -9,7 +9,8 @@ import numpy as np
 from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.traces.apart import apart
-from pmwvc_analysis.traces.reductions import COUPLED, rms
+from pmwvc_analysis.traces.reductions import rms
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -28,7 +29,9 @@ def path_error_m(traces: SessionTraces, scenario: Scenario) -> float | None:
     server = traces.server
     if server is None:
         return None
-    together = np.flatnonzero(np.all([state == COUPLED for state in server.state], axis=0))
+    together = np.flatnonzero(
+        np.all([state == Presence.COUPLED for state in server.state], axis=0)
+    )
     if not len(together):
         return None
     moving = server.time_s >= server.time_s[together[0]] + scenario.task.move_s
@@ -111,7 +114,7 @@ def _forces(traces: SessionTraces) -> Iterator[tuple[Array, Array, int]]:
     if server is None:
         return
     for user, force, state in zip(traces.users, server.f_s, server.state, strict=True):
-        coupled = np.flatnonzero(state == COUPLED)
+        coupled = np.flatnonzero(state == Presence.COUPLED)
         steps = slice(coupled[0], None) if len(coupled) else slice(0)
         rows = np.searchsorted(user.time_s, server.time_s[steps] - 0.5 * user.tick_s)
         rendered = user.f_applied[np.clip(rows, 0, len(user.time_s) - 1)]

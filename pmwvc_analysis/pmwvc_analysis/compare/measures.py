@@ -19,12 +19,12 @@ from pmwvc_analysis.compare.rendered import Rendered, rendering
 from pmwvc_analysis.traces import reductions
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_analysis.traces.left_out import left_out
-from pmwvc_analysis.traces.reductions import COUPLED
 from pmwvc_analysis.verdicts import stability
 from pmwvc_analysis.verdicts.oscillation import beyond
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.passivity_words import part_words
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
@@ -142,7 +142,7 @@ def _force_error_n(traces: SessionTraces) -> float | None:
 
 def force_error(user: UserTraces, server: ServerTraces, index: int) -> Array:
     """Return F_m - F_s at the server's steps while the user is coupled ``(steps, dof)`` [N]."""
-    coupled = (server.state[index] == COUPLED) & (server.time_s <= user.time_s[-1])
+    coupled = (server.state[index] == Presence.COUPLED) & (server.time_s <= user.time_s[-1])
     rows = np.searchsorted(user.time_s, server.time_s[coupled] - 0.5 * user.tick_s)
     rendered = user.f_applied[np.clip(rows, 0, len(user.time_s) - 1)]
     found: Array = rendered - server.f_s[index][coupled]

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.consistency.numbers import no_numbers, off
-from pmwvc_analysis.traces.reductions import COUPLED
 from pmwvc_analysis.traces.sums import running
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import root
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.avatar_brake import BRAKES
@@ -41,7 +41,7 @@ def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> l
 def _together(server: ServerTraces, index: int) -> NDArray[np.bool_]:
     """Tell which steps follow one on record, with the user coupled in both."""
     follows = np.diff(server.step, prepend=server.step[:1] - 2) == 1
-    coupled = server.state[index] == COUPLED
+    coupled = server.state[index] == Presence.COUPLED
     return np.asarray(follows & coupled & np.concatenate([[False], coupled[:-1]]))
 
 
@@ -99,7 +99,7 @@ def _server_port(
     avatar was braked; its power only where velocity and force are of the same step.
     """
     changed = _grown(server, "withheld") | _grown(server, BRAKES)
-    rows = (server.state[index] == COUPLED) & ~changed
+    rows = (server.state[index] == Presence.COUPLED) & ~changed
     u_s, v_s = server.u_s[index][rows], server.v_s[index][rows]
     f_s, xd_s = server.f_s[index][rows], server.xd_s[index][rows]
     name, found = server.users[index], list[str]()
@@ -153,7 +153,7 @@ def _server_sums(server: ServerTraces, index: int, *, passes: bool) -> list[str]
         if passes and wave == "u_s":
             passed = np.maximum(recorded - own, 0.0)
         own = own + passed
-        rows = follows & (server.state[index] == COUPLED)
+        rows = follows & (server.state[index] == Presence.COUPLED)
         rows[0] = rows[0] and server.step[0] == 1
         found += off(
             own[rows], recorded[rows], f"{name}: the energy of {wave} is not its sum", "J"

@@ -10,11 +10,12 @@ from pmwvc_analysis.events.event import Event, changes, event
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.reductions import runs
 from pmwvc_analysis.traces.server_starts import starts
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
-ABSENT, DAMPING = 0, 3  # of a user at the server
+ABSENT, DAMPING = Presence.ABSENT, Presence.DAMPING
 COUPLED_MASTER = 1
 STALL_S = 0.02  # a pause of a loop this long is an event
 STEPS = 2.5  # and this many periods
@@ -77,7 +78,8 @@ def _presence(
     server: ServerTraces, index: int, user: UserTraces | None, duration_s: float
 ) -> Iterator[Event]:
     name, state = server.users[index], server.state[index]
-    before, again = ABSENT, [start.row for start in starts(server)]
+    before: int = ABSENT
+    again = [start.row for start in starts(server)]
     for row in sorted({0, *changes(state), *again}) if len(state) else []:
         now, time_s = int(state[row]), float(server.time_s[row])
         before = ABSENT if row in again else before

@@ -8,12 +8,12 @@ on time.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_analysis.traces.holes import of_server, of_user
+from pmwvc_analysis.traces.holes import Hole, of_server, of_user
 from pmwvc_analysis.traces.stages import Stage
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -47,16 +47,18 @@ def tick_numbers(time_s: Array, tick_s: float) -> Integers:
 
 def of_master(user: UserTraces) -> LoopTimes:
     """Return the times of a master's loop."""
-    at = tick_numbers(user.time_s, user.tick_s)
-    gaps = [(round(h.start_s * 1e9), round(h.end_s * 1e9)) for h in of_user(user)]
-    return LoopTimes(at, at * round(user.tick_s * 1e9) + user.looked_ns, gaps)
+    return _times(user, user.tick_s, of_user(user))
 
 
 def of_steps(server: ServerTraces, tick_s: float) -> LoopTimes:
     """Return the times of the server's loop."""
-    at = tick_numbers(server.time_s, tick_s)
-    gaps = [(round(h.start_s * 1e9), round(h.end_s * 1e9)) for h in of_server(server)]
-    return LoopTimes(at, at * round(tick_s * 1e9) + server.looked_ns, gaps)
+    return _times(server, tick_s, of_server(server))
+
+
+def _times(rows: UserTraces | ServerTraces, tick_s: float, gaps: Iterable[Hole]) -> LoopTimes:
+    at = tick_numbers(rows.time_s, tick_s)
+    gaps_ns = [(round(gap.start_s * 1e9), round(gap.end_s * 1e9)) for gap in gaps]
+    return LoopTimes(at, at * round(tick_s * 1e9) + rows.looked_ns, gaps_ns)
 
 
 def ran_ns(loop: LoopTimes, tick_s: float, ticks: int) -> Integers:

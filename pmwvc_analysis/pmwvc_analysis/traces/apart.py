@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.stretches import first_packets
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
-COUPLED = 2  # state of a user at the server
 ROUNDED_S = 1e-6  # of a recorded time
 
 
@@ -55,7 +55,7 @@ def apart(traces: SessionTraces, user: UserTraces) -> Apart | None:
     kept = np.zeros_like(distance)
     rows = np.zeros(len(times), dtype=bool)
     for stay in np.split(np.arange(len(times)), begins.astype(int)):
-        coupled = np.flatnonzero(there[stay] & (state[stay] == COUPLED))
+        coupled = np.flatnonzero(there[stay] & (state[stay] == Presence.COUPLED))
         if len(coupled):
             since = stay[coupled[0] :]
             sent = _sent(traces, user.name, since[0])

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from pmwvc_core.numeric import Array
 
 FINAL_S = 0.5
-COUPLED = 2  # state of a user at the server
 
 
 def number(value: Any) -> float | None:

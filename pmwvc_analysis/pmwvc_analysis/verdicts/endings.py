@@ -15,11 +15,11 @@ from typing import NamedTuple
 
 from pmwvc_analysis.events.event import Event
 from pmwvc_analysis.recording.format.topics import relayed as topic_relayed
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 
 EARLY_S = 0.5  # before the end of the session
-ABSENT = 0
 LOOP = ("server", "netem")  # nodes that everybody needs
 
 
@@ -79,7 +79,7 @@ def session_end_s(traces: SessionTraces, scenario: Scenario | None) -> float:
     if traces.server is not None and len(traces.server.time_s):
         server = traces.server
         for state in server.state:
-            there = server.time_s[state != ABSENT]
+            there = server.time_s[state != Presence.ABSENT]
             end_s = max(end_s, float(there[-1])) if len(there) else end_s
     return end_s if scenario is None else min(end_s, max(scenario.duration_s, traces.duration_s))
 
@@ -105,7 +105,7 @@ def _left(traces: SessionTraces, name: str, last_s: float) -> bool:
         return False
     after = server.state[server.users.index(name)][server.time_s > last_s]
     soon = after[: max(2, round(0.2 / server.period_s))]
-    return bool(len(soon) and soon[-1] == ABSENT)
+    return bool(len(soon) and soon[-1] == Presence.ABSENT)
 
 
 def _of_server(traces: SessionTraces) -> Ending | None:
