@@ -13,7 +13,7 @@ from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events.safety import brakes, limited
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.frame.schedule import LIVE
-from pmwvc_core.master.safety.limiter import SafetyState
+from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.master.strict_port import KEPT_J
 from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
 from pmwvc_core.simulation.batch import SessionBatch

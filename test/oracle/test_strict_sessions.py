@@ -17,7 +17,7 @@ from pmwvc_analysis.figures import link_charts
 from pmwvc_analysis.figures.conditions import conditions
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.master.safety.limiter import SafetyState
+from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.simulation.batch import SessionBatch
 
 B = 25.0

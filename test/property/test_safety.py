@@ -9,7 +9,8 @@ import numpy as np
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from pmwvc_core.master.safety.limiter import SafetyLimiter, SafetyState
+from pmwvc_core.master.safety.limiter import SafetyLimiter
+from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.params import SafetyParams
 
 TICK_S = 0.001
@@ -211,6 +212,6 @@ def test_an_inactive_tick_equals_the_tick_computed_in_full(params, story):
             assert both[0] == both[1]
             assert (glancing.state, glancing.reason) == (working.state, working.reason)
             assert (glancing.events, glancing.ready) == (working.events, working.ready)
-            assert glancing._gain == working._gain
+            assert glancing._fading.gain == working._fading.gain
             glances += glancing.inactive
     event(f"calm ticks: {min(glances, 100) // 10 * 10}+")

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from pmwvc_core.master.port import WaveMaster
-from pmwvc_core.master.safety.limiter import RETURN_S, SafetyLimiter, SafetyState
+from pmwvc_core.master.safety.fading import RETURN_S
+from pmwvc_core.master.safety.limiter import SafetyLimiter
+from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.params import FilterParams, MasterParams, SafetyParams
 
 TICK_S = 0.001

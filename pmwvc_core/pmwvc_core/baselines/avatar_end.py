@@ -15,9 +15,10 @@ from collections.abc import Sequence
 
 from pmwvc_core.numeric import Value, dot, maximum
 from pmwvc_core.params import ServerParams
+from pmwvc_core.server.controller import ServerController
 from pmwvc_core.server.couplings.sampled import push_object
 from pmwvc_core.server.environments import make_body
-from pmwvc_core.server.user_ports import ServerController, UserPort
+from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.transport.packet import FLAG_DIRECT
 
 

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 
 from pmwvc_core.numeric import Value, absolute, dot, finite, maximum, where
 from pmwvc_core.params import MasterParams
-from pmwvc_core.server.user_ports import NO_ACCOUNTS
+from pmwvc_core.server.controller import NO_ACCOUNTS
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 

@@ -19,7 +19,7 @@ from pmwvc_core.controllers.library import (
 )
 from pmwvc_core.controllers.record import HELD, Controller, Rule
 from pmwvc_core.master.controller import MasterController
-from pmwvc_core.server.user_ports import ServerController
+from pmwvc_core.server.controller import ServerController
 
 __all__ = [
     "CHANNELS",

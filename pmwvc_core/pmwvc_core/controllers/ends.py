@@ -11,10 +11,11 @@ from pmwvc_core.master.controller import MasterController
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.server.black_box.interface import EnvironmentSetup
+from pmwvc_core.server.controller import ServerController
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.environments import make_black_box
 from pmwvc_core.server.factory import make_ports
-from pmwvc_core.server.user_ports import DEFAULT_BASELINE, ServerController
+from pmwvc_core.server.user_ports import DEFAULT_BASELINE
 from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave.impedance import Impedance
 from pmwvc_core.wave.playout import Playout

@@ -15,9 +15,10 @@ from pmwvc_core.params import BaselineParams, MasterParams, ServerParams
 from pmwvc_core.plugins import Record
 from pmwvc_core.server.black_box.containment import Call
 from pmwvc_core.server.black_box.interface import BlackBox
+from pmwvc_core.server.controller import ServerController
 from pmwvc_core.server.couplings import Coupling
 from pmwvc_core.server.couplings.record import backward
-from pmwvc_core.server.user_ports import ServerController, UserPort
+from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.transport.packet import Packer
 from pmwvc_core.wave.playout import Playout
 

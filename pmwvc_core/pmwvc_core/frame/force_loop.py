@@ -15,29 +15,21 @@ Time is an argument: integer nanoseconds of any monotonic clock.
 """
 
 import math
-from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from pmwvc_core.frame.device_sample import STALE_S, DeviceSample
+from pmwvc_core.frame.end import ProtocolEnd, waiting
 from pmwvc_core.frame.rows import FrameReport, Row
 from pmwvc_core.frame.schedule import Frames
 from pmwvc_core.master.controller import MasterController
 from pmwvc_core.master.safety.limiter import SafetyLimiter
-from pmwvc_core.numeric import Value, anywhere, truth
+from pmwvc_core.numeric import Value, truth
 from pmwvc_core.params import MasterParams
-from pmwvc_core.state import Stateful
-from pmwvc_core.transport.packet import (
-    FLAG_DIRECT,
-    FLAG_LEAVING,
-    FLAG_LIMITED,
-    FLAG_WAITING,
-    Packer,
-    WavePacket,
-)
+from pmwvc_core.transport.packet import FLAG_LEAVING, FLAG_LIMITED, Packer, WavePacket
 from pmwvc_core.transport.receiver import Receiver
 
 
-class ForceLoop(Stateful):
+class ForceLoop(ProtocolEnd):
     """One user's force loop.
 
     Parameters
@@ -62,16 +54,10 @@ class ForceLoop(Stateful):
         Whether the server had answered and the soft start was over when an answer was taken.
     x
         Last valid position [m].
-    other_controller
-        Packets of another kind of controller, which are ignored.
-    changes
-        Frames that took changes over.
     """
 
     BLOCKS = "controller safety inbox packer frames"
-    MEMORY = (
-        "ended coupled x other_controller _fresh_tick _due _events_sent _epoch _timeout_s changes"
-    )
+    MEMORY = "ended coupled x _fresh_tick _due _events_sent _epoch _timeout_s"
 
     def __init__(
         self,
@@ -84,6 +70,7 @@ class ForceLoop(Stateful):
         tick_s: float,
         watched: bool = False,
     ) -> None:
+        super().__init__()
         self.controller = controller
         self.safety = safety
         self.inbox = inbox
@@ -93,7 +80,6 @@ class ForceLoop(Stateful):
         self.ended: FrameReport | None = None
         self.coupled = False
         self.x: Value = 0.0
-        self.other_controller = 0
         self._watched = watched
         self._stale_ticks = round(STALE_S / tick_s)
         self._fresh_tick = -1 - self._stale_ticks
@@ -101,8 +87,6 @@ class ForceLoop(Stateful):
         self._due = math.inf  # the tick after the last one that ran
         self._timeout_s = inbox.timeout_s
         self._epoch = 0  # of the server whose answers are used
-        self.changes = 0
-        self._changes: deque[Callable[[], None]] = deque()
 
     @property
     def ready(self) -> bool:
@@ -112,10 +96,6 @@ class ForceLoop(Stateful):
         before, it would push the device away from its avatar against a force held back.
         """
         return truth(self.safety.ready)
-
-    def hand_over(self, change: Callable[[], None]) -> None:
-        """Have a change made at the next frame start, behind its packet; from any thread."""
-        self._changes.append(change)
 
     def configure(self, master: MasterParams) -> None:
         """Take other parameters over at a frame start: those of the controller, the rate drop, the
@@ -139,10 +119,7 @@ class ForceLoop(Stateful):
         if sample.valid:
             self.controller.measure(sample.x, sample.xd)
         packet = self._packed(now_ns)
-        if self._changes:
-            self.changes += 1
-        while self._changes:
-            self._changes.popleft()()
+        self._take_changes()
         self.packer.period = frames.start(tick, begun)
         return packet
 
@@ -219,9 +196,7 @@ class ForceLoop(Stateful):
             packet = self.start_frame(tick, now_ns, sample)
             self.ended = self.report()
         for arrived in packets:
-            if (arrived.flags ^ self.controller.flags) & FLAG_DIRECT and arrived.refusal is None:
-                self.other_controller += 1
-            else:
+            if not self._refuses(arrived, self.controller.flags):
                 self.inbox.push(arrived, now_ns)
         if self.frames.take_answer(tick):
             self._take_answer(now_ns)
@@ -237,30 +212,20 @@ class ForceLoop(Stateful):
         """Return the next packet: the filter's output after the last tick; None where the deadband
         holds it back.
         """
-        flags, wave = 0, self.controller.send()
+        wave, flags = self.controller.send(), waiting(self.inbox)
         events = self.safety.events
         if isinstance(events, int) and events != self._events_sent:
             self._events_sent = events
-            flags = FLAG_LIMITED
-        if anywhere(self.inbox.playout.dry):
-            flags |= FLAG_WAITING
+            flags |= FLAG_LIMITED
         if self.packer.holds_back(wave, flags | self.controller.flags):
             return None
         return self._pack(wave, now_ns, flags)
 
     def _pack(self, wave: Value, now_ns: int, flags: int) -> WavePacket:
-        controller = self.controller
-        flags |= controller.flags
-        packet = self.packer.pack(
-            wave,
-            controller.position(),
-            now_ns,
-            flags,
-            self.inbox.echo(now_ns),
-            controller.account(),
-        )
-        packet.short = self.inbox.playout.short
-        return packet
+        port, inbox = self.controller, self.inbox
+        at, account, short = port.position(), port.account(), inbox.playout.short
+        flags |= port.flags
+        return self.packer.pack(wave, at, now_ns, flags, inbox.echo(now_ns), account, short)
 
     def _take_answer(self, now_ns: int) -> None:
         """Give the newest wave to the controller; a silent server becomes a matched damper.

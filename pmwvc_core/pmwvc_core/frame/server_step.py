@@ -10,22 +10,20 @@ Time is an argument: integer nanoseconds of any monotonic clock.
 """
 
 import math
-from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from pmwvc_core.frame.rows import PortRow, Presence, ServerRow
+from pmwvc_core.frame.end import ProtocolEnd, waiting
+from pmwvc_core.frame.rows import Presence, ServerRow
 from pmwvc_core.numeric import Value, anywhere
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plant.task import ShownTarget
-from pmwvc_core.server.user_ports import ServerController
-from pmwvc_core.state import Stateful
+from pmwvc_core.server.controller import ServerController
 from pmwvc_core.transport.packet import (
     FLAG_ANEW,
     FLAG_DIRECT,
     FLAG_LEAVING,
-    FLAG_WAITING,
     Packer,
     WavePacket,
 )
@@ -39,7 +37,7 @@ ABSENT, COUPLED, DAMPING = Presence.ABSENT, Presence.COUPLED, Presence.DAMPING
 ACCEPTED, NEW_EPOCH = Verdict.ACCEPTED, Verdict.NEW_EPOCH
 
 
-class ServerStep(Stateful):
+class ServerStep(ProtocolEnd):
     """All users' server ports around one environment.
 
     Parameters
@@ -61,14 +59,10 @@ class ServerStep(Stateful):
         Steps made so far.
     presence
         State of every user.
-    other_controller
-        Packets of another kind of controller, which are ignored.
-    changes
-        Steps that took changes over.
     """
 
     BLOCKS = "server target inboxes packers"
-    MEMORY = "presence steps other_controller paused period_s changes _idle _anew"
+    MEMORY = "presence steps paused period_s _idle _anew"
 
     def __init__(
         self,
@@ -81,6 +75,7 @@ class ServerStep(Stateful):
         release_s: float,
         idle_until_joined: bool = False,
     ) -> None:
+        super().__init__()
         self.server = server
         self.target = target
         self.params = params
@@ -90,12 +85,9 @@ class ServerStep(Stateful):
         self.release_s = release_s
         self.presence = [ABSENT for _ in self.inboxes]
         self.steps = 0
-        self.other_controller = 0
         self.paused = False
         self._idle = idle_until_joined
         self._anew = [0 for _ in self.inboxes]  # FLAG_ANEW of each user's packets
-        self._changes: deque[Callable[[], None]] = deque()
-        self.changes = 0
 
     def pause(self, paused: bool) -> None:
         """Stand still, or go on. Users leave, and join anew afterwards: a device that moves on
@@ -105,10 +97,6 @@ class ServerStep(Stateful):
         if paused:
             for user in range(len(self.presence)):
                 self._leave(user)
-
-    def hand_over(self, change: Callable[[], None]) -> None:
-        """Have a change made before the next step; from any thread."""
-        self._changes.append(change)
 
     def configure(self, params: ServerParams, *, first_s: float) -> None:
         """Take other parameters over before a step.
@@ -160,10 +148,7 @@ class ServerStep(Stateful):
         """
         if self.period_s != self.params.period_s:
             self._last(self.params.period_s)
-        if self._changes:
-            self.changes += 1
-        while self._changes:
-            self._changes.popleft()()
+        self._take_changes()
         if self.paused:
             for inbox, arrived in zip(self.inboxes, packets, strict=True):
                 for packet in arrived:
@@ -179,24 +164,23 @@ class ServerStep(Stateful):
             return [None for _ in self.presence], None
         self._idle = False
         self.steps += 1
-        packed: list[WavePacket | None] = []
+        answers: list[WavePacket | None] = []
         server = self.server
         for user, answer in enumerate(server.step(self._received(now_ns))):
-            answered, flags = None, server.flags | self._anew[user]
-            inbox = self.inboxes[user]
-            if anywhere(inbox.playout.dry):
-                flags |= FLAG_WAITING
-            packer, absent = self.packers[user], self.presence[user] is ABSENT
+            answered, absent = None, self.presence[user] is ABSENT
+            inbox, packer = self.inboxes[user], self.packers[user]
+            flags = server.flags | self._anew[user] | waiting(inbox)
             if not absent and inbox.plays_on:
                 self._pass_on(user)
             if not absent and not packer.holds_back(answer, flags):
-                port, echo = server.ports[user], inbox.echo(now_ns)
+                port = server.ports[user]
                 at = port.x_s - port.offset  # in the frame of the device
-                answered = packer.pack(answer, at, now_ns, flags, echo, port.account)
-                answered.short = inbox.playout.short
-            packed.append(answered)
+                echo, short = inbox.echo(now_ns), inbox.playout.short
+                answered = packer.pack(answer, at, now_ns, flags, echo, port.account, short)
+            answers.append(answered)
         self.target.step(together=self.presence.count(COUPLED) == len(self.presence))
-        return packed, self._row()
+        presence = tuple(self.presence)
+        return answers, ServerRow.of(server, self.target.position_m, presence)
 
     def _pass_on(self, user: int) -> None:
         """Send energy back that a user lacks and its wave does not need here: the port takes it
@@ -211,8 +195,7 @@ class ServerStep(Stateful):
 
     def deliver(self, user: int, packet: WavePacket, now_ns: int) -> None:
         """Take one packet of a user in; a first one, or one of a new life, joins the user."""
-        if (packet.flags ^ self.server.flags) & FLAG_DIRECT and packet.refusal is None:
-            self.other_controller += 1
+        if self._refuses(packet, self.server.flags):
             return
         verdict = self.inboxes[user].push(packet, now_ns)
         if verdict is not ACCEPTED and verdict is not NEW_EPOCH:
@@ -257,29 +240,3 @@ class ServerStep(Stateful):
                         server.on_packet(user, inbox.newest)
             received.append((inbox.position(), wave) if direct else wave)
         return received
-
-    def _row(self) -> ServerRow:
-        server = self.server
-        return ServerRow(
-            server.body.x,
-            server.body.xd,
-            self.target.position_m,
-            server.kinetic,
-            server.potential,
-            server.dissipated,
-            [
-                PortRow(
-                    port.x_s,
-                    port.xd_s,
-                    port.f_s,
-                    port.u_s,
-                    port.v_s,
-                    port.energy_u_s,
-                    port.energy_v_s,
-                    touching,
-                )
-                for port, touching in zip(server.ports, server.contact, strict=True)
-            ],
-            tuple(self.presence),
-            server.accounts,
-        )

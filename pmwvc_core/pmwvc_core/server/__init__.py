@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The server end: wave ports, couplings (the algebraic loop), contact laws, the object."""
 
+from pmwvc_core.server.controller import ServerController
 from pmwvc_core.server.port import WaveServer
-from pmwvc_core.server.user_ports import ServerController
 
 __all__ = ["ServerController", "WaveServer"]

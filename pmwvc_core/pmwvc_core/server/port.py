@@ -23,10 +23,11 @@ from collections.abc import Sequence
 
 from pmwvc_core.numeric import Value, anywhere, limit_length
 from pmwvc_core.params import ServerParams
+from pmwvc_core.server.controller import ServerController
 from pmwvc_core.server.couplings import COUPLINGS, Faulting
 from pmwvc_core.server.couplings.contained import solver_of
 from pmwvc_core.server.environments import make_body
-from pmwvc_core.server.user_ports import ServerController, UserPort
+from pmwvc_core.server.user_ports import UserPort
 
 SLIDE_M_S = 0.1
 

@@ -135,6 +135,7 @@ class Packer(Stateful):
         flags: int = 0,
         echo: tuple[int, int, int] = (0, 0, 0),
         energy: Value | None = None,
+        short: Flag = False,
     ) -> WavePacket:
         """Return the next packet.
 
@@ -153,6 +154,8 @@ class Packer(Stateful):
             Result of :meth:`Receiver.echo` for the peer's newest packet.
         energy
             Running sum that a controller keeps itself [J]; by default that of the waves sent.
+        short
+            Whether the playout of this end lacks energy, one per run.
         """
         period = self.period
         self.seq = seq = self.seq + 1
@@ -178,6 +181,7 @@ class Packer(Stateful):
             echo_sent_ns,
             echo_hold_ns,
             flags,
+            short=short,
         )
 
 

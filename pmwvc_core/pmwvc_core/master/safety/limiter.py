@@ -7,12 +7,11 @@ What reaches the device, for whatever a controller asks, including values that a
 * the force starts at zero, never changes by more than ``max_slew * tick_s`` in a tick and is never
   longer than ``max_force`` (a vector keeps its direction);
 * whenever there is something to feel again (first answer, another server, any other recovery) it
-  grows from zero over ``soft_start_s``; after a silence of the same server over ``RETURN_S``, from
-  what had not faded yet (at once where there is a brake);
+  grows from zero over ``soft_start_s``, or after a silence from what had not faded (``fading``);
 * **damping**: when the server has been silent for longer than ``timeout_s`` or three packets, or
   the device is faster than ``damper_velocity``, only the part of the force that opposes the motion
-  remains; what pushes fades over ``FADE_S`` (at once above the speed). After ``release_s`` of
-  silence the damping itself, and the brake, are let go over ``LET_GO_S``;
+  remains; what pushes fades (at once above the speed). After ``release_s`` of silence the damping
+  itself, and the brake, are let go;
 * **workspace**: beyond the half extent that the device declares, damping likewise;
 * **device silent**: while the device senses nothing there is no force at all (it is unknown how it
   moves); after ``LOST_S`` that is a fault, which ends with the next sample;
@@ -28,26 +27,22 @@ comparisons tell whether the next one is, too.
 Equations: docs/theory.md 10.2.
 """
 
-import numpy as np
-
 from pmwvc_core.master.brake import HandBrake
+from pmwvc_core.master.safety.fading import Fading
 from pmwvc_core.master.safety.states import (
+    Cause,
     Integers,
     Interventions,
-    SafetyState,
     Seen,
     cause_of,
     state_of,
     text_of,
-    texts_of,
 )
 from pmwvc_core.numeric import (
     LARGEST,
     Flag,
     Value,
-    dot,
     limit_length,
-    maximum,
     minimum,
     root,
     squared,
@@ -58,11 +53,7 @@ from pmwvc_core.numeric import (
 from pmwvc_core.params import SafetyParams
 from pmwvc_core.state import Stateful
 
-__all__ = ["SafetyLimiter", "SafetyState"]
-
-FADE_S, LET_GO_S = 0.02, 0.5
 LOST_S = 1.0
-RETURN_S = 0.1  # after a silence of the same server: meanwhile the hand runs ahead
 REACH = 1.01  # of the workspace: a stop gives way a little
 ROUNDING = 1.0 - 1e-12  # of a squared limit: below it the length is inside, however rounded
 
@@ -89,14 +80,12 @@ class SafetyLimiter(Stateful):
     ----------
     f
         Force as applied last [N].
-    ready
-        Whether the force has ever been let through in full: a simulated hand may act.
     inactive
         Whether the last tick let the force through unchanged.
     """
 
-    BLOCKS = "_brake _interventions"
-    MEMORY = "f ready inactive _missing_s _sensed _gain _push _faulty _damped _returns _seen"
+    BLOCKS = "_brake _fading _interventions"
+    MEMORY = "f inactive _missing_s _sensed _faulty _seen"
 
     def __init__(
         self,
@@ -107,31 +96,24 @@ class SafetyLimiter(Stateful):
         workspace_m: float | None = None,
         brake: HandBrake | None = None,
     ) -> None:
-        self._brake = brake
-        self._tick_s = tick_s
-        self._packet_s = packet_s
+        self._brake, self._tick_s, self._packet_s = brake, tick_s, packet_s
         self._reach = LARGEST if workspace_m is None else REACH * workspace_m
         self._missing_s: Value = 0.0  # time without a sample of the device
         self._sensed: Flag = False  # ever
+        self._fading = Fading(params, tick_s=tick_s, whole=brake is not None)
         self.configure(params)
         self.f: Value = 0.0
-        self.ready: Flag = False
-        self._gain: Value = 0.0  # ratio of the force that is let through
-        self._push: Value = 1.0  # ratio of the pushing force let through while damping
         self._faulty: Flag = False
-        self._damped: Flag = False
         self._interventions = Interventions()
         self.inactive = False
-        self._returns: Flag = False  # rises after a silence of the same server
         self._seen = Seen()
 
     def configure(self, params: SafetyParams) -> None:
         """Take other limits over; state and force go on from where they are."""
         self.params = params
+        self._fading.configure(params)
         self._silence_s = max(params.timeout_s, 3.0 * self._packet_s)
         self._slew = params.max_slew * self._tick_s
-        self._rise = self._tick_s / params.soft_start_s
-        self._return = self._tick_s / minimum(params.soft_start_s, RETURN_S)
         self._too_fast = params.damper_velocity**2
         self._runaway = params.fault_velocity**2
         self._longest = params.max_force**2
@@ -149,8 +131,8 @@ class SafetyLimiter(Stateful):
 
     def restart(self) -> None:
         """Let the force start from zero again: what it comes from is not what it came from."""
-        self._gain = 0.0 * self._gain
-        self.inactive = self._returns = False
+        self._fading.restart()
+        self.inactive = False
         self._seen = Seen()
         if self._brake:
             self._brake.reset()
@@ -219,15 +201,13 @@ class SafetyLimiter(Stateful):
         damped = silent | fast | outside
         released = silent & (silence_s > self.params.release_s)
         through = active & good & (faulty ^ True)
-        self._advance_gain(through, damped, released)
-        self._push = where(
-            damped, where(fast, 0.0, maximum(self._push - self._tick_s / FADE_S, 0.0)), 1.0
-        )
+        fading = self._fading
+        fading.step(through, damped, fast, released, self._seen)
         if damped is not False:
-            f_asked = where(damped, self._damping(f_asked, xd, speed), f_asked)
+            f_asked = where(damped, fading.damping(f_asked, xd, speed), f_asked)
         if brake and not idle:
             f_asked = f_asked + where(fast | outside, 0.0, brake.force(f_asked))
-        applied, limited = self._limit(f_asked * self._gain)
+        applied, limited = self._limit(f_asked * fading.gain)
         unreceived = unreceived & active
         disturbed = gone | (active & (damped | unreceived | (through ^ True)))
         self._interventions.step(disturbed, limited & through & (damped ^ True))
@@ -236,57 +216,33 @@ class SafetyLimiter(Stateful):
             active, good, faulty, silent, released, fast, outside, gone, lost, unreceived, late
         )
         quiet = (damped | limited | unreceived | late) ^ True
-        self.inactive = truth(through & quiet & (self._gain >= 1.0))
+        self.inactive = truth(through & quiet & (fading.gain >= 1.0))
         return applied
+
+    @property
+    def ready(self) -> Flag:
+        """Whether the force has ever been let through in full: a simulated hand may act."""
+        return self._fading.ready
 
     @property
     def state(self) -> int | Integers:
         """The present ``SafetyState``; in a batch an array ``(runs, 1)``."""
-        if self.inactive and type(self._gain) is float:
-            return SafetyState.COUPLED
-        return state_of(cause_of(self._seen, self._gain))
+        return state_of(self._cause())
 
     @property
     def reason(self) -> str | list[str]:
         """Why, empty when coupled; in a batch one text per run."""
-        if self.inactive and type(self._gain) is float:
-            return ""
-        cause = cause_of(self._seen, self._gain)
-        if isinstance(cause, np.ndarray):
-            return texts_of(cause, self.params)
-        return text_of(cause, self.params)
+        return text_of(self._cause(), self.params)
+
+    def _cause(self) -> int | Integers:
+        if self.inactive and type(self._fading.gain) is float:
+            return Cause.NONE
+        return cause_of(self._seen, self._fading.gain)
 
     @property
     def events(self) -> int | Integers:
         """Number of interventions so far; in a batch ``(runs, 1)``."""
         return self._interventions.count
-
-    def _advance_gain(self, through: Flag, damped: Flag, released: Flag) -> None:
-        """Let the ratio of the force rise from zero at the soft start and fall on release.
-
-        When a state of damping ends it goes on from what had not faded yet: a pause just over the
-        timeout costs no grip, and one longer than ``FADE_S`` begins at zero. After a silence of
-        the server it rises within ``RETURN_S``.
-        """
-        recovers = self._damped & (damped ^ True)
-        seen = self._seen
-        quiet = seen.silent & ((seen.fast | seen.outside) ^ True) & self.ready
-        self._returns = ((recovers & quiet) | ((recovers ^ True) & self._returns)) & through
-        rise = where(self._returns, self._return, self._rise)
-        faded = recovers & ((quiet & (self._brake is not None)) ^ True)
-        gain = where(faded, self._gain * self._push, self._gain)
-        less, more = maximum(gain - self._tick_s / LET_GO_S, 0.0), minimum(gain + rise, 1.0)
-        gain = where(released, less, more)
-        self._gain = gain = where(through, gain, 0.0)
-        self.ready = self.ready | ((gain >= 1.0) & (damped ^ True))
-        self._damped = damped
-
-    def _damping(self, f: Value, xd: Value, speed: Value) -> Value:
-        """Return the part of a force that opposes the motion, and what is left of the rest."""
-        power = dot(f, xd)
-        opposes = (power > 0.0) & (speed > 0.0)
-        kept = where(opposes, xd * (power / where(opposes, speed, 1.0)), 0.0)
-        return kept + self._push * (f - kept)
 
     def _limit(self, f: Value) -> tuple[Value, Flag]:
         """Limit the force, then its change; also return whether either was limited."""

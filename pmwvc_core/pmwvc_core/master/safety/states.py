@@ -118,23 +118,21 @@ def state_of(cause: int | Integers) -> int | Integers:
     return _STATES[Cause(cause)]
 
 
-def text_of(cause: int, limits: SafetyParams, run: int = 0) -> str:
-    """Return a cause in words, empty when all is well."""
+def text_of(cause: int | Integers, limits: SafetyParams) -> str | list[str]:
+    """Return a cause in words, empty when all is well; those of all runs where it is an array."""
+    if not isinstance(cause, np.ndarray):
+        return _text(cause, limits)
+    if not cause.any():
+        return [""] * cause.size
+    return [_text(each, limits, run) for run, each in enumerate(cause.ravel().tolist())]
+
+
+def _text(cause: int, limits: SafetyParams, run: int = 0) -> str:
     if cause == Cause.TOO_FAST:
         return f"faster than {_number(limits.damper_velocity, run)} m/s: damping only"
     if cause == Cause.RUNAWAY:
         return f"faster than {_number(limits.fault_velocity, run)} m/s: no force until re-armed"
-    return _TEXTS[Cause(cause)]
-
-
-def texts_of(causes: Integers, limits: SafetyParams) -> list[str]:
-    """Return the causes of all runs in words."""
-    if not causes.any():
-        return [_TEXTS[Cause.NONE]] * causes.size
-    return [
-        _TEXTS[cause] if cause in _TEXTS else text_of(cause, limits, run)
-        for run, cause in enumerate(causes.ravel().tolist())
-    ]
+    return _TEXTS[cause]
 
 
 class Interventions(Stateful):
