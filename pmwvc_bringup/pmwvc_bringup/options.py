@@ -105,9 +105,7 @@ MODEL = (SCENARIO, USERS, settings(), LIVE)  # for questions about the model of 
 
 
 def scenario_of(arguments: argparse.Namespace) -> Scenario:
-    """Return the scenario that the arguments name, with their changes; ScenarioError with every
-    mistake of file and options.
-    """
+    """Return the scenario named; ScenarioError with every mistake of file and options."""
     return files.load(
         arguments.scenario,
         settings_texts=arguments.settings,

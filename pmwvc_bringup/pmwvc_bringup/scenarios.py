@@ -41,9 +41,7 @@ class _Loader(yaml.SafeLoader):
 
 
 def folders() -> list[Path]:
-    """Return the folders with the scenarios that come with the project: source tree, or installed
-    share.
-    """
+    """Return the folders with the project's scenarios: source tree, or installed share."""
     here = Path(__file__).resolve()
     source = here.parents[1] / "config"
     prefixes = [*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix]
@@ -120,9 +118,7 @@ def load(
     users: int | None = None,
     duration_s: float | None = None,
 ) -> Scenario:
-    """Return the scenario of a name or file, with the options of the command line applied;
-    ScenarioError with every mistake of file and options.
-    """
+    """Return a scenario with its options; ScenarioError with every mistake of file and options."""
     path = find(name)
     mapping = read(path)
     overrides, problems = settings(settings_texts)

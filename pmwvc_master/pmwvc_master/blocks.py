@@ -90,9 +90,7 @@ class TraceBlocks:
         packets: Sequence[WavePacket],
         changes: int,
     ) -> None:
-        """Note a tick, its signals, and the packets taken in at an instant [ns]; ticks are
-        numbered from the first.
-        """
+        """Note a tick, its signals and the packets taken in at an instant [ns]."""
         block = self._filled
         if self._first is None:
             self._first = tick.grid

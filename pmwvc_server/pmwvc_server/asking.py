@@ -64,9 +64,7 @@ class Worker:
         threading.Thread(target=self._work, name="environment", daemon=True).start()
 
     def __call__(self, exchange: Callable[[], Any]) -> Any:
-        """Return the answer, or raise what the environment raised; Unanswered where it takes too
-        long, or is still busy.
-        """
+        """Return the answer, or raise the environment's error, or Unanswered after too long."""
         last = self._last
         if last is not None and not last.done.is_set():
             busy_s = time.monotonic() - last.asked_s

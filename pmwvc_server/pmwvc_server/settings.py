@@ -187,9 +187,7 @@ class _ForAll:
             raise ParameterError(f"server.deadband.{wrong}")
 
     def check(self, old: ServerParams, new: ServerParams) -> None:
-        """Refuse changes around a black box, a coupling that cannot be made, and a period that
-        cannot change.
-        """
+        """Refuse changes around a black box, of a fixed period, or to an impossible coupling."""
         couplings = [COUPLINGS.of(params.coupling) for params in (old, new)]
         if new != old and any(coupling.black_box for coupling in couplings):
             raise ParameterError(f"server.coupling = {new.coupling!r}: {BLACK_BOX}")

@@ -13,9 +13,7 @@ Indices = NDArray[np.int64]
 
 
 def segments(x: Array, y: Array, *, longest_step: float) -> list[Indices]:
-    """Return the indices of each uninterrupted stretch; NaN and steps beyond ``longest_step``
-    interrupt (0: only NaN does).
-    """
+    """Return the indices of each stretch without NaN or a longer step (0: of any length)."""
     rows = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     if not len(rows):
         return []

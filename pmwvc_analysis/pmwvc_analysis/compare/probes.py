@@ -99,9 +99,7 @@ def free_space(scenario: Scenario) -> FreeSpace | None:
 
 
 def _sine_of(values: Array, angle: float) -> tuple[complex, float]:
-    """Return the complex amplitude of a sine, and its ratio of the power; level and drift
-    are left out.
-    """
+    """Return a sine's complex amplitude and its ratio of the power, without level and drift."""
     turns = angle * np.arange(len(values))
     drift = [np.ones(len(values)), np.linspace(-1.0, 1.0, len(values))]
     basis = np.stack([np.cos(turns), np.sin(turns), *drift], axis=1)
@@ -113,9 +111,7 @@ def _sine_of(values: Array, angle: float) -> tuple[complex, float]:
 
 
 def pressed_stiffness(scenario: Scenario) -> float | None:
-    """Return the stiffness of a steady press [N/m]; None where the device does not come to rest or
-    nothing holds the object.
-    """
+    """Return the stiffness of a steady press [N/m]; None where the device never rests in one."""
     forces = pressing(scenario, 0)
     held = not scenario.environment.movable or any(np.any(force) for force in forces[1:])
     if not held:

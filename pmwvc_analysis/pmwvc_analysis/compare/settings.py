@@ -52,9 +52,7 @@ def tuned(scenario: Scenario, *, given: bool = False) -> Scenario:
 
 
 def tuning_of(scenario: Scenario) -> str | None:
-    """Return where the parameters of a baseline come from and which rule they miss, in words; None
-    for controllers without a rule.
-    """
+    """Return in words a baseline's source of parameters and the rule they miss, or None."""
     rule = record_of(scenario.controller).rule
     if rule is None:
         return None
@@ -75,9 +73,7 @@ def tuning_of(scenario: Scenario) -> str | None:
 
 
 def parameters_of(scenario: Scenario) -> dict[str, Any]:
-    """Return the parameters that make a controller what it is, by dotted name; where users differ,
-    one entry each.
-    """
+    """Return a controller's own parameters by dotted name, per user where users differ."""
     flat, record = scenario.flat(), record_of(scenario.controller)
     if not record.waves:
         group = record.rule.group if record.rule else record.name

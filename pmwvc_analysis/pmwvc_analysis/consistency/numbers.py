@@ -26,10 +26,7 @@ def off(left: Array, right: Array, text: str, unit: str) -> list[str]:
 
 
 def missing_from(values: Array, known: Array) -> float | None:
-    """Return how far a value is from all known ones, where that is more than rounding, else None.
-
-    ``known`` is sorted.
-    """
+    """Return how far a value is from all of the sorted ``known`` beyond rounding, or None."""
     if not values.size or not known.size:
         return None
     index = np.searchsorted(known, values)

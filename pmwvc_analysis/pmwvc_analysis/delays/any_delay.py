@@ -66,9 +66,7 @@ class AnyDelay:
 
 
 def any_delay(scenario: Scenario, *, live: bool = False) -> AnyDelay | None:
-    """Return what is known of a scenario at any constant delay; None for controllers
-    that the proofs of wave ports do not hold for.
-    """
+    """Return what is known at any constant delay; None where proofs of wave ports do not hold."""
     if not proofs_hold(scenario.controller):
         return None
     reasons = _outside(scenario)

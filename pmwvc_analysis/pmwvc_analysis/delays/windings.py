@@ -114,9 +114,7 @@ class Loci:
         return values
 
     def _crossings(self, angle: Array, values: Complex, log_r: float) -> float:
-        """Return the signed crossings of the real axis beyond 1 on the upper half circle; one at
-        its ends counts half.
-        """
+        """Return the signed crossings of the real axis beyond 1, upper half; ends count half."""
         size = np.log(np.maximum(np.abs(values), 1e-300)) - self._least * log_r
         phase = np.unwrap(np.angle(values))
         turn = (phase - self._least * angle) / (2.0 * np.pi)

@@ -51,10 +51,7 @@ class Limited(NamedTuple):
 
 
 def limited(traces: SessionTraces, scenario: Scenario | None) -> dict[str, Limited]:
-    """Return the users whose environment was limited, by name.
-
-    Empty also where it is unknown: without a scenario or a trace of the server.
-    """
+    """Return the users whose environment was limited, as far as scenario and trace show it."""
     server = traces.server
     if scenario is None or server is None or not has_waves(scenario.controller):
         return {}

@@ -23,9 +23,7 @@ MOST_POINTS = 1500
 
 
 def whereabouts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
-    """Return the energy of the hands and where it is, stacked; below, the parts that generated
-    energy.
-    """
+    """Return where the energy of the hands is, stacked; below, what blocks generated."""
     found = budget(traces, scenario)
     if found is None or len(found.time_s) < 2:
         return None

@@ -78,9 +78,7 @@ def _figure(grid: Grid, radius: Array, measured: list[Measured]) -> Any:
 
 
 def _colours() -> Any:
-    """Return blue for stable, orange to red for not stable, with an edge at zero; the darker, the
-    farther from it.
-    """
+    """Return blue for stable and orange to red for unstable, darker away from the edge at zero."""
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
 

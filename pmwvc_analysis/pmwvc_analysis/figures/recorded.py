@@ -89,9 +89,7 @@ class Event(NamedTuple):
 
 
 def numbered(traces: SessionTraces) -> list[Event]:
-    """Return the events in the order of time, those without a time first; list and figures show
-    the same numbers.
-    """
+    """Return the events by time, those without one first, as list and figures number them."""
     order = sorted(traces.events, key=lambda e: (e["time_s"] is not None, e["time_s"] or 0.0))
     return [
         Event(

@@ -21,10 +21,7 @@ COLUMNS = {name: name for name in build.FATE_COLUMNS} | {"bytes": "size_bytes"}
 
 
 def fate_blocks(types: MessageTypes, fates: FateTraces, start: int) -> Iterator[tuple[int, Any]]:
-    """Yield PacketFate messages, half a second of records each, with their time [ns].
-
-    A block is published once its last packet came in.
-    """
+    """Yield PacketFate messages of half a second with the time of the last packet in each [ns]."""
     blocks = fates.time_in_ns // BLOCK_NS
     edges = [0, *(np.flatnonzero(np.diff(blocks)) + 1).tolist(), len(blocks)]
     for first, after in itertools.pairwise(edges):

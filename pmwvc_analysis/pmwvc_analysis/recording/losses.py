@@ -30,9 +30,7 @@ def came_out(fates: FateTraces) -> NDArray[np.bool_]:
 def topic_counts(
     counter: GapCounter, fates: Mapping[str, FateTraces], packets: Mapping[str, PacketTraces]
 ) -> dict[str, dict[str, int]]:
-    """Return ``{"messages": int, "missing": int}`` per topic, and ``not_relayed`` where packets of
-    it never reached their link.
-    """
+    """Return ``messages``, ``missing`` and, where there are any, ``not_relayed`` by topic."""
     counts: dict[str, dict[str, int]] = {}
     for topic, messages in counter.messages.items():
         origin = relayed(topic)

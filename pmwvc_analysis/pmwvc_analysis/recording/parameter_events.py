@@ -73,9 +73,7 @@ def taken_over(
 
 
 def owner_of(names: Iterable[str]) -> str | None:
-    """Return who takes parameters over: a user's master, "" for the server; None: a link, or
-    several.
-    """
+    """Return the user whose master takes parameters over, "" for the server; None: any other."""
     owners = {_owner_of(name) for name in names}
     return owners.pop() if len(owners) == 1 else None
 

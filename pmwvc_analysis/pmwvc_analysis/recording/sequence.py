@@ -129,9 +129,7 @@ class StreamCount:
 
     @property
     def gaps(self) -> list[tuple[int, int]]:
-        """The missing numbers not yet settled as ``(first, count)``, from the first seen back to
-        1 included.
-        """
+        """The missing numbers not yet settled, from 1 on, as ``(first, count)``."""
         expected, found = self.settled, []
         for first, after in self.ranges:
             if first > expected:

@@ -25,9 +25,7 @@ class Limit(NamedTuple):
 
 
 def limits(traces: SessionTraces, recorded: Scenario, hands: Mapping[str, str]) -> list[Limit]:
-    """Return why a replay with unchanged parameters cannot be exact, in the order of time; given
-    the kind of hand of each user.
-    """
+    """Return, by time, why an unchanged replay with these kinds of hands cannot be exact."""
     found = [*_unrecorded(traces), *_restarts(traces), *_unnamed_changes(traces)]
     for user in recorded.users:
         if traces.source == "live" and user.device.plugin != "simulated":

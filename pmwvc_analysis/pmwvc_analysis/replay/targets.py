@@ -23,9 +23,7 @@ def is_remote(user: User) -> bool:
 def remote_hand(
     user: User, traces: SessionTraces, ran_ns: Integers, *, tick_s: float, dof: int
 ) -> Operator:
-    """Return the remote hand of a user with its recorded targets; RecordingError where the session
-    is a replay itself: it has none.
-    """
+    """Return the remote hand with recorded targets; RecordingError for a replay: it has none."""
     if traces.source != "live":
         raise RecordingError(
             f"{user.name}: a {traces.source} session holds no targets of a remote hand; replay "

@@ -37,9 +37,7 @@ class Apart(NamedTuple):
 
 
 def apart(traces: SessionTraces, user: UserTraces) -> Apart | None:
-    """Return how far a device is from its avatar, since the user was coupled in each of its stays;
-    None where it never was.
-    """
+    """Return how far a device is from its avatar in each of its stays; None where it had none."""
     server = traces.server
     if server is None or user.name not in server.users or not len(server.time_s):
         return None

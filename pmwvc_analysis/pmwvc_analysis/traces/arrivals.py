@@ -18,9 +18,7 @@ UNEVEN = 0.01  # of the time spent waiting for late packets: more than that move
 
 
 def waited(links: Iterable[PacketTraces], start_s: float, end_s: float) -> float:
-    """Return the ratio of a time that was spent in intervals before late packets, on the link
-    where it is largest.
-    """
+    """Return the largest ratio, over the links, of time spent in intervals before late packets."""
     span_s = end_s - start_s
     if span_s <= 0.0:
         return 0.0

@@ -39,9 +39,7 @@ def complete(user: UserTraces) -> bool:
 
 
 def true_motion(user: UserTraces, params: DeviceParams) -> TrueMotion | None:
-    """Return the motion of a device with sensors that show something else; None where it cannot
-    be told.
-    """
+    """Return the motion of a device whose sensors show another; None where it cannot be told."""
     if not complete(user) or not np.isfinite(user.f_h).all():
         return None
     dof = user.x_m.shape[-1]

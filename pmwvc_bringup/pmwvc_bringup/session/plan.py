@@ -123,9 +123,7 @@ def _token(tokens: Path | None, owner: str) -> dict[str, object]:
 
 
 def start_order(planned: Sequence[NodePlan]) -> list[list[str]]:
-    """Return the ROS names of the nodes to be started, group after group: no node sends before its
-    receivers run.
-    """
+    """Return groups of ROS names to start in turn: no node sends before its receivers run."""
     kinds = ("netem", "server", "master")
     return [[node.ros_name for node in planned if node.kind == kind] for kind in kinds]
 

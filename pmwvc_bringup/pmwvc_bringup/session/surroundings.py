@@ -21,9 +21,7 @@ RESERVING_PORT = 21_000  # + domain, TCP: also bound by tests that use a domain
 
 
 def new_folder(scenario: str, out: str | None) -> Path:
-    """Make the folder of a new session and return it; PmwvcError where it holds something already,
-    or cannot be made.
-    """
+    """Make and return a new session's folder; PmwvcError where it is not empty or cannot be."""
     if out is None:
         stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
         plain = re.sub(r"[^A-Za-z0-9_.-]+", "_", scenario)

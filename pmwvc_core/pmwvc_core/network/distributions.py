@@ -54,9 +54,7 @@ class Quantiles:
 
 @functools.lru_cache(maxsize=64)
 def quantiles_of(text: str) -> Quantiles:
-    """Read the quantiles of ``link.jitter_quantiles``; ParameterError, with the text and what it
-    must be, where it gives none.
-    """
+    """Read ``link.jitter_quantiles``; ParameterError with the text and the form it must have."""
     refused = ParameterError(f"jitter_quantiles = {text!r}: {FORM}")
     try:
         pairs = [tuple(map(float, word.split(":"))) for word in text.split()]
@@ -227,9 +225,7 @@ def drawn(params: LinkParams) -> Distribution | None:
 
 
 def prepare(params: LinkParams) -> None:
-    """Make what the jitter of a link is drawn from, which may take 0.3 s: no packet is to wait for
-    it.
-    """
+    """Make what jitter is drawn from before any packet waits for it: that may take 0.3 s."""
     found = drawn(params)
     if found:
         found.at(params, 0.5)

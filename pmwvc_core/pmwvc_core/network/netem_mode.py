@@ -37,9 +37,7 @@ def as_u32(probability: float) -> int:
 
 @lru_cache(maxsize=16)
 def table_of(params: LinkParams) -> tuple[int, ...]:
-    """Return the table of the link's jitter: quantiles in standard deviations from the mean, times
-    8192, as whole numbers of 16 bit.
-    """
+    """Return the quantiles of the jitter in 1/8192 of a deviation from the mean, 16 bit each."""
     distribution = DISTRIBUTIONS[params.jitter]
     if distribution.linux:
         return linux_table(params.jitter)

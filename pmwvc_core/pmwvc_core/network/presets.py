@@ -158,9 +158,7 @@ PRESETS = {
 
 
 def link_settings(name: str, directions: tuple[str, ...] = ("up", "down")) -> dict[str, Any]:
-    """Return the link parameters that a preset stands for, by dotted name (``link.up.delay_s``);
-    KeyError where there is no such preset.
-    """
+    """Return the parameters of a preset by dotted name (``link.up.delay_s``); else KeyError."""
     preset = PRESETS[name]
     return {
         f"link.{direction}.{field}": getattr(getattr(preset, direction), field)

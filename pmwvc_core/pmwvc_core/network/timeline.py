@@ -67,9 +67,7 @@ class Timeline:
 
 @functools.lru_cache(maxsize=64)
 def timeline_of(text: str) -> Timeline:
-    """Read the timeline of ``link.schedule``; ParameterError with the entry, its value and what it
-    must be.
-    """
+    """Read ``link.schedule``; ParameterError with the entry, its value and what it must be."""
     entries = [Entry(0.0)]
     length_s = math.inf
     for number, part in enumerate(filter(str.strip, text.split(";")), start=1):

@@ -18,9 +18,7 @@ ASYMMETRY = 1e-9  # of the largest entry: digits lost in writing, made symmetric
 
 
 def matrix_of(text: str) -> NDArray[np.float64]:
-    """Return the matrix that a text holds, exactly symmetric ``(dof, dof)``; ParameterError with
-    the value and what it must be.
-    """
+    """Return the symmetric matrix ``(dof, dof)`` of a text; ParameterError with a wrong value."""
     wrong = matrix_problem(text)
     if wrong:
         raise ParameterError(wrong)

@@ -26,9 +26,7 @@ def values_of(prefix: str, owner: Any) -> dict[str, Any]:
 
 
 def built(prefix: str, kind: type[P], given: Mapping[str, Any]) -> P:
-    """Build a parameter dataclass from ROS values by dotted name; ParameterError naming every
-    wrong parameter by its dotted name.
-    """
+    """Build a parameter dataclass from ROS values; ParameterError with every wrong dotted name."""
     known = leaves(prefix, kind)
     wanted = {name: from_ros(spec, given[name]) for name, spec in known.items()}
     problems = [

@@ -52,9 +52,7 @@ class _Unserved(CallbackGroup):
 
 
 class Polled:
-    """One subscription, emptied by calls of :meth:`take`; its node has to outlive the loop that
-    takes.
-    """
+    """One subscription, emptied by :meth:`take`; its node has to outlive the loop that takes."""
 
     def __init__(
         self, node: Node, kind: Any, topic: str, qos: QoSProfile = WAVE_QOS, *, raw: bool = False

@@ -87,9 +87,7 @@ def matched(node: Node) -> dict[str, dict[str, int]]:
 def unmatched(
     matches: Mapping[str, Mapping[str, int]], ends: Mapping[str, tuple[int, int]]
 ) -> list[str]:
-    """Return what a node lacks, in words; ``ends``: topic -> wanted numbers of publishers and
-    subscribers.
-    """
+    """Return which of ``ends`` are unmatched: topic -> numbers of publishers, subscribers."""
     found = []
     for side, other, wanted_index in (
         (PUBLISHERS, "subscribers", 1),

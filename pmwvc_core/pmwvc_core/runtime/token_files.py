@@ -20,9 +20,7 @@ _HEAD = "PMWVC session token, secret"
 
 
 def write_token(path: Path, token: Token) -> None:
-    """Write a token into a file that only its owner can read; ParameterError where the file is
-    there already or cannot be made.
-    """
+    """Write a token into a new file for its owner only; ParameterError where it cannot be made."""
     lines = [_HEAD, f"session {token.session:016x}", f"user {token.user}".rstrip()]
     text = "\n".join([*lines, f"key {token.key.hex()}"]) + "\n"
     try:
@@ -58,9 +56,7 @@ def write_session(folder: Path, users: Sequence[str]) -> list[Path]:
 
 
 def read_token(path: str | Path) -> Token:
-    """Return the token in a file; ParameterError in one line where there is no such file, or it
-    holds no token.
-    """
+    """Return the token in a file; ParameterError in one line where there is none."""
     try:
         lines = Path(path).expanduser().read_text(encoding="ascii").splitlines()
     except (OSError, ValueError) as error:

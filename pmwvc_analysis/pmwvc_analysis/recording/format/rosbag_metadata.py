@@ -14,9 +14,7 @@ VERSION = 9
 def information(
     topics: Sequence[tuple[Topic, str, int]], *, file_name: str, start_ns: int, end_ns: int
 ) -> dict[str, object]:
-    """Return the content below ``rosbag2_bagfile_information``, of topics with the hashes of their
-    types and their numbers of messages.
-    """
+    """Return the content of ``metadata.yaml`` from topics, type hashes and message counts."""
     start = {"nanoseconds_since_epoch": start_ns}
     duration = {"nanoseconds": max(0, end_ns - start_ns)}
     count = sum(messages for _, _, messages in topics)

@@ -47,9 +47,7 @@ def _message_folders(package: str) -> Iterator[Path]:
 
 @functools.cache
 def message_text(type_name: str) -> str:
-    """Return the ``.msg`` text of one type, such as ``pmwvc_msgs/msg/Wave``; RecordingError where
-    neither a folder nor rosbags has it.
-    """
+    """Return the ``.msg`` text of a type (``pmwvc_msgs/msg/Wave``), or raise RecordingError."""
     package, _, name = type_name.replace("/msg/", "/").partition("/")
     for folder in _message_folders(package):
         path = folder / f"{name}.msg"

@@ -66,9 +66,7 @@ class Record(NamedTuple):
         return self.offset + self.size
 
     def parsed(self) -> McapRecord:
-        """Return the record as the library parses it; Malformed where a text is not UTF-8, or a
-        length in it is wrong.
-        """
+        """Return the library's record, or raise Malformed: a text not UTF-8, or a wrong length."""
         raw = PREFIX.pack(self.opcode, len(self.content)) + self.content
         builder = RecordBuilder()
         try:

@@ -61,9 +61,7 @@ def run(arguments: argparse.Namespace) -> Result:
 
 
 def begun_again(scenario: Scenario, settings: Mapping[str, Any]) -> Scenario:
-    """Return the scenario of a session that its page begins again; settings that a page may not
-    give change nothing.
-    """
+    """Return the scenario that a page begins again; settings refused to a page change nothing."""
     from pmwvc_view.controls import changed
 
     try:

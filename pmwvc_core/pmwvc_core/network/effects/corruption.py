@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The corruption of packets: one bit is flipped; which one is the link's owner's to know."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
+from pmwvc_core.network.effects.record import Effect, linux_effect
 from pmwvc_core.network.in_flight import Fate
 
 
@@ -16,16 +16,12 @@ class Corruption(Effect):
         return self.uniform(fate, 1) if u < self.params.corrupt else None
 
 
-RECORD = LinkEffect(
+RECORD = linux_effect(
     name="corruption",
     words="One bit of a packet is flipped, with the same probability in each.",
-    linear="delay",
-    linux=True,
     make=Corruption,
     parameters=("corrupt", "corrupt_correlation"),
     active=lambda params: params.corrupt > 0.0,
     amount=lambda params: f"corruption of {params.corrupt:.3g} of the packets",
     label=lambda params: f"corrupt {float(params.corrupt * 100.0):.4g} %",
-    spread_s=no_time,
-    off=0.0,
 )

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The constant delay of a link."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
+from pmwvc_core.network.effects.record import Effect, linux_effect
 from pmwvc_core.network.in_flight import Fate
 
 
@@ -14,17 +14,13 @@ class Delay(Effect):
         return float(self.params.delay_s)
 
 
-RECORD = LinkEffect(
+RECORD = linux_effect(
     name="delay",
     words="Every packet takes the same time.",
-    linear="delay",
-    linux=True,
     make=Delay,
     parameters=("delay_s",),
     active=lambda params: True,
     random=False,
     label=lambda params: f"{float(params.delay_s * 1e3):.4g} ms",
-    spread_s=no_time,
     mean_s=lambda params: float(params.delay_s),
-    off=0.0,
 )

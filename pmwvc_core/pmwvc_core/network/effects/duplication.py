@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The duplication of packets."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
+from pmwvc_core.network.effects.record import Effect, linux_effect
 from pmwvc_core.network.in_flight import Fate
 
 
@@ -15,16 +15,12 @@ class Duplication(Effect):
         return int(self.chain.draw(self.uniform(fate), rho) < self.params.duplicate)
 
 
-RECORD = LinkEffect(
+RECORD = linux_effect(
     name="duplication",
     words="Packets arrive twice, each with the same probability.",
-    linear="delay",
-    linux=True,
     make=Duplication,
     parameters=("duplicate", "duplicate_correlation"),
     active=lambda params: params.duplicate > 0.0,
     slot=1,
     amount=lambda params: f"duplication of {params.duplicate:.3g} of the packets",
-    spread_s=no_time,
-    off=0.0,
 )

@@ -58,9 +58,7 @@ LAST = order.RECORD  # of those that decide when a packet comes out
 
 
 def numbers_of(text: str) -> dict[str, dict[str, float]]:
-    """Return the content of ``link.effects``: the numbers of each plug-in by its name;
-    ParameterError where it is no list of names with numbers.
-    """
+    """Return the numbers of each plug-in in ``link.effects`` by name; else ParameterError."""
     found: dict[str, dict[str, float]] = {}
     for word in text.split():
         name, *pairs = word.split(":")
@@ -153,9 +151,7 @@ def conflicts(params: LinkParams) -> Iterator[str]:
 
 
 def check(params: LinkParams) -> None:
-    """Refuse settings that cannot be used by a PmwvcError that says what is wrong: with a file, or
-    with a parameter and which.
-    """
+    """Raise a PmwvcError for a file or parameter that cannot be used, naming it."""
     for record in active(params):
         record.check(params)
     for text in conflicts(params):

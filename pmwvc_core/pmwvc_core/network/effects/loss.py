@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The loss of packets: of each by itself, by two states (Gilbert-Elliott), or by four."""
 
-from typing import Any
-
-from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
+from pmwvc_core.network.effects.record import Effect, linux_effect
 from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams
 
@@ -89,44 +87,30 @@ def _markov_conflict(params: LinkParams) -> str:
     return ""
 
 
-def _record(name: str, words: str, make: Any, *parameters: str, **own: Any) -> LinkEffect:
-    return LinkEffect(
-        name=name,
-        words=words,
-        linear="delay",
-        linux=True,
-        make=make,
-        parameters=parameters,
-        spread_s=no_time,
-        off=0.0,
-        **own,
-    )
-
-
-RECORD = _record(
-    "loss",
-    "Packets are lost, each with the same probability.",
-    Loss,
-    *("loss", "loss_correlation"),
+RECORD = linux_effect(
+    name="loss",
+    words="Packets are lost, each with the same probability.",
+    make=Loss,
+    parameters=("loss", "loss_correlation"),
     active=lambda params: params.loss > 0.0,
     slot=0,
     amount=lambda params: f"loss of {params.loss:.3g} of the packets",
     label=lambda params: f"loss {float(params.loss * 100.0):.4g} %",
 )
-GILBERT = _record(
-    "gilbert_elliott",
-    "Packets are lost in bursts, by two states.",
-    GilbertElliott,
-    *("ge_p", "ge_r", "ge_bad", "ge_good"),
+GILBERT = linux_effect(
+    name="gilbert_elliott",
+    words="Packets are lost in bursts, by two states.",
+    make=GilbertElliott,
+    parameters=("ge_p", "ge_r", "ge_bad", "ge_good"),
     active=lambda params: params.ge_p > 0.0 or params.ge_good > 0.0,
     amount=lambda params: f"loss of {gilbert_loss(params):.3g} of the packets, in bursts",
     label=lambda params: f"bursts of loss {gilbert_loss(params) * 100.0:.4g} %",
 )
-MARKOV = _record(
-    "four_states",
-    "Packets are lost in bursts and singly, by four states.",
-    FourStates,
-    *("markov_p13", "markov_p14", "markov_p31", "markov_p32", "markov_p23"),
+MARKOV = linux_effect(
+    name="four_states",
+    words="Packets are lost in bursts and singly, by four states.",
+    make=FourStates,
+    parameters=("markov_p13", "markov_p14", "markov_p31", "markov_p32", "markov_p23"),
     active=lambda params: params.markov_p13 > 0.0 or params.markov_p14 > 0.0,
     amount=lambda params: f"loss of {markov_loss(params):.3g} of the packets, by four states",
     label=lambda params: f"loss {markov_loss(params) * 100.0:.4g} % (four states)",

@@ -9,9 +9,7 @@ from pmwvc_core.params import LinkParams
 
 
 def netem_conflict(params: LinkParams, records: Iterable[LinkEffect]) -> str:
-    """Return what tc-netem cannot do of settings that switch these effects on; empty where it can
-    do all, or need not.
-    """
+    """Return what of these effects ``mode = netem`` cannot do; empty where it can do all."""
     if params.mode != "netem":
         return ""
     for record in records:

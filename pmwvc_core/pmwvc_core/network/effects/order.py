@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The order of packets: where it is kept, a later packet waits for an earlier one."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, no_time
+from pmwvc_core.network.effects.record import Effect, Uniform, linux_effect
 from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams
 
@@ -20,15 +20,13 @@ class Order(Effect):
         return latest_ns if self.params.keep_order else due_ns
 
 
-RECORD = LinkEffect(
+RECORD = linux_effect(
     name="order",
     words="A later packet waits for an earlier one.",
     linear="order",
-    linux=True,
     make=Order,
     parameters=("keep_order",),
     active=lambda params: True,
     random=False,
-    spread_s=no_time,
     off=False,
 )

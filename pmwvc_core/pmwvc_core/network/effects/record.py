@@ -8,6 +8,7 @@ the hooks of :class:`Effect`, and within a hook in the order of the library, plu
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Protocol
 
 from pmwvc_core.network.in_flight import Cause, Fate
@@ -114,3 +115,7 @@ class LinkEffect(Record):
     conflict: Callable[[LinkParams], str] = lambda params: ""
     # raises where settings cannot be used, a file for example
     check: Callable[[LinkParams], object] = lambda params: None
+
+
+# An effect of tc-netem, which the linear model leaves out and which adds no delay.
+linux_effect = partial(LinkEffect, linear="delay", linux=True, spread_s=no_time, off=0.0)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reordering of packets: some are sent at once and overtake those that wait."""
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, no_time
+from pmwvc_core.network.effects.record import Effect, linux_effect
 from pmwvc_core.network.in_flight import Fate
 
 
@@ -22,19 +22,15 @@ class Reordering(Effect):
         return True
 
 
-RECORD = LinkEffect(
+RECORD = linux_effect(
     name="reordering",
     words="Some packets are sent at once and overtake others.",
-    linear="delay",
-    linux=True,
     make=Reordering,
     parameters=("reorder", "reorder_gap", "reorder_correlation"),
     active=lambda params: params.reorder > 0.0,
     spreads=True,
     amount=lambda params: f"reordering of {params.reorder:.3g} of the packets",
     label=lambda params: f"reorder {float(params.reorder * 100.0):.4g} %",
-    spread_s=no_time,
-    off=0.0,
     conflict=lambda params: (
         f"reorder = {params.reorder:g}: nothing is reordered unless keep_order is false"
         if params.keep_order

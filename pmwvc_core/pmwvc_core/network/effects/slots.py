@@ -9,7 +9,7 @@ is due and there is room in the slot.
 
 import bisect
 
-from pmwvc_core.network.effects.record import Effect, LinkEffect, Uniform, not_above
+from pmwvc_core.network.effects.record import Effect, Uniform, linux_effect, not_above
 from pmwvc_core.network.in_flight import Cause, Fate, FateKind
 from pmwvc_core.params import LinkParams
 
@@ -69,11 +69,9 @@ def mean_wait_s(params: LinkParams) -> float:
     return (low * low + low * high + high * high) / (3.0 * (low + high))
 
 
-RECORD = LinkEffect(
+RECORD = linux_effect(
     name="slots",
     words="Packets come out only in slots, several at once.",
-    linear="delay",
-    linux=True,
     make=Slots,
     parameters=("slot_max_s", "slot_min_s", "slot_packets", "slot_bytes"),
     active=lambda params: params.slot_max_s > 0.0,
@@ -84,6 +82,5 @@ RECORD = LinkEffect(
         f"slots {params.slot_min_s * 1e3:g} to {params.slot_max_s * 1e3:g} ms apart"
     ),
     label=lambda params: f"slots to {float(params.slot_max_s * 1e3):.4g} ms",
-    off=0.0,
     conflict=lambda params: not_above(params, "slot_min_s", "slot_max_s"),
 )
