@@ -24,7 +24,7 @@ from PIL import Image
 
 import pmwvc
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.charts.colours import LIGHT_USERS as COLOURS
+from pmwvc_analysis.charts.style import LIGHT_USERS as COLOURS
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 

@@ -10,8 +10,7 @@ import time
 from collections.abc import Callable
 
 from pmwvc_core.frame.force_loop import ForceLoop
-from pmwvc_core.runtime.health import Health
-from pmwvc_core.runtime.pacing import Pacer, Tick
+from pmwvc_core.runtime.pacing import Health, Pacer, Tick
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
 from pmwvc_master.blocks import TraceBlocks, Wires
 from pmwvc_master.device_work import DeviceWork

@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.params import MasterParams, SafetyParams
-from pmwvc_core.runtime.health import Health
+from pmwvc_core.runtime.pacing import Health
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory

@@ -18,8 +18,7 @@ from pmwvc_core.frame.rows import Presence, ServerRow
 from pmwvc_core.frame.schedule import LIVE, next_on_grid
 from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.params import ServerParams
-from pmwvc_core.runtime.health import Health
-from pmwvc_core.runtime.pacing import Pacer, Tick
+from pmwvc_core.runtime.pacing import Health, Pacer, Tick
 from pmwvc_core.runtime.real_time import RealTimeReport, request_real_time
 from pmwvc_core.transport.packet import PacketLink, WavePacket
 

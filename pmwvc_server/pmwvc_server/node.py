@@ -20,7 +20,7 @@ from visualization_msgs.msg import MarkerArray
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plural import count
-from pmwvc_core.runtime.health import Health
+from pmwvc_core.runtime.pacing import Health
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory

@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support import handmade
 
-from pmwvc_analysis.charts import colours
+from pmwvc_analysis.charts import style
 from pmwvc_analysis.charts.axis import Axis
 from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel
 from pmwvc_analysis.charts.chart_data import MOST_NUMBERS, payload, thinned
-from pmwvc_analysis.charts.chart_file import file_svg
+from pmwvc_analysis.charts.chart_png import file_svg
 from pmwvc_analysis.charts.chart_svg import panel_svg
 from pmwvc_analysis.charts.decimate import envelope, reduced
 from pmwvc_analysis.figures import recorded
@@ -57,7 +57,7 @@ def lab(light):
 
 
 @pytest.mark.parametrize("sight", SIGHT)
-@pytest.mark.parametrize("known", [colours.LIGHT, colours.DARK], ids=["light", "dark"])
+@pytest.mark.parametrize("known", [style.LIGHT, style.DARK], ids=["light", "dark"])
 def test_eight_users_and_the_object_have_colours_that_can_be_distinguished(known, sight):
     tints = [known[f"u{place}"] for place in range(8)] + [known["object"]]
     points = [lab(np.asarray(SIGHT[sight]) @ linear(tint)) for tint in tints]
@@ -72,7 +72,7 @@ def test_the_colour_distance_finds_two_that_deuteranopes_confuse():
     assert np.linalg.norm(green - brown) < 25.0
 
 
-@pytest.mark.parametrize("known", [colours.LIGHT, colours.DARK], ids=["light", "dark"])
+@pytest.mark.parametrize("known", [style.LIGHT, style.DARK], ids=["light", "dark"])
 def test_every_colour_is_seen_on_its_paper(known):
     def luminance(colour):
         return float(linear(colour) @ (0.2126, 0.7152, 0.0722))

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from pmwvc_analysis.charts.colours import DARK, LIGHT
+from pmwvc_analysis.charts.style import DARK, LIGHT
 from pmwvc_view.web.access import PAGE
 
 SHARED = [

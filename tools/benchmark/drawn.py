@@ -19,7 +19,7 @@ from benchmark.columns import (
 )
 from benchmark.study import Study
 from pmwvc_analysis.charts.chart import Chart, Dots, Panel
-from pmwvc_analysis.charts.colours import user_tint
+from pmwvc_analysis.charts.style import user_tint
 
 PICTURE = "benchmark"
 Found = Callable[[str, Sequence[str]], Rows]  # of a method on networks

@@ -9,7 +9,7 @@ from course.page import watch
 from course.step import Numbers, simulated
 from course.watching import WATCHED
 from course.written import NUMBERS, STEPS, pages
-from pmwvc_analysis.charts.chart_file import file_svg
+from pmwvc_analysis.charts.chart_png import file_svg
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "course"
 

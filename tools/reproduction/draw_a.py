@@ -43,11 +43,11 @@ def energies(result: Values) -> Any:
     data = result["data"]
     figure, axes = sheet(1, 1, title=heading(result), remark=result["remark"], size_in=(7.0, 4.6))
     panel, cut_off = axes[0, 0], numbers(data["cut_off_hz"])
-    panel.plot(cut_off, numbers(data["minimum_j"]), "-o", color=style.USERS[0],
+    panel.plot(cut_off, numbers(data["minimum_j"]), "-o", color=style.LIGHT_USERS[0],
                label="$ΔE_{min}$")  # fmt: skip
-    panel.plot(cut_off, numbers(data["final_j"]), ":s", color=style.USERS[1],
+    panel.plot(cut_off, numbers(data["final_j"]), ":s", color=style.LIGHT_USERS[1],
                label="$ΔE_{final}$")  # fmt: skip
-    panel.axhline(0.0, color=style.TARGET, linewidth=0.8)
+    panel.axhline(0.0, color=style.LIGHT["target"], linewidth=0.8)
     panel.set_xlabel("cut-off $λ_c$ [Hz]")
     panel.set_ylabel("energy [J]")
     panel.set_xticks(cut_off)

@@ -48,7 +48,7 @@ def energies(result: Values) -> Any:
     above, middle, below = axes[:, 0]
     for panel, unit, words in ((above, "mm", "x"), (middle, "n", "F")):
         letter = words.lower()
-        for side, colour in (("s", style.USERS[1]), ("m", style.USERS[0])):
+        for side, colour in (("s", style.LIGHT_USERS[1]), ("m", style.LIGHT_USERS[0])):
             panel.plot(data["time_s"], data[f"{letter}_{side}_{unit}"], color=colour,
                        label=f"${words}_{side}$", linewidth=1.2)  # fmt: skip
     for place, (name, label) in enumerate(
@@ -63,7 +63,7 @@ def energies(result: Values) -> Any:
             data["step_s"], data[f"{name}_mj"], label=label, color=style.colour(place),
             linewidth=3.0 if name == "environment" else 1.4,
         )  # fmt: skip
-    below.axhline(0.0, color=style.TARGET, linewidth=0.8)
+    below.axhline(0.0, color=style.LIGHT["target"], linewidth=0.8)
     above.set_title("(a) Positions of the device $x_m$, and commanded in the VE $x_s$")
     middle.set_title("(b) Forces applied to the user $F_m$, and computed in the VE $F_s$")
     below.set_title("(c) Energy balances")

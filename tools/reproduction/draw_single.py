@@ -84,16 +84,16 @@ def contact(result: Values) -> Any:
     figure, axes = sheet(2, 1, title=heading(result), remark=result["remark"], size_in=(7.6, 6.2))
     data = {name: numbers(values) for name, values in result["data"].items()}
     above, below = axes[:, 0]
-    above.axhline(0.0, color=style.TARGET, linewidth=0.8)
+    above.axhline(0.0, color=style.LIGHT["target"], linewidth=0.8)
     for panel, unit, master, server in (
         (above, "mm", "x_m", "x_s"),
         (below, "n", "f_m", "f_s"),
     ):
         labels = (f"${master[0].upper() if unit == 'n' else 'x'}_m$",
                   f"${server[0].upper() if unit == 'n' else 'x'}_s$")  # fmt: skip
-        panel.plot(data["time_s"], data[f"{server}_{unit}"], color=style.USERS[1],
+        panel.plot(data["time_s"], data[f"{server}_{unit}"], color=style.LIGHT_USERS[1],
                    label=labels[1], linewidth=1.0)  # fmt: skip
-        panel.plot(data["time_s"], data[f"{master}_{unit}"], color=style.USERS[0],
+        panel.plot(data["time_s"], data[f"{master}_{unit}"], color=style.LIGHT_USERS[0],
                    label=labels[0], linewidth=1.2)  # fmt: skip
         panel.set_xlim(0.0, data["time_s"][-1])
         panel.set_xlabel("time [s]")

@@ -55,7 +55,7 @@ def region(axes: Any, panel: Any, *, unit: str = "N/m") -> None:
         axes.contour(k, k, excess, levels=[0.0], colors=[EDGE], linewidths=1.2)
     limit = panel["k_max"]
     if limit:
-        axes.plot([limit], [limit], "o", color=style.USERS[1], markersize=5, zorder=4)
+        axes.plot([limit], [limit], "o", color=style.LIGHT_USERS[1], markersize=5, zorder=4)
         axes.annotate(
             f"{limit:.0f} {unit}", (limit, limit), xytext=(5, 5), textcoords="offset points"
         )

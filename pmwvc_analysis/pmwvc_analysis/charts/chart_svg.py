@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The panels of a figure as SVG, for the report and for ``plots/NAME.svg`` (:mod:`.chart_file`).
+"""The panels of a figure as SVG, for the report and for ``plots/NAME.svg`` (:mod:`.chart_png`).
 
 ``chart.js`` draws the same panels anew when the reader zooms: what changes here changes there.
 """
@@ -12,8 +12,8 @@ import numpy as np
 
 from pmwvc_analysis.charts.axis import Axis
 from pmwvc_analysis.charts.chart import Dots, Layer, Line, Note, Panel, Span
-from pmwvc_analysis.charts.colours import LIGHT
 from pmwvc_analysis.charts.decimate import reduced
+from pmwvc_analysis.charts.style import LIGHT
 from pmwvc_core.numeric import Array
 
 WIDTH = 1000.0

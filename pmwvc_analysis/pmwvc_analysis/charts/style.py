@@ -1,25 +1,60 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The look of figures drawn by matplotlib: colours for colour-blind readers, a title, a line of
-parameters.
+"""The look of figures: colours for colour-blind readers on light and dark, and for matplotlib a
+title and a line of parameters.
 
 Users differ by colour, the signals of a user by line style: never by colour alone.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from pmwvc_analysis.charts.colours import LIGHT, LIGHT_USERS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-USERS = LIGHT_USERS
+LIGHT_USERS = (
+    "#1768B6", "#B15300", "#34B173", "#A15C85", "#5BAEE0", "#F19000", "#520E5F", "#4F2D00",
+)  # fmt: skip
+DARK_USERS = (
+    "#14A0FB", "#F07D02", "#7BDD95", "#C18A9E", "#6DCFFF", "#FFE770", "#9B64A5", "#9C6F36",
+)  # fmt: skip
+LIGHT: Mapping[str, str] = {
+    **{f"u{index}": tint for index, tint in enumerate(LIGHT_USERS)},
+    "object": "#222222",
+    "target": "#7F7F7F",
+    "hand": "#A9ADB2",
+    "alarm": "#B00020",
+    "paper": "#FFFFFF",
+    "ink": "#1C1F23",
+    "soft": "#5B636D",
+    "grid": "#E3E6EA",
+}
+DARK: Mapping[str, str] = {
+    **{f"u{index}": tint for index, tint in enumerate(DARK_USERS)},
+    "object": "#E8EAED",
+    "target": "#9AA3AD",
+    "hand": "#717A84",
+    "alarm": "#FF6B7A",
+    "paper": "#14171B",
+    "ink": "#E6E8EB",
+    "soft": "#A3ABB4",
+    "grid": "#2B3138",
+}
+
+
+def user_tint(index: int) -> str:
+    """Return the name of a user's colour."""
+    return f"u{index % len(LIGHT_USERS)}"
+
+
+def css_variables(colours: Mapping[str, str]) -> str:
+    """Return the colours as CSS custom properties ``--c-NAME``."""
+    return " ".join(f"--c-{name}: {tint};" for name, tint in colours.items())
+
+
 OBJECT = LIGHT["object"]
-TARGET = LIGHT["target"]
-ALARM = LIGHT["alarm"]
 WIDTH_IN, ROW_IN = 10.0, 2.4  # of a figure; of a panel of 180 px
 DPI = 110
 SETTINGS: dict[str, Any] = {
@@ -43,7 +78,7 @@ SETTINGS: dict[str, Any] = {
 
 def colour(index: int) -> str:
     """Return a user's colour."""
-    return USERS[index % len(USERS)]
+    return LIGHT[user_tint(index)]
 
 
 def canvas(heights: Sequence[float], *, title: str, note: str) -> tuple["Figure", "list[Axes]"]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from pmwvc_analysis.charts.chart import Chart, Dots, Line, Panel, Span
 from pmwvc_analysis.charts.chart_png import write
-from pmwvc_analysis.charts.colours import user_tint
+from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.compare.measures import Entry
 from pmwvc_analysis.compare.rendered import ideal_rendering
 from pmwvc_analysis.figures import recorded

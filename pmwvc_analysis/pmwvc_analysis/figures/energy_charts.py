@@ -9,7 +9,7 @@ from pmwvc_analysis.budget.parts import account_words, group_of, words_of
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.budget.tables import worth_drawing
 from pmwvc_analysis.charts.chart import DASHES, Chart, Layer, Line, Panel
-from pmwvc_analysis.charts.colours import user_tint
+from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.figures import recorded
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario

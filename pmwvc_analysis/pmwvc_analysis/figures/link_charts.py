@@ -6,7 +6,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
 from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Dots, Line, Note, Panel
-from pmwvc_analysis.charts.colours import user_tint
+from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.charts.text import quantity
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.recording.losses import DROPPED

@@ -55,7 +55,7 @@ def _figure(grid: Grid, radius: Array, measured: list[Measured]) -> Any:
         axes.plot([], [], color="black", lw=1.6, label="boundary")
     for flag, marker, face, label in (
         (True, "o", "white", "session, stable"),
-        (False, "X", style.ALARM, "session, not stable"),
+        (False, "X", style.LIGHT["alarm"], "session, not stable"),
     ):
         at = [(point.x, point.y) for point in measured if point.stable is flag]
         if at:

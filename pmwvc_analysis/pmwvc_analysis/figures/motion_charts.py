@@ -8,7 +8,7 @@ The server runs on for a moment after the masters have ended; its curves end whe
 import numpy as np
 
 from pmwvc_analysis.charts.chart import DASHES, Chart, Level, Line, Panel
-from pmwvc_analysis.charts.colours import user_tint
+from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.figures import recorded
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario

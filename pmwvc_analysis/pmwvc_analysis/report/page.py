@@ -8,7 +8,7 @@ import base64
 from pathlib import Path
 from typing import Any
 
-from pmwvc_analysis.charts.colours import DARK, LIGHT, css_variables
+from pmwvc_analysis.charts.style import DARK, LIGHT, css_variables
 from pmwvc_analysis.charts.text import cell, quantity
 from pmwvc_analysis.verdicts.links import count_texts
 

@@ -1,12 +1,17 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The ``metadata.yaml`` that makes a folder a rosbag2 recording (version 9)."""
+"""The metadata of a recording: the ``metadata.yaml`` that makes a folder a rosbag2 recording
+(version 9), and MCAP records of names and texts: source, scenario, seed, parameters, versions.
+"""
 
 import os
+import platform
 from collections.abc import Mapping, Sequence
+from importlib import metadata
 from pathlib import Path
 
 from pmwvc_analysis.recording.format.topics import Topic
+from pmwvc_core.scenario.scenario import Scenario
 
 VERSION = 9
 
@@ -71,3 +76,30 @@ def write(folder: Path, content: Mapping[str, object]) -> None:
     except OSError:
         temporary.unlink(missing_ok=True)
         raise
+
+
+PACKAGES = ("pmwvc", "pmwvc_core", "rclpy", "numpy", "scipy", "mcap", "rosbags")
+
+
+def about(scenario: Scenario | None, *, source: str) -> dict[str, dict[str, str]]:
+    """Return the metadata records of a session by name."""
+    session = {"source": source}
+    records = {"session": session, "software": versions()}
+    if scenario is not None:
+        session |= {"scenario": scenario.name, "seed": str(scenario.seed)}
+        records["parameters"] = {
+            name: "null" if value is None else str(value)
+            for name, value in scenario.flat().items()
+        }
+    return records
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that matter and are there."""
+    found = {"python": platform.python_version(), "system": platform.platform()}
+    for package in PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
