@@ -6,9 +6,9 @@
 
     taken = given + stored + dissipated + residual
 
-One of two ways: drawn up from the signals at the ends of a block (:class:`Account`; a block that
-waves pass names the energies there, :class:`Passage`), or kept by the block while it runs, where
-no signal shows it (:class:`Entry`).
+One of two ways: drawn up from the signals at the ends of a block (:class:`Account`; where these
+are energies that others know as well, the block names them, :class:`Passage`), or kept by the
+block while it runs, where no signal shows it (:class:`Entry`).
 
 Signals are those of one step, or the rows of a trace ``(..., n, dof)``: then every row is a step,
 and energies are ``(..., n, 1)``. No loop that controls draws an account up; that is done from what
@@ -52,18 +52,21 @@ class Account(NamedTuple):
 
 
 class Passage(NamedTuple):
-    """A block that waves pass, by names: its part in an energy budget, and the energies that come
-    in and go out (several are added).
+    """The account of a block by the names of its energies (several are added): those that come in
+    and go out, and those held and lost where they are known.
+
+    ``part`` is the part of an energy budget that the others leave over.
     """
 
     part: str
     taken: tuple[str, ...]
     given: tuple[str, ...]
+    stored: tuple[str, ...] = ()
+    dissipated: tuple[str, ...] = ()
 
     def account(self, energies: Mapping[str, Value]) -> Account:
         """Return the account of the block from the energies by their names [J]."""
-        taken, given = (sum(energies[each] for each in ends) for ends in (self.taken, self.given))
-        return Account(taken, given)
+        return Account(*(sum(energies[each] for each in names) for names in self[1:]))
 
 
 class Role(enum.Enum):

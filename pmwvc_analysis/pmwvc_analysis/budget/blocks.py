@@ -1,32 +1,26 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The accounts of a session's blocks, summed over its recorded ticks and steps [J].
+"""The accounts of a user's blocks, summed over the recorded ticks [J].
 
 ======================  ==========================================================================
 device                  ``plant.devices.device_account``; x and xd are the true motion, behind an
                         encoder that of :mod:`..traces.true_motion`
 safety                  ``wave.ledger.port_account``, in ticks that were limited
 filter, rate drop,      differences of the energies of u_m, u_m after the filter, u_tx, u_s and of
-links, hold             v_s, v_rx, v_m
+links, hold             v_s, v_rx, v_m: the passages of ``wave.rates`` and ``transport.packet``
 port filters, position  what velocity filter, bank and position feedback account for themselves
-avatar brakes           the heat that the server accounts for
-late decoding           (|u_s|^2 - |v_s|^2)/2 less F_s . xd_s: the force of the step before
-contacts                what avatars gave less the forces' work on the object: springs, dampers
-object                  ``server.cube.object_account``
 ======================  ==========================================================================
 
-Equations: docs/theory.md 13.5 and 14.3.
+Equations: docs/theory.md 13.5.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pmwvc_analysis.budget.hand_work import hand_work
 from pmwvc_analysis.budget.parts import accounted
 from pmwvc_analysis.budget.result import AtFrames, Sums
-from pmwvc_analysis.traces.stages import Stage, rows_of
+from pmwvc_analysis.traces.hand_work import hand_work
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
 from pmwvc_analysis.traces.true_motion import TrueMotion, complete, measured, true_motion
 from pmwvc_core.account import Account, Passage, wave_energy
@@ -37,9 +31,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.devices import device_account
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.server.avatar_brake import BRAKES
-from pmwvc_core.server.cube import object_account
-from pmwvc_core.traces import ServerTraces, UserTraces
+from pmwvc_core.traces import UserTraces
 from pmwvc_core.transport.packet import LINK_DOWN, LINK_UP
 from pmwvc_core.wave.ledger import port_account
 from pmwvc_core.wave.rates import FILTER, HOLD, RATE_DROP
@@ -163,8 +155,8 @@ def strict(
 
 
 def passed(blocks: Sequence[Passage], energies: Sums) -> Sums:
-    """Return what stays in blocks that waves pass."""
-    return {block.part: np.asarray(block.account(energies).kept) for block in blocks}
+    """Return what blocks leave over of the energies that they name."""
+    return {block.part: np.asarray(block.account(energies).residual) for block in blocks}
 
 
 def paid(sums: UserSums, *, live: bool) -> Array:
@@ -220,93 +212,3 @@ def _around(user: UserTraces, known: User) -> Sums:
         rest = net - filtered + energy["v_rx"] - parts.get("position_spent", 0.0)
         found |= {"filter_and_hold": rest, "bank": left - rest}
     return found
-
-
-def energy_at(server: ServerTraces, name: str, wave: str) -> Array:
-    """Return the energy of one user's waves at the server [J]."""
-    sums = server.energy_u_s if wave == "u_s" else server.energy_v_s
-    return running(sums[server.users.index(name)])
-
-
-def into(server: ServerTraces, names: list[str]) -> Array:
-    """Return what went into the server at the ports of some users [J]."""
-    flows = [energy_at(server, name, "u_s") - energy_at(server, name, "v_s") for name in names]
-    return sum_of([np.zeros(len(server.time_s)), *flows])
-
-
-def server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> tuple[Sums, Array]:
-    """Return the parts of the server at all its steps, and what they do not explain.
-
-    ``integration`` is what the steps of a sampled coupling leave over. The implicit coupling
-    leaves nothing over; there it belongs to the residual. A black box has parts of its own. Each
-    step counts with the parameters of its stage.
-    """
-    power = [
-        np.nan_to_num(np.sum(f * xd, axis=-1))
-        for f, xd in zip(server.f_s, server.xd_s, strict=True)
-    ]
-    work = np.cumsum(sum(power) * server.periods_s)
-    own, braked = server.accounts, {}
-    if BRAKES in own:
-        braked, into = {BRAKES: own[BRAKES]}, into - own[BRAKES]
-    if found[0].scenario.coupling.black_box:
-        port = Account(into, work, dissipated=own["late_decoding"] + own["withheld"])
-        box = Account(work, own["contained"], stored=server.potential)
-        return {
-            **{part: own[part] for part in ("late_decoding", "withheld", "contained")},
-            **braked,
-            "environment_stored": server.potential,
-            "environment_heat": np.asarray(box.residual),
-        }, np.asarray(port.residual)
-    late, exact = np.zeros(len(into), dtype=bool), np.zeros(len(into), dtype=bool)
-    for stage, rows in zip(found, rows_of(found, server.time_s), strict=True):
-        late |= rows & stage.scenario.coupling.late
-        exact |= rows & stage.scenario.coupling.exact
-    port, body = Account(into, _chosen(late, work, into)), _object(server, found)
-    heat = server.dissipated - body.dissipated - body.residual
-    contacts = Account(port.given, body.taken, server.potential, heat)
-    none, residual = np.zeros(len(into)), np.asarray(contacts.residual)
-    return {
-        **braked,
-        "late_decoding": np.asarray(port.kept),
-        "integration": _chosen(exact, none, residual),
-        "contact_damping": np.asarray(heat),
-        "contact_stored": server.potential,
-        "object_kinetic": server.kinetic,
-        "object_damping": np.asarray(body.dissipated),
-    }, np.asarray(body.residual + _chosen(exact, residual, none))
-
-
-def _chosen(rows: NDArray[np.bool_], there: Array, elsewhere: Array) -> Array:
-    """Return a running sum that grows as one of two: ``there`` in some rows, else the other."""
-    grows = [np.diff(sums, prepend=0.0) for sums in (there, elsewhere)]
-    return np.cumsum(np.where(rows, *grows))
-
-
-def _object(server: ServerTraces, found: Sequence[Stage]) -> Account:
-    """Return the account of the object since the start."""
-    none = np.zeros(len(server.time_s))
-    if not found[0].scenario.environment.movable:
-        return Account(server.kinetic, none, server.kinetic, none)
-    force = sum((np.nan_to_num(f) for f in server.f_s), start=np.zeros_like(server.x_o))
-    before = np.concatenate([0.0 * force[:1], force[:-1]])
-    velocity = np.concatenate([0.0 * server.xd_o[:1], server.xd_o[:-1]])
-    taken, heat = none.copy(), none.copy()
-    mass = found[0].scenario.server.object_mass
-    for stage, rows in zip(found, rows_of(found, server.time_s), strict=True):
-        params, motion = stage.scenario.server, stage.scenario.coupling.object_motion
-        if params.object_mass != mass and rows.any():  # it goes on with the energy that it had
-            velocity[np.argmax(rows)] *= np.sqrt(mass / params.object_mass)
-        mass = params.object_mass
-        each = object_account(
-            params.object_mass,
-            params.object_damping,
-            server.periods_s[rows, np.newaxis],
-            np.diff(server.x_o, axis=0, prepend=server.x_o[:1])[rows],
-            velocity[rows],
-            (before if motion == "held_before" else force)[rows],
-            np.diff(server.kinetic, prepend=0.0)[rows, np.newaxis],
-            midpoint=motion == "midpoint",
-        )
-        taken[rows], heat[rows] = np.ravel(each.taken), np.ravel(each.dissipated)
-    return Account(np.cumsum(taken), none, server.kinetic, np.cumsum(heat))

@@ -5,8 +5,9 @@
     hands = devices + safety + channels + server + residual
 
 at every step of the server. Each part is the account of a block (:mod:`pmwvc_core.account`),
-stated beside the block's law and summed over the session in :mod:`.blocks`. A part whose sum ever
-is below zero has given out energy that it never got: it was *active*.
+stated beside the block's law and summed over the session: those of a user's blocks in
+:mod:`.blocks`, those of the server here. A part whose sum ever is below zero has given out energy
+that it never got: it was *active*.
 
 The residual is what the parts, each computed for itself, do not explain. In a session of which
 nothing is missing it is rounding, ``TOLERANCE`` of the energy moved; ticks that were not recorded
@@ -15,25 +16,32 @@ computed for themselves are named with what they hide: :mod:`.parts`. Intervals 
 on record are left out, and the budget ends where a master or the server was started again:
 :mod:`..traces.stretches`.
 
-Equations: docs/theory.md 13.6.
+Equations: docs/theory.md 13.6, 14.3.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.energy import declared_storage_j
-from pmwvc_analysis.budget.parts import Remainder, accounted, of_server
-from pmwvc_analysis.budget.result import SERVER, Budget
+from pmwvc_analysis.budget.parts import Remainder, accounted, notes_on, of_server
+from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
-from pmwvc_analysis.traces.stages import stages
+from pmwvc_analysis.traces.stages import Stage, rows_of, stages
 from pmwvc_analysis.traces.stretches import stretches
-from pmwvc_analysis.traces.sums import UserSums, sum_of
+from pmwvc_analysis.traces.sums import UserSums, running, sum_of
+from pmwvc_core.account import Account
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.numeric import Array
-from pmwvc_core.plural import count
-from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.avatar_brake import BRAKES
+from pmwvc_core.server.black_box.accounts import ENVIRONMENT, PORT
 from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.server.contacts import CONTACTS
+from pmwvc_core.server.cube import object_account
+from pmwvc_core.server.port import DECODING
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_core.transport.packet import LINK
 
@@ -54,16 +62,16 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         return None
     waves, live = has_waves(scenario.controller), traces.source == "live"
     time_s, rows = _instants(traces, users)
-    into = blocks.into(server, server.users)
-    inside, unexplained = blocks.server_parts(server, stages(traces, scenario), into)
-    recorded = blocks.into(server, [user.name for user in users])  # the others sent no trace
+    into = _into(server, server.users)
+    inside, unexplained = _server_parts(server, stages(traces, scenario), into)
+    recorded = _into(server, [user.name for user in users])  # the others sent no trace
     hands, parts, frames = {}, {}, {}
     residuals = {SERVER: (unexplained - (into - recorded))[rows]}
     left_over: list[Remainder] = []
     for user in users:
         own, sums = known[user.name], UserSums(user, time_s)
         device, unknown = blocks.device(sums, own.device)
-        at_server = [blocks.energy_at(server, user.name, wave)[rows] for wave in ("u_s", "v_s")]
+        at_server = [_energy_at(server, user.name, wave)[rows] for wave in ("u_s", "v_s")]
         port, beside = blocks.master(sums, own, waves=waves)
         if scenario.strict:
             port, found = blocks.strict(sums, own, at_server, live=live)
@@ -98,7 +106,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         {name: residuals[name] for name in (*hands, SERVER)},
         frames,
         _tanks(users, scenario),
-        _notes(users, known, server, left_over),
+        notes_on(users, known, server, left_over),
         {user.name: declared_storage_j(scenario.controller, known[user.name]) for user in users},
         [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],
         tuple(hole.unjudged for hole in holes.of_server(server)),
@@ -132,44 +140,97 @@ def _tanks(users: list[UserTraces], scenario: Scenario) -> frozenset[str]:
     return frozenset(found)
 
 
-def _notes(
-    users: list[UserTraces],
-    known: dict[str, User],
-    server: ServerTraces,
-    left_over: list[Remainder],
-) -> list[str]:
-    """Return in words what keeps a budget from closing to rounding."""
-    found = []
-    for user in users:
-        device = known[user.name].device
-        if not np.isfinite(user.f_h).all():
-            found.append(
-                f"{user.name}: the hand's force was not measured; its work is inferred from the "
-                "motion of the device"
-            )
-        steps = np.diff(user.tick)
-        missing = int(np.sum(steps[steps > 1] - 1))
-        if (steps < 0).any():
-            again_s = float(user.time_s[int(np.argmax(steps < 0)) + 1])
-            found.append(
-                f"{user.name}: its master was started again at {again_s:.2f} s; the budget ends "
-                "there"
-            )
-        if missing:
-            found.append(f"{user.name}: {count(missing, 'tick')} not recorded")
-        if Remainder(user.name, "device_damping") in left_over:
-            found.append(
-                f"{user.name}: position or velocity is measured, and its device's model does not "
-                "give the true motion"
-            )
-        if device.friction > 0.0:
-            found.append(
-                f"{user.name}: the heat of friction is exact except where motion reverses"
-            )
-    steps = np.diff(server.step)
-    if (steps < 0).any():
-        again_s = float(server.time_s[int(np.argmax(steps < 0)) + 1])
-        found.append(f"server: it was started again at {again_s:.2f} s; the budget ends there")
-    if (steps > 1).any():
-        found.append(f"server: {int(np.sum(steps[steps > 1] - 1))} steps were not recorded")
-    return found
+def _energy_at(server: ServerTraces, name: str, wave: str) -> Array:
+    """Return the energy of one user's waves at the server [J]."""
+    sums = server.energy_u_s if wave == "u_s" else server.energy_v_s
+    return running(sums[server.users.index(name)])
+
+
+def _into(server: ServerTraces, names: list[str]) -> Array:
+    """Return what went into the server at the ports of some users [J]."""
+    flows = [_energy_at(server, name, "u_s") - _energy_at(server, name, "v_s") for name in names]
+    return sum_of([np.zeros(len(server.time_s)), *flows])
+
+
+def _server_parts(server: ServerTraces, found: Sequence[Stage], into: Array) -> tuple[Sums, Array]:
+    """Return the parts of the server at all its steps, and what they do not explain.
+
+    ``integration`` is what the steps of a sampled coupling leave over. The implicit coupling
+    leaves nothing over; there it belongs to the residual. A black box has parts of its own. Each
+    step counts with the parameters of its stage.
+    """
+    power = [
+        np.nan_to_num(np.sum(f * xd, axis=-1))
+        for f, xd in zip(server.f_s, server.xd_s, strict=True)
+    ]
+    work = np.cumsum(sum(power) * server.periods_s)
+    own, braked = server.accounts, {}
+    if BRAKES in own:
+        braked, into = {BRAKES: own[BRAKES]}, into - own[BRAKES]
+    if found[0].scenario.coupling.black_box:
+        energies = {**own, "ports": into, "avatars": work, "reported": server.potential}
+        left = blocks.passed((PORT, ENVIRONMENT), energies)
+        return {
+            **{part: own[part] for part in ("late_decoding", "withheld", "contained")},
+            **braked,
+            "environment_stored": server.potential,
+            ENVIRONMENT.part: left[ENVIRONMENT.part],
+        }, left[PORT.part]
+    late, exact = np.zeros(len(into), dtype=bool), np.zeros(len(into), dtype=bool)
+    for stage, rows in zip(found, rows_of(found, server.time_s), strict=True):
+        late |= rows & stage.scenario.coupling.late
+        exact |= rows & stage.scenario.coupling.exact
+    body = _object(server, found)
+    energies = {
+        "ports": into,
+        "avatars": _chosen(late, work, into),
+        "object": np.asarray(body.taken),
+        "springs": server.potential,
+        "dampers": np.asarray(server.dissipated - body.dissipated - body.residual),
+    }
+    left = blocks.passed((DECODING, CONTACTS), energies)
+    none, residual = np.zeros(len(into)), left[CONTACTS.part]
+    return {
+        **braked,
+        DECODING.part: left[DECODING.part],
+        CONTACTS.part: _chosen(exact, none, residual),
+        "contact_damping": energies["dampers"],
+        "contact_stored": server.potential,
+        "object_kinetic": np.asarray(body.stored),
+        "object_damping": np.asarray(body.dissipated),
+    }, np.asarray(body.residual + _chosen(exact, residual, none))
+
+
+def _chosen(rows: NDArray[np.bool_], there: Array, elsewhere: Array) -> Array:
+    """Return a running sum that grows as one of two: ``there`` in some rows, else the other."""
+    grows = [np.diff(sums, prepend=0.0) for sums in (there, elsewhere)]
+    return np.cumsum(np.where(rows, *grows))
+
+
+def _object(server: ServerTraces, found: Sequence[Stage]) -> Account:
+    """Return the account of the object since the start."""
+    none = np.zeros(len(server.time_s))
+    if not found[0].scenario.environment.movable:
+        return Account(server.kinetic, none, server.kinetic, none)
+    force = sum((np.nan_to_num(f) for f in server.f_s), start=np.zeros_like(server.x_o))
+    before = np.concatenate([0.0 * force[:1], force[:-1]])
+    velocity = np.concatenate([0.0 * server.xd_o[:1], server.xd_o[:-1]])
+    taken, heat = none.copy(), none.copy()
+    mass = found[0].scenario.server.object_mass
+    for stage, rows in zip(found, rows_of(found, server.time_s), strict=True):
+        params, motion = stage.scenario.server, stage.scenario.coupling.object_motion
+        if params.object_mass != mass and rows.any():  # it goes on with the energy that it had
+            velocity[np.argmax(rows)] *= np.sqrt(mass / params.object_mass)
+        mass = params.object_mass
+        each = object_account(
+            params.object_mass,
+            params.object_damping,
+            server.periods_s[rows, np.newaxis],
+            np.diff(server.x_o, axis=0, prepend=server.x_o[:1])[rows],
+            velocity[rows],
+            (before if motion == "held_before" else force)[rows],
+            np.diff(server.kinetic, prepend=0.0)[rows, np.newaxis],
+            midpoint=motion == "midpoint",
+        )
+        taken[rows], heat[rows] = np.ravel(each.taken), np.ravel(each.dissipated)
+    return Account(np.cumsum(taken), none, server.kinetic, np.cumsum(heat))

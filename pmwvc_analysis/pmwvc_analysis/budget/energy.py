@@ -14,9 +14,9 @@ what the hand gave less what the server got,
 
 A channel that holds or dissipates energy has a balance >= 0 at every instant; one below zero has
 generated energy. E_hand is judged at the port where the hand is: F is the force applied, held over
-a tick, and x is where the device was (:mod:`.hand_work`). What an encoder, a difference quotient
-or the hold make of a motion is in it. The waves of the master know the measured velocity only: to
-them the noise of an encoder is energy that the hand gave.
+a tick, and x is where the device was (:mod:`..traces.hand_work`). What an encoder, a difference
+quotient or the hold make of a motion is in it. The waves of the master know the measured velocity
+only: to them the noise of an encoder is energy that the hand gave.
 
 On the strict channel what went up is the energy that packets were paid with, and what came down
 is the wave of the playout and what the playout released to the node beside it.
@@ -41,7 +41,7 @@ import numpy as np
 
 from pmwvc_analysis.budget.blocks import paid, released
 from pmwvc_analysis.budget.criterion import tolerance
-from pmwvc_analysis.budget.hand_work import hand_work
+from pmwvc_analysis.traces.hand_work import hand_work
 from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
 from pmwvc_analysis.traces.stretches import Stretches, stretches
 from pmwvc_analysis.traces.sums import UserSums, anchored, ran_s, running, up_to

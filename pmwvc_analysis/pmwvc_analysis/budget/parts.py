@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of an energy budget: words, group, and what those hide that are remainders.
+"""The parts of an energy budget: words, group, and what those hide that are remainders; and the
+notes on what keeps a budget from closing to rounding.
 
 A *remainder* is a part of the budget that is not computed for itself: it is the difference
 that the others leave, so that the budget closes with it whatever it is. A false value there is not
@@ -11,11 +12,15 @@ found. *Unchecked* are traces that nothing else on record confirms. The accounts
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
+import numpy as np
+
 from pmwvc_core.account import Role
 from pmwvc_core.controllers import entries, has_waves, record_of
 from pmwvc_core.numeric import Array
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.plural import count
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.compensations import COMPENSATIONS
+from pmwvc_core.traces import ServerTraces, UserTraces
 
 
 class Part(NamedTuple):
@@ -179,3 +184,46 @@ def _unchecked(scenario: Scenario) -> Iterator[tuple[str, str]]:
     if scenario.coupling.black_box:
         for name in ("x_o", "xd_o", "kinetic"):
             yield f"server.{name}", "what the environment shows, and no account uses"
+
+
+def notes_on(
+    users: list[UserTraces],
+    known: dict[str, User],
+    server: ServerTraces,
+    left_over: list[Remainder],
+) -> list[str]:
+    """Return in words what keeps a budget from closing to rounding."""
+    found = []
+    for user in users:
+        device = known[user.name].device
+        if not np.isfinite(user.f_h).all():
+            found.append(
+                f"{user.name}: the hand's force was not measured; its work is inferred from the "
+                "motion of the device"
+            )
+        steps = np.diff(user.tick)
+        missing = int(np.sum(steps[steps > 1] - 1))
+        if (steps < 0).any():
+            again_s = float(user.time_s[int(np.argmax(steps < 0)) + 1])
+            found.append(
+                f"{user.name}: its master was started again at {again_s:.2f} s; the budget ends "
+                "there"
+            )
+        if missing:
+            found.append(f"{user.name}: {count(missing, 'tick')} not recorded")
+        if Remainder(user.name, "device_damping") in left_over:
+            found.append(
+                f"{user.name}: position or velocity is measured, and its device's model does not "
+                "give the true motion"
+            )
+        if device.friction > 0.0:
+            found.append(
+                f"{user.name}: the heat of friction is exact except where motion reverses"
+            )
+    steps = np.diff(server.step)
+    if (steps < 0).any():
+        again_s = float(server.time_s[int(np.argmax(steps < 0)) + 1])
+        found.append(f"server: it was started again at {again_s:.2f} s; the budget ends there")
+    if (steps > 1).any():
+        found.append(f"server: {int(np.sum(steps[steps > 1] - 1))} steps were not recorded")
+    return found

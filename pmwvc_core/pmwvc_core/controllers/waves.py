@@ -10,7 +10,7 @@ from pmwvc_core.master.position import feedback as position
 from pmwvc_core.master.strict_port import StrictMaster
 from pmwvc_core.params import BaselineParams, MasterParams
 from pmwvc_core.server import avatar_brake
-from pmwvc_core.server.black_box import port as black_box
+from pmwvc_core.server.black_box import accounts as black_box
 from pmwvc_core.server.black_box.port import BlackBoxServer
 from pmwvc_core.server.port import WaveServer
 

@@ -20,8 +20,12 @@ Equations: docs/theory.md 4.1, 4.10.
 from dataclasses import dataclass
 from typing import Protocol
 
+from pmwvc_core.account import Passage
 from pmwvc_core.numeric import Flag, Value, root, squared, where
 from pmwvc_core.state import Stateful
+
+# Heat of the dampers: what the server counted, springs let go included, less that of the object.
+CONTACTS = Passage("integration", ("avatars",), ("object",), ("springs",), ("dampers",))
 
 
 @dataclass(slots=True)

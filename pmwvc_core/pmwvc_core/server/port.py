@@ -21,6 +21,7 @@ Equations: docs/theory.md 17.20.
 
 from collections.abc import Sequence
 
+from pmwvc_core.account import Passage
 from pmwvc_core.numeric import Value, anywhere, limit_length
 from pmwvc_core.params import ServerParams
 from pmwvc_core.server.controller import ServerController
@@ -30,6 +31,8 @@ from pmwvc_core.server.environments import make_body
 from pmwvc_core.server.user_ports import UserPort
 
 SLIDE_M_S = 0.1
+# Between the waves at all ports and the work of the forces at the avatars.
+DECODING = Passage("late_decoding", ("ports",), ("avatars",))
 
 
 class WaveServer(ServerController):

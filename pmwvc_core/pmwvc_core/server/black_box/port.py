@@ -10,11 +10,8 @@
 The line is the environment's own where it reports its slope; else the one that the port learned
 (``secant``), or the force of the step before, F' = F(n-1) (``late``). In each case (|u|^2 -
 |v|^2)/2 = F . xd + d with d = F . (sqrt(2/b) u - F/b - xd), the power of decoding with another
-force than F. What is done about it has a name (``compensations``), and so there are these
-accounts, of all users together: ``environment`` sum F . xd h; ``late_decoding`` sum d h;
-``withheld`` what the compensation took from the returning waves (negative: added); ``contained``
-sum |u|^2 h/2 while the environment did not answer and the port was a matched damper (v = 0). Their
-sum is what went in at the ports, less the heat of the avatars' brakes.
+force than F. What is done about it has a name (``compensations``); the energies are kept
+(``accounts``). While the environment does not answer the port is a matched damper (v = 0).
 
 Equations: docs/theory.md 5.1, 5.2, 5.9.
 """
@@ -24,10 +21,10 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.account import Entry, Role
 from pmwvc_core.errors import PLUGIN_ERRORS
 from pmwvc_core.numeric import Array, Flag, Value, dot, squared, where
 from pmwvc_core.params import ServerParams
+from pmwvc_core.server.black_box.accounts import BlackBoxAccounts
 from pmwvc_core.server.black_box.containment import Asked, Call, Reply, directly
 from pmwvc_core.server.black_box.faults import BadAnswer, Faults
 from pmwvc_core.server.black_box.interface import BlackBox, Sloped
@@ -39,23 +36,6 @@ from pmwvc_core.server.fixed_body import FixedBody
 from pmwvc_core.server.user_ports import UserPort
 from pmwvc_core.wave.impedance import MatrixImpedance, smallest
 from pmwvc_core.wave.reflection import reflection
-
-ENTRIES = (
-    Entry("environment", "taken by the environment", Role.SHOWN),
-    Entry("late_decoding", "decoding with the force of the previous step", Role.SHOWN),
-    Entry(
-        "withheld",
-        "withheld by the compensation",
-        Role.SHOWN,
-        part="compensation of the server port",
-    ),
-    Entry(
-        "contained",
-        "dissipated in place of a failed environment",
-        Role.SHOWN,
-        part="damper in place of a failed environment",
-    ),
-)
 
 
 class BlackBoxServer(ServerController):
@@ -71,8 +51,8 @@ class BlackBoxServer(ServerController):
         How it is asked.
     """
 
-    BLOCKS = "_asked _compensation"
-    MEMORY = "_secant _shape _plain _stored _sums"  # the secant as a whole: there is none at first
+    BLOCKS = "_asked _compensation _kept"
+    MEMORY = "_secant _shape _plain _stored"  # the secant as a whole: there is none at first
 
     def __init__(
         self,
@@ -94,12 +74,12 @@ class BlackBoxServer(ServerController):
         self._shape: tuple[int, ...] = (1,)  # of one user's signal
         self._plain = True  # one axis, one run: floats
         self._stored: Value | None = None
-        self._sums: dict[str, Value] = dict.fromkeys((entry.name for entry in ENTRIES), 0.0)
+        self._kept = BlackBoxAccounts()
 
     @property
     def accounts(self) -> Mapping[str, Value]:
-        """See the module, and the compensation."""
-        return {**self._sums, **self._compensation.accounts, **super().accounts}
+        """See ``accounts``, and the compensation."""
+        return {**self._kept.sums, **self._compensation.accounts, **super().accounts}
 
     def join(self, i: int, position: Value) -> None:
         """Let user ``i`` join; the environment is notified before its next step."""
@@ -140,10 +120,9 @@ class BlackBoxServer(ServerController):
         returned = self._compensation.step(waves, self._held())
         for taken, v in zip(waves, returned, strict=True):
             port = self.ports[taken.user]
-            self._add("withheld", squared(taken.v) - squared(v), 0.5)
+            self._kept.add("withheld", squared(taken.v) - squared(v), 0.5 * self._period)
             port.give(v, 0.5 * self._period)
-        spent = self._sums["environment"] + self._sums["contained"]
-        self.dissipated = spent - self.potential
+        self.dissipated = self._kept.spent - self.potential
         return [port.v_s for port in self.ports]
 
     def _reply(self, start: Array) -> Reply | None:
@@ -208,9 +187,10 @@ class BlackBoxServer(ServerController):
         u = where(good, port.u_s, 0.0 * port.u_s)
         v = where(good, port.wave.v(port.u_s, force), 0.0 * port.u_s)
         late = where(good, dot(force, port.wave.velocity(port.u_s, force) - velocity), 0.0)
-        self._add("environment", where(good, dot(force, velocity), 0.0), 1.0)
-        self._add("late_decoding", late, 1.0)
-        self._add("contained", squared(port.u_s) - squared(u), 0.5)
+        kept, h = self._kept, self._period
+        kept.add("environment", where(good, dot(force, velocity), 0.0), h)
+        kept.add("late_decoding", late, h)
+        kept.add("contained", squared(port.u_s) - squared(u), 0.5 * h)
         return Wave(user, u, v, late)
 
     def _held(self) -> Value | None:
@@ -243,9 +223,6 @@ class BlackBoxServer(ServerController):
         """Note the position of the object that the environment reports."""
         if shown is not None:
             self.body.x, self.body.xd = map(self._value, shown)
-
-    def _add(self, name: str, power: Value, factor: float) -> None:
-        self._sums[name] = self._sums[name] + factor * self._period * power
 
     def _rows(self, values: Sequence[Value]) -> Array:
         """Return signals of users as one array ``(users, ..., dof)``."""
