@@ -67,10 +67,10 @@ class Recorder:
             if not self._ready and self._all_matched():
                 self._ready = True
                 print("ready", flush=True)
-            if not reported and self._background.problem:
+            if not reported and self._background.writer.problem:
                 reported = True
                 elsewhere = f"pmwvc report {self._background.writer.folder} --out OTHER"
-                text = f"recorder: {self._background.problem}; report it with: {elsewhere}"
+                text = f"recorder: {self._background.writer.problem}; report it with: {elsewhere}"
                 print(text, file=sys.stderr, flush=True)
         until = time.monotonic() + LINGER_S
         while self._take_all() or time.monotonic() < until:
@@ -122,8 +122,8 @@ class Recorder:
             "not queued": self._background.overrun.total(),
             "most waiting [MiB]": f"{self._background.most_waiting_bytes / 2**20:.1f}",
         }
-        if self._background.problem:
-            return ERROR, self._background.problem, values
+        if self._background.writer.problem:
+            return ERROR, self._background.writer.problem, values
         return OK, "recording" if self._ready else "waiting for publishers", values
 
 

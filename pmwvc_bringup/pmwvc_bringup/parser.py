@@ -3,7 +3,6 @@
 """The parser of the command line, built from the records of the commands."""
 
 import argparse
-import difflib
 import importlib
 import importlib.metadata
 import pkgutil
@@ -12,6 +11,7 @@ from typing import Any, NoReturn
 
 from pmwvc_bringup import commands
 from pmwvc_bringup.command import Command
+from pmwvc_core.params.names import hint
 
 # The order of the help; commands that are not in it follow by name.
 ORDER = (
@@ -57,11 +57,10 @@ class Parser(argparse.ArgumentParser):
         elif options:
             word, known = options[1].partition("=")[0], sorted(_options_of(self))
             owners = [name for name, nested in _nested(self) if word in _options_of(nested)]
-        near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]}?" if near else ""
-        if owners:
-            hint = f"; {word} is an option of {', '.join(owners)} only"
-        self.exit(2, f"{self.prog}: {message}{hint} (see '{self.prog} --help')\n")
+        more = (
+            f"; {word} is an option of {', '.join(owners)} only" if owners else hint(word, known)
+        )
+        self.exit(2, f"{self.prog}: {message}{more} (see '{self.prog} --help')\n")
 
 
 def _nested(parser: argparse.ArgumentParser) -> list[tuple[str, argparse.ArgumentParser]]:

@@ -61,8 +61,17 @@ class UserTraces:
     @property
     def block_rows(self) -> Integers:
         """The first tick of each block, as a row of the ticks."""
-        after = np.searchsorted(self.time_s, self.block_time_s - 0.5 * self.tick_s)
-        return np.concatenate([[0], after[:-1]]).astype(np.int64)
+        return np.concatenate([[0], self.block_ends[:-1]]).astype(np.int64)
+
+    @property
+    def block_ends(self) -> Integers:
+        """The row behind the last tick of each block."""
+        return np.searchsorted(self.time_s, self.block_time_s - 0.5 * self.tick_s)
+
+    def rows_at(self, times_s: Array) -> Integers:
+        """Return the rows of the ticks at some times [s]; the last one for what is later."""
+        rows = np.searchsorted(self.time_s, times_s - 0.5 * self.tick_s)
+        return np.minimum(rows, len(self.time_s) - 1)
 
     def __post_init__(self) -> None:
         """Take the wake-up for the look where that is not known."""

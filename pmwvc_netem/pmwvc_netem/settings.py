@@ -27,6 +27,7 @@ from pmwvc_core.runtime.parameters import (
     ParameterBinding,
     declare_names,
     declare_value,
+    pass_on,
     set_together,
 )
 from pmwvc_core.runtime.polling import message_class
@@ -147,10 +148,8 @@ class Settings:
     def _pass_on(self, direction: str, new: LinkParams) -> None:
         """Hand what changed for all users to each of them."""
         old, self._all[direction] = self._all[direction], new
-        changed = {n: v for n, v in values_of("", new).items() if v != getattr(old, n)}
         for user in self.users:
-            own = {f"{user}.link.{direction}.{n}": v for n, v in changed.items()}
-            set_together(self._node, own)
+            pass_on(self._node, [user], f"link.{direction}", old, new)
 
     def _use_preset(self, new: PresetParams) -> None:
         if new.preset == "none":

@@ -16,6 +16,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any
 
 from pmwvc_core.errors import PLUGIN_ERRORS
@@ -27,6 +28,7 @@ from pmwvc_core.server.environments import LIBRARY
 
 WAIT_RATIO = 0.5  # of the period that the loop waits
 _PRIORITY = 10  # below the loop, above other programs
+Question = tuple[Callable[[], Any], "Future[Any]"]  # and where its answer goes
 
 
 def caller(params: ServerParams) -> Call:
@@ -36,49 +38,37 @@ def caller(params: ServerParams) -> Call:
     return Worker(WAIT_RATIO * params.period_s)
 
 
-class _Job:
-    """A question, and what came of it."""
-
-    def __init__(self, exchange: Callable[[], Any]) -> None:
-        self.exchange = exchange
-        self.asked_s = time.monotonic()
-        self.done = threading.Event()
-        self.answer: Any = None
-        self.error: BaseException | None = None
-
-    def work(self) -> None:
-        try:
-            self.answer = self.exchange()
-        except PLUGIN_ERRORS as error:
-            self.error = error
-        self.done.set()
-
-
 class Worker:
     """Runs one exchange at a time in a thread of its own."""
 
     def __init__(self, patience_s: float) -> None:
         self._patience_s = patience_s
-        self._jobs: queue.SimpleQueue[_Job] = queue.SimpleQueue()
-        self._last: _Job | None = None
+        self._questions: queue.SimpleQueue[Question] = queue.SimpleQueue()
+        self._asked_s = 0.0
+        self._answer: Future[Any] | None = None  # to the last question
         threading.Thread(target=self._work, name="environment", daemon=True).start()
 
     def __call__(self, exchange: Callable[[], Any]) -> Any:
         """Return the answer, or raise the environment's error, or Unanswered after too long."""
-        last = self._last
-        if last is not None and not last.done.is_set():
-            busy_s = time.monotonic() - last.asked_s
+        if self._answer is not None and not self._answer.done():
+            busy_s = time.monotonic() - self._asked_s
             raise Unanswered(f"is still busy with the step of {busy_s:.2f} s ago")
-        self._last = job = _Job(exchange)
-        self._jobs.put(job)
-        if not job.done.wait(self._patience_s):
-            raise Unanswered(f"has not answered within {1e3 * self._patience_s:.3g} ms")
-        if job.error is not None:
-            raise job.error
-        return job.answer
+        self._asked_s, self._answer = time.monotonic(), Future()
+        self._questions.put((exchange, self._answer))
+        try:
+            error = self._answer.exception(self._patience_s)
+        except TimeoutError:
+            raise Unanswered(f"has not answered within {1e3 * self._patience_s:.3g} ms") from None
+        if error is not None:
+            raise error
+        return self._answer.result()
 
     def _work(self) -> None:
         with contextlib.suppress(OSError):
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
         while True:
-            self._jobs.get().work()
+            exchange, answer = self._questions.get()
+            try:
+                answer.set_result(exchange())
+            except PLUGIN_ERRORS as error:
+                answer.set_exception(error)

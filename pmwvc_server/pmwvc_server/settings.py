@@ -20,13 +20,12 @@ from pmwvc_core.frame.assembly import UserAtServer, make_server_step
 from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.params import BaselineParams, ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.matrix import matrix_conflicts
-from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.runtime.parameters import (
     ParameterBinding,
     declare,
     declare_names,
     declare_value,
-    set_together,
+    pass_on,
 )
 from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.rates import PERIOD, why_fixed
@@ -169,10 +168,8 @@ class _ForAll:
 
     def pass_on(self, new: ContactParams) -> None:
         """Hand what changed for all users to each of them."""
-        old, self.contact = values_of("server", self.contact), new
-        changed = {n: v for n, v in values_of("server", new).items() if v != old[n]}
-        each = {f"{user}.{n}": v for user in self._users for n, v in changed.items()}
-        set_together(self._node, each)
+        old, self.contact = self.contact, new
+        pass_on(self._node, self._users, "server", old, new)
 
     def check_change(self, old: ContactParams, new: ContactParams) -> None:
         """Refuse what a black box would not notice."""

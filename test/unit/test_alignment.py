@@ -175,7 +175,8 @@ def test_what_the_alignment_leaves_open_is_no_violation_and_no_proof():
 def test_a_clock_that_is_set_over_and_over_bends_no_time_line():
     monotonic = np.arange(1000, dtype=np.int64) * FRAME_NS
     stamps = monotonic + 10**18 + np.where(np.arange(1000) % 7 < 3, 10**10, 0)
-    assert set(np.diff(clock.ros_times(monotonic, stamps))) == {FRAME_NS}
+    even = monotonic + clock.offset_ns(monotonic, stamps)
+    assert set(np.diff(even)) == {FRAME_NS}
 
 
 @pytest.mark.parametrize("shift_s", [-1e4, -5.0, -0.05, 0.05, 5.0, 1e4])

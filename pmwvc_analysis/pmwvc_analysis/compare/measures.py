@@ -143,8 +143,7 @@ def _force_error_n(traces: SessionTraces) -> float | None:
 def force_error(user: UserTraces, server: ServerTraces, index: int) -> Array:
     """Return F_m - F_s at the server's steps while the user is coupled ``(steps, dof)`` [N]."""
     coupled = (server.state[index] == Presence.COUPLED) & (server.time_s <= user.time_s[-1])
-    rows = np.searchsorted(user.time_s, server.time_s[coupled] - 0.5 * user.tick_s)
-    rendered = user.f_applied[np.clip(rows, 0, len(user.time_s) - 1)]
+    rendered = user.f_applied[user.rows_at(server.time_s[coupled])]
     found: Array = rendered - server.f_s[index][coupled]
     return found
 

@@ -124,7 +124,7 @@ def _filter(user: UserTraces, known: User) -> list[str]:
     """
     if known.master.filter.means or "position_surplus" in user.accounts:
         return []
-    first = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)[:-1]
+    first = user.block_ends[:-1]
     inside = (first > 0) & (first < len(user.tick))
     first = first[inside]
     follows = np.diff(user.tick)[first - 1] == 1
@@ -143,9 +143,8 @@ def _filter(user: UserTraces, known: User) -> list[str]:
 
 def _blocks(user: UserTraces, per_tick: Array, recorded: Array) -> tuple[Array, Array]:
     """Return a sum over whole blocks from the ticks, and as the master kept it."""
-    ends = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)
     sums = np.concatenate([[0.0], np.cumsum(per_tick)])
-    own = np.diff(sums[np.concatenate([[0], ends])])
+    own = np.diff(sums[np.concatenate([[0], user.block_ends])])
     whole = np.ones(len(own), dtype=bool)
     whole[1:] = np.diff(user.block_time_s) < 1.5 * np.median(np.diff(user.block_time_s))
     whole[0] = user.tick[0] == 0

@@ -127,8 +127,7 @@ def _lost_s(user: UserTraces, server: ServerTraces, index: int, moved: Array) ->
         rows = stay[there[stay]]
         if not len(rows):
             continue
-        ticks = np.searchsorted(user.time_s, server.time_s[rows] - 0.5 * user.tick_s)
-        apart = user.x_m[np.clip(ticks, 0, len(user.time_s) - 1)] - server.x_s[index][rows]
+        apart = user.x_m[user.rows_at(server.time_s[rows])] - server.x_s[index][rows]
         apart, own = apart - apart[0], moved[rows] - moved[rows[0]]
         natural = _length(_mean(_travel(server, index, rows), server.period_s))
         natural = natural + _length(_mean(apart - own, server.period_s))

@@ -102,8 +102,7 @@ def _apart(server: ServerTraces, index: int, user: UserTraces | None, row: int) 
     """Return the distance of an avatar from its device at a step, where it is worth a word."""
     if user is None or not len(user.time_s):
         return ""
-    tick = int(np.searchsorted(user.time_s, server.time_s[row] - 0.5 * user.tick_s))
-    apart = user.x_m[min(tick, len(user.time_s) - 1)] - server.x_s[index][row]
+    apart = user.x_m[user.rows_at(server.time_s[row])] - server.x_s[index][row]
     length_m = float(np.linalg.norm(apart))
     return f", {1e3 * length_m:.1f} mm from its device" if length_m > APART_M else ""
 

@@ -8,7 +8,7 @@ topics is left out (own.py).
 
 import itertools
 from collections import ChainMap, Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -71,10 +71,10 @@ def read_content(folder: Path) -> Content:
             )
             topics = [connection.topic for connection in reader.connections]
             content = content_of(raw, reader.deserialize, topics)
+        topics = sorted({message.topic for message in content.hands})
+        content.hands = []  # rosbags gives no times of publication
         for path in files:
-            content.metadata.update(_file_metadata(path))
-        if content.hands:  # rosbags gives no times of publication
-            content.hands = [each for path in files for each in _of_hands(path, content.hands)]
+            _add(content, path, topics)
         return content
     except Exception as error:  # rosbags raises many kinds for a damaged file
         reason = str(error) or type(error).__name__
@@ -95,9 +95,7 @@ def _read_damaged(files: Sequence[Path]) -> Content:
         _require_mcap(path)
     content = content_of(
         itertools.chain.from_iterable(messages(path, each) for path, each in salvages.items()),
-        lambda data, type_name: schemas.store_of(
-            schema_texts[type_name], type_name
-        ).deserialize_cdr(data, type_name),
+        lambda data, t: schemas.store_of((schema_texts[t], t)).deserialize_cdr(data, t),
     )
     early = []
     for path, salvage in salvages.items():
@@ -112,18 +110,13 @@ def _read_damaged(files: Sequence[Path]) -> Content:
 def content_of(raw: Iterable[RawMessage], decode: Decode, topics: Iterable[str] = ()) -> Content:
     """Return the content of serialized messages; ``decode(data, type_name)`` returns a message.
 
-    ``topics`` count even when they have no message.
+    ``topics`` count even when they have no message; what is not the session's becomes events.
     """
     content = Content()
     for topic in topics:
         content.counter.topic(topic)
     for message in raw:
         _take(content, message, decode)
-    return _own(content)
-
-
-def _own(content: Content) -> Content:
-    """Keep and count the session's own messages; what else there was becomes events."""
     content.events += keep_own(content.by_topic, content.types)
     for topic, kind in content.types.items():
         for message in content.by_topic[topic].messages:
@@ -148,26 +141,16 @@ def _require_mcap(path: Path) -> None:
         raise RecordingError(f"{path} {what}; name a session folder, or an .mcap file")
 
 
-def _file_metadata(path: Path) -> dict[str, dict[str, str]]:
+def _add(content: Content, path: Path, hands: Sequence[str]) -> None:
+    """Add a file's metadata, and its messages on the topics of hands with both their times."""
     from mcap.reader import make_reader
 
     with open(path, "rb") as stream:
-        return {
-            record.name: dict(record.metadata) for record in make_reader(stream).iter_metadata()
-        }
-
-
-def _of_hands(path: Path, known: Sequence[RawMessage]) -> Iterator[RawMessage]:
-    """Yield the messages on the topics of hands, with both their times."""
-    from mcap.reader import make_reader
-
-    with open(path, "rb") as stream:
-        topics = sorted({message.topic for message in known})
-        for schema, channel, message in make_reader(stream).iter_messages(topics):
-            kind = schema.name if schema else ""
-            yield RawMessage(
-                channel.topic, kind, message.log_time, message.publish_time, message.data
-            )
+        reader = make_reader(stream)
+        content.metadata |= {each.name: dict(each.metadata) for each in reader.iter_metadata()}
+        for schema, channel, message in reader.iter_messages(hands) if hands else ():
+            kind, times = schema.name if schema else "", (message.log_time, message.publish_time)
+            content.hands.append(RawMessage(channel.topic, kind, *times, message.data))
 
 
 def _take(content: Content, raw: RawMessage, decode: Decode) -> None:

@@ -23,7 +23,7 @@ from pmwvc_analysis.recording.link_blocks import fate_blocks, state_blocks
 from pmwvc_analysis.recording.taken import of_rows
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_core.controllers import has_waves
-from pmwvc_core.errors import RecordingError
+from pmwvc_core.errors import file_errors
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import MessageTypes
 from pmwvc_core.runtime.messages.fields import ENERGIES, OF_AVATARS, OF_OBJECT
@@ -47,12 +47,10 @@ def write_scenario(folder: str | Path, scenario: Scenario) -> None:
     """Write the complete scenario into a session folder."""
     import yaml
 
-    Path(folder).mkdir(parents=True, exist_ok=True)
     text = yaml.safe_dump(scenario.to_dict(), sort_keys=False, allow_unicode=True)
-    try:
+    with file_errors(f"record into {folder}"):
+        Path(folder).mkdir(parents=True, exist_ok=True)
         (Path(folder) / "scenario.yaml").write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise RecordingError(f"cannot record into {folder}: {error.strerror or error}") from error
 
 
 def record_traces(
@@ -141,7 +139,7 @@ def _master_blocks(
     types: MessageTypes, user: UserTraces, traces: SessionTraces, start: int
 ) -> Iterator[Outgoing]:
     epoch, received = _epoch(traces, user.name), traces.taken.get(f"{user.name}/down")
-    edges = [0, *np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s).tolist()]
+    edges = [0, *user.block_ends.tolist()]
     signals = {name: getattr(user, trace) for name, trace in TRACES.items()}
     known = bool(np.isfinite(user.f_h).all())
     for block, (first, after) in enumerate(itertools.pairwise(edges)):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.recording.losses import DROPPED
+from pmwvc_core.network.fates import COLUMNS as PUBLISHED
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages as build
@@ -17,7 +18,7 @@ from pmwvc_core.traces import FateTraces
 
 BLOCK_NS = 500_000_000
 STATE_NS = 1_000_000_000
-COLUMNS = {name: name for name in build.FATE_COLUMNS} | {"bytes": "size_bytes"}
+COLUMNS = {name: name for name in PUBLISHED} | {"bytes": "size_bytes"}
 
 
 def fate_blocks(types: MessageTypes, fates: FateTraces, start: int) -> Iterator[tuple[int, Any]]:

@@ -65,11 +65,6 @@ class BackgroundWriter:
             self.most_waiting_bytes = max(self.most_waiting_bytes, self._bytes)
             self._news.notify()
 
-    @property
-    def problem(self) -> str | None:
-        """The reason why nothing is written any more, or None."""
-        return self.writer.problem
-
     def close(self) -> list[str]:
         """Write what waits, complete the recording, and return the losses as text."""
         if self._thread.is_alive():

@@ -19,11 +19,11 @@ MOST_RANGES = 256  # of one publisher; older ones are settled: hours of losses t
 MOST_STREAMS = 64  # publishers of one topic whose numbers are followed
 _HEADER_BYTES = 4  # CDR encapsulation
 _STAMP_BYTES = 8
-# epoch and number, behind stamp and clock; of the types that carry them there
-_EPOCH_NUMBER = {
-    schemas.WAVE: struct.Struct("<QI"),
-    schemas.MASTER_TRACE: struct.Struct("<QI"),
-    schemas.SERVER_TRACE: struct.Struct("<QQ"),
+_EPOCH_NUMBER = {  # behind the stamp, and the clock where a type has one
+    schemas.WAVE: struct.Struct("<16xQI"),
+    schemas.MASTER_TRACE: struct.Struct("<16xQI"),
+    schemas.SERVER_TRACE: struct.Struct("<16xQQ"),
+    schemas.RECEPTION: struct.Struct("<8xQI"),
 }
 _U32 = struct.Struct("<I")
 _FIRST_COUNT = struct.Struct("<QI")
@@ -46,11 +46,8 @@ def peek(type_name: str, data: bytes) -> Numbered | None:
     """
     body = data[_HEADER_BYTES:]
     try:
-        if type_name == schemas.RECEPTION:
-            epoch, number = _EPOCH_NUMBER[schemas.WAVE].unpack_from(body, _STAMP_BYTES)
-            return Numbered(f"{epoch:016x}", number)
         if (layout := _EPOCH_NUMBER.get(type_name)) is not None:
-            epoch, number = layout.unpack_from(body, 2 * _STAMP_BYTES)
+            epoch, number = layout.unpack_from(body)
             return Numbered(f"{epoch:016x}", number)
         if type_name not in (schemas.LINK_STATE, schemas.PACKET_FATE):
             return None

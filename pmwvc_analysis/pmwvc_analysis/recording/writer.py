@@ -14,14 +14,13 @@ import os
 import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import BinaryIO
 
 from pmwvc_analysis.recording.format import rosbag_metadata, schemas
 from pmwvc_analysis.recording.format.topics import Topic
 from pmwvc_analysis.recording.mcap.mcap_writer import McapWriter
 from pmwvc_analysis.recording.sequence import GapCounter, peek
-from pmwvc_core.errors import RecordingError
+from pmwvc_core.errors import RecordingError, file_errors
 
 FILE_NAME = "session.mcap"
 LIBRARY = "pmwvc"
@@ -31,7 +30,7 @@ RESERVE_BYTES = 64 * 1024 * 1024
 _OVERHEAD = 31  # bytes of a message record besides its data
 
 
-class SessionWriter:
+class SessionWriter(contextlib.AbstractContextManager["SessionWriter"]):
     """Writes serialized messages into a session folder, which is created where it does not exist.
 
     Writing stops in good order at ``reserve_bytes`` of free space, before the disk is full.
@@ -58,23 +57,21 @@ class SessionWriter:
         self._chunk_bytes = 0
         self._kept: dict[str, int] = {}  # messages per topic in whole chunks
         self._closed = False
-        try:
+        with file_errors(f"record into {self.folder}"):
             self.folder.mkdir(parents=True, exist_ok=True)
             self._require_space()
-            self._file: BinaryIO = open(self.path, "xb")
-        except FileExistsError as error:
-            raise RecordingError(
-                f"{self.path} exists: a recording is never overwritten; choose another folder"
-            ) from error
-        except OSError as error:
-            raise RecordingError(
-                f"cannot record into {self.folder}: {error.strerror or error}"
-            ) from error
+            try:
+                self._file: BinaryIO = open(self.path, "xb")
+            except FileExistsError as error:
+                raise RecordingError(
+                    f"{self.path} exists: a recording is never overwritten; choose another folder"
+                ) from error
         # chunks end where flush() is called: then the position behind the last whole one is always
         # known
         self._writer = McapWriter(self._file)
         self._good = 0
-        self._guarded(self._begin)
+        self._guarded(lambda: self._writer.start(profile="ros2", library=LIBRARY))
+        self._guarded(self._end_chunk)
 
     def _require_space(self) -> None:
         if (free := self._free_bytes()) is not None and free < self._reserve:
@@ -83,20 +80,11 @@ class SessionWriter:
                 f"{self._reserve >> 20} MiB are kept free; make room or choose another folder"
             )
 
-    def _begin(self) -> None:
-        self._writer.start(profile="ros2", library=LIBRARY)
+    def _end_chunk(self) -> None:
         self._writer.flush()
         self._good = self._file.tell()
 
-    def __enter__(self) -> "SessionWriter":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def add_topic(self, topic: Topic, *, schema: str | None = None) -> None:
@@ -150,25 +138,19 @@ class SessionWriter:
         if number == 1 and sum(self.counter.messages.values()) == 1:
             self.start_ns = self.end_ns = log_ns
         self.start_ns, self.end_ns = min(self.start_ns, log_ns), max(self.end_ns, log_ns)
+        sent_ns = log_ns if publish_ns is None else publish_ns
         self._guarded(
-            lambda: self._writer.add_message(
-                channel,
-                log_ns,
-                data,
-                log_ns if publish_ns is None else publish_ns,
-                number & 0xFFFFFFFF,
-            )
+            lambda: self._writer.add_message(channel, log_ns, data, sent_ns, number & 0xFFFFFFFF)
         )
 
     def flush(self) -> None:
         """End the chunk and hand it to the system; stop in good order when space runs out."""
         if self.problem or self._closed:
             return
-        self._guarded(self._writer.flush)
+        self._guarded(self._end_chunk)
         self._chunk_start_ns, self._chunk_bytes = None, 0
         if self.problem:
             return
-        self._good = self._file.tell()
         self._kept = dict(self.counter.messages)
         if (free := self._free_bytes()) is not None and free < self._reserve:
             self._finish()

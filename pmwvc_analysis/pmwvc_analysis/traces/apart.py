@@ -48,8 +48,7 @@ def apart(traces: SessionTraces, user: UserTraces) -> Apart | None:
     joins_s = np.asarray(first_packets(traces, user.name))
     begins = np.union1d(begins, np.searchsorted(times, joins_s - 0.5 * user.tick_s))
     begins = np.union1d(begins, [start.row for start in starts(server)])
-    ticks = np.searchsorted(user.time_s, times - 0.5 * user.tick_s)
-    distance = user.x_m[np.clip(ticks, 0, len(user.time_s) - 1)] - server.x_s[index]
+    distance = user.x_m[user.rows_at(times)] - server.x_s[index]
     kept = np.zeros_like(distance)
     rows = np.zeros(len(times), dtype=bool)
     for stay in np.split(np.arange(len(times)), begins.astype(int)):

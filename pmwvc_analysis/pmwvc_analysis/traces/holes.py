@@ -61,9 +61,7 @@ def of_user(user: UserTraces) -> list[Hole]:
     if not len(user.block_number):
         return _by_ticks(user)
     found = []
-    starts = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s)
-    begins = np.concatenate([[0], starts[:-1]])
-    first_s = user.time_s[np.minimum(begins, len(user.time_s) - 1)]
+    first_s = user.time_s[np.minimum(user.block_rows, len(user.time_s) - 1)]
     for row, number in enumerate(user.block_number.tolist()):
         follows = row > 0 and (not len(user.epoch) or user.epoch[row] == user.epoch[row - 1])
         missing = number - (int(user.block_number[row - 1]) if follows else 0) - 1

@@ -34,7 +34,7 @@ def anchored(user: UserTraces, per_tick: Value, at_block_ends: Array | None) -> 
     sums: Array = np.cumsum(per_tick)
     if at_block_ends is None or not len(at_block_ends):
         return sums
-    last = np.searchsorted(user.time_s, user.block_time_s - 0.5 * user.tick_s) - 1
+    last = user.block_ends - 1
     blocks = np.clip(np.searchsorted(last, np.arange(len(sums))), 0, len(last) - 1)
     ends = np.clip(last, 0, len(sums) - 1)
     return sums + (at_block_ends - sums[ends])[blocks]
@@ -80,8 +80,7 @@ class UserSums:
         begins = np.concatenate([[-np.inf], ends[:-1]]) - 0.5 * user.tick_s
         first = np.minimum(np.searchsorted(user.time_s, begins), len(user.time_s) - 1)
         starts = np.minimum(user.time_s[first] + after_s, ends)
-        first = np.searchsorted(user.time_s, starts - 0.5 * user.tick_s)
-        grown_s = ran_s(user)[np.minimum(first, len(user.time_s) - 1)]
+        grown_s = ran_s(user)[user.rows_at(starts)]
         return up_to(sums, np.searchsorted(grown_s, self.time_s + 0.001 * user.tick_s))
 
     def between_blocks(self, sums: Array) -> Array:

@@ -49,15 +49,8 @@ def start_times(messages: Sequence[Trace]) -> Integers:
     result = np.zeros_like(monotonic)
     for epoch in np.unique(epochs):
         own = epochs == epoch
-        result[own] = ros_times(monotonic[own], stamped[own])
+        result[own] = monotonic[own] + offset_ns(monotonic[own], stamped[own])
     return result
-
-
-def ros_times(monotonic_ns: Integers, stamp_ns: Integers) -> Integers:
-    """Return evenly stepped ROS times of the instants that both clocks show [ns]."""
-    if not len(monotonic_ns):
-        return monotonic_ns
-    return monotonic_ns + offset_ns(monotonic_ns, stamp_ns)
 
 
 def offset_ns(monotonic_ns: Integers, stamp_ns: Integers) -> int:

@@ -11,7 +11,7 @@ without ROS, from the tables that rosbags carries.
 import functools
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -98,25 +98,21 @@ def schema_text(type_name: str) -> str:
 @functools.cache
 def typestore(*type_names: str) -> "Typestore":
     """Return a rosbags type store that knows these types (ours when none is named)."""
-    return _store({name: schema_text(name) for name in type_names or OUR_TYPES})
+    return store_of(*((schema_text(name), name) for name in type_names or OUR_TYPES))
 
 
 @functools.cache
-def store_of(schema: str, type_name: str) -> "Typestore":
-    """Return a rosbags type store that knows a type given by its whole schema text."""
-    return _store({type_name: schema})
-
-
-def _store(schemas: Mapping[str, str]) -> "Typestore":
+def store_of(*types: tuple[str, str]) -> "Typestore":
+    """Return a rosbags type store that knows types given by whole schema text and name."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.EMPTY)
-    for type_name, schema in schemas.items():
+    for schema, type_name in types:
         store.register(get_types_from_msg(schema, type_name))
     return store
 
 
 def hash_of(schema: str, type_name: str) -> str:
     """Return the REP-2016 hash (``RIHS01_...``) of a type given by its whole schema text."""
-    text: str = store_of(schema, type_name).hash_rihs01(type_name)
+    text: str = store_of((schema, type_name)).hash_rihs01(type_name)
     return text

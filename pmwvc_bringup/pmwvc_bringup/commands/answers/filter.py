@@ -7,7 +7,6 @@ from pathlib import Path
 
 from pmwvc_bringup.command import Command, Result
 from pmwvc_bringup.options import SCENARIO, USERS, json_document, out, scenario_of, settings
-from pmwvc_bringup.output import write_json
 from pmwvc_core.errors import file_errors
 
 EXAMPLES = """\
@@ -41,12 +40,13 @@ def run(arguments: argparse.Namespace) -> Result:
     if arguments.out:
         from pmwvc_analysis.charts.chart_png import write
         from pmwvc_analysis.figures.model_charts import velocity_filter
+        from pmwvc_analysis.session_files import write_summary
 
         folder = Path(arguments.out)
         with file_errors(f"write into {folder}"):
             folder.mkdir(parents=True, exist_ok=True)
             paths = write(velocity_filter(found, scenario), folder)
-            write_json(folder / f"{NAME}.json", result)
+            write_summary(folder, result, name=f"{NAME}.json")
         names = ", ".join([*(path.name for path in paths), f"{NAME}.json"])
         print(f"written: {folder} ({names})")
     return Result(document=result)

@@ -4,11 +4,10 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pmwvc_bringup.command import Command, Result, argument
 from pmwvc_bringup.options import MODEL, json_document, out, scenario_of
-from pmwvc_bringup.output import write_json
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario
 
@@ -110,18 +109,19 @@ def _write(
     found: "Transparency",
     measured: "Measured | None",
     scenario: Scenario,
-    result: object,
+    result: dict[str, Any],
     *,
     live: bool,
 ) -> None:
     """Write curves, figure and numbers."""
     from pmwvc_analysis.charts.chart_png import write
     from pmwvc_analysis.figures.model_charts import transparency as chart
+    from pmwvc_analysis.session_files import write_summary
     from pmwvc_analysis.transparency.answer import NAME, arrays_of, write_arrays
 
     paths = write_arrays(folder, arrays_of(found, measured))
     paths += write(chart(found, measured, scenario, live=live), folder)
-    write_json(folder / f"{NAME}.json", result)
+    write_summary(folder, result, name=f"{NAME}.json")
     print(f"written: {folder} ({', '.join(path.name for path in paths)}, {NAME}.json)")
 
 

@@ -9,7 +9,6 @@ does.
 """
 
 from pmwvc_core.runtime.messages.links import (
-    FATE_COLUMNS,
     diagnostic,
     link_state,
     packet_fates,
@@ -28,7 +27,6 @@ from pmwvc_core.runtime.messages.types import (
 )
 
 __all__ = [
-    "FATE_COLUMNS",
     "NS_PER_S",
     "MessageTypes",
     "TraceBlock",

@@ -7,14 +7,11 @@ DiagnosticArray. Fields given by keyword are those of the ``.msg`` files.
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pmwvc_core.network.fates import COLUMNS
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime.messages.types import MessageTypes, axes, scalar, time_message
 from pmwvc_core.transport.packet import WavePacket
 
-FATE_COLUMNS = {  # of PacketFate, with their types as in ``array``
-    **{"epoch": "Q", "seq": "I", "bytes": "I", "fate": "B", "cause": "B"},
-    **dict.fromkeys(("time_in_ns", "time_due_ns", "time_out_ns"), "q"),
-}
 _SETTINGS = ("delay_s", "jitter_s", "jitter", "loss", "duplicate", "rate_limit_bps")
 
 
@@ -43,7 +40,7 @@ def packet_fates(
     types: MessageTypes, *, stamp_ns: int, link: str, first: int, **columns: Sequence[int]
 ) -> Any:
     """Return a block of records, one entry a record in every column, as a PacketFate message."""
-    found = {name: types.sequence(columns[name], code) for name, code in FATE_COLUMNS.items()}
+    found = {name: types.sequence(columns[name], kind) for name, kind in COLUMNS.items()}
     return types.PacketFate(stamp=time_message(types, stamp_ns), link=link, first=first, **found)
 
 

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from pmwvc_core.network.fates import COLUMNS
 from pmwvc_core.runtime.messages.fields import (
     OF_AVATARS,
     OF_OBJECT,
@@ -22,7 +23,6 @@ from pmwvc_core.runtime.messages.fields import (
     Trace,
     Wave,
 )
-from pmwvc_core.runtime.messages.links import FATE_COLUMNS
 
 MOST_DOF = 6
 MOST_STATES = 4  # of MasterTrace and ServerTrace, 0 to 3
@@ -110,7 +110,7 @@ def _packet_fate(message: PacketFate) -> str | None:
         return f"link = {message.link!r}"
     if not 1 <= message.first < _LARGEST:
         return f"first = {message.first}"
-    return _lengths(message, dict.fromkeys(FATE_COLUMNS, len(message.epoch)))
+    return _lengths(message, dict.fromkeys(COLUMNS, len(message.epoch)))
 
 
 _CHECKS: Mapping[str, Callable[[Any], str | None]] = {

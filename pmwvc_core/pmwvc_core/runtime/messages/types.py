@@ -35,12 +35,12 @@ _NAMES = {
 class MessageTypes:
     """The message classes by name, and what their sequences are made of.
 
-    ``sequence(values, typecode)`` makes a sequence of numbers (typecodes of ``array``), ``flags``
+    ``sequence(values, kind)`` makes a sequence of numbers (typecodes or numpy types), ``flags``
     one of booleans, ``octet`` a single byte.
     """
 
     by_name: Mapping[str, Any]
-    sequence: Callable[[Any, str], Any]
+    sequence: Callable[[Any, Any], Any]
     flags: Callable[[Sequence[bool]], Any]
     octet: Callable[[int], Any]
 
@@ -67,7 +67,7 @@ def types_from(classes: Mapping[str, Any]) -> MessageTypes:
     """Return the message classes of ``typestore.types`` of rosbags that knows ``pmwvc_msgs``."""
     return MessageTypes(
         {name: classes[f"{package}/msg/{name}"] for name, package in _NAMES.items()},
-        sequence=lambda values, typecode: np.array(values, dtype=typecode),
+        sequence=lambda values, kind: np.array(values, dtype=kind),
         flags=lambda values: np.array(values, dtype=bool),
         octet=int,
     )
