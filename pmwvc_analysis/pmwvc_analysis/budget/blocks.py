@@ -94,7 +94,7 @@ def master(sums: UserSums, known: User, *, waves: bool) -> tuple[Account, Sums]:
     port = WavePort(known.impedance)
     f, f_m, xd, u_m, v_m = user.f_applied, user.f_m, user.xd_m, user.u_m, user.v_m
     beside, kept = {}, 0.0 * xd[:, :1]
-    if known.master.velocity_filter.kind == "equivalent":
+    if known.master.velocity_filter.in_force:
         kept = np.asarray(force_filter_kept(f_m, xd, v_m, port, dt))
         beside["force_velocity_filter"] = sums.of_ticks(kept)
     each = port_account(f, f_m, xd, (u_m, v_m), port, dt, kept)

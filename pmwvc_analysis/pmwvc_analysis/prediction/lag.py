@@ -82,7 +82,7 @@ def lag_decides(user: User, scenario: Scenario) -> bool:
     for record in (scenario.coupling, scenario.environment):
         if record.linear != record.name:
             return False
-    return master.bank.kind != "dissertation" and not master.position.is_on
+    return not master.bank.as_published and not master.position.is_on
 
 
 def expected(user: User) -> str:
@@ -109,11 +109,10 @@ def _plain_lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool) 
     master = user.master
     lag = aliasing.delay_of(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)
     lag += slow_lags(master)[0 if touching else 1]
-    if master.bank.kind == "complementary":
-        lag += 2.0 / float(master.bank.split_rad_s)
+    lag += master.bank.lag_s
     lag += master.tick_s  # the packet leaves one tick after the output it carries
     hold = master.frame_s - master.tick_s
-    lag += hold if master.hold == "foh" else hold / 2.0
+    lag += hold if master.ramps else hold / 2.0
     phase = answer_phase(user, live=live)
     steps = step_lag_s(master, user.device, first_axis(user.impedance), phase)
     lag += steps if touching else -steps
@@ -131,7 +130,7 @@ def step_lag_s(
     """
     plain = not (master.velocity_filter.is_on or master.bank.is_on)
     load = impedance * master.tick_s / device.mass
-    if master.hold != "zoh" or not plain or load >= 2.0:
+    if master.ramps or not plain or load >= 2.0:
         return 0.0
     m, tick_s = master.rate_drop, master.tick_s
     stage = AntiAliasing(master.filter, tick_s=tick_s, rate_drop=m)

@@ -31,14 +31,12 @@ from pmwvc_core.scenario.scenario import Scenario, User
 def strict_lag_s(user: User, scenario: Scenario, *, live: bool) -> float:
     """Return tau on the strict channel [s]."""
     tick_s, period_s, frame_s = scenario.tick_s, scenario.server.period_s, user.master.frame_s
-    bank = user.master.bank
-    filters = 2.0 / float(bank.split_rad_s) if bank.kind == "complementary" else 0.0
     up = _oldest_s(user, scenario, live=live) + _lost_s(user.link_up, frame_s, scenario)
     down = _latest_s(user.link_down, tick_s, live=live)
     down += _lost_s(user.link_down, period_s, scenario)
     up += _held_back_s(user.master.deadband, frame_s)
     down += _held_back_s(user.contact.deadband, period_s)
-    return up + down + period_s + filters
+    return up + down + period_s + user.master.bank.lag_s
 
 
 def _held_back_s(deadband: DeadbandParams, interval_s: float) -> float:

@@ -59,7 +59,7 @@ def passive_by_account(scenario: Scenario) -> bool:
         and all(
             user.device.plugin == "simulated"
             and not np.any(np.asarray(user.device.encoder_step_m) > 0.0)
-            and user.master.bank.kind != "dissertation"
+            and not user.master.bank.as_published
             for user in scenario.users
         )
     )

@@ -59,6 +59,16 @@ class FilterParams(Validated):
         """Whether a packet is the mean of its frame: filter and rate drop in one."""
         return self.kind == "integrate_and_dump"
 
+    @property
+    def is_on(self) -> bool:
+        """Whether there is one."""
+        return self.kind != "none"
+
+    @property
+    def warps(self) -> bool:
+        """Whether the edges of the sampled Butterworth filter are those of a pre-warped one."""
+        return self.discretisation == "bilinear"
+
     def conflicts(self) -> list[str]:
         """Check that the cut-off is given once and used, and that Butterworth edges rise."""
         names = ("pole_rad_s", "cutoff_hz", "stop_hz")
@@ -108,6 +118,11 @@ class MasterParams(Validated):
     local_model: LocalModelParams = group(LocalModelParams)
     position: PositionParams = group(PositionParams)
     deadband: DeadbandParams = group(DeadbandParams)
+
+    @property
+    def ramps(self) -> bool:
+        """Whether the hold goes to each returning wave in a ramp over the frame."""
+        return self.hold == "foh"
 
     @property
     def frame_s(self) -> float:

@@ -45,13 +45,23 @@ class VelocityFilterParams(Validated):
         """Whether there is one."""
         return self.kind != "none"
 
+    @property
+    def in_force(self) -> bool:
+        """Whether the velocity is filtered in the force and not in the wave."""
+        return self.kind == "equivalent"
+
+    @property
+    def splits(self) -> bool:
+        """Whether the waves both ways are low-pass filtered as well."""
+        return self.kind == "complementary"
+
     def conflicts(self) -> list[str]:
         """Check that the filter is given once, and that not the whole wave is answered at once."""
         if self.alpha is not None and self.cutoff_hz is not None:
             return ["alpha and cutoff_hz are given: a velocity filter takes one of them"]
-        if self.alpha is not None and (self.order != 1 or self.kind == "complementary"):
+        if self.alpha is not None and (self.order != 1 or self.splits):
             return [f"alpha = {self.alpha}: needs order = 1 and kind = equivalent or exact"]
-        if self.kind == "equivalent" and np.any(self.share > 0.5):
+        if self.in_force and np.any(self.share > 0.5):
             return [f"share = {self.share}: must be <= 0.5 with kind = equivalent, 1 - 2 share H"]
         whole = self.order == 1 and self.kind == "exact" and self.cutoff_hz is None
         if whole and np.any(self.share >= 1.0):
@@ -124,6 +134,16 @@ class BankParams(Validated):
         """Whether there is one."""
         return self.kind != "none"
 
+    @property
+    def as_published(self) -> bool:
+        """Whether it is that of the dissertation, which is not passive by construction."""
+        return self.kind == "dissertation"
+
+    @property
+    def lag_s(self) -> float:
+        """Time by which the pair of filters delays slow motion once around [s]."""
+        return 2.0 / float(self.split_rad_s) if self.kind == "complementary" else 0.0
+
     def conflicts(self) -> list[str]:
         """Check that the edges are in order."""
         pairs = (
@@ -176,7 +196,7 @@ class PositionParams(Validated):
         found = []
         if np.any(self.storage_j > self.most_j):
             found.append(f"storage_j = {self.storage_j}: must be <= most_j = {self.most_j}")
-        if self.feedback == "printed" and self.adapts:
+        if self.as_published and self.adapts:
             found.append("adapts = true: needs feedback = budgeted or integral")
         return found
 
@@ -188,4 +208,14 @@ class PositionParams(Validated):
     @property
     def is_paid(self) -> bool:
         """Whether what is fed back is paid out of an account of energy; not as published."""
-        return self.is_on and self.feedback != "printed"
+        return self.is_on and not self.as_published
+
+    @property
+    def as_published(self) -> bool:
+        """Whether the feedback is that of the dissertation, which pays for nothing."""
+        return self.feedback == "printed"
+
+    @property
+    def of_residual(self) -> bool:
+        """Whether the residual of displacements is fed back and not the position error."""
+        return self.feedback == "integral"

@@ -14,6 +14,7 @@ them is judged in :mod:`pmwvc_core.wave.design.aliasing`.
 Equations: docs/theory.md 2.1, 2.5, 3.1, 3.4.
 """
 
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 from pmwvc_core.account import Passage
@@ -103,6 +104,16 @@ class _IntegrateAndDump(Stateful):
         return self._sum / (self._ticks if self._ticks > self._rate_drop else self._rate_drop)
 
 
+STAGES: Mapping[str, Callable[[FilterParams, float, int], Stage]] = {
+    "none": lambda params, tick_s, rate_drop: _Passing(),
+    "first_order": lambda params, tick_s, rate_drop: _FirstOrder(
+        exponential(-pole_of(params) * tick_s)
+    ),
+    "butterworth": lambda params, tick_s, rate_drop: Cascade(design(params, tick_s=tick_s)),
+    "integrate_and_dump": lambda params, tick_s, rate_drop: _IntegrateAndDump(rate_drop),
+}
+
+
 class AntiAliasing(Stateful):
     """Filter of the outgoing wave and drop from the tick rate to the packet rate.
 
@@ -121,15 +132,7 @@ class AntiAliasing(Stateful):
     BLOCKS = "_stage"
 
     def __init__(self, params: FilterParams, *, tick_s: float, rate_drop: int) -> None:
-        stage: Stage
-        if params.kind == "none":
-            stage = _Passing()
-        elif params.kind == "first_order":
-            stage = _FirstOrder(exponential(-pole_of(params) * tick_s))
-        elif params.kind == "butterworth":
-            stage = Cascade(design(params, tick_s=tick_s))
-        else:
-            stage = _IntegrateAndDump(rate_drop)
+        stage = STAGES[params.kind](params, tick_s, rate_drop)
         self._stage = stage
         self.step = stage.step  # bound once: one call less per tick
         self.sample = stage.sample

@@ -24,8 +24,8 @@ states are zero at first. Which filters: :mod:`pmwvc_core.wave.design.velocity_f
 Equations: docs/theory.md 7.1, 7.2, 7.3.
 """
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
 
 from pmwvc_core.account import Entry, Role
 from pmwvc_core.errors import ParameterError
@@ -167,9 +167,14 @@ def force_filter_kept(f_m: Value, xd: Value, v_m: Value, port: WavePort, dt: flo
     return dot(f_m - port.force(xd, v_m), xd) * dt
 
 
-def make_velocity_filter(
-    params: MasterParams,
-) -> ExactVelocityFilter | ComplementaryVelocityFilter | None:
+InWaves: TypeAlias = ExactVelocityFilter | ComplementaryVelocityFilter
+IN_WAVES: Mapping[str, Callable[[MasterParams], InWaves]] = {
+    "exact": ExactVelocityFilter,
+    "complementary": ComplementaryVelocityFilter,
+}
+
+
+def make_velocity_filter(params: MasterParams) -> InWaves | None:
     """Return the filter as a part of the wave port, or None where there is none.
 
     Raises
@@ -177,20 +182,16 @@ def make_velocity_filter(
     ParameterError
         If no such filter exists, or it does not go with the filter bank.
     """
-    kind = params.velocity_filter.kind
-    if kind == "exact":
-        return ExactVelocityFilter(params)
-    if kind == "complementary":
-        if params.bank.is_on:
-            raise ParameterError(
-                f"bank.kind = {params.bank.kind}: must be none with velocity_filter.kind = "
-                "complementary, which splits the wave itself"
-            )
-        return ComplementaryVelocityFilter(params)
-    return None
+    own = params.velocity_filter
+    if own.splits and params.bank.is_on:
+        raise ParameterError(
+            f"bank.kind = {params.bank.kind}: must be none with velocity_filter.kind = "
+            f"{own.kind}, which splits the wave itself"
+        )
+    make = IN_WAVES.get(own.kind)
+    return make(params) if make else None
 
 
 def make_force_velocity(params: MasterParams) -> EquivalentVelocityFilter | None:
     """Return what filters the velocity in the force, or None where nothing does."""
-    kind = params.velocity_filter.kind
-    return EquivalentVelocityFilter(params) if kind == "equivalent" else None
+    return EquivalentVelocityFilter(params) if params.velocity_filter.in_force else None

@@ -139,9 +139,7 @@ def make_position_feedback(params: MasterParams) -> PositionFeedback | None:
     """Return the feedback that the parameters name, or None where there is none."""
     if not params.position.is_on:
         return None
-    kind = params.position.feedback
-    if kind == "printed":
+    if params.position.as_published:
         return _AsPublished(params)
-    return _Budgeted(
-        params, PositionError(params) if kind == "budgeted" else PositionResidual(params)
-    )
+    error = PositionResidual if params.position.of_residual else PositionError
+    return _Budgeted(params, error(params))

@@ -21,7 +21,7 @@ def filter_lag_s(params: MasterParams) -> Value:
 
 def hold_lag_s(params: MasterParams) -> float:
     """Return (M-1)/2 T_c [s], by which the first-order hold comes late; zero for the other."""
-    return _half_frame_s(params) if params.hold == "foh" else 0.0
+    return _half_frame_s(params) if params.ramps else 0.0
 
 
 def _half_frame_s(params: MasterParams) -> float:

@@ -108,9 +108,10 @@ class StrictPosition(PositionCorrection):
     MEMORY = "spent_j"
 
     def __init__(self, params: MasterParams, playout: Playout) -> None:
-        residual = params.position.feedback == "integral"
         self.spent_j: Value = 0.0
-        self._played = (_PlayedResidual if residual else _Played)(params, playout)
+        self._played = (_PlayedResidual if params.position.of_residual else _Played)(
+            params, playout
+        )
         super().__init__(params, self._played)
 
     def configure(self, params: MasterParams) -> None:

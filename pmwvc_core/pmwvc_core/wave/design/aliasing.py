@@ -35,7 +35,7 @@ def worst_case_gain(params: FilterParams, *, tick_s: float, rate_drop: int) -> V
     First order: M (1-p)/(1+p) (1+p^M)/(1-p^M), at rest. ``integrate_and_dump``: 1 by the Cauchy-
     Schwarz inequality. ``none``: M, a spike at the sampling instant.
     """
-    if params.kind == "none":
+    if not params.is_on:
         return float(rate_drop)
     if params.means:
         return 1.0
@@ -52,7 +52,7 @@ def delay_of(params: FilterParams, *, tick_s: float, rate_drop: int) -> Value:
     """
     if params.means:
         return 0.5 * (rate_drop - 1) * tick_s
-    if params.kind == "none":
+    if not params.is_on:
         return 0.0
     delays = [_delay_ticks(design(one, tick_s=tick_s)) * tick_s for one in runs_of(params)]
     return _as_given(params, delays)

@@ -17,6 +17,7 @@ Equations: docs/theory.md 8.5.
 """
 
 import functools
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -41,15 +42,27 @@ def bank_filters(params: BankParams, *, tick_s: float) -> BankFilters:
     """Return the filters of the bank ``params.kind`` names; ParameterError where an edge is not
     below half the tick rate, or two are too close together.
     """
-    if params.kind == "complementary":
-        low, high = complementary(params.split_rad_s, tick_s=tick_s)
-        return BankFilters(low, high, low, high)
+    return DESIGNS[params.kind](params, tick_s)
+
+
+def _as_published(params: BankParams, tick_s: float) -> BankFilters:
     runs = runs_of(params)
     high = stacked([_butterworth("high", *_edges(one, "high"), tick_s) for one in runs])
     low = stacked([_butterworth("low", *_edges(one, "low"), tick_s) for one in runs])
     if runs == [params]:
         return BankFilters(None, high[..., 0, 0], None, low[..., 0, 0])
     return BankFilters(None, high, None, low)
+
+
+def _complementary(params: BankParams, tick_s: float) -> BankFilters:
+    low, high = complementary(params.split_rad_s, tick_s=tick_s)
+    return BankFilters(low, high, low, high)
+
+
+DESIGNS: Mapping[str, Callable[[BankParams, float], BankFilters]] = {
+    "dissertation": _as_published,
+    "complementary": _complementary,
+}
 
 
 def complementary(pole_rad_s: Value, *, tick_s: float) -> tuple[Array, Array]:

@@ -10,8 +10,8 @@ Equations: docs/theory.md 2.2.
 
 import dataclasses
 import math
-from collections.abc import Sequence
-from typing import Any, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -49,7 +49,7 @@ def order_of(params: FilterParams, *, tick_s: float) -> int:
     """
     assert params.stop_hz is not None  # a Butterworth filter has one
     pass_edge, stop_edge = params.pass_hz, params.stop_hz
-    if params.discretisation == "bilinear" and stop_edge * tick_s < 0.5:
+    if params.warps and stop_edge * tick_s < 0.5:
         pass_edge, stop_edge = warped_rad_s(pass_edge, tick_s), warped_rad_s(stop_edge, tick_s)
     order = butterworth.least_order(pass_edge, params.pass_db, stop_edge, params.stop_db)
     edges = (params.pass_hz, params.pass_db, params.stop_hz, params.stop_db)
@@ -86,14 +86,7 @@ def half_power_hz(params: FilterParams, *, tick_s: float) -> Value:
     Of the first order that of the analogue filter, of a Butterworth filter that of the sampled
     one; infinite for ``none`` and ``integrate_and_dump``, which have no such parameter.
     """
-    if params.kind == "first_order":
-        return pole_of(params) / (2.0 * math.pi)
-    if params.kind == "butterworth":
-        cutoff = _analogue_cutoff_rad_s(params, tick_s)
-        if params.discretisation == "bilinear":
-            return math.atan(cutoff * tick_s / 2.0) / (math.pi * tick_s)
-        return cutoff / (2.0 * math.pi)
-    return math.inf
+    return DESIGNS[params.kind].half_power_hz(params, tick_s)
 
 
 def design(params: FilterParams, *, tick_s: float) -> Array:
@@ -117,15 +110,7 @@ def design(params: FilterParams, *, tick_s: float) -> Array:
     ParameterError
         If ``bilinear`` is to meet an edge that is not below half the tick rate.
     """
-    if params.kind == "first_order":
-        p = exponential(-pole_of(params) * tick_s)
-        zero = 0.0 * p
-        return np.array([[1.0 - p, zero, zero, 1.0 + zero, -p, zero]])
-    if params.kind != "butterworth":
-        return np.array([PASS_THROUGH])
-    runs = runs_of(params)
-    designs = [_butterworth(one, tick_s) for one in runs]
-    return designs[0] if runs == [params] else stacked(designs)
+    return DESIGNS[params.kind].sections(params, tick_s)
 
 
 def stacked(designs: Sequence[Array]) -> Array:
@@ -166,7 +151,7 @@ def _analogue_cutoff_rad_s(params: FilterParams, tick_s: float) -> float:
     if params.meet == "stop" and params.stop_hz is not None:
         edge_hz, loss_db = (params.stop_hz, params.stop_db)
     edge = 2.0 * math.pi * edge_hz
-    if params.discretisation == "bilinear":
+    if params.warps:
         if edge_hz * tick_s >= 0.5:
             raise ParameterError(
                 f"{params.meet}_hz = {edge_hz}: must be < {0.5 / tick_s:g} Hz, half the tick "
@@ -177,8 +162,47 @@ def _analogue_cutoff_rad_s(params: FilterParams, tick_s: float) -> float:
     return float(edge / loss ** (0.5 / order_of(params, tick_s=tick_s)))
 
 
-def _butterworth(params: FilterParams, tick_s: float) -> Array:
+def _butterworth_half_power_hz(params: FilterParams, tick_s: float) -> float:
     cutoff = _analogue_cutoff_rad_s(params, tick_s)
-    if params.discretisation == "bilinear":
-        return butterworth.bilinear_sections(order_of(params, tick_s=tick_s), cutoff, tick_s)
-    return butterworth.matched_sections(order_of(params, tick_s=tick_s), cutoff, tick_s)
+    if params.warps:
+        return math.atan(cutoff * tick_s / 2.0) / (math.pi * tick_s)
+    return cutoff / (2.0 * math.pi)
+
+
+def _butterworth(params: FilterParams, tick_s: float) -> Array:
+    cutoff, order = _analogue_cutoff_rad_s(params, tick_s), order_of(params, tick_s=tick_s)
+    sections = butterworth.bilinear_sections if params.warps else butterworth.matched_sections
+    return sections(order, cutoff, tick_s)
+
+
+def _of_runs(params: FilterParams, tick_s: float) -> Array:
+    runs = runs_of(params)
+    designs = [_butterworth(one, tick_s) for one in runs]
+    return designs[0] if runs == [params] else stacked(designs)
+
+
+def _first_order(params: FilterParams, tick_s: float) -> Array:
+    p = exponential(-pole_of(params) * tick_s)
+    zero = 0.0 * p
+    return np.array([[1.0 - p, zero, zero, 1.0 + zero, -p, zero]])
+
+
+def _first_order_half_power_hz(params: FilterParams, tick_s: float) -> Value:
+    return pole_of(params) / (2.0 * math.pi)
+
+
+class FilterDesign(NamedTuple):
+    """The design of one kind of filter: its -3 dB frequency [Hz] and its sections."""
+
+    half_power_hz: Callable[[FilterParams, float], Value] = lambda params, tick_s: math.inf
+    sections: Callable[[FilterParams, float], Array] = lambda params, tick_s: np.array(
+        [PASS_THROUGH]
+    )
+
+
+DESIGNS: Mapping[str, FilterDesign] = {
+    "none": FilterDesign(),
+    "first_order": FilterDesign(_first_order_half_power_hz, _first_order),
+    "butterworth": FilterDesign(_butterworth_half_power_hz, _of_runs),
+    "integrate_and_dump": FilterDesign(),
+}

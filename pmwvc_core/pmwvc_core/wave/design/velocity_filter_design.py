@@ -89,10 +89,10 @@ def _completed(
         return own
     if own.alpha is not None:
         return own
-    if own.kind == "complementary":
+    if own.splits:
         cutoff_hz = min(0.5 / rate_drop, HIGHEST_DESIGNED) / tick_s
         return dataclasses.replace(own, cutoff_hz=cutoff_hz)
-    if low.kind == "none":
+    if not low.is_on:
         raise ParameterError(
             "filter.kind = none: an anti-aliasing filter is what a velocity filter is designed "
             "for; take one, or give velocity_filter.cutoff_hz"

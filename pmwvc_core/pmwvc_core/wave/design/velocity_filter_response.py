@@ -25,7 +25,7 @@ def branches(params: MasterParams, frequency_hz: Array) -> tuple[Complex, Comple
     angle = 2.0 * np.pi * tick_s * np.asarray(frequency_hz, dtype=float)
     low = response(params.filter, frequency_hz, tick_s=tick_s, rate_drop=params.rate_drop)
     high = sections_response(sections_of(own, tick_s, "highpass"), angle)
-    if own.kind != "complementary":
+    if not own.splits:
         return low, high
     pair = sections_response(sections_of(own, tick_s, "lowpass"), angle)
     return low * pair**2, high**2
@@ -38,7 +38,7 @@ def velocity_gain(params: MasterParams, frequency_hz: Array) -> Complex:
     """
     _, high = branches(params, frequency_hz)
     fed = params.velocity_filter.share * high
-    if params.velocity_filter.kind == "equivalent":
+    if params.velocity_filter.in_force:
         return np.asarray(1.0 - 2.0 * fed)
     return np.asarray((1.0 - fed) / (1.0 + fed))
 
@@ -58,12 +58,12 @@ def slow_lags(params: MasterParams) -> tuple[float, float]:
     own, tick_s = whole.velocity_filter, whole.tick_s
     angle = np.array([SLOW])
     fed = sections_response(sections_of(own, tick_s, "highpass"), angle)[0]
-    if own.kind == "complementary":
+    if own.splits:
         passed = sections_response(sections_of(own, tick_s, "lowpass"), angle)[0] ** 2
         longer = -float(passed.imag) / SLOW * tick_s
         return longer, longer
     answered = float(own.share) * float(fed.imag) / SLOW * tick_s
-    return (0.0, -4.0 * answered) if own.kind == "equivalent" else (answered, -answered)
+    return (0.0, -4.0 * answered) if own.in_force else (answered, -answered)
 
 
 def noise_gain(params: MasterParams) -> float:
