@@ -6,9 +6,16 @@ import contextlib
 import json
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
+
+from pmwvc_core.errors import file_errors
+
+if TYPE_CHECKING:
+    from pmwvc_analysis.charts.chart import Chart
 
 
 @contextlib.contextmanager
@@ -38,6 +45,20 @@ def document(*, wanted: bool) -> Iterator[Callable[[object], None]]:
         sys.stdout.flush()
         os.dup2(kept, 1)
         os.close(kept)
+
+
+def write_answer(
+    folder: Path, name: str, content: dict[str, Any], chart: "Chart", others: Sequence[Path] = ()
+) -> None:
+    """Write numbers and figure of an answer into a folder, and print the names of all files."""
+    from pmwvc_analysis.charts.chart_png import write
+    from pmwvc_analysis.session_files import write_summary
+
+    with file_errors(f"write into {folder}"):
+        folder.mkdir(parents=True, exist_ok=True)
+        paths = [*others, *write(chart, folder), folder / f"{name}.json"]
+        write_summary(folder, content, name=paths[-1].name)
+    print(f"written: {folder} ({', '.join(path.name for path in paths)})")
 
 
 def terminal() -> Console:

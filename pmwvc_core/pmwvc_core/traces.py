@@ -13,9 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_core.numeric import Array
-
-Integers = NDArray[np.int64]
+from pmwvc_core.numeric import Array, Integers
 
 
 @dataclass

@@ -223,9 +223,9 @@ def test_every_figure_is_valid_xml_with_all_its_curves(count):
 def test_an_event_stands_at_its_time_in_every_figure():
     traces = handmade.session()
     traces.events = [{"time_s": 2.0, "who": "user1", "kind": "contact", "what": "touched"}]
-    for block in figure_blocks.figure_blocks(charts(traces, None), traces):
-        for panel in block.panels:
-            (mark,) = ET.fromstring(f"<svg>{panel.svg}</svg>").findall(".//path[@class='ev']")
+    for _, blocks in figure_blocks.figure_blocks(charts(traces, None), traces):
+        for block in blocks:
+            (mark,) = ET.fromstring(f"<svg>{block.svg}</svg>").findall(".//path[@class='ev']")
             assert mark.get("d").startswith("M523.") or mark.get("d").startswith("M524.")
     data, _ = figure_blocks.data(charts(traces, None), traces, numbered(traces))
     assert json.loads(str(data))["events"] == [[2.0, "1", "1. 2.000 s: user1 touched"]]

@@ -28,8 +28,7 @@ class Axis:
             ratio = np.log(np.maximum(values, 1e-300) / self.low) / math.log(self.high / self.low)
         else:
             ratio = (np.asarray(values) - self.low) / (self.high - self.low)
-        found: Array = self.start + ratio * (self.end - self.start)
-        return found
+        return np.asarray(self.start + ratio * (self.end - self.start))
 
     @property
     def per_unit(self) -> float:

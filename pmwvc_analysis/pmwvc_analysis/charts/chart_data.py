@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from pmwvc_analysis.charts.chart import Chart, Panel, Span
-from pmwvc_analysis.charts.decimate import Indices, envelope, segments
-from pmwvc_core.numeric import Array
+from pmwvc_analysis.charts.decimate import envelope, segments
+from pmwvc_core.numeric import Array, Integers
 
 MOST_NUMBERS = 320_000  # in all figures together: 1.7 MB of text
 LEAST_POINTS = 2_000  # of a curve, however many there are
@@ -72,7 +72,7 @@ def _longest(lengths: Iterable[int]) -> int:
     return max(waiting, default=0)
 
 
-def thinned(x: Array, y: Array, *, period: float, most: int) -> Indices:
+def thinned(x: Array, y: Array, *, period: float, most: int) -> Integers:
     """Return the indices of at most ``most`` points or so, extremes and ends of gaps included."""
     if len(x) <= most:
         return np.arange(len(x))

@@ -5,14 +5,11 @@ and the last point are kept, so that no peak is lost.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pmwvc_core.numeric import Array
-
-Indices = NDArray[np.int64]
+from pmwvc_core.numeric import Array, Integers
 
 
-def segments(x: Array, y: Array, *, longest_step: float) -> list[Indices]:
+def segments(x: Array, y: Array, *, longest_step: float) -> list[Integers]:
     """Return the indices of each stretch without NaN or a longer step (0: of any length)."""
     rows = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     if not len(rows):
@@ -23,7 +20,7 @@ def segments(x: Array, y: Array, *, longest_step: float) -> list[Indices]:
     return np.split(rows, np.flatnonzero(breaks) + 1)
 
 
-def envelope(x: Array, y: Array, rows: Indices, *, column: float) -> Indices:
+def envelope(x: Array, y: Array, rows: Integers, *, column: float) -> Integers:
     """Return which of ``rows`` to draw where a column of the picture is ``column`` wide."""
     if len(rows) <= 4 or column <= 0.0:
         return rows
@@ -37,11 +34,10 @@ def envelope(x: Array, y: Array, rows: Indices, *, column: float) -> Indices:
     for extreme in (np.argmin, np.argmax):
         pairs = zip(starts, ends, strict=True)
         kept.append(np.array([start + extreme(values[start:end]) for start, end in pairs]))
-    found: Indices = rows[np.unique(np.concatenate(kept))]
-    return found
+    return np.asarray(rows[np.unique(np.concatenate(kept))])
 
 
-def reduced(x: Array, y: Array, *, period: float, column: float) -> list[Indices]:
+def reduced(x: Array, y: Array, *, period: float, column: float) -> list[Integers]:
     """Return the indices of each stretch to draw; a gap narrower than a column is none."""
     step = max(1.5 * period, column) if period > 0.0 else 0.0
     return [envelope(x, y, part, column=column) for part in segments(x, y, longest_step=step)]

@@ -144,8 +144,7 @@ def force_error(user: UserTraces, server: ServerTraces, index: int) -> Array:
     """Return F_m - F_s at the server's steps while the user is coupled ``(steps, dof)`` [N]."""
     coupled = (server.state[index] == Presence.COUPLED) & (server.time_s <= user.time_s[-1])
     rendered = user.f_applied[user.rows_at(server.time_s[coupled])]
-    found: Array = rendered - server.f_s[index][coupled]
-    return found
+    return np.asarray(rendered - server.f_s[index][coupled])
 
 
 def force_noise_n(user: UserTraces, duration_s: float) -> float | None:

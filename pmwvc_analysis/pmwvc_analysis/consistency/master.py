@@ -5,13 +5,12 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.consistency.numbers import SMALLEST, differs, off
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_analysis.traces.true_motion import complete, measured, true_motion
 from pmwvc_core.master.strict_port import ASKED
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import UserTraces
 from pmwvc_core.wave.transform import WavePort
@@ -57,7 +56,7 @@ def _answered(user: UserTraces) -> bool:
     return any(name in user.accounts for name in ANSWERS)
 
 
-def _limited(user: UserTraces) -> NDArray[np.bool_]:
+def _limited(user: UserTraces) -> Flags:
     return np.asarray((np.abs(user.f_applied - user.f_m) > SMALLEST).any(axis=-1))
 
 

@@ -3,12 +3,11 @@
 """The contradictions within the server's record."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.consistency.numbers import no_numbers, off
 from pmwvc_analysis.traces.sums import running
 from pmwvc_core.frame.rows import Presence
-from pmwvc_core.numeric import root
+from pmwvc_core.numeric import Flags, root
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.server.avatar_brake import BRAKES
 from pmwvc_core.server.port import SLIDE_M_S
@@ -38,7 +37,7 @@ def server(traces: ServerTraces, scenario: Scenario | None, *, waves: bool) -> l
     return found
 
 
-def _together(server: ServerTraces, index: int) -> NDArray[np.bool_]:
+def _together(server: ServerTraces, index: int) -> Flags:
     """Tell which steps follow one on record, with the user coupled in both."""
     follows = np.diff(server.step, prepend=server.step[:1] - 2) == 1
     coupled = server.state[index] == Presence.COUPLED
@@ -113,7 +112,7 @@ def _server_port(
     return found
 
 
-def _grown(server: ServerTraces, account: str) -> NDArray[np.bool_]:
+def _grown(server: ServerTraces, account: str) -> Flags:
     """Tell in which steps an account changed."""
     sums = server.accounts.get(account, np.zeros(len(server.time_s)))
     return np.asarray(np.diff(sums, prepend=0.0) != 0.0)

@@ -27,10 +27,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmwvc_analysis.delays.ends import Complex, System, master_end, server_end
+from pmwvc_analysis.delays.ends import System, master_end, server_end
 from pmwvc_analysis.models.linear import axes_of, nonlinear
 from pmwvc_core.controllers import proofs_hold
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import eigenvalues, principal_axes
 
@@ -138,8 +138,7 @@ class Gains:
         for user, (gains, axes) in enumerate(zip(single, self._axes, strict=True)):
             blocks[:, user, :, user] = (axes * np.sqrt(gains)[:, np.newaxis]) @ axes.T
         root: Array = blocks.reshape(len(z), users * dof, -1)
-        found: Array = np.linalg.norm(root @ self._server.response(z) @ root, 2, axis=(1, 2))
-        return found
+        return np.asarray(np.linalg.norm(root @ self._server.response(z) @ root, 2, axis=(1, 2)))
 
     def peak(self, angle: Array) -> tuple[float, float]:
         """Return the largest gain and the angle where it is, refined beyond the given angles."""

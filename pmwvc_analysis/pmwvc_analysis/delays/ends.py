@@ -15,16 +15,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linearize import Linear, model_of
 from pmwvc_analysis.models.links import SIGNALS, Link, Packet
-from pmwvc_core.numeric import Array, Value
+from pmwvc_core.numeric import Array, Complex, Value
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
-
-Complex = NDArray[np.complex128]
 
 
 class System(NamedTuple):
@@ -37,8 +34,7 @@ class System(NamedTuple):
 
     def poles(self) -> Complex:
         """Return the eigenvalues of A."""
-        found: Complex = np.linalg.eigvals(self.a).astype(complex)
-        return found
+        return np.asarray(np.linalg.eigvals(self.a).astype(complex))
 
     def angles_near(self, width: Array, widths: Array) -> Array:
         """Return angles so many widths [rad] before and behind that of every pole."""

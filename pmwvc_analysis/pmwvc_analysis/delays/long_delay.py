@@ -19,14 +19,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.delays.ends import System, observable, opened_at
 from pmwvc_analysis.delays.windings import Loci
 from pmwvc_analysis.models import rigid
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.links import SIGNALS, delay_ticks, hyperperiod_ticks
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 
@@ -57,7 +56,7 @@ class Opened(NamedTuple):
         """Return the spectral radius over the hyperperiod of every run."""
         return np.exp([loci.log_radius() for loci in self.loci])
 
-    def stable(self) -> NDArray[np.bool_]:
+    def stable(self) -> Flags:
         """Tell of every run whether it is stable."""
         limits = [DOUBLE if ones > 1 else ROUNDING for ones in self.at_one]
         pairs = zip(self.loci, limits, strict=True)

@@ -12,11 +12,10 @@ for, so that the work does not grow with q. Only where |L| passes 1 the angle is
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pmwvc_analysis.delays.ends import Complex, System
+from pmwvc_analysis.delays.ends import System
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Complex, Integers
 
 POINTS = 250
 LOWEST = 1e-8  # [rad]
@@ -37,7 +36,7 @@ class Loci:
     delays differ by so much that the grid would be too large.
     """
 
-    def __init__(self, system: System, delays: NDArray[np.int64], at_one: int) -> None:
+    def __init__(self, system: System, delays: Integers, at_one: int) -> None:
         self._system, self._at_one = system, at_one
         self._least = int(delays.min())
         self._more = delays - self._least
@@ -107,11 +106,9 @@ class Loci:
         turned = log_r + 1j * angle
         found = self._system.response(np.exp(turned))
         if found.shape[-1] == 1:
-            single: Complex = found[:, :, 0]
-            return single
+            return np.asarray(found[:, :, 0])
         late = np.exp(-np.multiply.outer(turned, self._more))
-        values: Complex = np.linalg.eigvals(found * late[:, np.newaxis, :])
-        return values
+        return np.asarray(np.linalg.eigvals(found * late[:, np.newaxis, :]))
 
     def _crossings(self, angle: Array, values: Complex, log_r: float) -> float:
         """Return the signed crossings of the real axis beyond 1, upper half; ends count half."""
@@ -135,7 +132,7 @@ class Loci:
         return total
 
     def _edges(
-        self, angle: Array, values: Complex, phase: Array, change: NDArray[np.int64], log_r: float
+        self, angle: Array, values: Complex, phase: Array, change: Integers, log_r: float
     ) -> Array:
         """Return the phase of L where |L| passes 1, in each of several intervals."""
         low, high = angle[change], angle[change + 1]
@@ -151,8 +148,7 @@ class Loci:
             high, at_high = np.where(back, middle, high), np.where(back, here, at_high)
             low, at_low = np.where(back, low, middle), np.where(back, at_low, here)
         turned = np.angle(np.where(rising, at_high, at_low) * longer.conj())
-        found: Array = begin + turned - self._least * 0.5 * (low + high)
-        return found
+        return np.asarray(begin + turned - self._least * 0.5 * (low + high))
 
     def _nearest(self, angle: Array, log_r: float, near: Complex) -> Complex:
         """Return the eigenvalue of L Z^q at each angle that is nearest to a value."""
@@ -177,7 +173,7 @@ def _matched(values: Complex) -> Complex:
     return found
 
 
-def _greedy(apart: Array) -> NDArray[np.int64]:
+def _greedy(apart: Array) -> Integers:
     """Return a permutation that takes the shortest distances first."""
     apart, found = apart.copy(), np.zeros(len(apart), dtype=np.int64)
     for _ in range(len(apart)):

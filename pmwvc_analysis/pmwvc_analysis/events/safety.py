@@ -5,11 +5,11 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.events.event import Event, event
 from pmwvc_analysis.traces.reductions import runs
 from pmwvc_core.master.safety.states import BRAKING, SafetyState
+from pmwvc_core.numeric import Flags
 from pmwvc_core.plural import count
 from pmwvc_core.traces import UserTraces
 
@@ -75,7 +75,7 @@ def _limits(user: UserTraces) -> Iterator[Event]:
         yield event(float(user.time_s[first]), who, "limit", what)
 
 
-def limited(user: UserTraces) -> NDArray[np.bool_]:
+def limited(user: UserTraces) -> Flags:
     """Tell in which ticks the force of a coupled device was limited."""
     with np.errstate(invalid="ignore", over="ignore"):
         asked = np.linalg.norm(user.f_m, axis=-1)
@@ -83,7 +83,7 @@ def limited(user: UserTraces) -> NDArray[np.bool_]:
     return np.asarray(unbraked(user) & (off > LIMITED_RATIO * asked + LIMITED_N))
 
 
-def unbraked(user: UserTraces) -> NDArray[np.bool_]:
+def unbraked(user: UserTraces) -> Flags:
     """Tell in which ticks a coupled device was to have the controller's force and no more: where
     it brakes it has more, which no limit made.
     """
@@ -93,6 +93,6 @@ def unbraked(user: UserTraces) -> NDArray[np.bool_]:
     return np.asarray(whole[block] & whole[np.maximum(block - 1, 0)])
 
 
-def brakes(user: UserTraces) -> NDArray[np.bool_]:
+def brakes(user: UserTraces) -> Flags:
     """Tell in which blocks the brake of a coupled device acts, because waves came late."""
     return np.array([reason == BRAKING for reason in user.reason], dtype=bool)

@@ -9,10 +9,9 @@ import numpy as np
 from pmwvc_analysis.charts.chart import Chart, Dots, Level, Line, Panel
 from pmwvc_analysis.figures.conditions import conditions, title
 from pmwvc_analysis.filters.velocity_filter import VelocityFilter
-from pmwvc_analysis.transparency.frequency import Complex
 from pmwvc_analysis.transparency.measured import TRUSTED, Measured
 from pmwvc_analysis.transparency.transparency import Transparency
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.scenario.scenario import Scenario
 
 MOST_DOTS = 70  # evenly spread over the logarithm of the frequency

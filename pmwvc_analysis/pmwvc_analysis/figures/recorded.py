@@ -5,11 +5,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.charts.chart import Band, Span
 from pmwvc_analysis.traces import holes
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.traces import SessionTraces
 
 LEAST_PAUSE_S = 0.05
@@ -29,11 +28,10 @@ def end_s(traces: SessionTraces) -> float:
     return max(ends, default=traces.duration_s)
 
 
-def until_users_end(traces: SessionTraces) -> NDArray[np.bool_]:
+def until_users_end(traces: SessionTraces) -> Flags:
     """Return which steps of the server are not later than the last tick of all users."""
     assert traces.server is not None
-    found: NDArray[np.bool_] = traces.server.time_s <= end_s(traces) + 1e-9
-    return found
+    return np.asarray(traces.server.time_s <= end_s(traces) + 1e-9)
 
 
 def span(traces: SessionTraces) -> Span:

@@ -17,7 +17,7 @@ from pmwvc_analysis.recording import taken
 from pmwvc_analysis.recording.clocks import clock
 from pmwvc_analysis.recording.link_blocks import COLUMNS
 from pmwvc_core.frame.rows import SIGNALS
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.messages.fields import (
     ENERGIES,
@@ -35,7 +35,6 @@ from pmwvc_core.runtime.messages.fields import (
 from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, ServerTraces, UserTraces
 from pmwvc_core.transport.reception import PASSAGE, REFUSED
 
-Integers = NDArray[np.int64]
 TRACES = dict(zip(PER_AXIS, SIGNALS, strict=True))  # signal of the traces by field
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from pmwvc_analysis.recording.losses import DROPPED
 from pmwvc_core.network.fates import COLUMNS as PUBLISHED
 from pmwvc_core.network.in_flight import Cause, FateKind
+from pmwvc_core.numeric import Flags
 from pmwvc_core.params import LinkParams
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import MessageTypes
@@ -83,7 +84,7 @@ def state_blocks(
         yield at_ns, message
 
 
-def reordered(fates: FateTraces) -> np.typing.NDArray[np.bool_]:
+def reordered(fates: FateTraces) -> Flags:
     """Tell which records left the link after a later packet of the same sender had left."""
     result = np.zeros(len(fates.seq), dtype=np.bool_)
     for epoch in np.unique(fates.epoch):

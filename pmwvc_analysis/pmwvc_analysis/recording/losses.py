@@ -11,17 +11,17 @@ the link knows nothing, never reached it: its two ends had not met.
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.format.topics import relayed, source_of
 from pmwvc_analysis.recording.sequence import GapCounter
 from pmwvc_core.network.in_flight import Cause, FateKind
+from pmwvc_core.numeric import Flags
 from pmwvc_core.traces import FateTraces, PacketTraces
 
 DROPPED = (FateKind.DROPPED_RATE, FateKind.DROPPED_QUEUE)
 
 
-def came_out(fates: FateTraces) -> NDArray[np.bool_]:
+def came_out(fates: FateTraces) -> Flags:
     """Tell which packets and copies came out of a link."""
     kinds = (FateKind.DELIVERED, FateKind.DUPLICATE)
     return np.isin(fates.fate, kinds) & (fates.time_out_ns > 0)

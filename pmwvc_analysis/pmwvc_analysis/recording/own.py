@@ -23,18 +23,16 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.clocks import clock
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.sequence import numbered
+from pmwvc_core.numeric import Integers
 from pmwvc_core.runtime.messages import misfit
 
 LARGEST_JUMP = 1_000_000  # numbers missing at once: more than two hours of packets
 LATEST_NS = 1 << 62  # log times beyond overflow
 CLOCK_NS = 1_000_000_000  # a single message whose clock differs by this much from its neighbours'
-
-Integers = NDArray[np.int64]
 
 
 @dataclass

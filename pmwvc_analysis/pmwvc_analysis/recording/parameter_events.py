@@ -20,11 +20,11 @@ import numpy as np
 import yaml
 
 from pmwvc_core.errors import ScenarioError
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.params.names import flat_mapping
 from pmwvc_core.runtime.messages import NS_PER_S
 from pmwvc_core.scenario.names import shared_specs, spec_of, split_user, user_specs
-from pmwvc_core.traces import Integers, ServerTraces, UserTraces
+from pmwvc_core.traces import ServerTraces, UserTraces
 
 _LONGEST = 100_000  # parameters or elements; a message of a session has no more
 KINDS = ("master", "server", "netem", "recorder")

@@ -10,8 +10,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from pmwvc_core.numeric import Integers
 from pmwvc_core.runtime.messages.fields import MasterTrace, ServerTrace, Trace
-from pmwvc_core.traces import Integers, TakenTraces
+from pmwvc_core.traces import TakenTraces
 
 Taken = tuple[int, int, int]  # tick of the block or index of the user, number, sender's epoch
 

@@ -11,9 +11,10 @@ import numpy as np
 
 from pmwvc_analysis.recording.parameter_events import owner_of
 from pmwvc_analysis.traces.stages import Stage
+from pmwvc_core.numeric import Integers
 from pmwvc_core.scenario.changes import Change, changes_text
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.conditions import Integers, Steps
+from pmwvc_core.simulation.conditions import Steps
 
 
 def with_changes(

@@ -15,9 +15,9 @@ import numpy as np
 
 from pmwvc_analysis.traces.holes import Hole, of_server, of_user
 from pmwvc_analysis.traces.stages import Stage
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.conditions import Integers, Steps
+from pmwvc_core.simulation.conditions import Steps
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 

@@ -22,8 +22,8 @@ from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.replay.loop_times import LoopTimes
 from pmwvc_core.network.in_flight import Cause, FateKind
 from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
+from pmwvc_core.numeric import Integers
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.conditions import Integers
 from pmwvc_core.traces import FateTraces, PacketTraces, SessionTraces, TakenTraces
 
 TRANSPORT_NS = 150_000  # from the emulator of a live session to the receiver, usually

@@ -28,10 +28,10 @@ from pmwvc_analysis.replay.targets import is_remote, remote_hand
 from pmwvc_analysis.traces.stages import stages as stages_of
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.forces import ForceOnRecord, Operator
 from pmwvc_core.scenario.scenario import Scenario, User
-from pmwvc_core.simulation.conditions import Conditions, Integers
+from pmwvc_core.simulation.conditions import Conditions
 from pmwvc_core.traces import SessionTraces, UserTraces
 
 Hand = Literal["operator", "force"]

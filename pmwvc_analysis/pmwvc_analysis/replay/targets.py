@@ -7,12 +7,12 @@ first tick that ran after its arrival.
 import numpy as np
 
 from pmwvc_core.errors import RecordingError
-from pmwvc_core.numeric import signal
+from pmwvc_core.numeric import Integers, signal
 from pmwvc_core.plant.forces import Operator
 from pmwvc_core.plant.remote_hand import RemoteHand, Target
 from pmwvc_core.plant.targets import GivenTargets
 from pmwvc_core.scenario.scenario import User
-from pmwvc_core.traces import Integers, SessionTraces
+from pmwvc_core.traces import SessionTraces
 
 
 def is_remote(user: User) -> bool:

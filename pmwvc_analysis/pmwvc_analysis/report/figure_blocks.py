@@ -9,71 +9,49 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from pmwvc_analysis.charts import chart_svg
-from pmwvc_analysis.charts.chart import Chart, Span
+from pmwvc_analysis.charts.chart import Chart, Panel, Span
 from pmwvc_analysis.charts.chart_data import payload
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.figures.recorded import Event
 from pmwvc_core.traces import SessionTraces
 
 
-class Entry(NamedTuple):
-    """One entry of a legend; markup is in ``sample`` and ``svg`` only, all text in it escaped."""
-
-    label: str
-    sample: str
-
-
 class PanelBlock(NamedTuple):
-    """One panel: its heading, legend and drawing."""
+    """One panel, its legend and its drawing: markup, with all text in it escaped, is in ``svg``
+    and the samples of ``entries`` only.
+    """
 
-    title: str
-    tint: str
-    y_label: str
-    entries: list[Entry]
+    panel: Panel
+    entries: list[tuple[str, str]]  # label, sample
     bands: list[str]
     levels: list[str]
     height: float
     svg: str
 
 
-class FigureBlock(NamedTuple):
-    """One figure."""
-
-    name: str
-    heading: str
-    caption: str
-    panels: list[PanelBlock]
-
-
-def figure_blocks(charts: Sequence[Chart], traces: SessionTraces) -> list[FigureBlock]:
-    """Return the figures of a report."""
+def figure_blocks(
+    charts: Sequence[Chart], traces: SessionTraces
+) -> list[tuple[Chart, list[PanelBlock]]]:
+    """Return the figures of a report, each with its panels."""
     span = recorded.span(traces)
     return [
-        FigureBlock(chart.name, chart.heading, chart.caption, _panels(chart, span))
+        (chart, [_block(chart, index, span) for index in range(len(chart.panels))])
         for chart in charts
     ]
 
 
-def _panels(chart: Chart, span: Span) -> list[PanelBlock]:
-    found = []
-    for index, panel in enumerate(chart.panels):
-        labelled = chart.labelled(index)
-        drawing = chart_svg.panel_svg(
+def _block(chart: Chart, index: int, span: Span) -> PanelBlock:
+    panel, labelled = chart.panels[index], chart.labelled(index)
+    return PanelBlock(
+        panel,
+        [(each.label, chart_svg.sample(each)) for each in chart_svg.entries(panel)],
+        list(dict.fromkeys(band.label for band in panel.bands)),
+        list(dict.fromkeys(level.label for level in panel.levels)),
+        chart_svg.panel_height(panel, labelled=labelled),
+        chart_svg.panel_svg(
             panel, span=chart.x_span(index, span), events=chart.events, labelled=labelled
-        )
-        found.append(
-            PanelBlock(
-                panel.title,
-                panel.tint,
-                panel.y_label,
-                [Entry(each.label, chart_svg.sample(each)) for each in chart_svg.entries(panel)],
-                list(dict.fromkeys(band.label for band in panel.bands)),
-                list(dict.fromkeys(level.label for level in panel.levels)),
-                chart_svg.panel_height(panel, labelled=labelled),
-                drawing,
-            )
-        )
-    return found
+        ),
+    )
 
 
 def data(

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.parts import group_of
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.charts.text import quantity
 from pmwvc_analysis.figures import recorded
+from pmwvc_core.numeric import Flags
 from pmwvc_core.plural import count, listed
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces
@@ -73,7 +73,7 @@ def _when(times: Sequence[float]) -> str:
     return f"between {min(times):.1f} s and {max(times):.1f} s"
 
 
-def _moved(server: ServerTraces, rows: NDArray[np.bool_]) -> str:
+def _moved(server: ServerTraces, rows: Flags) -> str:
     path = server.x_o[rows]
     away = np.linalg.norm(path - path[0], axis=-1)
     if not np.isfinite(away).all() or away.max() < MOVED_M:

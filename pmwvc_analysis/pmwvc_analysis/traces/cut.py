@@ -6,8 +6,8 @@ from dataclasses import fields, replace
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pmwvc_core.numeric import Flags
 from pmwvc_core.traces import FateTraces, PacketTraces, ServerTraces, SessionTraces, UserTraces
 
 Table = TypeVar("Table", FateTraces, PacketTraces)
@@ -70,7 +70,7 @@ def user_until(user: UserTraces, end_s: float) -> UserTraces:
     return replace(user, **changed)
 
 
-def server_rows(server: ServerTraces, kept: NDArray[np.bool_]) -> ServerTraces:
+def server_rows(server: ServerTraces, kept: Flags) -> ServerTraces:
     """Return some of the server's steps."""
     changed: dict[str, Any] = {}
     for each in fields(server):
@@ -84,7 +84,7 @@ def server_rows(server: ServerTraces, kept: NDArray[np.bool_]) -> ServerTraces:
     return replace(server, **changed)
 
 
-def _kept(table: Table, rows: NDArray[np.bool_]) -> Table:
+def _kept(table: Table, rows: Flags) -> Table:
     """Return some rows of a table of arrays."""
     values = {each.name: getattr(table, each.name) for each in fields(table)}
     arrays: dict[str, Any] = {n: v[rows] for n, v in values.items() if isinstance(v, np.ndarray)}

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.stretches import gaps
 from pmwvc_analysis.traces.sums import ran_s, up_to
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.traces import UserTraces
 
@@ -90,7 +90,7 @@ def hand_work(user: UserTraces, device: DeviceParams | None) -> Work:
     return Work(ran, sums, _resolution(user, device))
 
 
-def _follows(user: UserTraces, first: NDArray[np.intp]) -> NDArray[np.bool_]:
+def _follows(user: UserTraces, first: NDArray[np.intp]) -> Flags:
     """Tell of each block, by its first row, whether the sums before it are on record."""
     follows = np.concatenate([[user.tick[0] == 0], np.diff(user.tick)[first[1:] - 1] > 0])
     return np.asarray(follows & ~np.isin(first - 1, gaps(user)))

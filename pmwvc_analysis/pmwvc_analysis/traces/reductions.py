@@ -6,9 +6,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Flags
 
 FINAL_S = 0.5
 
@@ -56,7 +55,7 @@ def percentiles(values: Array, scale: float = 1.0) -> dict[str, float | None]:
     }
 
 
-def runs(flags: NDArray[np.bool_], time_s: Array, *, join_s: float) -> list[tuple[int, int]]:
+def runs(flags: Flags, time_s: Array, *, join_s: float) -> list[tuple[int, int]]:
     """Return first and last row of every stretch with a flag set; close ones are one."""
     rows = np.flatnonzero(flags)
     if not len(rows):

@@ -10,9 +10,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_core.errors import ScenarioError
+from pmwvc_core.numeric import Flags
 from pmwvc_core.scenario.changes import Change, changed, read_changes
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
@@ -52,7 +52,7 @@ def stages(traces: SessionTraces, scenario: Scenario) -> list[Stage]:
     return found
 
 
-def rows_of(found: Sequence[Stage], time_s: Iterable[float]) -> list[NDArray[np.bool_]]:
+def rows_of(found: Sequence[Stage], time_s: Iterable[float]) -> list[Flags]:
     """Return the rows of each stage among rows at these times [s]."""
     starts = [stage.start_s - 1e-9 for stage in found]
     index = np.searchsorted(starts, np.asarray(time_s), side="right") - 1

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.server_starts import starts
+from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 GAP = "not recorded"
@@ -48,7 +49,7 @@ class Stretches(NamedTuple):
     unjudged: list[Unjudged]
     first_s: float = math.inf
 
-    def known(self, times: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def known(self, times: Array) -> Flags:
         """Tell which instants are judged."""
         inside = np.zeros(len(times), dtype=bool)
         for life in self.lives:

@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.transparency.frequency import Complex
 from pmwvc_analysis.transparency.measured import TRUSTED, Measured
 from pmwvc_analysis.transparency.transparency import Transparency
 from pmwvc_core.errors import file_errors
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Complex
 
 NAME = "transparency"
 RENDERED = (

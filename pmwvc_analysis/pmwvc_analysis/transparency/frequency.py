@@ -17,13 +17,10 @@ Equations: docs/theory.md 12.1, 12.2.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.models.multirate import MultirateModel
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Complex, Integers
 
-Complex = NDArray[np.complex128]
-Indices = NDArray[np.int64]
 LEAST_TURN = 1e-6  # from images of rest, where integrators have no response
 AT_ONCE = 4_000_000  # complex numbers: 64 MB
 LOW_HZ = 0.04  # where limits at rest are taken, at most
@@ -86,11 +83,10 @@ def response(
     rows = slice(user * ticks * dof + axis, (user + 1) * ticks * dof, dof)
     signal = model.outputs[output]
     values = state @ signal.state[rows].T + lifted @ signal.through[rows].T
-    found: Complex = (values * wave.conj()).mean(axis=1)
-    return found
+    return np.asarray((values * wave.conj()).mean(axis=1))
 
 
-def _taken_over(model: MultirateModel) -> tuple[Indices, Indices, Indices]:
+def _taken_over(model: MultirateModel) -> tuple[Integers, Integers, Integers]:
     """Return the states to solve for, and of every state which one of them it is, how long ago.
 
     Returns

@@ -22,15 +22,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Complex, Integers
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import UserTraces
 from pmwvc_core.wave.impedance import MatrixImpedance
 
-Complex = NDArray[np.complex128]
 STRETCH_S = 8.0  # of the force, for spectra
 LEAST_STRETCHES = 3
 SETTLE_S = 1.0  # of a sine, before it counts
@@ -72,12 +70,10 @@ def measure(user: UserTraces, known: User) -> Measured:
             f"{user.name}: the hand's force was not recorded; an admittance needs a simulated "
             "hand or a force sensor"
         )
-    acts = np.flatnonzero(force)
-    if not len(acts):
+    if (rows := _acting(user)) is None:
         raise PmwvcError(
             f"{user.name}: no hand acted; use operator.kind=chirp (or sinusoid) to measure"
         )
-    rows = slice(int(acts[0]), int(acts[-1]) + 1)
     if np.any(np.diff(user.tick[rows]) != 1):
         raise PmwvcError(f"{user.name}: ticks are missing in the recording of the hand's force")
     force, position = force[rows], position[rows]
@@ -119,12 +115,16 @@ def pattern(users: Sequence[UserTraces], scenario: Scenario, index: int) -> list
     return found
 
 
-def _swing(user: UserTraces) -> tuple[NDArray[np.int64], Array]:
+def _swing(user: UserTraces) -> tuple[Integers, Array]:
     """Return ticks and force without its mean, from where the hand acts."""
-    force = user.f_h[:, 0]
-    acts = np.flatnonzero(force)
-    rows = slice(int(acts[0]), int(acts[-1]) + 1) if len(acts) else slice(None)
+    force, rows = user.f_h[:, 0], _acting(user) or slice(None)
     return user.tick[rows], force[rows] - force[rows].mean()
+
+
+def _acting(user: UserTraces) -> slice | None:
+    """Return the rows from where the hand acts to where it ends; None where it never does."""
+    acts = np.flatnonzero(user.f_h[:, 0])
+    return slice(int(acts[0]), int(acts[-1]) + 1) if len(acts) else None
 
 
 def _require_given(known: User) -> None:

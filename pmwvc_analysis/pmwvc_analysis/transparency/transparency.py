@@ -30,7 +30,6 @@ import numpy as np
 
 from pmwvc_analysis.models.multirate import MultirateModel, build, spectral_radius
 from pmwvc_analysis.transparency.frequency import (
-    Complex,
     first_peak_hz,
     limit_at_rest,
     low_frequencies,
@@ -40,7 +39,7 @@ from pmwvc_analysis.transparency.notes import across_notes, how, scale_notes
 from pmwvc_analysis.transparency.pressing import pressing
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 
@@ -77,8 +76,7 @@ class Transparency:
     @property
     def impedance(self) -> Complex:
         """Force per velocity, (points,) [N s/m]."""
-        found: Complex = 1.0 / (2j * np.pi * self.frequency_hz * self.admittance)
-        return found
+        return np.asarray(1.0 / (2j * np.pi * self.frequency_hz * self.admittance))
 
 
 def transparency(

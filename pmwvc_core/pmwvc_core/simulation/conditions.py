@@ -9,14 +9,11 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.network.recorded_link import RecordedLink
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.forces import Operator
-
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

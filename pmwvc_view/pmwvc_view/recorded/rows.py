@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.budget.energy import Balance, user_energies
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 from pmwvc_view.feed.traces import AVATAR, OBJECT, SIGNALS
 from pmwvc_view.protocol.snapshot import PACKET, Layout
 
 DELAY_S = 0.5  # over which the delay of a link is the mean
-Integers = NDArray[np.int64]
 
 
 def rows_of(

@@ -25,13 +25,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pmwvc_core.numeric import Integers
 from pmwvc_core.runtime.messages.fields import Wave
 from pmwvc_core.traces import FateTraces
 from pmwvc_core.transport.clock_line import Least, latest_line
 
-Integers = NDArray[np.int64]
 WINDOW_NS = 1_000_000_000
 MOST_WINDOWS = 120  # longer sessions have longer windows
 ONE_HOST, ECHO = "one host", "echo"

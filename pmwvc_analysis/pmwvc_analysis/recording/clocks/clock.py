@@ -13,16 +13,12 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pmwvc_analysis.recording.clocks.alignment import Alignment, align
-from pmwvc_core.numeric import Array
+from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.messages.fields import MasterTrace, ServerTrace, Stamp, Trace, Wave
 from pmwvc_core.traces import FateTraces
-
-Integers = NDArray[np.int64]
-
 
 WALL = Alignment("wall clock")
 LARGEST_OFFSET_NS = 20_000_000  # a server's wall clock this far from the recorder's is wrong

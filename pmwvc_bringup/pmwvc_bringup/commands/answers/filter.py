@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pmwvc_bringup.command import Command, Result
 from pmwvc_bringup.options import SCENARIO, USERS, json_document, out, scenario_of, settings
-from pmwvc_core.errors import file_errors
+from pmwvc_bringup.output import write_answer
 
 EXAMPLES = """\
 examples:
@@ -25,7 +25,6 @@ is passive under any switching), port_margin (of b; null but for the equivalent 
 (rms), flags (conditions not met: in_phase, any_environment, switching, port). --out writes
 filter.png, .svg and .json.
 """
-NAME = "filter"
 
 
 def run(arguments: argparse.Namespace) -> Result:
@@ -38,17 +37,9 @@ def run(arguments: argparse.Namespace) -> Result:
     for line in sentences(result):
         print(line)
     if arguments.out:
-        from pmwvc_analysis.charts.chart_png import write
         from pmwvc_analysis.figures.model_charts import velocity_filter
-        from pmwvc_analysis.session_files import write_summary
 
-        folder = Path(arguments.out)
-        with file_errors(f"write into {folder}"):
-            folder.mkdir(parents=True, exist_ok=True)
-            paths = write(velocity_filter(found, scenario), folder)
-            write_summary(folder, result, name=f"{NAME}.json")
-        names = ", ".join([*(path.name for path in paths), f"{NAME}.json"])
-        print(f"written: {folder} ({names})")
+        write_answer(Path(arguments.out), "filter", result, velocity_filter(found, scenario))
     return Result(document=result)
 
 

@@ -4,16 +4,12 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from pmwvc_bringup.command import Command, Result, argument
 from pmwvc_bringup.options import MODEL, json_document, out, scenario_of
+from pmwvc_bringup.output import write_answer
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.scenario.scenario import Scenario
-
-if TYPE_CHECKING:
-    from pmwvc_analysis.transparency.measured import Measured
-    from pmwvc_analysis.transparency.transparency import Transparency
 
 EXAMPLES = """\
 examples:
@@ -90,7 +86,13 @@ def run(arguments: argparse.Namespace) -> Result:
     for line in sentences(result):
         print(line)
     if arguments.out:
-        _write(Path(arguments.out), found, measured, scenario, result, live=live)
+        from pmwvc_analysis.figures.model_charts import transparency as chart
+        from pmwvc_analysis.transparency.answer import NAME, arrays_of, write_arrays
+
+        out_folder = Path(arguments.out)
+        paths = write_arrays(out_folder, arrays_of(found, measured))
+        drawn = chart(found, measured, scenario, live=live)
+        write_answer(out_folder, NAME, result, drawn, paths)
     return Result(document=result)
 
 
@@ -102,27 +104,6 @@ def _index(scenario: Scenario, name: str | None) -> int:
     if name not in names:
         raise PmwvcError(f"--user {name}: there is no such user; there are {', '.join(names)}")
     return names.index(name)
-
-
-def _write(
-    folder: Path,
-    found: "Transparency",
-    measured: "Measured | None",
-    scenario: Scenario,
-    result: dict[str, Any],
-    *,
-    live: bool,
-) -> None:
-    """Write curves, figure and numbers."""
-    from pmwvc_analysis.charts.chart_png import write
-    from pmwvc_analysis.figures.model_charts import transparency as chart
-    from pmwvc_analysis.session_files import write_summary
-    from pmwvc_analysis.transparency.answer import NAME, arrays_of, write_arrays
-
-    paths = write_arrays(folder, arrays_of(found, measured))
-    paths += write(chart(found, measured, scenario, live=live), folder)
-    write_summary(folder, result, name=f"{NAME}.json")
-    print(f"written: {folder} ({', '.join(path.name for path in paths)}, {NAME}.json)")
 
 
 COMMAND = Command(
