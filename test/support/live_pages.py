@@ -49,11 +49,13 @@ class Pointer:
             start = next(u["start_m"][0] for u in page.session["users"] if u["name"] == "user1")
             if self._user:
                 page.ask("take", user=self._user)
-            begin_s = time.monotonic()
+            begin_s, taken = time.monotonic(), 0
             while not stop.is_set():
                 found = page.receive()
                 if isinstance(found, np.ndarray):
-                    page.send("seen", seq=int(found[0]))
+                    taken += 1
+                    if taken % 2 == 0:  # as page/socket.js
+                        page.send("seen", seq=int(found[0]))
                     if self._user:
                         place = start - 0.02 * math.sin(6.0 * (time.monotonic() - begin_s))
                         message = {"kind": "target", "user": self._user, "position": [place]}

@@ -49,7 +49,7 @@ class Running:
             self.clock.now_s += PERIOD_S
             for user, place in targets:
                 self.session.target(user, place)
-            rows += [row for row, _ in self.session.poll()]
+            rows += [each.row for each in self.session.poll()]
         return np.array(rows)
 
     def value(self, rows, name):

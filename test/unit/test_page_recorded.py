@@ -4,6 +4,7 @@
 
 import asyncio
 import base64
+import copy
 import json
 import re
 from dataclasses import replace
@@ -13,6 +14,7 @@ import pytest
 from support.plain import load
 from support.simulated import judged, simulated
 
+from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.traces import HandTargets
 from pmwvc_view.recorded import replay_page
@@ -38,7 +40,7 @@ class Player:
     def after(self, seconds):
         """Let time pass; return the rows of it."""
         self.now_s += seconds
-        return np.array([row for row, _ in self.session.poll()])
+        return np.array([each.row for each in self.session.poll()])
 
 
 def test_session_waits_at_its_beginning_and_plays_every_row_once():
@@ -69,12 +71,31 @@ def test_packets_are_played_with_the_rows_in_which_they_were_sent():
     asyncio.run(player.session.pause(False))
     player.now_s = 2.0
     snapshots = player.session.poll()
-    sent = np.concatenate([packets for _, packets in snapshots])
+    sent = np.concatenate([each.packets for each in snapshots])
     fates = simulated(SCENARIO).fates
     until_ns = snapshots[-1].row[1] * 1e9 + 1.0
     assert len(sent) == sum(int((each.time_in_ns <= until_ns).sum()) for each in fates.values())
-    for row, packets in snapshots:
+    for row, packets in ((each.row, each.packets) for each in snapshots):
         assert (packets[:, 2] <= row[1] + 1e-9).all()
+
+
+def test_user_that_keeps_its_distance_after_rejoining_is_noted_as_in_the_report():
+    traces = copy.deepcopy(simulated(SCENARIO))
+    server, packets = traces.server, traces.packets["/server/user1/wave_up"]
+    packets.epoch[packets.time_s > 3.0] += 5
+    server.x_s[0][server.time_s > 3.0] += 0.05
+    player = Player(traces)
+    notes = {}
+    for time_s in (0.0, 2.9, 3.1, 6.0):
+        player.session.seek(time_s)
+        player.after(0.0)
+        users = player.session.news()["text"]["users"]
+        notes[time_s] = users["user1"]["note"]
+        assert users["user2"]["note"] == ""
+    assert notes[0.0] == notes[2.9] == ""
+    assert notes[3.1].startswith("avatar 50.0 mm from the device since joining: it joined with")
+    assert notes[6.0] == summary(traces, SCENARIO)["users"][0]["kept_apart"]
+    assert any(notes[6.0] in json.dumps(text) for _, text in player.session.whole()[2])
 
 
 def test_verdict_is_that_of_the_report():

@@ -11,7 +11,9 @@ pytest.importorskip("rclpy")
 from geometry_msgs.msg import PointStamped
 from rclpy.serialization import deserialize_message, serialize_message
 
+from pmwvc_core.master.strict_port import ENTRIES
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
+from pmwvc_view.feed.accounts import ways
 from pmwvc_view.feed.traces import F_H
 from pmwvc_view.live import readers
 from pmwvc_view.live.hands import target_bytes
@@ -19,6 +21,7 @@ from pmwvc_view.live.readers import MasterReader, ServerReader
 
 COLUMNS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")
 ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
+STRICT = [entry.name for entry in ENTRIES]
 S = 1_000_000_000
 
 
@@ -55,9 +58,14 @@ def assert_block(block, message):
         *(message.start_ns, message.state, message.reason, message.missed),
     )
     late_ns = round(float(message.lateness[-1]) * S)
-    assert block.sums == (
-        *(message.start_ns + (ticks - 1) * 1_000_000 + late_ns, message.epoch),
-        *(message.energy_u_m, message.energy_v_m, message.energy_device),
+    kept = dict(zip(message.account_names, message.accounts, strict=True))
+    np.testing.assert_array_equal(
+        block.sums,
+        (
+            *(message.start_ns + (ticks - 1) * 1_000_000 + late_ns, message.epoch),
+            *ways(message.energy_u_m, message.energy_u_tx, message.energy_v_m, kept),
+            message.energy_device,
+        ),
     )
 
 
@@ -67,7 +75,7 @@ messages = st.builds(
     dof=st.just(2),
     seed=st.integers(0, 99),
     reason=st.sampled_from(["", "peer is silent", "é"]),
-    account_names=st.just([]) | st.just(["node", "tank"]).map(list),
+    account_names=st.sampled_from([[], ["tank"], STRICT, [*STRICT, "tank"]]).map(list),
     known=st.booleans(),
 )
 
@@ -76,13 +84,12 @@ messages = st.builds(
 def test_traces_of_a_master_are_read_as_the_middleware_reads_them(several):
     reader = MasterReader(dof=2, waves=True)
     for message, times in several:
-        message.accounts = [0.5] * len(message.account_names)
+        message.accounts = [0.5 + i for i in range(len(message.account_names))]
         for _ in range(times):
             message.start_ns += 8_000_000
             data = serialize_message(message)
             block = reader.read(data, None)
             assert_block(block, deserialize_message(data, MasterTrace))
-            assert block.waves == (not message.account_names)
     message.hand_force_known = False
     assert np.isnan(reader.read(serialize_message(message), None).signals[F_H]).all()
 

@@ -14,15 +14,18 @@ was not recorded, ``kept`` begins with x_m - x_s. A stay ends where the user lea
 its master or the server is started again.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.stretches import first_packets
+from pmwvc_core.controllers import has_waves
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import Array
+from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.kept_apart import kept_words, why_kept
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 ROUNDED_S = 1e-6  # of a recorded time
@@ -60,6 +63,16 @@ def apart(traces: SessionTraces, user: UserTraces) -> Apart | None:
             kept[since] = first - _slid(server, index, since, first)
             rows[since] = there[since]
     return Apart(times[rows], (distance - kept)[rows], kept[rows]) if rows.any() else None
+
+
+def kept_text(kept_m: Any, scenario: Scenario) -> str:
+    """Return in words what is kept of the distance at joining [m], and why; nothing where it is
+    not known or not worth it.
+    """
+    if kept_m is None or not np.isfinite(np.array(kept_m, dtype=float)).all():
+        return ""
+    why = why_kept(waves=has_waves(scenario.controller), black_box=scenario.coupling.black_box)
+    return kept_words(float(np.linalg.norm(kept_m)), why)
 
 
 def _sent(traces: SessionTraces, name: str, row: int) -> Array | None:

@@ -16,7 +16,7 @@ from pmwvc_analysis.budget.criterion import Finding
 from pmwvc_analysis.budget.result import Budget
 from pmwvc_analysis.events import environment, events
 from pmwvc_analysis.traces import cut, holes, reductions
-from pmwvc_analysis.traces.apart import apart
+from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.reductions import final, number, rms, swing
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_analysis.verdicts import check, endings, passivity_words, stability
@@ -24,9 +24,7 @@ from pmwvc_analysis.verdicts.links import link_summaries
 from pmwvc_analysis.verdicts.outcomes import outcomes
 from pmwvc_analysis.verdicts.passivity import Passivity, passivity
 from pmwvc_analysis.verdicts.receptions import reception_summaries
-from pmwvc_core.controllers import has_waves
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.server.kept_apart import kept_words, why_kept
 from pmwvc_core.traces import SessionTraces, UserTraces
 
 PREDICTION_KEYS = (
@@ -92,7 +90,8 @@ def summary(
     for user in result["users"]:
         own = [ending for ending in ended if ending.user == user["name"]]
         user["ended"] = own[0].text if own else None
-        user["kept_apart"] = _kept_apart(user["kept_apart_m"], scenario)
+        kept = kept_text(user["kept_apart_m"], scenario) if scenario else ""
+        user["kept_apart"] = kept or None
     result["outcomes"] = (
         [each._asdict() for each in outcomes(scenario, result, stages(traces, scenario))]
         if scenario
@@ -102,14 +101,6 @@ def summary(
     reasons = check.reasons(result)
     result["check"] = {"passed": not reasons, "reasons": reasons}
     return result
-
-
-def _kept_apart(kept_m: Any, scenario: Scenario | None) -> str | None:
-    """Return in words what is kept of the distance at joining; None where it is not worth it."""
-    if scenario is None or kept_m is None or not np.isfinite(np.array(kept_m, dtype=float)).all():
-        return None
-    why = why_kept(waves=has_waves(scenario.controller), black_box=scenario.coupling.black_box)
-    return kept_words(float(np.linalg.norm(kept_m)), why) or None
 
 
 def _object(traces: SessionTraces) -> dict[str, Any]:

@@ -2,6 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The energy accounts of one user while a session runs: up, down, and from hand to object.
 
+The account up is the energy that went into the waves at the device less what the server had of
+them; down, likewise. On the strict channel that is what packets were paid with, and the playout's
+wave with what the playout released beside it. Where something at the device answers or alters the
+wave, what went up or came down there is not known on its own.
+
 Two nodes count each on its own. Counters read at two instants give balances below zero although
 nothing is active, so a balance is formed at the end of a block of the master, with the last step
 of the server that ran before: what the master sent counts once its tick has run, what the server
@@ -15,10 +20,12 @@ the sums go on from zero, and the lowest balance stays what it was.
 
 import math
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from pmwvc_analysis.budget.criterion import TOLERANCE_J, TOLERANCE_RELATIVE
+from pmwvc_core.master.strict_port import ENTRIES, NODE, RELEASED
 
 LONGEST = 512  # blocks or steps that wait for the other node
 
@@ -26,14 +33,37 @@ LONGEST = 512  # blocks or steps that wait for the other node
 class MasterSums(NamedTuple):
     """Running sums of a master at the end of a block [J], and when its last tick ran [ns].
 
-    The sums of waves are NaN where they are not what the packets carry.
+    ``up`` went into the way up, ``down`` came out of the way down (NaN: not known on its own),
+    ``device`` is the work of the device's force against the hand.
     """
 
     ran_ns: int
     epoch: int
-    u_m: float
-    v_m: float
+    up: float
+    down: float
     device: float
+
+
+NO_WAVES = math.nan, math.nan
+_STRICT = frozenset(entry.name for entry in ENTRIES)
+
+
+def ways(u_m: float, u_tx: float, v_m: float, kept: Mapping[str, float]) -> tuple[float, float]:
+    """Return what went into the way up and came out of the way down at a device [J]; NaN where
+    that is not known on its own.
+
+    Parameters
+    ----------
+    u_m, u_tx, v_m
+        Energy of the waves out of the device's port, of those sent, and of those into the port
+        [J].
+    kept
+        What the controller keeps account of beside them, by name [J].
+    """
+    if NODE.name in kept:
+        altered = not kept.keys() <= _STRICT
+        return u_tx, math.nan if altered else v_m + kept[RELEASED.name]
+    return NO_WAVES if kept else (u_m, v_m)
 
 
 class ServerSums(NamedTuple):
@@ -60,8 +90,15 @@ class Account:
     least_ns: int = 0  # when
     margin_j: float = TOLERANCE_J
 
+    @property
+    def known(self) -> bool:
+        """Whether both sums are known on their own."""
+        return math.isfinite(self.in_j - self.out_j)
+
     def at(self, now_ns: int, in_j: float, out_j: float, *, judged: bool) -> None:
-        """Note both sums at a time [ns]; a balance that is not judged is never the lowest."""
+        """Note both sums at a time [ns]; a balance that is not judged, or not known, is never the
+        lowest.
+        """
         self.in_j, self.out_j = in_j, out_j
         balance_j = in_j - out_j
         margin_j = balance_j + TOLERANCE_J + TOLERANCE_RELATIVE * abs(in_j)
@@ -119,17 +156,17 @@ class Accounts:
         if self._begin is None:
             self._begin = _zero(block, step)
             # Of counters that began at different times one shows more than the other can have.
-            ways = block.u_m - step.u_s, step.v_s - block.v_m
-            known = ways if math.isfinite(sum(ways)) else (block.device - step.u_s + step.v_s,)
+            hand = block.device - step.u_s + step.v_s
+            both = [block.up - step.u_s, step.v_s - block.down]
+            known = [each for each in both if math.isfinite(each)] or [hand]
             self.judged = not min(known) < -TOLERANCE_J
         elif life != self._life:
             self._begin, self.judged = (block, step), False
         self._life = life
         from_block, from_step = self._begin
-        u_m, v_m = block.u_m - from_block.u_m, block.v_m - from_block.v_m
         u_s, v_s = step.u_s - from_step.u_s, step.v_s - from_step.v_s
-        self.up.at(block.ran_ns, u_m, u_s, judged=self.judged)
-        self.down.at(block.ran_ns, v_s, v_m, judged=self.judged)
+        self.up.at(block.ran_ns, block.up - from_block.up, u_s, judged=self.judged)
+        self.down.at(block.ran_ns, v_s, block.down - from_block.down, judged=self.judged)
         work = block.device - from_block.device
         if math.isfinite(work):
             self.hand.at(block.ran_ns, work, u_s - v_s, judged=self.judged)
@@ -137,4 +174,4 @@ class Accounts:
 
 
 def _zero(block: MasterSums, step: ServerSums) -> tuple[MasterSums, ServerSums]:
-    return (block._replace(u_m=0.0, v_m=0.0, device=0.0), step._replace(u_s=0.0, v_s=0.0))
+    return (block._replace(up=0.0, down=0.0, device=0.0), step._replace(u_s=0.0, v_s=0.0))

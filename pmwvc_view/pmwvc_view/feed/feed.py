@@ -19,8 +19,8 @@ from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.shaking import Shaking
 from pmwvc_view.feed.traces import F_APPLIED, NS, OBJECT, XD_M, Block, Step
-from pmwvc_view.feed.user import LAG, FeedUser, brake_of, why_apart
-from pmwvc_view.protocol.snapshot import PACKET, Layout
+from pmwvc_view.feed.user import FeedUser, brake_of, why_apart
+from pmwvc_view.protocol.snapshot import NO_PACKETS, PACKET, Layout
 from pmwvc_view.protocol.snapshots import Snapshot
 
 PATIENCE_NS = 60_000_000
@@ -79,8 +79,7 @@ class Feed:
             block.start_ns, block.period_ns, block.signals[XD_M], block.signals[F_APPLIED]
         )
         if block.sums is not None:
-            sums = block.sums
-            one.accounts.block(sums if block.waves else sums._replace(u_m=math.nan, v_m=math.nan))
+            one.accounts.block(block.sums)
 
     def on_server(self, step: Step) -> None:
         """Take in a step; an old one is dropped."""
@@ -92,7 +91,7 @@ class Feed:
         for name, sums in step.sums.items():
             if name in self._users:
                 self._users[name].accounts.step(sums)
-        for one, contact in zip(self._users.values(), step.contact, strict=False):
+        for one, contact in zip(self._every, step.contact, strict=False):
             if contact != one.in_contact:
                 one.in_contact = contact
                 one.shaking.contact(step.start_ns)
@@ -140,18 +139,21 @@ class Feed:
         self._seq += 1
         row = self._layout.row()
         row[:2] = self._seq, (due_ns - (self.zero_ns or 0)) / NS
+        late_s = -math.inf
         while self._steps and self._steps[0].start_ns <= due_ns:
             self._step = self._steps.popleft()
-            row[self._late_at] = np.fmax(row[self._late_at], self._step.lateness_s)
+            late_s = max(late_s, self._step.lateness_s)
         if self._step is not None:
             row[self._object_at] = self._step.object.ravel()
-        for index, (name, one) in enumerate(self._users.items()):
-            one.follow_lag(*(self.others.get(f"{name}.{column}") for column in LAG))
-            if one.aims(self.others.get(f"{name}.target")):
+        if late_s > -math.inf:
+            row[self._late_at] = late_s
+        others = self.others
+        for index, one in enumerate(self._every):
+            one.follow_lag(*map(others.get, one.lag_columns))
+            if one.aims(others.get(one.target_column)):
                 for other in self._every:
                     other.shaking.on_purpose(due_ns)
             one.write(row, due_ns, self._step, index)
-        self._layout.set(row, self.others)
+        self._layout.set(row, others)
         packets, self._packets = self._packets, []
-        rows = np.concatenate(packets) if packets else np.empty((0, len(PACKET)))
-        return Snapshot(row, rows)
+        return Snapshot(row, np.concatenate(packets) if packets else NO_PACKETS)

@@ -5,8 +5,6 @@
 from collections import deque
 from collections.abc import Sequence
 
-import numpy as np
-
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.protocol.snapshot import Layout
@@ -29,11 +27,12 @@ class Notices:
 
     def watch(self, snapshots: Sequence[Snapshot], layout: Layout, users: Sequence[str]) -> None:
         """Note the stalls of force loops in new snapshots."""
-        for row, _ in snapshots:
-            self._time_s = float(row[layout.slices["time_s"]][0])
+        for snapshot in snapshots:
+            row = snapshot.row
+            self._time_s = float(row[layout.slices["time_s"].start])
             for user in users:
-                late_s = float(row[layout.slices[f"{user}.lateness"]][0])
-                if np.isfinite(late_s) and late_s > STALL_S:
+                late_s = float(row[layout.slices[f"{user}.lateness"].start])
+                if late_s > STALL_S:  # not where it is not known
                     self._note(
                         f"the machine stalled: the force loop of {user} woke "
                         f"{1e3 * late_s:.0f} ms late; beyond 30 ms its force and avatar begin anew"

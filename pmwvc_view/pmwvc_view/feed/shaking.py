@@ -29,7 +29,6 @@ SPAN_S = 3.0
 JUDGED_NS = NS // 2  # between two judgements
 STILL_S = 1.5  # without a move on purpose: what moves then is no hand
 STILL_HZ = 2.0  # least band of what moves then: cubes that coast, hands that come to rest
-ROWS = 4096  # of memory at least
 LATE_S = 1.0  # newest part, of which the amount is told
 
 
@@ -47,34 +46,30 @@ class Shake(NamedTuple):
 
 
 class _Span:
-    """The newest ``SPAN_S`` of a device's ticks, without gaps in memory.
+    """The newest ``SPAN_S`` of a device's ticks: times [s], velocities [m/s], forces applied [N].
 
-    Rows are times [s], velocities [m/s] and forces applied [N].
+    Ticks are put together only where they are judged.
     """
 
     def __init__(self) -> None:
-        self._rows = np.empty((0, 0))
-        self._begin = self._end = 0
+        self._kept: list[tuple[Array, Array, Array]] = []
+        self._new: list[tuple[int, int, Array, Array]] = []
 
-    def add(self, times: Array, velocity: Array, force: Array) -> None:
-        """Append consecutive ticks, ``(ticks,)`` and ``(ticks, dof)``."""
-        ticks, dof = velocity.shape
-        if self._end + ticks > len(self._rows):
-            kept = self._rows[self._begin : self._end]
-            self._rows = np.empty((2 * (len(kept) + ticks) + ROWS, 1 + 2 * dof))
-            self._rows[: len(kept)] = kept.reshape(-1, 1 + 2 * dof)
-            self._begin, self._end = 0, len(kept)
-        new = self._rows[self._end : self._end + ticks]
-        new[:, 0], new[:, 1 : 1 + dof], new[:, 1 + dof :] = times, velocity, force
-        self._end += ticks
+    def add(self, start_ns: int, period_ns: int, velocity: Array, force: Array) -> None:
+        """Append consecutive ticks, ``(ticks, dof)``."""
+        self._new.append((start_ns, period_ns, velocity, force))
 
     def newest(self, begin_s: float) -> tuple[Array, Array, Array]:
         """Return times, velocities and forces after a time; older ones are forgotten."""
-        times = self._rows[self._begin : self._end, 0]
-        self._begin += int(np.searchsorted(times, begin_s, side="right"))
-        found = self._rows[self._begin : self._end]
-        dof = found.shape[1] // 2
-        return found[:, 0], found[:, 1 : 1 + dof], found[:, 1 + dof :]
+        parts = self._kept + [
+            ((start_ns + period_ns * np.arange(len(velocity))) / NS, velocity, force)
+            for start_ns, period_ns, velocity, force in self._new
+        ]
+        times, velocity, force = (np.concatenate(each) for each in zip(*parts, strict=True))
+        first = int(np.searchsorted(times, begin_s, side="right"))
+        found = times[first:], velocity[first:], force[first:]
+        self._kept, self._new = [found], []
+        return found
 
 
 class Shaking:
@@ -124,8 +119,7 @@ class Shaking:
 
     def block(self, start_ns: int, period_ns: int, velocity: Array, force: Array) -> None:
         """Take in consecutive ticks; judge where that is due."""
-        times = (start_ns + period_ns * np.arange(len(velocity))) / NS
-        self._span.add(times, velocity, force)
+        self._span.add(start_ns, period_ns, velocity, force)
         end_ns = start_ns + period_ns * (len(velocity) - 1)
         if end_ns < self._due_ns:
             return

@@ -30,7 +30,6 @@ class Block(NamedTuple):
     reason: str
     missed: int
     sums: MasterSums | None  # None: not comparable with the server's
-    waves: bool  # the channel's directions can be told apart
 
     @property
     def ticks(self) -> int:
@@ -41,14 +40,6 @@ class Block(NamedTuple):
     def end_ns(self) -> int:
         """Time of the last tick."""
         return self.start_ns + (self.ticks - 1) * self.period_ns
-
-    def rest(self, count: int) -> "Block":
-        """Return the block without its first ticks."""
-        return self._replace(
-            start_ns=self.start_ns + count * self.period_ns,
-            signals=self.signals[:, count:],
-            lateness_s=self.lateness_s[count:],
-        )
 
 
 class Step(NamedTuple):

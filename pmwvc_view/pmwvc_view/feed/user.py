@@ -25,6 +25,8 @@ APART_M = 3e-3  # more than a press takes: so far from its avatar a device was w
 MOVED_M = 5e-4  # by which a target moves on purpose
 OPEN_N = 1e-6  # force of an open hand beyond its brake's
 LAG = ("lag", "impedance")
+NUMBERS = ("state", "missed", "delay_up", "delay_down", *ENERGIES)
+UNKNOWN = (math.nan,) * 3
 
 
 class FeedUser:
@@ -37,8 +39,10 @@ class FeedUser:
 
     Attributes
     ----------
-    state, reason, waves
+    state, reason
         Of the newest tick in a row; state None: there was none.
+    lag_columns, target_column
+        Names of columns whose values are given from elsewhere.
     loaded_change
         Whether tau/(2b) changed under load since the device was coupled.
     delays_s
@@ -49,6 +53,7 @@ class FeedUser:
         self, layout: Layout, name: str, shaking: Shaking, brake: float | None, why_apart: str = ""
     ) -> None:
         self.blocks: deque[Block] = deque()
+        self._shown = 0  # ticks of the first of them
         self.shaking = shaking
         self.in_contact = False
         self.loaded_change = False
@@ -56,46 +61,50 @@ class FeedUser:
         self.end_ns = -1
         self.state: int | None = None
         self.reason = ""
-        self.waves = False
+        self.lag_columns = tuple(f"{name}.{column}" for column in LAG)
+        self.target_column = f"{name}.target"
         self.delays_s = [math.nan, math.nan]
         self._give = math.nan  # tau/(2b) by the model [m/N]
         self._brake = brake
         self._why_apart = why_apart
         self._there = self._apart = False  # at the server; away from the device since it joined
         self._distance_m = math.nan
-        self._anchor: Array | None = None  # where the target was when it moved last
+        self._anchor: list[float] | None = None  # where the target was when it moved last
         self._missed = math.nan
         self._signals: Array = np.full((len(SIGNALS), layout.dof), math.nan)  # newest tick
         self._signals_at = layout.together(name, SIGNALS)
         self._avatar_at = layout.together(name, AVATAR)
-        self._extremes_at = layout.together(name, ("f_min", "f_max"))
+        self._least_at = layout.slices[f"{name}.f_min"]
+        self._most_at = layout.slices[f"{name}.f_max"]
         self._late_at = layout.slices[f"{name}.lateness"].start
-        self._numbers_at = layout.together(
-            name, ("state", "missed", "delay_up", "delay_down", *ENERGIES)
-        )
+        self._numbers_at = layout.together(name, NUMBERS)
         self._server_at = layout.together(name, ("presence", "contact"))
 
     def write(self, row: Array, until_ns: int, step: Step | None, index: int) -> None:
         """Write the ticks up to a time into a row in which nothing is known, and the avatar as of
         a step of the server (None before the first), in which the user has this number.
         """
-        forces, late = [], []
-        while self.blocks and self.blocks[0].start_ns <= until_ns:
-            block = self.blocks[0]
-            count = min((until_ns - block.start_ns) // block.period_ns + 1, block.ticks)
-            forces.append(block.signals[F_APPLIED, :count])
-            late.append(max(block.lateness_s[:count]))
-            self._signals = block.signals[:, count - 1]
-            self.state, self._missed = block.state, block.missed
-            self.waves, self.reason = block.waves, block.reason
-            if count < block.ticks:
-                self.blocks[0] = block.rest(count)
+        blocks, forces, late_s, block = self.blocks, [], -math.inf, None
+        while blocks:
+            first, ticks = self._shown, blocks[0].ticks
+            end = min((until_ns - blocks[0].start_ns) // blocks[0].period_ns + 1, ticks)
+            if end <= first:
                 break
-            self.blocks.popleft()
-        if forces:
-            every = np.concatenate(forces)
-            row[self._extremes_at] = *every.min(axis=0), *every.max(axis=0)
-            row[self._late_at] = max(late)
+            block = blocks[0]
+            forces.append(block.signals[F_APPLIED, first:end])
+            late_s = max(late_s, *block.lateness_s[first:end])
+            self._signals = block.signals[:, end - 1]
+            if end < ticks:
+                self._shown = end
+                break
+            self._shown = 0
+            blocks.popleft()
+        if block is not None:
+            every = forces[0] if len(forces) == 1 else np.concatenate(forces)
+            np.minimum.reduce(every, axis=0, out=row[self._least_at])
+            np.maximum.reduce(every, axis=0, out=row[self._most_at])
+            row[self._late_at] = late_s
+            self.state, self._missed, self.reason = block.state, block.missed, block.reason
         row[self._signals_at] = self._signals.ravel()
         state = math.nan if self.state is None else self.state
         row[self._numbers_at] = state, self._missed, *self.delays_s, *self._energies()
@@ -105,6 +114,11 @@ class FeedUser:
             row[self._server_at] = step.state[index], step.contact[index]
 
     @property
+    def channel_known(self) -> bool:
+        """Whether the energy of both directions is known on its own."""
+        return self.accounts.up.known and self.accounts.down.known
+
+    @property
     def kept_apart(self) -> str:
         """How far the avatar is from the device since the user joined, and why; else nothing."""
         return kept_words(self._distance_m, self._why_apart) if self._apart else ""
@@ -112,10 +126,11 @@ class FeedUser:
     def _follow_avatar(self, step: Step, index: int) -> None:
         """Note how far the avatar is from the device, and whether it has been since joining."""
         there = step.state[index] > 0
-        apart = step.avatars[X_S, index] - self._signals[X_M]
-        self._distance_m = float(np.linalg.norm(apart))
         joined = there and not self._there
-        self._apart = there and (joined or self._apart) and self._distance_m > APART_M
+        self._apart = there and (joined or self._apart)
+        if self._apart:
+            self._distance_m = math.dist(step.avatars[X_S, index], self._signals[X_M])
+            self._apart = self._distance_m > APART_M
         self._there = there
 
     def aims(self, target: Any) -> bool:
@@ -127,11 +142,11 @@ class FeedUser:
         anchor = self._anchor
         if target is None:
             self._anchor = None
-            own = self._signals[F_H] + self._brake * self._signals[XD_M]
-            held = bool(np.abs(own).max() > OPEN_N)  # by another program
-            return held or anchor is not None
-        position = np.atleast_1d(np.asarray(target, dtype=np.float64))
-        if anchor is not None and np.linalg.norm(position - anchor) < MOVED_M:
+            forces, velocities = self._signals[F_H].tolist(), self._signals[XD_M].tolist()
+            own = (f + self._brake * v for f, v in zip(forces, velocities, strict=True))
+            return anchor is not None or any(abs(each) > OPEN_N for each in own)  # another program
+        position = np.ravel(target).tolist()
+        if anchor is not None and math.dist(position, anchor) < MOVED_M:
             return False
         self._anchor = position
         return True
@@ -146,17 +161,13 @@ class FeedUser:
         self._give = give
 
     def _energies(self) -> list[float]:
-        """Return the accounts in the order of their columns; not known before the first balance,
-        nor either direction where there are no waves.
-        """
+        """Return the accounts in the order of their columns, as far as they are known."""
         accounts = self.accounts
-        if accounts.known_ns is None:
-            return [math.nan] * len(ENERGIES)
-        up, down, hand = accounts.up, accounts.down, accounts.hand
-        ways = [up.in_j, up.out_j, up.least_j, down.in_j, down.out_j, down.least_j]
-        if not self.waves:
-            ways = [math.nan] * len(ways)
-        return [*ways, hand.in_j, hand.out_j, hand.least_j]
+        found: list[float] = []
+        for each in (accounts.up, accounts.down, accounts.hand):
+            known = each.known and accounts.known_ns is not None
+            found += [each.in_j, each.out_j, each.least_j] if known else UNKNOWN
+        return found
 
 
 def brake_of(scenario: Scenario | None, name: str) -> float | None:

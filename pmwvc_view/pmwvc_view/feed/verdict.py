@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pmwvc_core.master.safety.states import SafetyState
-from pmwvc_view.feed.accounts import Account
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import NS
 from pmwvc_view.feed.user import FeedUser
@@ -83,11 +82,12 @@ def _judged(
         user
         for user, each in known.items()
         if not (each.accounts.known_ns is not None and each.accounts.judged)
-        or not (each.waves or user in exact)
+        or not (each.channel_known or user in exact)
     ]
     if unjudged:
         return UNKNOWN, f"All users are coupled; energy is not judged for {', '.join(unjudged)}."
-    parts = "no channel" if all(each.waves for each in known.values()) else "no user's link"
+    channels = all(each.channel_known for each in known.values())
+    parts = "no channel" if channels else "no user's link"
     sentence = f"All users are coupled; {parts} has given out more energy than it received"
     lent_mj = 1e3 * max((storage_j.get(user, 0.0) for user in users), default=0.0)
     if lent_mj > 0.0:
@@ -124,9 +124,7 @@ def _active(
     found = []
     for user in users:
         accounts = feed.user(user).accounts
-        parts: list[tuple[str, Account, float]] = []
-        if feed.user(user).waves:
-            parts += [("way up", accounts.up, 0.0), ("way down", accounts.down, 0.0)]
+        parts = [("way up", accounts.up, 0.0), ("way down", accounts.down, 0.0)]
         if user in exact:
             parts.append(("hand to object", accounts.hand, storage_j.get(user, 0.0)))
         for name, account, stored in parts:

@@ -15,7 +15,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from pmwvc_core.runtime.messages import misfit
 from pmwvc_msgs.msg import MasterTrace, ServerTrace
-from pmwvc_view.feed.accounts import MasterSums, ServerSums
+from pmwvc_view.feed.accounts import NO_WAVES, MasterSums, ServerSums, ways
 from pmwvc_view.feed.traces import AVATAR, F_H, NS, OBJECT, SIGNALS, Block, Step
 from pmwvc_view.live.shape import Shape
 
@@ -71,7 +71,7 @@ class MasterReader(_Reader):
     SAME = ("period", "dof", "state", "hand_force_known")
     NUMBERS = (
         *("stamp.sec", "stamp.nanosec", "start_ns", "epoch", "missed", "lateness"),
-        *("energy_u_m", "energy_v_m", "energy_device"),
+        *("energy_u_m", "energy_u_tx", "energy_v_m", "energy_device", "accounts"),
     )
 
     def __init__(self, *, dof: int, waves: bool) -> None:
@@ -92,16 +92,20 @@ class MasterReader(_Reader):
         found = self._learnt(data)
         if found is None or self._shape is None:
             return None
-        sec, nanosec, start_ns, epoch, missed, *late, u_m, v_m, device = self._shape.numbers(found)
+        known, numbers = self._known, self._shape.numbers(found)
+        names = known.account_names
+        sec, nanosec, start_ns, epoch, missed, *rest = numbers[: len(numbers) - len(names)]
+        *late, u_m, u_tx, v_m, device = rest
         if not -LARGEST_NS < start_ns < LARGEST_NS or not math.isfinite(late[-1]):
             return None
-        known = self._known
         signals = self._shape.arrays(found).reshape(len(SIGNALS), len(late), self._dof)
         if not (known.hand_force_known and len(known.f_h)):
             signals[F_H] = math.nan
         period_ns = round(known.period * NS)
         ran_ns = start_ns + (len(late) - 1) * period_ns + round(late[-1] * NS)
-        sums: MasterSums | None = MasterSums(ran_ns, epoch, u_m, v_m, device)
+        kept = dict(zip(names, numbers[len(numbers) - len(names) :], strict=True))
+        up, down = ways(u_m, u_tx, v_m, kept) if self._waves else NO_WAVES
+        sums: MasterSums | None = MasterSums(ran_ns, epoch, up, down, device)
         offset_ns = sec * NS + nanosec - start_ns
         if clock_ns is not None and abs(offset_ns - clock_ns) > SAME_CLOCK_NS:
             start_ns += offset_ns - clock_ns
@@ -115,7 +119,6 @@ class MasterReader(_Reader):
             reason=known.reason,
             missed=missed,
             sums=sums,
-            waves=self._waves and not known.account_names,
         )
 
 

@@ -160,6 +160,7 @@ def _position(value: Any) -> tuple[float, ...] | None:
 
 _KINDS = (Take, LetGo, Target, Set, Ask, Pause, Restart, Seek, Speed, Seen)
 _REQUESTS: dict[str, type[Request]] = {each.kind: each for each in _KINDS}
+_FIELDS = {each.kind: tuple(field.name for field in fields(each)) for each in _KINDS}
 _CHECKS: Mapping[str, Callable[[Any], Any]] = {  # by the name of a field
     "id": _count,
     "user": _name,
@@ -186,7 +187,7 @@ def read(text: str) -> Request:
     if request is None:
         raise ProtocolError(f"kind: must be one of {', '.join(_REQUESTS)}")
     values: dict[str, Any] = {}
-    for name in (each.name for each in fields(request)):
+    for name in _FIELDS[request.kind]:
         if name not in found:
             if name != "id":
                 raise ProtocolError(f"{request.kind}.{name} is missing")

@@ -6,6 +6,7 @@ whose fate became known.
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,24 +24,24 @@ class Column(NamedTuple):
 
 _SESSION = (("seq", "-"), ("time_s", "s"))
 _VECTORS = (
-    ("x_m", "m"), ("xd_m", "m/s"), ("f_h", "N"), ("f_applied", "N"), ("f_min", "N"),
-    ("f_max", "N"), ("u_m", "sqrt(W)"), ("v_m", "sqrt(W)"), ("x_s", "m"), ("xd_s", "m/s"),
+    ("x_m", "m"), ("xd_m", "m/s"), ("f_h", "N"), ("f_applied", "N"), ("u_m", "sqrt(W)"),
+    ("v_m", "sqrt(W)"), ("f_min", "N"), ("f_max", "N"), ("x_s", "m"), ("xd_s", "m/s"),
     ("f_s", "N"), ("target", "m"),
 )  # fmt: skip
 ENERGIES = tuple(
     f"energy_{way}_{amount}" for way in ("up", "down", "hand") for amount in ("in", "out", "min")
 )
 _NUMBERS = (
-    ("held", "-"), ("contact", "-"), ("state", "-"), ("presence", "-"),
-    *((name, "J") for name in ENERGIES),
-    ("lag", "s"), ("impedance", "N s/m"), ("round_trip", "s"), ("delay_up", "s"),
-    ("delay_down", "s"), ("lateness", "s"), ("missed", "-"),
+    ("presence", "-"), ("contact", "-"), ("state", "-"), ("missed", "-"), ("delay_up", "s"),
+    ("delay_down", "s"), *((name, "J") for name in ENERGIES),
+    ("lag", "s"), ("impedance", "N s/m"), ("round_trip", "s"), ("lateness", "s"), ("held", "-"),
 )  # fmt: skip
 _OBJECT = (("x_o", "m"), ("xd_o", "m/s"), ("target", "m"))
 PACKET = [
     Column(name, 1, unit)
     for name, unit in zip(("link", "number", "sent", "arrived", "fate"), "--ss-", strict=True)
 ]
+NO_PACKETS = np.empty((0, len(PACKET)))
 
 
 class Layout:
@@ -74,10 +75,12 @@ class Layout:
         for name, value in values.items():
             row[self.slices[name]] = math.nan if value is None else value
 
-    def together(self, owner: str, names: Sequence[str]) -> list[int]:
-        """Return the positions in a row of several columns of one owner, one after the other."""
-        places = (self.slices[f"{owner}.{name}"] for name in names)
-        return [at for where in places for at in range(where.start, where.stop)]
+    def together(self, owner: str, names: Sequence[str]) -> slice:
+        """Return where in a row several columns of one owner stand, which follow one another."""
+        places = [self.slices[f"{owner}.{name}"] for name in names]
+        if any(one.stop != other.start for one, other in pairwise(places)):
+            raise ValueError(f"{owner}: {', '.join(names)} do not follow one another")
+        return slice(places[0].start, places[-1].stop)
 
     def positions(self, *names: str) -> list[int]:
         """Return the positions in a row of every column with one of these names, of any user."""
@@ -94,8 +97,3 @@ class Layout:
             "columns": [list(column) for column in self.columns],
             "packet": [list(column) for column in PACKET],
         }
-
-
-def packed(row: Array, packets: Array) -> bytes:
-    """Return a snapshot: a row, then packets ``(n, 5)``."""
-    return np.concatenate([row, packets.ravel()]).astype("<f8", copy=False).tobytes()

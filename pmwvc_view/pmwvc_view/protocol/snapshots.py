@@ -2,26 +2,35 @@
 # SPDX-License-Identifier: Apache-2.0
 """Snapshots of a session, and those that a page has not been sent yet, as one.
 
-A page that is slow is sent the present, with the extremes and packets of all that it missed.
+A page that is slow is sent the present, with the extremes and packets of all that it missed. Pages
+that are not share the message of a snapshot.
 """
 
 from collections import deque
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from pmwvc_core.numeric import Array
 from pmwvc_view.protocol import CREDITS
-from pmwvc_view.protocol.snapshot import Layout, packed
+from pmwvc_view.protocol.snapshot import Layout
 
 MOST_PACKETS = 512  # of a snapshot; the oldest are left out
 
 
-class Snapshot(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Snapshot:
     """The session at one time: a row of its layout, and packets ``(n, 5)``."""
 
     row: Array
     packets: Array
+
+    @cached_property
+    def message(self) -> bytes:
+        """The snapshot as pages get it: the row, then the packets, float64, little-endian."""
+        every = np.concatenate([self.row, self.packets.ravel()])
+        return every.astype("<f8", copy=False).tobytes()
 
 
 class Outgoing:
@@ -49,10 +58,9 @@ class Outgoing:
         """Return the message to send now; None where nothing waits or the page is behind."""
         if self._waiting is None or len(self._unseen) >= CREDITS:
             return None
-        row, packets = self._waiting
-        self._waiting = None
-        self._unseen.append(int(row[0]))
-        return packed(row, packets)
+        snapshot, self._waiting = self._waiting, None
+        self._unseen.append(int(snapshot.row[0]))
+        return snapshot.message
 
     def seen(self, seq: int) -> None:
         """Note that the page has taken in every snapshot up to this number."""

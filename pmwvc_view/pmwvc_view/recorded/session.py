@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pmwvc_analysis.traces.apart import apart, kept_text
 from pmwvc_analysis.traces.stages import stages
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.master.safety.states import SafetyState
@@ -49,6 +50,7 @@ class RecordedSession(Session):
         self.layout = Layout(self._names, scenario.dof)
         self._rows = rows_of(traces, scenario, self.layout, period_s=snapshot_s)
         self._packets = packets_of(traces, scenario)
+        self._apart = {user.name: apart(traces, user) for user in traces.users}
         live = traces.source == "live"
         self._write_lags(live=live)
         self._clock, self._period_s = clock, snapshot_s
@@ -141,7 +143,16 @@ class RecordedSession(Session):
             if one.name == user and np.isfinite(state):
                 at = np.searchsorted(one.block_time_s, self._rows[index, 1], side="right")
                 reason = one.reason[max(int(at) - 1, 0)]
-        return {"state": word, "reason": reason, "note": ""}
+        return {"state": word, "reason": reason, "note": self._kept_apart(user, index)}
+
+    def _kept_apart(self, user: str, index: int) -> str:
+        """Return how far the avatar is kept from the device since the user joined, as of a row."""
+        away, time_s = self._apart.get(user), self._rows[index, 1]
+        if away is None:
+            return ""
+        at = int(np.searchsorted(away.time_s, time_s + 1e-9)) - 1
+        there = at >= 0 and time_s - away.time_s[at] < 2.0 * self._scenario.server.period_s
+        return kept_text(away.kept[at], self._scenario) if there else ""
 
     def scenario(self) -> Scenario:
         """Return the scenario that settings are added to."""

@@ -18,7 +18,7 @@ from pmwvc_core.simulation.links import SimulatedLink
 from pmwvc_core.simulation.user import Frame
 from pmwvc_core.simulation.virtual_time import VirtualTime
 from pmwvc_view.feed import traces
-from pmwvc_view.feed.accounts import MasterSums, ServerSums
+from pmwvc_view.feed.accounts import NO_WAVES, MasterSums, ServerSums, ways
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.traces import Block, Step
 
@@ -119,9 +119,11 @@ class Simulation:
         every = values if self._dof == 1 else [self._vector(value) for value in values]
         signals = np.array(every).reshape(len(times), len(SIGNALS), self._dof)
         report = user.loop.report()
-        sums = MasterSums(
-            times[-1], self._epoch, _one(report.u_m), _one(report.v_m), _one(user.device.work[0])
-        )
+        up, down = NO_WAVES
+        if self._waves:
+            kept = {name: _one(value) for name, value in report.accounts.items()}
+            up, down = ways(_one(report.u_m), _one(report.u_tx), _one(report.v_m), kept)
+        sums = MasterSums(times[-1], self._epoch, up, down, _one(user.device.work[0]))
         block = Block(
             start_ns=times[0],
             period_ns=self.tick_ns,
@@ -131,7 +133,6 @@ class Simulation:
             reason=str(report.reason),
             missed=0,
             sums=sums,
-            waves=self._waves and not report.accounts,
         )
         self._feed.on_master(self._names[index], block)
 

@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from websockets.asyncio.server import ServerConnection
+from websockets.asyncio.server import ServerConnection, broadcast
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
@@ -67,12 +67,22 @@ class Client:
     def show(self, snapshot: Snapshot) -> None:
         """Send a snapshot, or what comes of it and later ones once the page is ready for it."""
         self._outgoing.add(snapshot)
-        self._work.set()
+        self._send_snapshot()
 
     def seen(self, seq: int) -> None:
         """Note that the page has taken in every snapshot up to this number."""
         self._outgoing.seen(seq)
-        self._work.set()
+        self._send_snapshot()
+
+    def _send_snapshot(self) -> None:
+        """Send the snapshot that waits, behind the messages that do.
+
+        Credits bound what the socket holds, so that there is nothing to wait for.
+        """
+        if not self._messages:
+            snapshot = self._outgoing.take()
+            if snapshot is not None:
+                broadcast((self._socket,), snapshot)
 
     async def run(self, handle: Callable[[Request], None]) -> str:
         """Read and write until the page is gone; return what rule it broke, or ""."""
@@ -96,9 +106,7 @@ class Client:
             self._work.clear()
             while self._messages:
                 await self._socket.send(self._messages.popleft())
-            snapshot = self._outgoing.take()
-            if snapshot is not None:
-                await self._socket.send(snapshot)
+            self._send_snapshot()
         return "the page takes no messages"
 
     async def _read(self, handle: Callable[[Request], None]) -> str:
