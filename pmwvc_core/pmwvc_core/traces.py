@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 from pmwvc_core.numeric import Array, Integers
 
+ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")  # sums of a master
+OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")  # of each user at the server
+
 
 @dataclass
 class UserTraces:
@@ -42,7 +45,7 @@ class UserTraces:
     block_time_s: Array  # (block,) end of each block
     state: Integers  # (..., block)
     reason: list[str]  # (block,) why the state is what it is, "" when coupled
-    energy: dict[str, Array]  # u_m, u_tx, v_rx, v_m, device, hand -> (..., block) [J]
+    energy: dict[str, Array]  # ENERGIES -> (..., block) [J]
     missed: int = 0
     safety_events: Any = 0
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., block) [J]

@@ -173,7 +173,7 @@ def notes_of(scenario: Scenario) -> list[str]:
         user.master.bank.is_on and user.master.local_model.acts != "everywhere" for user in users
     ):
         found.append("One-sided local models are modelled as always in contact.")
-    if any(user.operator.kind in ("hand", "remote", "playback_motion") for user in users):
+    if any(user.operator.answers for user in users):
         found.append("Hands are modelled as applied forces, without stiffness and mass.")
     if scenario.changes:
         found.append("Changes of parameters are not modelled: those at the start hold.")

@@ -18,7 +18,6 @@ from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.session import simulate_one
 
 LONGEST_S = 6.0
-HANDS = ("hand", "remote")  # operators with an arm
 BY_PEOPLE = ("remote", "none")  # operators whose force is a person's
 LEAST_J = 1e-6  # what every port is judged with
 
@@ -39,7 +38,7 @@ def bounded(user: User, scenario: Scenario) -> CountBound | None:
 
 def _held(user: User) -> bool:
     """Tell whether a hand is on the device: a person's, or an arm that is simulated."""
-    return user.device.plugin != "simulated" or user.operator.kind in HANDS
+    return user.device.plugin != "simulated" or user.operator.has_arm
 
 
 def encoder_lines(scenario: Scenario) -> list[str]:

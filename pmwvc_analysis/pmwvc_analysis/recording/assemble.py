@@ -20,8 +20,6 @@ from pmwvc_core.frame.rows import SIGNALS
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import nanoseconds
 from pmwvc_core.runtime.messages.fields import (
-    ENERGIES,
-    OF_AVATARS,
     OF_OBJECT,
     PER_AXIS,
     LinkState,
@@ -32,7 +30,15 @@ from pmwvc_core.runtime.messages.fields import (
     Trace,
     Wave,
 )
-from pmwvc_core.traces import FateTraces, PacketTraces, ReceptionTraces, ServerTraces, UserTraces
+from pmwvc_core.traces import (
+    ENERGIES,
+    OF_AVATARS,
+    FateTraces,
+    PacketTraces,
+    ReceptionTraces,
+    ServerTraces,
+    UserTraces,
+)
 from pmwvc_core.transport.reception import PASSAGE, REFUSED
 
 TRACES = dict(zip(PER_AXIS, SIGNALS, strict=True))  # signal of the traces by field

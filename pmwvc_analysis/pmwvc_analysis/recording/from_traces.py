@@ -26,9 +26,16 @@ from pmwvc_core.controllers import has_waves
 from pmwvc_core.errors import file_errors
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import MessageTypes
-from pmwvc_core.runtime.messages.fields import ENERGIES, OF_AVATARS, OF_OBJECT
+from pmwvc_core.runtime.messages.fields import OF_OBJECT
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import (
+    ENERGIES,
+    OF_AVATARS,
+    PacketTraces,
+    ServerTraces,
+    SessionTraces,
+    UserTraces,
+)
 from pmwvc_core.transport.packet import FLAG_DIRECT, WavePacket
 
 SERVER_EPOCH = 1000

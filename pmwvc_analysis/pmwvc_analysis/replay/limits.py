@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.replay.network import own_sender
-from pmwvc_analysis.replay.targets import is_remote
 from pmwvc_analysis.traces.holes import SERVER, holes
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_core.scenario.scenario import Scenario
@@ -32,7 +31,7 @@ def limits(traces: SessionTraces, recorded: Scenario, hands: Mapping[str, str]) 
             why = f"{user.name}: the device was a real one; here its model moves"
             found.append(Limit(0.0, why))
         targets = traces.targets.get(user.name)
-        led = is_remote(user) and targets is not None and len(targets.time_s) > 0
+        led = user.operator.from_outside and targets is not None and len(targets.time_s) > 0
         if led and hands[user.name] == "operator":  # the recorder may get a target later
             why = f"{user.name}: the tick at which a target reached the hand was not recorded"
             found.append(Limit(0.0, why))

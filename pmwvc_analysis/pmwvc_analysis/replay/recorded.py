@@ -24,7 +24,7 @@ import numpy as np
 from pmwvc_analysis.replay import loop_times
 from pmwvc_analysis.replay.changes import with_changes
 from pmwvc_analysis.replay.network import links
-from pmwvc_analysis.replay.targets import is_remote, remote_hand
+from pmwvc_analysis.replay.targets import remote_hand
 from pmwvc_analysis.traces.stages import stages as stages_of
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE, FrameSchedule
@@ -87,7 +87,9 @@ def prescription(
             remote_hand, user, traces, ran_ns[user.name], tick_s=tick_s, dof=recorded.dof
         )
         for user in replayed.users
-        if hands[user.name] == "operator" and is_remote(user) and traces.source != "simulated"
+        if hands[user.name] == "operator"
+        and user.operator.from_outside
+        and traces.source != "simulated"
     }
     makers |= {
         user.name: partial(

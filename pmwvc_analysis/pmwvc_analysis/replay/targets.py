@@ -15,11 +15,6 @@ from pmwvc_core.scenario.scenario import User
 from pmwvc_core.traces import SessionTraces
 
 
-def is_remote(user: User) -> bool:
-    """Tell whether a user's hand got its targets from outside."""
-    return user.operator.kind == "remote" and not user.operator.file
-
-
 def remote_hand(
     user: User, traces: SessionTraces, ran_ns: Integers, *, tick_s: float, dof: int
 ) -> Operator:

@@ -32,7 +32,6 @@ from pmwvc_core.wave.impedance import MatrixImpedance
 STRETCH_S = 8.0  # of the force, for spectra
 LEAST_STRETCHES = 3
 SETTLE_S = 1.0  # of a sine, before it counts
-ANSWERING = ("hand", "remote", "playback_motion")  # whose force depends on the device's motion
 ALIKE = 0.01  # of a user's force: what another's may differ from a multiple of it
 LEAST_POWER = 1e-3  # of the largest power of the force, for a frequency to count
 TRUSTED = 0.9  # coherence above which a value is worth comparing
@@ -128,7 +127,7 @@ def _acting(user: UserTraces) -> slice | None:
 
 
 def _require_given(known: User) -> None:
-    if known.operator.kind in ANSWERING or known.device.plugin != "simulated":
+    if known.operator.answers or known.device.plugin != "simulated":
         who = "a person" if known.device.plugin != "simulated" else known.operator.kind
         raise PmwvcError(
             f"{known.name}: the hand ({who}) reacts to the motion of the device: force and "

@@ -34,7 +34,7 @@ def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: boo
         return max(REST_BAND_HZ, HARMONICS * operator.frequency_hz)
     if operator.kind == "chirp":
         return 1.5 * max(operator.frequency_hz, operator.frequency_end_hz)
-    if operator.kind == "remote" or operator.kind.startswith("playback"):
+    if operator.kind == "remote" or operator.is_recorded:
         return 10.0
     return REST_BAND_HZ
 
@@ -45,7 +45,7 @@ def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
 
     ``closing``: hands close in what is judged.
     """
-    moves = scenario.task.kind == "carry"
+    moves = scenario.task.moves
     rise = scenario.task.move_rise_s
     band = max(operator_band_hz(user.operator, rise, moves=moves) for user in scenario.users)
     band = max(band, HARMONICS * scenario.environment.drive_hz(scenario.server))

@@ -214,7 +214,7 @@ def _closing_ends_s(traces: SessionTraces, scenario: Scenario) -> float:
 
     Hands count their time from the end of the soft start.
     """
-    if scenario.task.kind == "free":
+    if not scenario.task.closes:
         return 0.0
     hands = {user.name for user in scenario.users if user.operator.kind == "hand"}
     begun = [

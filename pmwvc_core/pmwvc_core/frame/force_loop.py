@@ -71,8 +71,7 @@ class ForceLoop(ProtocolEnd):
         watched: bool = False,
     ) -> None:
         super().__init__()
-        self.controller = controller
-        self.safety = safety
+        self.controller, self.safety = controller, safety
         self.inbox = inbox
         self.packer = packer
         self.frames = frames

@@ -32,7 +32,7 @@ from pmwvc_core.params import MasterParams
 from pmwvc_core.state import Stateful
 from pmwvc_core.wave.affordable import affordable
 from pmwvc_core.wave.brake_force import BrakeForce
-from pmwvc_core.wave.impedance import MatrixImpedance, impedance_of, smallest
+from pmwvc_core.wave.impedance import impedance_of, smallest_of_runs
 
 STALL_S = 0.0125
 RETURN_S = 0.2
@@ -109,6 +109,4 @@ class HandBrake(Stateful):
 
 def brake_of(params: MasterParams) -> HandBrake:
     """Return the brake of a master's port."""
-    impedance = impedance_of(params)
-    least = smallest(impedance) if isinstance(impedance, MatrixImpedance) else impedance
-    return HandBrake(least, tick_s=params.tick_s)
+    return HandBrake(smallest_of_runs(impedance_of(params)), tick_s=params.tick_s)

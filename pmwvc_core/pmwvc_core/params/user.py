@@ -144,6 +144,26 @@ class OperatorParams(Validated):
     repeat: bool = parameter(True, "-", "playback: start again at the end of the file")
     remote: RemoteHandParams = group(RemoteHandParams)
 
+    @property
+    def has_arm(self) -> bool:
+        """Whether there is an arm on the device that follows a target."""
+        return self.kind in ("hand", "remote")
+
+    @property
+    def answers(self) -> bool:
+        """Whether the force depends on the device's motion."""
+        return self.has_arm or self.kind == "playback_motion"
+
+    @property
+    def is_recorded(self) -> bool:
+        """Whether it is given by a recording."""
+        return self.kind.startswith("playback")
+
+    @property
+    def from_outside(self) -> bool:
+        """Whether its targets come from outside the session."""
+        return self.kind == "remote" and not self.file
+
 
 @dataclass(frozen=True)
 class TaskParams(Validated):
@@ -163,3 +183,13 @@ class TaskParams(Validated):
     )
     move_rise_s: float = parameter(3.0, "> 0 s", "duration of one minimum-jerk move")
     rest_s: float = parameter(1.0, ">= 0 s", "pause between moves")
+
+    @property
+    def closes(self) -> bool:
+        """Whether the hands close."""
+        return self.kind != "free"
+
+    @property
+    def moves(self) -> bool:
+        """Whether the target moves."""
+        return self.kind == "carry"

@@ -39,8 +39,8 @@ class Task:
         self._move_s, self._rise_s = params.move_s, params.move_rise_s
         self._leg_s = params.move_rise_s + params.rest_s
         self._distance_m = params.distance_m
-        self._moves = params.kind == "carry"
-        self._closes = params.kind != "free"
+        self._moves = params.moves
+        self._closes = params.closes
 
     def offset(self, time_s: float, *, dof: int) -> Value:
         """Return the position of the target along all axes [m]."""

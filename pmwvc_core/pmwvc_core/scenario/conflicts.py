@@ -62,7 +62,7 @@ def conflicts(scenario: "Scenario") -> list[str]:
             found += [f"{user.name}.{group}.deadband.{text}"] if text else []
             wrong = matrix_conflicts(port.impedance_matrix, scenario.dof)
             found += [f"{user.name}.{group}.{mistake}" for mistake in wrong]
-        if user.operator.kind.startswith("playback") and not user.operator.file:
+        if user.operator.is_recorded and not user.operator.file:
             found.append(
                 f"{user.name}.operator.file is missing: {user.operator.kind} needs a recording"
             )

@@ -12,11 +12,9 @@ from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.numeric import Array, Value, where
 from pmwvc_core.simulation.columns import Columns
 from pmwvc_core.simulation.user import Frame
-from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
+from pmwvc_core.traces import ENERGIES, OF_AVATARS, ServerTraces, SessionTraces, UserTraces
 
-ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")
 OBJECT = ("x_o", "xd_o")
-PER_USER = ("x_s", "xd_s", "f_s", "u_s", "v_s")
 STORED = ("kinetic", "potential", "dissipated")
 ENERGIES_PER_USER = ("energy_u_s", "energy_v_s")
 
@@ -112,7 +110,7 @@ class ServerBuffer:
 
     def __init__(self, users: Sequence[str], *, steps: int, runs: int, dof: int) -> None:
         self.users = list(users)
-        signals = _names(OBJECT, PER_USER, users)
+        signals = _names(OBJECT, OF_AVATARS, users)
         energies = _names(STORED, (*ENERGIES_PER_USER, "contact"), users)
         plain = runs == dof == 1
         self._signals = Columns(signals, rows=steps, runs=runs, width=dof, plain=plain)
@@ -156,7 +154,7 @@ class ServerBuffer:
 
         parts: dict[str, Any] = {name: of(self._signals, name) for name in OBJECT}
         parts["target"] = np.array(self._target).reshape(parts["x_o"].shape)
-        for name in PER_USER:
+        for name in OF_AVATARS:
             parts[name] = [of(self._signals, f"{name}{i}") for i in each]
         for name in STORED:
             parts[name] = of(self._energies, name)[:, 0]

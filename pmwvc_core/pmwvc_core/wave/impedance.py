@@ -196,6 +196,11 @@ def smallest(impedance: Impedance) -> float:
     return float(least)
 
 
+def smallest_of_runs(impedance: Impedance) -> Value:
+    """Return the smallest eigenvalue [N s/m]; a batch has a number per run, ``(runs, 1)``."""
+    return smallest(impedance) if isinstance(impedance, MatrixImpedance) else impedance
+
+
 def largest(impedance: Impedance) -> float:
     """Return the largest eigenvalue [N s/m]."""
     most = impedance.values[-1] if isinstance(impedance, MatrixImpedance) else impedance

@@ -13,7 +13,7 @@ import numpy as np
 
 from pmwvc_core.numeric import Value, root
 from pmwvc_core.params import SafetyParams, specs
-from pmwvc_core.wave.impedance import Impedance, longest_wave, smallest
+from pmwvc_core.wave.impedance import Impedance, longest_wave, smallest_of_runs
 
 FORCE_N = float(specs(SafetyParams)["max_force"].high or math.inf)
 VELOCITY_M_S = float(specs(SafetyParams)["fault_velocity"].high or math.inf)
@@ -41,5 +41,4 @@ def wave_of_speed(impedance: Impedance, velocity: float) -> Value:
     """Return a wave that moves an avatar against nothing no faster than that [sqrt(W)]; a velocity
     in m/s. In a batch one of each run.
     """
-    least = impedance if isinstance(impedance, np.ndarray) else smallest(impedance)
-    return velocity * root(0.5 * least)
+    return velocity * root(0.5 * smallest_of_runs(impedance))

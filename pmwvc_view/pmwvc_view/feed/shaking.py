@@ -94,7 +94,7 @@ class Shaking:
         self._still = self._band_hz, self._images
         self._moved_ns = 0  # when somebody moved on purpose last
         if scenario is not None:
-            closing = scenario.task.kind != "free" and any(
+            closing = scenario.task.closes and any(
                 each.operator.kind == "hand" for each in users.values()
             )
             self._band_hz, self._images = bands.bands(scenario, closing=closing)

@@ -173,7 +173,7 @@ class FeedUser:
 def brake_of(scenario: Scenario | None, name: str) -> float | None:
     """Return what brakes a user's open hand; None where its targets do not come from outside."""
     for user in scenario.users if scenario else ():
-        if user.name == name and user.operator.kind == "remote" and not user.operator.file:
+        if user.name == name and user.operator.from_outside:
             return user.operator.remote.brake
     return None
 

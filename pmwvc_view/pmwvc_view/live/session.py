@@ -60,7 +60,7 @@ class LiveSession(RunningSession):
         self._hands = {
             user.name: PublishedHand(node, f"{graph.prefix}/{user.name}")
             for user in scenario.users
-            if user.operator.kind == "remote" and not user.operator.file
+            if user.operator.from_outside
         }
         self._restarts = node.create_publisher(String, f"{graph.prefix}/{RESTART}", HELD_QOS)
         self._changing = asyncio.Lock()

@@ -72,9 +72,8 @@ class SafetyLimiter(Stateful):
     workspace_m
         Half extent of the device's workspace on every axis [m]; unlimited where not declared.
     brake
-        What holds the hand while no waves come (strict channel). An account of the energy bounds
-        what comes back: after a silence the force comes back whole, under the slew limit. The
-        server is silent only once nothing is at hand any more.
+        What holds the hand while no waves come (strict channel); the server is silent only once
+        nothing is at hand any more.
 
     Attributes
     ----------
@@ -104,9 +103,8 @@ class SafetyLimiter(Stateful):
         self.configure(params)
         self.f: Value = 0.0
         self._faulty: Flag = False
-        self._interventions = Interventions()
         self.inactive = False
-        self._seen = Seen()
+        self._interventions, self._seen = Interventions(), Seen()
 
     def configure(self, params: SafetyParams) -> None:
         """Take other limits over; state and force go on from where they are."""
@@ -114,8 +112,7 @@ class SafetyLimiter(Stateful):
         self._fading.configure(params)
         self._silence_s = max(params.timeout_s, 3.0 * self._packet_s)
         self._slew = params.max_slew * self._tick_s
-        self._too_fast = params.damper_velocity**2
-        self._runaway = params.fault_velocity**2
+        self._too_fast, self._runaway = params.damper_velocity**2, params.fault_velocity**2
         self._longest = params.max_force**2
         self._slow = ROUNDING * minimum(self._too_fast, self._runaway)
         self._weak = ROUNDING * self._longest
@@ -200,8 +197,7 @@ class SafetyLimiter(Stateful):
         outside = active & (within(x, self._reach) ^ True)
         damped = silent | fast | outside
         released = silent & (silence_s > self.params.release_s)
-        through = active & good & (faulty ^ True)
-        fading = self._fading
+        through, fading = active & good & (faulty ^ True), self._fading
         fading.step(through, damped, fast, released, self._seen)
         if damped is not False:
             f_asked = where(damped, fading.damping(f_asked, xd, speed), f_asked)

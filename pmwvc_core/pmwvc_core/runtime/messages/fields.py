@@ -11,9 +11,7 @@ from typing import Protocol
 Numbers = Sequence[float]
 # The signals of a trace, read and written by name.
 PER_AXIS = ("x", "xd", "f_h", "f_m", "f_applied", "u_m", "u_m_lp", "v_m")  # of a tick
-ENERGIES = ("u_m", "u_tx", "v_rx", "v_m", "device", "hand")  # of a master, "energy_" before each
 OF_OBJECT = ("x_o", "xd_o", "target")  # of a step
-OF_AVATARS = ("x_s", "xd_s", "f_s", "u_s", "v_s")
 
 
 class Stamp(Protocol):

@@ -12,7 +12,6 @@ from typing import Any
 
 from pmwvc_core.network.fates import COLUMNS
 from pmwvc_core.runtime.messages.fields import (
-    OF_AVATARS,
     OF_OBJECT,
     PER_AXIS,
     LinkState,
@@ -23,6 +22,7 @@ from pmwvc_core.runtime.messages.fields import (
     Trace,
     Wave,
 )
+from pmwvc_core.traces import OF_AVATARS
 
 MOST_DOF = 6
 MOST_STATES = 4  # of MasterTrace and ServerTrace, 0 to 3

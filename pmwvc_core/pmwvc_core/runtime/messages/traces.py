@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from pmwvc_core.numeric import Value
-from pmwvc_core.runtime.messages.fields import ENERGIES, OF_AVATARS, OF_OBJECT, PER_AXIS
+from pmwvc_core.runtime.messages.fields import OF_OBJECT, PER_AXIS
 from pmwvc_core.runtime.messages.types import MessageTypes, axes, scalar, time_message
+from pmwvc_core.traces import ENERGIES, OF_AVATARS
 from pmwvc_core.transport.packet import WavePacket
 
 _PER_TICK = {"lateness": "f", "compute": "f", "looked": "I"}

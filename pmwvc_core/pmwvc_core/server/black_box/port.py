@@ -34,7 +34,7 @@ from pmwvc_core.server.controller import ServerController
 from pmwvc_core.server.couplings.sampled import weights
 from pmwvc_core.server.fixed_body import FixedBody
 from pmwvc_core.server.user_ports import UserPort
-from pmwvc_core.wave.impedance import MatrixImpedance, smallest
+from pmwvc_core.wave.impedance import MatrixImpedance, smallest_of_runs
 from pmwvc_core.wave.reflection import reflection
 
 
@@ -93,7 +93,7 @@ class BlackBoxServer(ServerController):
         super().join(i, position)
         start = self._rows([self.ports[i].x_s])[0]
         if self._learns and self._secant is None:
-            least = [_least(port.b) / self._period for port in self.ports]
+            least = [smallest_of_runs(port.b) / self._period for port in self.ports]
             self._secant = Secant(self._rows(least)[..., :1], self._shape)
         if self._secant is not None:
             self._secant.join(i, start)
@@ -244,8 +244,3 @@ class BlackBoxServer(ServerController):
     def potential(self) -> Value:
         """Energy in the environment, zero where it is not reported [J]."""
         return 0.0 if self._stored is None else self._stored
-
-
-def _least(impedance: Any) -> Value:
-    """Return a port's smallest impedance; a batch has a number per run [N s/m]."""
-    return smallest(impedance) if isinstance(impedance, MatrixImpedance) else impedance

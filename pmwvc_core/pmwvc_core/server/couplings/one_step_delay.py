@@ -19,34 +19,23 @@ z/(z-1) + B) xd_s the reflection is (1 + F/(b z) - 2 F/b)/(1 + F/(b z)), whose l
 Equations: docs/theory.md 4.6.
 """
 
-from collections.abc import Sequence
-
 from pmwvc_core.numeric import Value
-from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings.record import Coupling
-from pmwvc_core.server.couplings.sampled import least_impedance, push_object, weights
+from pmwvc_core.server.couplings.sampled import Sampled, least_impedance
 from pmwvc_core.server.cube import Body
 from pmwvc_core.server.user_ports import UserPort
 
 
-class OneStepDelay:
+class OneStepDelay(Sampled):
     """Decode with the last force."""
 
-    def __init__(self, params: ServerParams) -> None:
-        self._period = params.period_s
-        self._old, self._new = weights(params.integrator, params.period_s)
-
-    def step(self, ports: Sequence[UserPort], body: Body) -> Value:
-        """Use every port's ``u_s``; return the energy dissipated [J]."""
-        lost = push_object(ports, body)
-        for port in ports:
-            before = port.xd_s
-            port.xd_s = port.wave.velocity(port.u_s, port.f_s)
-            lost = lost + port.contact.slide(self._old * before + self._new * port.xd_s)
-            rate = port.xd_s - body.xd
-            port.f_s = port.contact.force(rate)
-            lost = lost + self._period * port.contact.heat(rate)
-        return lost
+    def _move(self, port: UserPort, body: Body, lost: Value) -> Value:
+        before = port.xd_s
+        port.xd_s = port.wave.velocity(port.u_s, port.f_s)
+        lost = lost + port.contact.slide(self._old * before + self._new * port.xd_s)
+        rate = port.xd_s - body.xd
+        port.f_s = port.contact.force(rate)
+        return lost + self._period * port.contact.heat(rate)
 
 
 RECORD = Coupling(

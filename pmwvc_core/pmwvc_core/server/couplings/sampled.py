@@ -8,6 +8,7 @@ step goes to zero; ``dissipated`` counts B |xd_s - xd_o|^2 at the instants, so w
 the balance is what the computation itself makes.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from pmwvc_core.numeric import Value
@@ -34,6 +35,25 @@ def push_object(ports: Sequence[UserPort], body: Body) -> Value:
     for port in ports:
         lost = lost + port.contact.slide(-moved)
     return lost
+
+
+class Sampled(ABC):
+    """A coupling that moves the object first, then every avatar by its own law."""
+
+    def __init__(self, params: ServerParams) -> None:
+        self._period = params.period_s
+        self._old, self._new = weights(params.integrator, params.period_s)
+
+    def step(self, ports: Sequence[UserPort], body: Body) -> Value:
+        """Use every port's ``u_s``; return the energy dissipated [J]."""
+        lost = push_object(ports, body)
+        for port in ports:
+            lost = self._move(port, body, lost)
+        return lost
+
+    @abstractmethod
+    def _move(self, port: UserPort, body: Body, lost: Value) -> Value:
+        """Set velocity and force of one port; return the energy dissipated so far [J]."""
 
 
 def least_impedance(params: ServerParams, contact: ContactParams) -> float:

@@ -15,34 +15,23 @@ h/2.
 Equations: docs/theory.md 4.8.
 """
 
-from collections.abc import Sequence
-
 from pmwvc_core.numeric import Value
-from pmwvc_core.params import ServerParams
 from pmwvc_core.server.couplings.record import Coupling
-from pmwvc_core.server.couplings.sampled import push_object, weights
+from pmwvc_core.server.couplings.sampled import Sampled
 from pmwvc_core.server.cube import Body
 from pmwvc_core.server.user_ports import UserPort
 
 
-class Unwrapped:
+class Unwrapped(Sampled):
     """Solve each avatar with its contact."""
 
-    def __init__(self, params: ServerParams) -> None:
-        self._period = params.period_s
-        self._old, self._new = weights(params.integrator, params.period_s)
-
-    def step(self, ports: Sequence[UserPort], body: Body) -> Value:
-        """Use every port's ``u_s``; return the energy dissipated [J]."""
-        lost = push_object(ports, body)
-        for port in ports:
-            lost = lost + port.contact.slide(self._old * port.xd_s)
-            free = port.wave.free_velocity(port.u_s)
-            port.f_s = port.contact.unwrapped(free, body.xd, port.b, self._new)
-            port.xd_s = free - port.f_s / port.b
-            lost = lost + port.contact.slide(self._new * port.xd_s)
-            lost = lost + self._period * port.contact.heat(port.xd_s - body.xd)
-        return lost
+    def _move(self, port: UserPort, body: Body, lost: Value) -> Value:
+        lost = lost + port.contact.slide(self._old * port.xd_s)
+        free = port.wave.free_velocity(port.u_s)
+        port.f_s = port.contact.unwrapped(free, body.xd, port.b, self._new)
+        port.xd_s = free - port.f_s / port.b
+        lost = lost + port.contact.slide(self._new * port.xd_s)
+        return lost + self._period * port.contact.heat(port.xd_s - body.xd)
 
 
 RECORD = Coupling(
