@@ -23,7 +23,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from pmwvc_analysis.recording.format.rosbag_metadata import about
 from pmwvc_analysis.recording.format.topics import Topic, session_topics
-from pmwvc_analysis.recording.live import BackgroundWriter, Received
+from pmwvc_analysis.recording.live import BackgroundWriter
+from pmwvc_analysis.recording.mcap.salvage import RawMessage
 from pmwvc_analysis.recording.reader import read_scenario
 from pmwvc_analysis.recording.writer import RESERVE_BYTES, SessionWriter
 from pmwvc_core.errors import ParameterError
@@ -54,7 +55,7 @@ class Recorder:
             writer.add_topic(topic)
         self._background = BackgroundWriter(writer, prepare=lambda: request_priority(PRIORITY))
         self._inlets = [(topic, _subscribed(node, topic)) for topic in topics]
-        self._waiting: list[Received] = []  # taken after the last look began
+        self._waiting: list[RawMessage] = []  # taken after the last look began
         publish_health(node, self._health)
 
     def run(self, stop: threading.Event) -> None:
@@ -96,8 +97,9 @@ class Recorder:
             while (got := take(inlet.kind, True)) is not None:
                 data, info = got
                 log_ns = int(info["received_timestamp"]) or time.time_ns()
-                publish_ns = int(info["source_timestamp"]) or log_ns
-                self._waiting.append(Received(topic.name, bytes(data), log_ns, publish_ns))
+                times_ns = log_ns, int(info["source_timestamp"]) or log_ns
+                found = RawMessage(topic.name, topic.type_name, *times_ns, bytes(data))
+                self._waiting.append(found)
         taken = len(self._waiting) - count
         self._waiting.sort(key=lambda message: message.log_ns)
         ready = bisect.bisect_right(self._waiting, before_ns, key=lambda message: message.log_ns)

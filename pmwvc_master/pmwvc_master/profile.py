@@ -25,13 +25,7 @@ SIMILAR = 0.1  # relative difference of masses and workspaces that no prediction
 
 def limits_of(info: DeviceInfo, safety: SafetyParams) -> SafetyParams:
     """Return the safety limits within what the device declares; DeviceError if that cannot be."""
-    positive = (
-        "max_force",
-        "continuous_force",
-        "apparent_mass",
-        "workspace_m",
-        "encoder_step_m",
-    )
+    positive = ("max_force", "continuous_force", "apparent_mass", "workspace_m", "encoder_step_m")
     for name in positive:
         value = getattr(info, name)
         if value is not None and not 0.0 < value < math.inf:

@@ -4,7 +4,6 @@
 
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 from random import Random
 
@@ -97,7 +96,7 @@ def test_messages_of_other_lengths_are_counted_and_left_out(own, undisturbed, to
 @pytest.mark.parametrize("part", [slice(0, 1), slice(10, 27), slice(0, None)])
 def test_a_second_publisher_is_counted_and_left_out(own, undisturbed, topic, part):
     some = [each for each in own if each.topic == topic][part]
-    second = [replace(strays.of_stranger(each), log_ns=each.log_ns + 1000) for each in some]
+    second = [strays.of_stranger(each)._replace(log_ns=each.log_ns + 1000) for each in some]
     traces, _ = judged(own + second)
     same_motion(traces, undisturbed)
     (event,) = strangers(traces)
@@ -110,7 +109,7 @@ def test_a_second_publisher_is_counted_and_left_out(own, undisturbed, topic, par
 
 def test_a_publisher_with_packets_of_its_own_is_left_out_where_it_overlaps(own, undisturbed):
     second = [
-        replace(strays.of_stranger(each), log_ns=each.log_ns + 1000)
+        strays.of_stranger(each)._replace(log_ns=each.log_ns + 1000)
         for each in own
         if each.topic in ("/user1/trace", "/user1/wave_up") and each.log_ns % 3 == 0
     ]
@@ -168,7 +167,7 @@ def test_a_recording_in_which_anything_was_changed_is_never_fatal(own, seed):
     if seed % 2:
         times = [each.log_ns for each in changed]
         draw.shuffle(times)
-        changed = [replace(e, log_ns=log_ns) for e, log_ns in zip(changed, times, strict=True)]
+        changed = [e._replace(log_ns=log_ns) for e, log_ns in zip(changed, times, strict=True)]
     try:
         judged(changed)
     except PmwvcError as error:
@@ -177,7 +176,7 @@ def test_a_recording_in_which_anything_was_changed_is_never_fatal(own, seed):
 
 def test_the_report_of_a_disturbed_recording_is_written(own, folder, tmp_path):
     odd = [strays.other_lengths(each, None, 3) for each in own[:200:3]]
-    odd += [replace(each, data=each.data[:50]) for each in own[:200:7]]
+    odd += [each._replace(data=each.data[:50]) for each in own[:200:7]]
     place = strays.written(tmp_path / "stray", own + odd)
     (place / "scenario.yaml").write_bytes((folder / "scenario.yaml").read_bytes())
     assert finish(place)["passivity"]["passive"] is True

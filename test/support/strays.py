@@ -4,7 +4,6 @@
 
 import copy
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -26,7 +25,7 @@ def decoded(message: RawMessage) -> Any:
 
 
 def encoded(message: RawMessage, content: Any) -> RawMessage:
-    return replace(message, data=bytes(STORE.serialize_cdr(content, message.type_name)))
+    return message._replace(data=bytes(STORE.serialize_cdr(content, message.type_name)))
 
 
 def arrays_of(content: Any) -> list[str]:
@@ -72,9 +71,9 @@ def mutated(draw: Random, messages: Sequence[RawMessage]) -> RawMessage:
     arrays = arrays_of(content)
     kind = draw.choice("lengths cut swapped number clock value stranger twice".split())
     if kind == "cut":
-        return replace(message, data=message.data[: draw.randrange(len(message.data))])
+        return message._replace(data=message.data[: draw.randrange(len(message.data))])
     if kind == "swapped":
-        return replace(message, data=draw.choice(messages).data)
+        return message._replace(data=draw.choice(messages).data)
     if kind == "lengths" and arrays:
         return other_lengths(message, draw.choice([None, *arrays]), draw.randrange(40))
     if kind == "stranger" and isinstance(getattr(content, "epoch", None), int):

@@ -50,7 +50,7 @@ def test_targets_are_read_as_the_master_took_them():
         held(1.5, True),
         target(1.6, 0.04),
         target(1.6, 0.5, user="user2"),
-        replace(target(1.7, 0.6), data=b"\0\1\0\0"),
+        target(1.7, 0.6)._replace(data=b"\0\1\0\0"),
     ]
     found = hand_targets(messages, zero_ns=10**9)
     assert sorted(found) == ["user1", "user2"]

@@ -18,9 +18,9 @@ from mcap.reader import make_reader
 
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import trace, wave
-from pmwvc_analysis.recording.live import QUEUE_BYTES, BackgroundWriter, Received
+from pmwvc_analysis.recording.live import QUEUE_BYTES, BackgroundWriter
 from pmwvc_analysis.recording.mcap.mcap_check import check_file
-from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
+from pmwvc_analysis.recording.mcap.salvage import RawMessage, Salvage, messages
 from pmwvc_analysis.recording.recover import recover
 from pmwvc_analysis.recording.writer import CHUNK_BYTES, SessionWriter
 from pmwvc_core.errors import RecordingError
@@ -37,6 +37,10 @@ def packet(seq, epoch=7):
     types = build.types_from(store.types)
     content = WavePacket(epoch, seq, seq * 8_000_000, 0.008, 0.5, 0.004 * seq, 0.001 * seq, 0.0)
     return bytes(store.serialize_cdr(build.wave(types, content, seq * 8_000_000), schemas.WAVE))
+
+
+def received(seq, at_ns):
+    return RawMessage(TOPIC.name, TOPIC.type_name, at_ns, at_ns, packet(seq))
 
 
 def write_some(writer, count, *, first=1, step_ns=8_000_000):
@@ -223,10 +227,10 @@ def test_the_queue_never_waits_and_counts_what_it_loses(tmp_path):
 
     writer.write = slow
     background = BackgroundWriter(writer, capacity_bytes=3 * len(packet(1)))
-    background.put([Received(TOPIC.name, packet(1), SECOND, SECOND)])
+    background.put([received(1, SECOND)])
     entered.wait()
     for seq in range(2, 8):
-        background.put([Received(TOPIC.name, packet(seq), SECOND + seq, SECOND + seq)])
+        background.put([received(seq, SECOND + seq)])
     assert background.overrun == {TOPIC.name: 3}
     go_on.set()
     assert background.close() == [f"{TOPIC.name}: 3 did not fit the queue"]
@@ -239,7 +243,7 @@ def test_missing_numbers_are_in_the_final_report(tmp_path):
     writer = SessionWriter(tmp_path / "a")
     writer.add_topic(TOPIC)
     background = BackgroundWriter(writer)
-    background.put([Received(TOPIC.name, packet(s), SECOND + s, SECOND + s) for s in (1, 2, 5, 6)])
+    background.put([received(s, SECOND + s) for s in (1, 2, 5, 6)])
     (line,) = background.close()
     assert line.startswith("/user1/wave_up: 2 of 6 missing")
     assert background.close() == [line]

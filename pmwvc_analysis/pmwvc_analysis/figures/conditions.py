@@ -39,9 +39,7 @@ def conditions(scenario: Scenario, source: str, *, without: Container[str] = ())
                 ("filter", f"filter {user.master.filter.kind.replace('_', ' ')}"),
                 ("hold", f"hold {user.master.hold}"),
             ]
-        parts += [
-            ("coupling", f"coupling {scenario.server.coupling.replace('_', ' ')}"),
-        ]
+        parts += [("coupling", f"coupling {scenario.server.coupling.replace('_', ' ')}")]
     delays = [f"{u.link_up.delay_s * 1e3:g}/{u.link_down.delay_s * 1e3:g}" for u in scenario.users]
     jitters = dict.fromkeys(
         effect.label(link)

@@ -216,10 +216,7 @@ def _server_steps(
 
 
 def _packets(
-    types: MessageTypes,
-    packets: PacketTraces,
-    scenario: Scenario,
-    start: int,
+    types: MessageTypes, packets: PacketTraces, scenario: Scenario, start: int
 ) -> Iterator[Outgoing]:
     flags = 0 if has_waves(scenario.controller) else FLAG_DIRECT
     for row, time_s in enumerate(packets.time_s):

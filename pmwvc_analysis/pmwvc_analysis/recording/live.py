@@ -10,21 +10,12 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
+from pmwvc_analysis.recording.mcap.salvage import RawMessage
 from pmwvc_analysis.recording.writer import SessionWriter
 
 QUEUE_BYTES = 256 << 20  # more than a minute of a session of eight users, 3.5 MiB a second
 FLUSH_S = 1.0
-
-
-class Received(NamedTuple):
-    """A serialized message with its times [ns]."""
-
-    topic: str
-    data: bytes
-    log_ns: int
-    publish_ns: int
 
 
 class BackgroundWriter:
@@ -45,7 +36,7 @@ class BackgroundWriter:
         self.overrun: Counter[str] = Counter()
         self.most_waiting_bytes = 0
         self._capacity = capacity_bytes
-        self._waiting: deque[Sequence[Received]] = deque()
+        self._waiting: deque[Sequence[RawMessage]] = deque()
         self._bytes = 0  # of what waits
         self._ending = False
         self._news = threading.Condition()
@@ -53,7 +44,7 @@ class BackgroundWriter:
         self._thread = threading.Thread(target=self._run, name="writer")
         self._thread.start()
 
-    def put(self, messages: Sequence[Received]) -> None:
+    def put(self, messages: Sequence[RawMessage]) -> None:
         """Take messages; never waits for the disk."""
         size = sum(len(message.data) for message in messages)
         with self._news:
@@ -111,5 +102,5 @@ class BackgroundWriter:
                     continue
                 messages = self._waiting.popleft()
                 self._bytes -= sum(len(message.data) for message in messages)
-            for topic, data, log_ns, publish_ns in messages:
+            for topic, _, log_ns, publish_ns, data in messages:
                 self.writer.write(topic, data, log_ns=log_ns, publish_ns=publish_ns)

@@ -10,13 +10,13 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from pmwvc_core.errors import file_errors
 
 
-@dataclass(frozen=True)
-class RawMessage:
-    """One serialized message with its times and channel."""
+class RawMessage(NamedTuple):
+    """One serialized message with its channel and times [ns]."""
 
     topic: str
     type_name: str

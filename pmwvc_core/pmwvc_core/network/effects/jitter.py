@@ -6,12 +6,7 @@ from typing import Any
 
 from pmwvc_core.errors import ParameterError, RecordingError
 from pmwvc_core.network.delay_trace import DelayTrace, load_delay_trace
-from pmwvc_core.network.distributions import (
-    DISTRIBUTIONS,
-    Distribution,
-    drawn,
-    file_conflict,
-)
+from pmwvc_core.network.distributions import DISTRIBUTIONS, Distribution, drawn, file_conflict
 from pmwvc_core.network.effects.record import Effect, LinkEffect
 from pmwvc_core.network.in_flight import Fate
 from pmwvc_core.params import LinkParams

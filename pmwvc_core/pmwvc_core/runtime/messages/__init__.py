@@ -8,13 +8,7 @@ Every builder takes the message classes as its first argument: :func:`live_types
 does.
 """
 
-from pmwvc_core.runtime.messages.links import (
-    diagnostic,
-    link_state,
-    packet_fates,
-    reception,
-    wave,
-)
+from pmwvc_core.runtime.messages.links import diagnostic, link_state, packet_fates, reception, wave
 from pmwvc_core.runtime.messages.misfits import misfit
 from pmwvc_core.runtime.messages.traces import TraceBlock, master_trace, server_trace
 from pmwvc_core.runtime.messages.types import (
