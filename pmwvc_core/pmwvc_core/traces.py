@@ -210,5 +210,11 @@ class SessionTraces:
     counts: dict[str, dict[str, int]] = field(default_factory=dict)
     events: list[dict[str, Any]] = field(default_factory=list)
     metadata: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def live(self) -> bool:
+        """Whether the session ran in real time."""
+        return self.source == "live"
+
     settings: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
     targets: dict[str, HandTargets] = field(default_factory=dict)  # by user

@@ -60,7 +60,7 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         return None
     if not all(np.isfinite(u.x_m).all() and np.isfinite(u.xd_m).all() for u in users):
         return None
-    waves, live = has_waves(scenario.controller), traces.source == "live"
+    waves, live = has_waves(scenario.controller), traces.live
     time_s, rows = _instants(traces, users)
     into = _into(server, server.users)
     inside, unexplained = _server_parts(server, stages(traces, scenario), into)

@@ -183,7 +183,7 @@ def _of_user(
     up = down = None
     gone = np.zeros(len(times))
     if scenario is not None and scenario.strict and known is not None:
-        live = traces.source == "live"
+        live = traces.live
         sums = UserSums(user, times)
         up = Balance(times[rows], begun(paid(sums, live=live) - died), taken)
         given_up = discarded(times, server, traces, sums)

@@ -45,7 +45,7 @@ def conclusion(entries: Sequence[Entry]) -> list[str]:
 
 def _conditions(entries: Sequence[Entry]) -> str:
     first = entries[0].scenario
-    source = "Live" if entries[0].traces.source == "live" else "Simulated"
+    source = "Live" if entries[0].traces.live else "Simulated"
     sources = dict.fromkeys(
         SOURCES[entry.rendered.source]
         for entry in entries

@@ -83,7 +83,7 @@ def measured(entry: Entry) -> Entry:
     entry.measures = measures(entry.traces, entry.scenario)
     # Whether the loops had the phases of live ones; a replay has those of its recording.
     answer = entry.traces.metadata.get("replay", {}).get("answer_ticks", "0")
-    live = entry.traces.source == "live" or int(answer) > 0
+    live = entry.traces.live or int(answer) > 0
     entry.measures["k_max"] = largest_stiffness(entry.scenario, live=live)
     if entry.measures["stable"]:
         entry.rendered = rendering(entry.traces, entry.scenario, live=live)

@@ -58,7 +58,7 @@ def _derived(traces: SessionTraces, scenario: Scenario | None) -> Iterator[Event
     yield from silences(traces)
     yield from faults(traces)
     yield from environment.events(traces, scenario)
-    if scenario is not None and traces.source != "live":
+    if scenario is not None and not traces.live:
         for change in changes_of(traces, scenario):
             if change.time_s < traces.duration_s:
                 yield event(change.time_s, "scenario", "parameter", f"set {change.words()}")

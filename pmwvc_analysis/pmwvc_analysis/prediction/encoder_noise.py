@@ -25,7 +25,7 @@ TICKS = 4000
 def encoder_noise_w(user: User) -> float:
     """Return the power of an encoder's noise in the packets of a user [W]."""
     device, master = user.device, user.master
-    if device.velocity != "euler" or device.encoder_step_m <= 0.0:
+    if not device.differences or device.encoder_step_m <= 0.0:
         return 0.0
     ticks = master.rate_drop if master.filter.means else TICKS
     filtering = AntiAliasing(master.filter, tick_s=master.tick_s, rate_drop=master.rate_drop)

@@ -27,7 +27,7 @@ def limits(traces: SessionTraces, recorded: Scenario, hands: Mapping[str, str]) 
     """Return, by time, why an unchanged replay with these kinds of hands cannot be exact."""
     found = [*_unrecorded(traces), *_restarts(traces), *_unnamed_changes(traces)]
     for user in recorded.users:
-        if traces.source == "live" and user.device.plugin != "simulated":
+        if traces.live and not user.device.is_simulated:
             why = f"{user.name}: the device was a real one; here its model moves"
             found.append(Limit(0.0, why))
         targets = traces.targets.get(user.name)
@@ -75,7 +75,7 @@ def _restarts(traces: SessionTraces) -> Iterator[Limit]:
 
 def _unnamed_changes(traces: SessionTraces) -> Iterator[Limit]:
     """Yield what a loop took over in flight and no change of a parameter names."""
-    if traces.source != "live":
+    if not traces.live:
         return
     named = np.array([time_s for time_s, _ in traces.settings])
     loops = [(f"{u.name}: the master", u.changes, u.time_s[u.block_rows]) for u in traces.users]

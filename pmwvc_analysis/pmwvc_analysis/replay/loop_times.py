@@ -77,7 +77,7 @@ def counts_from(user: UserTraces, traces: SessionTraces, rate_drops: Sequence[in
     """Return the tick of the session at which a user's loop counts 0: its frames begin at the
     multiples of every rate drop of the session.
     """
-    grid = user.grid if traces.source == "live" else 0
+    grid = user.grid if traces.live else 0
     begins = int(tick_numbers(user.time_s[:1], user.tick_s)[0])
     return begins - (int(user.tick[0]) + grid) % math.lcm(*rate_drops)
 

@@ -108,7 +108,7 @@ def record_of(
     same rate of packets the instants at which they were taken in are kept, else the delays.
     """
     fates, packets = traces.fates.get(name), traces.packets.get(source_of(name))
-    transport_ns = TRANSPORT_NS if traces.source == "live" else 0
+    transport_ns = TRANSPORT_NS if traces.live else 0
     zero_ns = traces.metadata.get("fate_zero_ns", {}).get(name, 0)
     instants = looks.instants() if looks else {}
     own = own_sender(traces, name)

@@ -79,7 +79,7 @@ def prescription(
     }
     stages = stages_of(traces, recorded)
     steps = loop_times.steps(traces, recorded, replayed, ticks)
-    if traces.source == "live":
+    if traces.live:
         replayed, changed = with_changes(recorded, replayed, stages, ran_ns, steps)
         notes += changed
     makers: dict[str, Callable[[], Operator]] = {
@@ -142,7 +142,7 @@ def _length(index: dict[str, Integers]) -> int:
 
 
 def _usual_hand(user: User, trace: UserTraces) -> Hand:
-    if user.device.plugin == "simulated" and user.operator.kind != "none":
+    if user.device.is_simulated and user.operator.kind != "none":
         return "operator"
     return "force" if np.isfinite(trace.f_h).any() else "operator"
 
@@ -165,4 +165,4 @@ def _schedule(traces: SessionTraces, tick_s: float) -> FrameSchedule:
     ticks = traces.metadata.get("replay", {}).get(ANSWER)
     if ticks is not None:
         return FrameSchedule(answer_s=int(ticks) * tick_s)
-    return LIVE if traces.source == "live" else AT_ONCE
+    return LIVE if traces.live else AT_ONCE

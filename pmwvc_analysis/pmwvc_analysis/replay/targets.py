@@ -19,7 +19,7 @@ def remote_hand(
     user: User, traces: SessionTraces, ran_ns: Integers, *, tick_s: float, dof: int
 ) -> Operator:
     """Return the remote hand with recorded targets; RecordingError for a replay: it has none."""
-    if traces.source != "live":
+    if not traces.live:
         raise RecordingError(
             f"{user.name}: a {traces.source} session holds no targets of a remote hand; replay "
             "the recording that it was made from"

@@ -66,9 +66,7 @@ def render(
         budget_notes=energies.notes if energies else [],
         events=events[:MOST_EVENTS],
         more_events=max(0, len(events) - MOST_EVENTS),
-        predicted=prediction_text.lines(scenario, live=traces.source == "live")
-        if scenario
-        else [],
+        predicted=prediction_text.lines(scenario, live=traces.live) if scenario else [],
         outcome=[(entry["hit"], entry["text"]) for entry in summary["outcomes"]],
         figures=figure_blocks.figure_blocks(charts, traces),
         hatches=chart_svg.hatches(),
@@ -85,7 +83,7 @@ def _loops(
     """Return name, drawing and a sentence of every user's loop."""
     if scenario is None:
         return []
-    waves, live = has_waves(scenario.controller), traces.source == "live"
+    waves, live = has_waves(scenario.controller), traces.live
     return [
         (
             user.name,

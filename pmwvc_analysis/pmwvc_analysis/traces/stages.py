@@ -29,7 +29,7 @@ class Stage:
 
 def changes_of(traces: SessionTraces, scenario: Scenario) -> list[Change]:
     """Return the changes of parameters in a session, in the order of time."""
-    if traces.source == "live":
+    if traces.live:
         return [Change(time_s, values) for time_s, values in traces.settings]
     return read_changes(scenario.changes)
 

@@ -127,8 +127,8 @@ def _acting(user: UserTraces) -> slice | None:
 
 
 def _require_given(known: User) -> None:
-    if known.operator.answers or known.device.plugin != "simulated":
-        who = "a person" if known.device.plugin != "simulated" else known.operator.kind
+    if known.operator.answers or not known.device.is_simulated:
+        who = "a person" if not known.device.is_simulated else known.operator.kind
         raise PmwvcError(
             f"{known.name}: the hand ({who}) reacts to the motion of the device: force and "
             "position form a closed loop, in which another hand, noise or a lost contact moves "

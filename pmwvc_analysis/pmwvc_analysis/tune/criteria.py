@@ -181,7 +181,7 @@ def velocity_step(scenario: Scenario) -> float | None:
     steps = [
         float(user.device.encoder_step_m) / float(user.master.tick_s)
         for user in scenario.users
-        if user.device.velocity == "euler" or user.device.plugin != "simulated"
+        if user.device.differences or not user.device.is_simulated
     ]
     return max(steps, default=0.0) or None
 

@@ -62,6 +62,6 @@ def encoder_noise_m_s(user: User | None) -> float:
     """Return twice the RMS of the velocity that an encoder's steps alone make [m/s]: that of the
     difference of two positions, each uniform within a step q, over one tick: q / (tick sqrt 6).
     """
-    if user is None or user.device.velocity != "euler":
+    if user is None or not user.device.differences:
         return 0.0
     return 2.0 * user.device.encoder_step_m / (user.master.tick_s * math.sqrt(6.0))

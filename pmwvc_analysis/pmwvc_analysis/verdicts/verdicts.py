@@ -70,7 +70,7 @@ def summary(
         ],
         "links": link_summaries(traces),
         "receptions": reception_summaries(traces, scenario),
-        "prediction": prediction(scenario, live=traces.source == "live")
+        "prediction": prediction(scenario, live=traces.live)
         if scenario
         else dict.fromkeys(PREDICTION_KEYS),
         "recording": {

@@ -40,6 +40,16 @@ class DeviceParams(Validated):
     )
     workspace_m: float = parameter(0.2, "> 0 m", "half extent of the workspace (mechanical stops)")
 
+    @property
+    def is_simulated(self) -> bool:
+        """Whether it is the device of the library, whose state is known."""
+        return self.plugin == "simulated"
+
+    @property
+    def differences(self) -> bool:
+        """Whether its velocity is the difference of measured positions."""
+        return self.velocity == "euler"
+
 
 @dataclass(frozen=True)
 class SafetyParams(Validated):

@@ -66,7 +66,7 @@ class SimulatedDevice(Stateful):
         self._motion: Motion = motion(params.mass, params.damping, tick_s)
         self._rubs = bool(np.any(np.asarray(params.friction) > 0.0))
         self._rounds = bool(np.any(np.asarray(params.encoder_step_m) > 0.0))
-        self._differences = params.velocity == "euler"
+        self._differences = params.differences
         self.x: Value = 0.0  # [m] the true one
         self.xd: Value = 0.0  # [m/s] the true one
         # [J] of the controller's force against the hand, and of the hand's force on the device:

@@ -52,7 +52,7 @@ class LiveSession(RunningSession):
         self._node, self._graph, self._about = node, graph, about
         self._duration_s = duration_s
         scenario = graph.scenario(about)
-        exact = [user.name for user in scenario.users if user.device.plugin == "simulated"]
+        exact = [user.name for user in scenario.users if user.device.is_simulated]
         self._show(scenario, exact)
         self._parameters = Parameters(node)
         waves = has_waves(scenario.controller)

@@ -51,7 +51,7 @@ class RecordedSession(Session):
         self._rows = rows_of(traces, scenario, self.layout, period_s=snapshot_s)
         self._packets = packets_of(traces, scenario)
         self._apart = {user.name: apart(traces, user) for user in traces.users}
-        live = traces.source == "live"
+        live = traces.live
         self._write_lags(live=live)
         self._clock, self._period_s = clock, snapshot_s
         super().__init__(Predictor(live=live))

@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> Result:
         from pmwvc_analysis.transparency.measured import measure, pattern
 
         traces = read_session(folder)
-        live = live or traces.source == "live"
+        live = live or traces.live
         by_name = {user.name: user for user in traces.users}
         name = scenario.users[index].name
         if name not in by_name:
