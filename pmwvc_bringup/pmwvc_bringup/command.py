@@ -7,30 +7,25 @@ Heavy imports stand inside its functions: ``pmwvc --help`` has to answer at once
 """
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 Completer = Callable[..., list[str]]
-
-
-class Argument(NamedTuple):
-    """One argument or option, as ``argparse`` takes it, and the words a shell may offer for it."""
-
-    names: tuple[str, ...]
-    options: Mapping[str, Any]
-    completer: Completer | None
-
-    def add_to(self, parser: argparse.ArgumentParser) -> None:
-        """Add the argument to a parser."""
-        action = parser.add_argument(*self.names, **self.options)
-        if self.completer is not None:
-            action.completer = self.completer  # type: ignore[attr-defined]
+Argument = Callable[[argparse.ArgumentParser], None]
 
 
 def argument(*names: str, completer: Completer | None = None, **options: Any) -> Argument:
-    """Declare an argument with the options of ``ArgumentParser.add_argument``."""
-    return Argument(names, options, completer)
+    """Return what adds an argument to a parser, with the options of ``add_argument`` and the words
+    that a shell may offer for it.
+    """
+
+    def add_to(parser: argparse.ArgumentParser) -> None:
+        action = parser.add_argument(*names, **options)
+        if completer is not None:
+            action.completer = completer  # type: ignore[attr-defined]
+
+    return add_to
 
 
 class Result(NamedTuple):

@@ -110,8 +110,8 @@ def build_parser() -> argparse.ArgumentParser:
             epilog=command.examples,
         )
         nested.set_defaults(command=command)
-        for argument in command.arguments:
-            argument.add_to(nested)
+        for add_to in command.arguments:
+            add_to(nested)
     return parser
 
 

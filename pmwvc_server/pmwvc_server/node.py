@@ -29,6 +29,7 @@ from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.kept_apart import kept_words, why_kept
 from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.transport.reception import diagnostics
+from pmwvc_core.wave.impedance import server_impedance
 from pmwvc_server.loop import ServerLoop
 from pmwvc_server.markers import Scene
 from pmwvc_server.params import PauseParams
@@ -108,7 +109,7 @@ class Server:
         self._pending.append(partial(self.loop.configure, params))
 
     def _change_contact(self, user: int, params: ContactParams) -> None:
-        impedance = self.settings.users[user].impedance(params)
+        impedance = server_impedance(params, self.settings.users[user].master)
         change = partial(self.loop.protocol.configure_user, user, params, impedance)
         self._pending.append(change)
 

@@ -31,9 +31,9 @@ class PortParams(Validated):
         return matrix_conflicts(self.impedance_matrix)
 
     @property
-    def frame_s(self) -> float:
-        """Packet interval of the user [s]."""
-        return self.rate_drop * self.tick_s
+    def master(self) -> MasterParams:
+        """A master with these parameters, the others at their defaults."""
+        return MasterParams(**dataclasses.asdict(self))
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,14 @@ users goes to each of them.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 
 from rclpy.node import Node
 
 from pmwvc_core.controllers import is_strict
 from pmwvc_core.errors import ParameterError
-from pmwvc_core.frame.assembly import UserAtServer, make_server_step
+from pmwvc_core.frame.assembly import make_server_step
 from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.params import BaselineParams, ContactParams, ServerParams, TaskParams
 from pmwvc_core.params.matrix import matrix_conflicts
@@ -29,38 +29,16 @@ from pmwvc_core.runtime.parameters import (
 )
 from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.rates import PERIOD, why_fixed
-from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP
+from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
 from pmwvc_core.scenario.server_times import ServerTimes
 from pmwvc_core.server.couplings import COUPLINGS
 from pmwvc_core.server.couplings.contained import solver_of
 from pmwvc_core.transport.token import Token
-from pmwvc_core.wave.impedance import Impedance, server_impedance
 from pmwvc_server.asking import caller
 from pmwvc_server.params import PauseParams, PortParams, WatchdogParams
 
 LARGEST = 8
 BLACK_BOX = "a black box and its port are fixed once running"
-
-
-@dataclass(frozen=True)
-class UserSettings:
-    """One user as the server sees it."""
-
-    name: str
-    side: int
-    port: PortParams
-    contact: ContactParams
-    baseline: BaselineParams
-
-    @property
-    def at_server(self) -> UserAtServer:
-        """The parameters that its port is made from."""
-        impedance = self.impedance(self.contact)
-        return UserAtServer(self.side, self.contact, self.baseline, impedance, self.port.frame_s)
-
-    def impedance(self, contact: ContactParams) -> Impedance:
-        """Return the impedance of the port with another contact [N s/m]."""
-        return server_impedance(contact, self.port)
 
 
 @dataclass(frozen=True)
@@ -70,7 +48,7 @@ class ServerSettings:
     controller: str
     channel: str
     dof: int
-    users: tuple[UserSettings, ...]
+    users: tuple[User, ...]  # of their masters what the server needs
     server: ServerParams
     watchdog: WatchdogParams
     task: TaskParams
@@ -79,15 +57,13 @@ class ServerSettings:
     def make_step(self, epoch: int) -> ServerStep:
         """Return the server's end of the protocol at rest, with no user present."""
         return make_server_step(
-            [user.at_server for user in self.users],
+            self.users,
             controller=self.controller,
             channel=self.channel,
             dof=self.dof,
             server=self.server,
             task=self.task,
-            times=ServerTimes(
-                self.watchdog.timeout_s, self.watchdog.release_s, self.watchdog.soft_start_s
-            ),
+            times=ServerTimes(**asdict(self.watchdog)),
             epochs=[epoch for _ in self.users],
             call=caller(self.server),
             idle_until_joined=True,
@@ -123,10 +99,10 @@ def declare_settings(
         channel=declare_value(node, "channel", TOP["channel"], DEFAULTS["channel"]),
         dof=declare_value(node, "dof", TOP["dof"], DEFAULTS["dof"]),
         users=tuple(
-            UserSettings(
+            User(
                 name=name,
                 side=declare_value(node, f"{name}.side", SIDE, -1 if number % 2 == 0 else 1),
-                port=declare(node, f"{name}.master", PortParams, defaults=port),
+                master=declare(node, f"{name}.master", PortParams, defaults=port).master,
                 contact=binding.declare(
                     f"{name}.server",
                     ContactParams,
@@ -150,7 +126,7 @@ def declare_settings(
         if user.side == 0:
             raise ParameterError(f"{user.name}.side = 0: must be -1 or 1")
         for_all.check_deadband(user.contact)
-        for group, given in (("master", user.port), ("server", user.contact)):
+        for group, given in (("master", user.master), ("server", user.contact)):
             wrong = matrix_conflicts(given.impedance_matrix, settings.dof)
             if wrong:
                 raise ParameterError(f"{user.name}.{group}.{wrong[0]}")

@@ -68,7 +68,7 @@ def test_a_matrix_impedance_reaches_both_ends_and_a_wrong_one_is_refused(tmp_pat
     with node(given) as parameters:
         if kind == "server":
             user = declare_server(parameters).users[0]
-            assert f"{user.at_server.impedance:.3f}" == f"{scenario.users[0].impedance:.3f}"
+            assert f"{user.server_impedance:.3f}" == f"{scenario.users[0].impedance:.3f}"
         else:
             settings = declare_master(parameters, lambda _: None, lambda _: None)
             assert settings.master.impedance_matrix == "30 2; 2 20"
@@ -96,9 +96,9 @@ def test_the_server_knows_every_user_as_the_scenario_does(planned):
         assert user.side == wanted.side
         assert user.contact == wanted.contact
         assert user.baseline == wanted.baseline
-        assert user.at_server.impedance == wanted.server_impedance
-        assert user.port.frame_s == wanted.master.frame_s
-    assert [user.at_server.impedance for user in settings.users] == [20.0, 30.0, 20.0]
+        assert user.server_impedance == wanted.server_impedance
+        assert user.master.frame_s == wanted.master.frame_s
+    assert [user.server_impedance for user in settings.users] == [20.0, 30.0, 20.0]
 
 
 def test_a_master_knows_its_user_as_the_scenario_does(planned):
@@ -130,9 +130,9 @@ def test_at_the_server_a_user_has_what_all_have_until_set_otherwise():
         anna, ben = declare_server(given).users
     assert anna.contact == ContactParams(contact_stiffness=700.0)
     assert ben.contact == ContactParams(contact_stiffness=900.0)
-    assert (anna.at_server.impedance, ben.at_server.impedance) == (20.0, 40.0)
+    assert (anna.server_impedance, ben.server_impedance) == (20.0, 40.0)
     assert (anna.side, ben.side) == (-1, 1)
-    assert anna.port.rate_drop == MasterParams().rate_drop
+    assert anna.master.rate_drop == MasterParams().rate_drop
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,12 @@ from functools import partial
 
 import pytest
 
-from pmwvc_core.frame.assembly import UserAtServer, make_server_step
+from pmwvc_core.frame.assembly import make_server_step
 from pmwvc_core.frame.rows import Presence
-from pmwvc_core.params import BaselineParams, ContactParams, ServerParams, TaskParams
+from pmwvc_core.params import ContactParams, ServerParams, TaskParams
 from pmwvc_core.plant.task import Task
 from pmwvc_core.runtime.pacing import Tick
+from pmwvc_core.scenario.scenario import User
 from pmwvc_core.scenario.server_times import ServerTimes
 from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_LEAVING, Packer
 from pmwvc_server.loop import ServerLoop
@@ -52,8 +53,8 @@ class Rig:
 
     def __init__(self):
         self.wires, self.now_ns, self.grid = Wires(2), 0, 0
-        contact, baseline = ContactParams(contact="bilateral"), BaselineParams()
-        users = [UserAtServer(side, contact, baseline, 25.0, PERIOD_S) for side in (-1, 1)]
+        contact = ContactParams(contact="bilateral")
+        users = [User(f"user{side}", side=side, contact=contact) for side in (-1, 1)]
         self.masters = [Packer(epoch, period=PERIOD_S) for epoch in (1, 2)]
         self.loop = ServerLoop(
             make_server_step(

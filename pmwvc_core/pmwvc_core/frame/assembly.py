@@ -10,7 +10,6 @@ node.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from pmwvc_core.controllers import (
     PLAIN,
@@ -26,45 +25,21 @@ from pmwvc_core.master.brake import brake_of
 from pmwvc_core.master.safety.limiter import SafetyLimiter
 from pmwvc_core.params import (
     BaselineParams,
-    ContactParams,
     MasterParams,
     SafetyParams,
     ServerParams,
     TaskParams,
 )
 from pmwvc_core.plant.task import ShownTarget, Task
-from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.scenario.server_times import ServerTimes, server_times
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.transport.deadband import Deadband
 from pmwvc_core.transport.packet import Packer
 from pmwvc_core.transport.strict_receiver import StrictReceiver
-from pmwvc_core.wave.impedance import Impedance, impedance_of
+from pmwvc_core.wave.impedance import impedance_of
 
 SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process can start again
-
-
-@dataclass(frozen=True)
-class UserAtServer:
-    """Parameters of a user at the server.
-
-    Parameters
-    ----------
-    side
-        Of the object: -1 pushes towards +x.
-    contact, baseline
-        Contact with the object, parameters of other controllers than waves.
-    impedance
-        Wave impedance of the port at the server [N s/m].
-    frame_s
-        Interval of the user's packets at the start [s].
-    """
-
-    side: int
-    contact: ContactParams
-    baseline: BaselineParams
-    impedance: Impedance
-    frame_s: float
 
 
 def make_force_loop(
@@ -127,7 +102,7 @@ def make_force_loop(
 
 
 def make_server_step(
-    users: Sequence[UserAtServer],
+    users: Sequence[User],
     *,
     controller: str,
     channel: str = PLAIN,
@@ -143,6 +118,8 @@ def make_server_step(
 
     Parameters
     ----------
+    users
+        Of each the side, contact, baseline, and the impedance and frame of the master.
     controller, channel, dof, server, task
         Of the session.
     times
@@ -156,7 +133,7 @@ def make_server_step(
         controller,
         server,
         [user.contact for user in users],
-        [user.impedance for user in users],
+        [user.server_impedance for user in users],
         dof=dof,
         sides=[user.side for user in users],
         baselines=[user.baseline for user in users],
@@ -174,8 +151,8 @@ def make_server_step(
                 controller,
                 channel,
                 dof,
-                user.impedance,
-                period_s=user.frame_s,
+                user.server_impedance,
+                period_s=user.master.frame_s,
                 timeout_s=times.timeout_s,
             )
             for user in users
@@ -215,16 +192,7 @@ def force_loop_of(
 def server_step_of(scenario: Scenario, *, dof: int | None = None) -> ServerStep:
     """Return the server's step of a scenario, or of some of its axes, from the first tick on."""
     return make_server_step(
-        [
-            UserAtServer(
-                user.side,
-                user.contact,
-                user.baseline,
-                user.server_impedance,
-                user.master.frame_s,
-            )
-            for user in scenario.users
-        ],
+        scenario.users,
         controller=scenario.controller,
         channel=scenario.channel,
         dof=dof or scenario.dof,
