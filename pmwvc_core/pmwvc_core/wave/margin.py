@@ -108,10 +108,10 @@ class Margin(Stateful):
         dry = spare_s < -SHORTEST_WAIT_S
         over = (self._wait_s > 0.0) & (dry ^ True)
         outage: Flag = False
-        if anywhere(over):
+        if over is not False and anywhere(over):
             outage = over & (self._wait_s > LONGEST_WAIT_S)
             self._learn(over, outage)
-        if anywhere(dry):
+        if dry is not False and anywhere(dry):
             begins = dry & (self._wait_s <= 0.0)
             had_s = maximum(self.time_s - self._missing_s, 0.0)
             self._had_s = where(begins, had_s, self._had_s)
@@ -130,21 +130,23 @@ class Margin(Stateful):
         self._restart_s = where(over, minimum(wait_s, RESTART_S), self._restart_s)
         self._wait_s = where(over, 0.0, wait_s)
 
-    def rate(self, h: float, *, spared: Flag) -> Value:
-        """Return how fast the sender's time is played in a step of ``h`` seconds; faster than it
-        went by only where energy can be spared.
+    def rate(self, h: float) -> Value:
+        """Return how fast the sender's time is played in a step of ``h`` seconds: never faster
+        than it went by.
         """
-        rate: Value = 1.0
         missing_s, restart_s = self._missing_s, self._restart_s
-        if anywhere(missing_s + restart_s > 0.0):
-            per_s = 1.0 / max(REFILL_S, h)
-            slower = maximum(minimum(missing_s * per_s, 1.0 - LEAST_RATE), restart_s * per_s)
-            self._missing_s = maximum(missing_s - slower * h, 0.0)
-            left_s = maximum(restart_s - slower * h, 0.0)
-            self._restart_s = where(left_s > SHORTEST_WAIT_S, left_s, 0.0)
-            rate = 1.0 - slower
-        late = self.excess_s > 0.0
-        if anywhere(late):
-            faster = maximum(minimum(self.excess_s * (1.0 / CATCH_UP_S), FASTEST), SLIGHTLY)
-            rate = where(late & spared, 1.0 + faster, rate)
-        return rate
+        slow = missing_s + restart_s > 0.0
+        if slow is False or not anywhere(slow):
+            return 1.0
+        per_s = 1.0 / max(REFILL_S, h)
+        slower = maximum(minimum(missing_s * per_s, 1.0 - LEAST_RATE), restart_s * per_s)
+        self._missing_s = maximum(missing_s - slower * h, 0.0)
+        left_s = maximum(restart_s - slower * h, 0.0)
+        self._restart_s = where(left_s > SHORTEST_WAIT_S, left_s, 0.0)
+        return 1.0 - slower
+
+    @property
+    def faster(self) -> Value:
+        """The rate that catches up, where there is an excess and energy can be spared."""
+        excess = self.excess_s * (1.0 / CATCH_UP_S)
+        return 1.0 + maximum(minimum(excess, FASTEST), SLIGHTLY)

@@ -185,19 +185,20 @@ class Playout(Stateful):
             return 0.0 * self._integral
         due = self._advance(h)
         wave = due * (1.0 / h)
-        power = maximum(self.free_j, 0.0) * (2.0 / h)
-        needed, self._wave = squared(wave), wave
-        if anywhere(needed > power):
-            wave = where(needed > power, limit_length(wave, root(power)), wave)
+        free_j = self.free_j
+        power = maximum(free_j, 0.0) * (2.0 / h)
+        beyond, self._wave = squared(wave) > power, wave
+        if beyond is not False and anywhere(beyond):
+            wave = where(beyond, limit_length(wave, root(power)), wave)
             self.undelivered = self.undelivered + (due - wave * h)
             self._behind = True
         if self._behind:
             self._since_s = self._since_s + h
             wave = self._repay(wave, power, h)
         self.given_j = self.given_j + squared(wave) * (0.5 * h)
-        more = self.free_j - MOST_J
-        if anywhere(more > 0.0):
-            self.discarded_j = self.discarded_j + maximum(more, 0.0)
+        much = free_j > MOST_J  # it has only become less since
+        if much is not False and anywhere(much):
+            self.discarded_j = self.discarded_j + maximum(self.free_j - MOST_J, 0.0)
         return wave
 
     def release(self, most: Value, *, beyond: float = 0.0) -> Value:
@@ -232,18 +233,20 @@ class Playout(Stateful):
 
     def _advance(self, h: float) -> Value:
         """Play on; return the integral that is due."""
-        newest_s, spare_s = self._end_s, self.at_hand_s - h
-        outage = self.margin.watch(spare_s, h)
-        waits = self.margin.waits
-        if anywhere(waits):
+        newest_s, margin = self._end_s, self.margin
+        spare_s = newest_s - self._played_s - h
+        outage = margin.watch(spare_s, h)
+        waits = margin.waits
+        if waits is not False and anywhere(waits):
             self._since_s = where(waits, 0.0, self._since_s)
         most_s = self._most_s(outage, h)
-        if anywhere(spare_s > most_s):
+        much = spare_s > most_s
+        if much is not False and anywhere(much):
             self._skip(maximum(self._played_s, newest_s - most_s))
-        spared: Flag = False
-        if anywhere(self.margin.excess_s > 0.0):  # only there it is asked, not in every tick
+        rate, late = margin.rate(h), margin.excess_s > 0.0
+        if late is not False and anywhere(late):
             spared = self.free_j > minimum(self.needed_j - SPARED_J, SPARED_J)
-        rate = self.margin.rate(h, spared=spared)
+            rate = where(late & spared, margin.faster, rate)
         played_s = minimum(self._played_s + rate * h, newest_s)
         integral, reserve = self._at(played_s)
         due = integral - self._integral
@@ -254,7 +257,8 @@ class Playout(Stateful):
         """Return how much may be at hand [s]. What an outage kept back may come within the next
         ``RETURN_S`` as a burst: of that no more than a packet.
         """
-        if not anywhere(outage | (self._burst_s > 0.0)):
+        burst = outage | (self._burst_s > 0.0)
+        if burst is False or not anywhere(burst):
             return LONGEST_S
         self._burst_s = where(outage, RETURN_S, self._burst_s - h)
         few_s = self.margin.time_s + SLACK_S + where(outage, 0.0, self._lasted_s)
