@@ -23,6 +23,8 @@ from pmwvc_core.network.timeline import Timeline, timeline_of
 from pmwvc_core.params import LinkParams
 from pmwvc_core.plugins import refused
 
+TOGETHER = 256  # packets whose random numbers are drawn together
+
 
 def stream_of(seed: int, user: int, direction: int) -> tuple[int, int, int]:
     """Return the seed of one direction (0 up, 1 down) of one user's link: independent streams."""
@@ -52,7 +54,8 @@ class Link(InFlight):
         self._seed = (seed,) if isinstance(seed, int) else tuple(seed)
         self._direction = direction
         self._rng = np.random.default_rng(seed)
-        self._luck: list[float] = []  # the four numbers of the newest packet
+        self._luck: list[float] = []  # the four numbers of the newest packet,
+        self._drawn: list[list[float]] = []  # and those of the next ones, backwards
         self.faults = EffectFaults()  # of plug-ins
         self._made: dict[str, Effect] = {}  # by name: each keeps its memory when switched off
         self._begin_ns: int | None = None
@@ -141,7 +144,9 @@ class Link(InFlight):
         if self._timeline is not None:
             self._follow(self._timeline, now_ns - self._begin_ns)
         number = self.counters.in_count = self.counters.in_count + 1
-        self._luck = self._rng.random(4).tolist()
+        if not self._drawn:
+            self._drawn = self._rng.random((TOGETHER, 4)).tolist()[::-1]
+        self._luck = self._drawn.pop()
         fate = Fate(number, now_ns, 0, FateKind.DELIVERED, Cause.NONE, size_bytes)
         if self.netem is not None:
             return self._queued(self.netem, payload, fate)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Buffers of a simulated session's traces, and the traces of one run of a batch."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from pmwvc_core.frame.rows import SIGNALS, FrameReport, ServerRow
 from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.numeric import Array, Value, where
-from pmwvc_core.simulation.columns import Columns
+from pmwvc_core.simulation.columns import Accounts, Columns
 from pmwvc_core.simulation.user import Frame
 from pmwvc_core.traces import ENERGIES, OF_AVATARS, ServerTraces, SessionTraces, UserTraces
 
@@ -40,7 +40,7 @@ class UserBuffer:
         self._energies = Columns(ENERGIES, rows=blocks, runs=runs, width=1, plain=plain)
         self._state = np.zeros((blocks, runs, 1), dtype=np.int64)
         self._reason: list[list[str]] = []
-        self._accounts: dict[str, Array] = {}
+        self._accounts = Accounts(rows=blocks, runs=runs, plain=plain)
 
     @property
     def times_ns(self) -> Sequence[int]:
@@ -68,7 +68,7 @@ class UserBuffer:
         energies = (report.u_m, report.u_tx, report.v_rx, report.v_m, *work)
         self._energies.write([block], energies)
         if report.accounts:
-            _put(self._accounts, block, report.accounts, shape=self._state.shape)
+            self._accounts.write(block, report.accounts)
 
     def run(self, run: int, *, first: int, tick_s: float, safety_events: int) -> UserTraces:
         """Return the traces of one run: of the ticks that ran, numbered from the first."""
@@ -90,7 +90,7 @@ class UserBuffer:
             state=self._state[:blocks, run, 0].copy(),
             reason=[names[run if len(names) > 1 else 0] for names in self._reason],
             energy=energies,
-            accounts={name: a[:blocks, run, 0].copy() for name, a in self._accounts.items()},
+            accounts=self._accounts.of(run, blocks),
             changes=np.array(self._changes, dtype=np.int64),
             looked_ns=late_ns,
             missed=int(ran[-1]) - int(ran[0]) + 1 - len(ran) if len(ran) else 0,
@@ -117,8 +117,7 @@ class ServerBuffer:
         self._energies = Columns(energies, rows=steps, runs=runs, width=1, plain=plain)
         self._state: list[tuple[int, ...]] = []
         self._target: list[Value] = []
-        self._accounts: dict[str, Array] = {}
-        self._shape = (steps, runs, 1)
+        self._accounts = Accounts(rows=steps, runs=runs, plain=plain)
         self.ticks: list[int] = []
         self.ran_ns: list[int] = []
         self.periods_s: list[float] = []
@@ -143,7 +142,7 @@ class ServerBuffer:
         self._state.append(row.state)
         self._target.append(row.target)
         if row.accounts:
-            _put(self._accounts, step, row.accounts, shape=self._shape)
+            self._accounts.write(step, row.accounts)
 
     def run(self, run: int, *, time_s: Array, tick_ns: int) -> ServerTraces:
         """Return the traces of one run, given when steps began [s]."""
@@ -168,7 +167,7 @@ class ServerBuffer:
             step=np.arange(1, steps + 1, dtype=np.int64),
             contact=[of(self._energies, f"contact{i}")[:, 0] != 0.0 for i in each],
             state=[column.copy() for column in state.T],
-            accounts={name: a[:steps, run, 0].copy() for name, a in self._accounts.items()},
+            accounts=self._accounts.of(run, steps),
             changes=np.array(self.changes, dtype=np.int64),
             looked_ns=np.array(self.ran_ns, dtype=np.int64) - np.array(self.ticks) * tick_ns,
             **parts,
@@ -178,14 +177,6 @@ class ServerBuffer:
 def _names(common: Sequence[str], each: Sequence[str], users: Sequence[str]) -> list[str]:
     """Return names of columns: those per user with its number behind."""
     return [*common, *(f"{name}{i}" for i in range(len(users)) for name in each)]
-
-
-def _put(
-    store: dict[str, Array], row: int, values: Mapping[str, Value], *, shape: tuple[int, ...]
-) -> None:
-    """Write a row of energies whose names are known only once they come."""
-    for name, value in values.items():
-        store.setdefault(name, np.zeros(shape))[row] = value
 
 
 def add_faults(traces: SessionTraces, server: ServerStep) -> None:

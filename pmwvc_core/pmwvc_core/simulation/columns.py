@@ -3,7 +3,7 @@
 """Signals noted row by row while a session runs, kept as arrays."""
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -74,6 +74,39 @@ class Columns:
         self._together[self._indices] = np.frombuffer(packed).reshape(len(self._indices), -1)
         self._waiting.clear()
         self._indices.clear()
+
+
+class Accounts:
+    """Energies noted row by row, under names that are known only once they come; zero where
+    nothing is noted.
+
+    Parameters
+    ----------
+    rows, runs, plain
+        As for columns.
+    """
+
+    def __init__(self, *, rows: int, runs: int, plain: bool) -> None:
+        self._rows, self._runs, self._plain = rows, runs, plain
+        self._by_names: dict[tuple[str, ...], Columns] = {}
+
+    def write(self, row: int, energies: Mapping[str, Value]) -> None:
+        """Note a row of energies [J]."""
+        names = tuple(energies)
+        columns = self._by_names.get(names)
+        if columns is None:
+            size = {"rows": self._rows, "runs": self._runs, "width": 1}
+            columns = self._by_names[names] = Columns(names, **size, plain=self._plain)
+        columns.write((row,), list(energies.values()))
+
+    def of(self, run: int, rows: int) -> dict[str, Array]:
+        """Return the first rows of one run by name ``(rows,)``; nothing is noted after it."""
+        found: dict[str, Array] = {}
+        for names, columns in self._by_names.items():
+            for name in names:
+                noted = columns.of(name, run)[:rows, 0]
+                found[name] = found[name] + noted if name in found else noted.copy()
+        return found
 
 
 def _transposed(by_row: Array) -> Array:

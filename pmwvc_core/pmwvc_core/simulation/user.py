@@ -153,10 +153,9 @@ class SimulatedUser:
         first, acts = self.first, self._acts
         numbers = [tick - first for tick in ticks] if first else ticks
         packets: Sequence[WavePacket] = ()
-        comes = False
+        due_ns = None  # when the next packet comes, where it is taken at once
         if self._listens:
             due_ns = self.down.link.next_due_ns
-            comes = due_ns is not None and due_ns <= times_ns[-1]
         elif loop.frames.answers(numbers[0]):
             packets = self.down.collect(times_ns[0])
         values: list[Value] = []
@@ -165,8 +164,9 @@ class SimulatedUser:
                 acts = loop.coupled or (loop.ready and not self._live)
             # The hand is in touch with the device itself, not with its encoder.
             sample.f_h = f_h = operator.step(device.x, device.xd) if acts else operator.hold()
-            if comes:
+            if due_ns is not None and due_ns <= now_ns:
                 packets = self.down.collect(now_ns)
+                due_ns = self.down.link.next_due_ns
             f, _, row = loop.tick(number, now_ns, sample, packets)
             packets = ()
             sample.x, sample.xd = device.step(f_h, f)
