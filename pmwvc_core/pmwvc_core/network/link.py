@@ -150,9 +150,12 @@ class Link(InFlight):
         fate = Fate(number, now_ns, 0, FateKind.DELIVERED, Cause.NONE, size_bytes)
         if self.netem is not None:
             return self._queued(self.netem, payload, fate)
-        causes = [cause for loses in self._loses if (cause := loses(fate))]
-        if causes:
-            return [self._lost(fate, causes[0])]
+        lost: Cause | bool = False
+        for loses in self._loses:  # every one is asked: what it draws is the same in any company
+            cause = loses(fate)
+            lost = lost or cause
+        if lost:
+            return [self._lost(fate, lost)]
         fates = [self._travel(payload, fate)]
         for copies in self._copies:
             for _ in range(copies(fate)):
@@ -197,7 +200,9 @@ class Link(InFlight):
         for corrupts in self._corrupts:
             if (fraction := corrupts(fate)) is not None:
                 self._flip(fate, fraction)
-        at_once = any([hook(fate) for hook in self._at_once])
+        at_once = False
+        for hook in self._at_once:
+            at_once = hook(fate) or at_once
         total_s = 0.0
         for delay_s in self._delays:
             total_s += delay_s(fate)

@@ -14,6 +14,7 @@ from pmwvc_core.simulation.columns import Accounts, Columns
 from pmwvc_core.simulation.user import Frame
 from pmwvc_core.traces import ENERGIES, OF_AVATARS, ServerTraces, SessionTraces, UserTraces
 
+STATE = "state"  # a small whole number, kept beside the energies
 OBJECT = ("x_o", "xd_o")
 STORED = ("kinetic", "potential", "dissipated")
 ENERGIES_PER_USER = ("energy_u_s", "energy_v_s")
@@ -37,8 +38,8 @@ class UserBuffer:
         self._changes: list[int] = []
         plain = runs == dof == 1
         self._signals = Columns(SIGNALS, rows=ticks, runs=runs, width=dof, plain=plain)
-        self._energies = Columns(ENERGIES, rows=blocks, runs=runs, width=1, plain=plain)
-        self._state = np.zeros((blocks, runs, 1), dtype=np.int64)
+        names = (*ENERGIES, STATE)
+        self._energies = Columns(names, rows=blocks, runs=runs, width=1, plain=plain)
         self._reason: list[list[str]] = []
         self._accounts = Accounts(rows=blocks, runs=runs, plain=plain)
 
@@ -63,10 +64,9 @@ class UserBuffer:
         reason = report.reason
         self._ends.append(min(ends, self._every))
         self._changes.append(changes)
-        self._state[block] = report.state
         self._reason.append([reason] if isinstance(reason, str) else list(reason))
-        energies = (report.u_m, report.u_tx, report.v_rx, report.v_m, *work)
-        self._energies.write([block], energies)
+        energies = (report.u_m, report.u_tx, report.v_rx, report.v_m, *work, report.state)
+        self._energies.write((block,), energies)
         if report.accounts:
             self._accounts.write(block, report.accounts)
 
@@ -87,7 +87,7 @@ class UserBuffer:
             lateness_s=late_ns.astype(np.float64) * 1e-9,
             compute_s=np.zeros(len(ran)),
             block_time_s=np.array(self._ends, dtype=np.float64) * tick_s,
-            state=self._state[:blocks, run, 0].copy(),
+            state=self._energies.of(STATE, run)[:blocks, 0].astype(np.int64),
             reason=[names[run if len(names) > 1 else 0] for names in self._reason],
             energy=energies,
             accounts=self._accounts.of(run, blocks),
@@ -137,8 +137,8 @@ class ServerBuffer:
         for port in row.ports:
             signals += port[:5]
             energies += (port.energy_u_s, port.energy_v_s, where(port.contact, 1.0, 0.0))
-        self._signals.write([step], signals)
-        self._energies.write([step], energies)
+        self._signals.write((step,), signals)
+        self._energies.write((step,), energies)
         self._state.append(row.state)
         self._target.append(row.target)
         if row.accounts:

@@ -18,7 +18,7 @@ Time is an argument.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from pmwvc_core.state import Stateful
 from pmwvc_core.transport.clock_line import ClockLine, Least, latest_line
@@ -31,7 +31,7 @@ LONGEST_ROUND_TRIP_NS = 600 * 10**9
 HOLD_NS = 1_000_000  # by which two clocks measure the same hold differently, at most
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Passages:
     """The passages of one direction in one window [ns]."""
 
@@ -40,14 +40,12 @@ class Passages:
     most: int
     least: Least
 
-    def add(self, passage: int, at_ns: int) -> None:
-        """Count one more, seen at an instant of this end's clock."""
-        self.packets += 1
-        self.total += passage
-        if passage > self.most:
-            self.most = passage
-        if passage < self.least.passage_ns:
-            self.least = Least(at_ns, passage)
+    @classmethod
+    def of(cls, passages: list[int], at_ns: list[int]) -> Self:
+        """Return those of packets, seen at instants of this end's clock."""
+        least = min(passages)
+        seen = Least(at_ns[passages.index(least)], least)
+        return cls(len(passages), sum(passages), max(passages), seen)
 
 
 class Window(NamedTuple):
@@ -85,7 +83,10 @@ class PathEstimate:
 class Path(Stateful):
     """Passages of packets and echoes at one end of a path."""
 
-    MEMORY = "windows out into jitter_out_ns jitter_into_ns _start_ns _last _echoed"
+    MEMORY = (
+        "windows jitter_out_ns jitter_into_ns _out _into _out_at_ns _into_at_ns _start_ns "
+        "_last_out _last_into _echoed"
+    )
 
     def __init__(self) -> None:
         self.restart()
@@ -93,40 +94,38 @@ class Path(Stateful):
     def restart(self) -> None:
         """Forget everything: the other end has another clock."""
         self.windows: list[Window] = []  # whole ones; a new list each time, for other threads
-        self.out: Passages | None = None
-        self.into: Passages | None = None
+        self._out: list[int] = []  # passages since the window began,
+        self._into: list[int] = []
+        self._out_at_ns: list[int] = []  # and when they were seen
+        self._into_at_ns: list[int] = []
         self.jitter_out_ns = 0.0
         self.jitter_into_ns = 0.0
         self._start_ns = 0
-        self._last: tuple[int | None, int | None] = (None, None)  # passages out and in
+        self._last_out: int | None = None  # passage
+        self._last_into: int | None = None
         self._echoed = 0
 
     def add(self, packet: WavePacket, came_ns: int) -> None:
         """Take a packet that came in at this instant of this end's clock."""
         if came_ns - self._start_ns >= WINDOW_NS:
             self._close(came_ns)
-        before_out, before_into = self._last
-        into = came_ns - packet.sent_ns
-        if before_into is not None:
-            change = abs(into - before_into)
+        sent_ns, before = packet.sent_ns, self._last_into
+        self._last_into = into = came_ns - sent_ns
+        if before is not None:
+            change = abs(into - before)
             self.jitter_into_ns += (change - self.jitter_into_ns) / JITTER_PACKETS
-        if self.into is None:
-            self.into = Passages(1, into, into, Least(came_ns, into))
-        else:
-            self.into.add(into, came_ns)
+        self._into.append(into)
+        self._into_at_ns.append(came_ns)
         if packet.echo_seq > self._echoed:
             self._echoed = packet.echo_seq
-            out = packet.sent_ns - packet.echo_hold_ns - packet.echo_sent_ns
+            out = sent_ns - packet.echo_hold_ns - packet.echo_sent_ns
             if -HOLD_NS <= out + into <= LONGEST_ROUND_TRIP_NS:
-                if before_out is not None:
-                    change = abs(out - before_out)
+                before, self._last_out = self._last_out, out
+                if before is not None:
+                    change = abs(out - before)
                     self.jitter_out_ns += (change - self.jitter_out_ns) / JITTER_PACKETS
-                if self.out is None:
-                    self.out = Passages(1, out, out, Least(packet.echo_sent_ns, out))
-                else:
-                    self.out.add(out, packet.echo_sent_ns)
-                before_out = out
-        self._last = before_out, into
+                self._out.append(out)
+                self._out_at_ns.append(packet.echo_sent_ns)
 
     def estimate(self) -> PathEstimate | None:
         """Return what is known; None before a whole window with both directions, and where the
@@ -142,10 +141,12 @@ class Path(Stateful):
 
     def _close(self, now_ns: int) -> None:
         """Put the current window aside and begin one."""
-        if self.out is not None and self.into is not None:
-            window = Window(self._start_ns, self.out, self.into)
+        if self._out and self._into:
+            out = Passages.of(self._out, self._out_at_ns)
+            window = Window(self._start_ns, out, Passages.of(self._into, self._into_at_ns))
             self.windows = [*self.windows[1 - MOST_WINDOWS :], window]
-        self.out = self.into = None
+        for each in (self._out, self._into, self._out_at_ns, self._into_at_ns):
+            each.clear()
         self._start_ns = now_ns
 
     def _estimated(self, windows: list[Window], line: ClockLine) -> PathEstimate:
