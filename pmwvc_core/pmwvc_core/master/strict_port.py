@@ -204,13 +204,9 @@ class StrictMaster(DevicePort):
         self._settled = False
         xd = self._xd
         v = self._playout.step(self._tick_s)
-        if anywhere(self.node_j < 0.0):
-            self.node_j = self.node_j + self._playout.release(-self.node_j)
-        short = self.node_j < -LIMIT_J - self._withheld_j
-        if anywhere(short):
-            unused = where(short, v, 0.0)
-            self._playout.take_back(unused, self._tick_s)
-            v = v - unused
+        below = self.node_j < 0.0
+        if below is not False and anywhere(below):
+            v = self._covered(v)
         self._v = v
         if self._position:
             v = self._position.down(v, x, self.node_j - self._due_j)
@@ -222,13 +218,26 @@ class StrictMaster(DevicePort):
         if self._velocity:
             xd = self._velocity.step(xd, self._port.b)
         f_m = self._port.force(xd, v)
-        if anywhere(self.deficit_j > 0.0):
+        lacks, asked = self.deficit_j > 0.0, self._wanted | self._short
+        if lacks is not False and anywhere(lacks):
             more = minimum(self.deficit_j * (MORE / MUCH_J), MORE)
             f_m = f_m + more * (self._port.b * self._xd)
-        if anywhere(self._wanted | self._short):
-            f_m = f_m + where(self._wanted | self._short, ASKED, 0.0) * (self._port.b * self._xd)
+        if asked is not False and anywhere(asked):
+            f_m = f_m + where(asked, ASKED, 0.0) * (self._port.b * self._xd)
         self.f_m = f_m
         return f_m
+
+    def _covered(self, v: Value) -> Value:
+        """Return the wave of a tick at whose start the node owes energy [sqrt(W)]: what is free in
+        the playout goes to it, and where it still owes too much the wave waits.
+        """
+        self.node_j = self.node_j + self._playout.release(-self.node_j)
+        short = self.node_j < -LIMIT_J - self._withheld_j
+        if not anywhere(short):
+            return v
+        unused = where(short, v, 0.0)
+        self._playout.take_back(unused, self._tick_s)
+        return v - unused
 
     def applied(self, f: Value) -> None:
         """Note the force that was let through [N]; what it cost is known when the tick is over."""

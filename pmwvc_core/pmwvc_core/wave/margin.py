@@ -54,16 +54,19 @@ class Margin(Stateful):
         The margin [s].
     excess_s
         What was at hand beyond it for long; zero or less: nothing to catch up [s].
+    waits
+        Whether nothing has been at hand for so long that the ends brake.
     """
 
     MEMORY = (
-        "time_s excess_s _missing_s _restart_s _wait_s _had_s _latest_s _used_s _least_s "
+        "time_s excess_s waits _missing_s _restart_s _wait_s _had_s _latest_s _used_s _least_s "
         "_least_before_s _window_s _step_s"
     )
 
     def __init__(self) -> None:
         self.time_s: Value = 0.0
         self.excess_s: Value = 0.0
+        self.waits: Flag = False
         self._missing_s: Value = 0.0  # of the margin
         self._restart_s: Value = 0.0  # lag that the slow return still adds
         self._wait_s: Value = 0.0  # the wait under way
@@ -78,11 +81,6 @@ class Margin(Stateful):
     def forget_waits(self) -> None:
         """Keep no margin, as if segments had come evenly for long."""
         self.time_s = self._latest_s = self._used_s = self._missing_s = 0.0
-
-    @property
-    def waits(self) -> Flag:
-        """Whether nothing has been at hand for so long that the ends brake."""
-        return self._wait_s > BRAKED_S
 
     def arrive(self, at_hand_s: Value) -> None:
         """Note that a segment arrives while so much is at hand [s]."""
@@ -116,6 +114,7 @@ class Margin(Stateful):
             had_s = maximum(self.time_s - self._missing_s, 0.0)
             self._had_s = where(begins, had_s, self._had_s)
             self._wait_s = self._wait_s + where(dry, minimum(-spare_s, h), 0.0)
+            self.waits = self._wait_s > BRAKED_S
         return outage
 
     def _learn(self, over: Flag, outage: Flag) -> None:
@@ -129,6 +128,7 @@ class Margin(Stateful):
         self._missing_s = where(over, self.time_s, self._missing_s)
         self._restart_s = where(over, minimum(wait_s, RESTART_S), self._restart_s)
         self._wait_s = where(over, 0.0, wait_s)
+        self.waits = self._wait_s > BRAKED_S
 
     def rate(self, h: float) -> Value:
         """Return how fast the sender's time is played in a step of ``h`` seconds: never faster
