@@ -31,7 +31,8 @@ def unbound(monkeypatch):
     """Give every playout energy for whatever it does, and packets that always come evenly."""
     monkeypatch.setattr(Playout, "free_j", property(lambda self: 1e9))
     monkeypatch.setattr("pmwvc_core.wave.playout.MOST_J", 1e12)
-    monkeypatch.setattr(Margin, "rate", lambda self, h, *, spared: 1.0)
+    monkeypatch.setattr(Margin, "rate", lambda self, h: 1.0)
+    monkeypatch.setattr(Margin, "faster", 1.0)
 
 
 @st.composite

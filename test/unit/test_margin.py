@@ -47,7 +47,8 @@ def test_a_delay_that_creeps_makes_no_dips_once_two_waits_are_past():
 
 def test_without_a_margin_every_tick_of_delay_is_a_dip(monkeypatch):
     """The control."""
-    monkeypatch.setattr(Margin, "rate", lambda self, h, *, spared: 1.0)
+    monkeypatch.setattr(Margin, "rate", lambda self, h: 1.0)
+    monkeypatch.setattr(Margin, "faster", 1.0)
     waves, *_ = played(creeping, 5.0)
     assert np.count_nonzero(waves[1300:] < 0.2 * WAVE) > 20
 

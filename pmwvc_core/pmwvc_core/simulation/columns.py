@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pmwvc_core.numeric import Array, Value
+from pmwvc_core.numeric import Array, Integers, Value
 
 TRANSPOSED = 16384  # numbers transposed together: they fit into a cache
 WAITING = 256  # most rows of plain numbers that wait: they are in a cache still
@@ -42,10 +42,10 @@ class Columns:
         self._by_row = dict(zip(names, arrays, strict=True))
         self._by_run: dict[str, Array] = {}
         self._in_order = arrays
-        self._waiting: list[Value] = []
+        self._waiting: list[Value | Integers] = []
         self._indices: list[int] = []
 
-    def write(self, indices: Sequence[int], values: Sequence[Value]) -> None:
+    def write(self, indices: Sequence[int], values: Sequence[Value | Integers]) -> None:
         """Note rows, each at its index; the values of a row follow those of the one before."""
         if self._plain:
             self._waiting += values
