@@ -6,6 +6,7 @@ import dataclasses
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pmwvc_analysis.models.links import Link, Times, delay_ticks, hyperperiod_ticks, serve_phase
 from pmwvc_analysis.models.variation import lengths
@@ -14,9 +15,10 @@ from pmwvc_core.frame.assembly import force_loop_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.master.safety.limiter import SafetyLimiter
-from pmwvc_core.numeric import Value
+from pmwvc_core.numeric import Array, Value, root
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.scenario.scenario import Scenario, User
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
 
 
 class Unlimited(SafetyLimiter):
@@ -92,6 +94,63 @@ class Line:
     def received_at(self, tick: int) -> int:
         """Return when the answer was sent that the master has at a tick."""
         return self.serve.last(self.answer.last(tick) - self._delay_down)
+
+    @property
+    def stiffness(self) -> Array:
+        """Stiffness of the contact [N/m], a row per run."""
+        return per_run(self.user.contact.contact_stiffness)
+
+    @property
+    def tied(self) -> NDArray[np.bool_]:
+        """Where a position feedback ties the device to its avatar; a row per run."""
+        position = self.user.master.position
+        return np.asarray(per_run(position.gain if position.is_on else 0.0) > 0.0)
+
+    @property
+    def alone(self) -> NDArray[np.bool_]:
+        """Where the contact exerts nothing; a row per run."""
+        damping = per_run(self.user.contact.contact_damping)
+        return np.asarray((self.stiffness == 0.0) & (damping == 0.0))
+
+    @property
+    def braked(self) -> NDArray[np.bool_]:
+        """Where the device is damped; a row per run."""
+        return np.asarray(per_run(self.user.device.damping) > 0.0)
+
+    @property
+    def steady_age(self) -> bool:
+        """Whether motion is reported equally late at every step: else the contact is stretched in
+        turns, and there is no uniform motion without forces. Waves do not mind.
+        """
+        return self.waves or len(set(self.up.ages())) == 1
+
+    @property
+    def steady_answers(self) -> bool:
+        """Whether a position feedback gets the avatar's position equally late at every tick."""
+        return self.answer.period == 1 and self.serve.period == 1
+
+    def moves_device(self, xd: Array) -> Array:
+        """Return the velocity of the device while the avatar moves with xd, both without a
+        force; without waves both are the same.
+        """
+        return _passed(xd, self.user.server_impedance, self.user.impedance) if self.waves else xd
+
+    def moves_avatar(self, xd: Array) -> Array:
+        """Return the velocity of the avatar while the device moves with xd, likewise."""
+        return _passed(xd, self.user.impedance, self.user.server_impedance) if self.waves else xd
+
+
+def _passed(xd: Array, sent: Impedance, received: Impedance) -> Array:
+    """Return the velocity that a wave of a velocity makes at a port of another impedance."""
+    ends: list[Any] = [
+        b if isinstance(b, MatrixImpedance) else per_run(b) for b in (sent, received)
+    ]
+    return np.asarray(root(ends[0]) * xd / root(ends[1]))
+
+
+def per_run(value: Value) -> Array:
+    """Return a number, or one per run, as a row per run."""
+    return np.asarray(value, dtype=float).reshape(-1, 1)
 
 
 def two_sided(user: User) -> User:

@@ -21,16 +21,15 @@ Equations: docs/theory.md 15.2.
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.models.line import Line
+from pmwvc_analysis.models.line import per_run
 from pmwvc_analysis.models.linearize import Linear
 from pmwvc_core.controllers import has_waves, record_of
-from pmwvc_core.numeric import Array, Value, root
-from pmwvc_core.wave.impedance import MatrixImpedance
+from pmwvc_core.numeric import Array
 
 Signals = dict[str, Array]  # of signals by name, a row or one per run, along each axis
 
@@ -131,16 +130,12 @@ def count(found: Sequence[Family | Motion]) -> int:
     return sum(bool(each.mask[0]) for each in found)
 
 
-def _column(value: Value) -> Array:
-    return np.asarray(value, dtype=float).reshape(-1, 1)
-
-
 def _free_positions(linear: Linear, axis: int) -> list[Motion]:
     loop = linear.loop
     if not has_waves(loop.scenario.controller):
         return _translations_without_waves(linear, axis)
     one, always = np.eye(loop.dof)[axis : axis + 1], np.array([True])
-    tied = [_tied(line) for line in loop.lines]
+    tied = [line.tied for line in loop.lines]
     devices = [f"{line.name}.device.x" for line in loop.lines]
     found = [
         Motion(device, axis, ~bound[:, 0], {device: one}, {})
@@ -151,12 +146,12 @@ def _free_positions(linear: Linear, axis: int) -> list[Motion]:
     if loop.body in linear.placed:
         found.append(Motion(loop.body, axis, always, {loop.body: one} | together, {}))
     for index, line in enumerate(loop.lines):
-        loose = _stiffness(line)[:, 0] == 0.0
+        loose = line.stiffness[:, 0] == 0.0
         if loose.any():
             e = loop.deflection(index)
             moved = {e: one, devices[index]: together[devices[index]]}
             found.append(Motion(e, axis, loose, moved, {}))
-        loose = _column(line.user.master.local_model.stiffness)[:, 0] == 0.0
+        loose = per_run(line.user.master.local_model.stiffness)[:, 0] == 0.0
         if loose.any():  # the spring of a local model that exerts nothing
             found += [
                 Motion(spring, axis, loose, {spring: one}, {})
@@ -166,22 +161,12 @@ def _free_positions(linear: Linear, axis: int) -> list[Motion]:
     return found
 
 
-def _tied(line: Line) -> NDArray[np.bool_]:
-    """Tell, as a column, where a position feedback ties a device to its avatar."""
-    position = line.user.master.position
-    return np.asarray(_column(position.gain if position.is_on else 0.0) > 0.0)
-
-
-def _stiffness(line: Line) -> Array:
-    return _column(line.user.contact.contact_stiffness)
-
-
 def _translations_without_waves(linear: Linear, axis: int) -> list[Motion]:
     """Return the common translation, and those of users whose position acts on nothing."""
     loop, found = linear.loop, []
     one = np.eye(loop.dof)[axis : axis + 1]
     for index, line in enumerate(loop.lines):
-        loose, device = _stiffness(line)[:, 0] == 0.0, f"{line.name}.device.x"
+        loose, device = line.stiffness[:, 0] == 0.0, f"{line.name}.device.x"
         if loose.any():
             moved = {device: one, loop.deflection(index): one}
             found.append(Motion(device, axis, loose, moved, {}))
@@ -201,24 +186,15 @@ def _drifting(linear: Linear, axis: int) -> list[Motion]:
         return []
     one, found = np.eye(loop.dof)[axis : axis + 1], []
     for line in loop.lines:
-        mask = _alone(line) & ~_braked(line) & ~_tied(line)
+        mask = line.alone & ~line.braked & ~line.tied
         if mask.any():
             x, xd = f"{line.name}.device.x", f"{line.name}.device.xd"
             e = loop.deflection(loop.lines.index(line))
-            avatar = _transformed(one, line, to="avatar")
+            avatar = line.moves_avatar(one)
             found.append(Motion(xd, axis, mask[:, 0], {xd: one}, {x: one, e: avatar}))
-    if loop.body in linear.placed and all(map(_steady_age, loop.lines)):
+    if loop.body in linear.placed and all(line.steady_age for line in loop.lines):
         found += _common_drift(linear, axis)
     return found
-
-
-def _alone(line: Line) -> NDArray[np.bool_]:
-    idle = (_stiffness(line) == 0.0) & (_column(line.user.contact.contact_damping) == 0.0)
-    return np.asarray(idle)
-
-
-def _braked(line: Line) -> NDArray[np.bool_]:
-    return np.asarray(_column(line.user.device.damping) > 0.0)
 
 
 def _common_drift(linear: Linear, axis: int) -> list[Motion]:
@@ -230,16 +206,16 @@ def _common_drift(linear: Linear, axis: int) -> list[Motion]:
     loop = linear.loop
     waves, serve = has_waves(loop.scenario.controller), loop.serve
     one = np.eye(loop.dof)[axis : axis + 1]
-    mask = ~(_column(loop.scenario.server.object_damping) > 0.0)
+    mask = ~(per_run(loop.scenario.server.object_damping) > 0.0)
     now = {loop.body: one * ((serve.phase - serve.period) * loop.tick_s), f"{loop.body}d": one}
     rates = {loop.body: one}
     for index, line in enumerate(loop.lines):
-        off, tied = _alone(line), _tied(line)
+        off, tied = line.alone, line.tied
         rates[loop.deflection(index)] = np.where(off, -one, 0.0)  # stays behind
-        ratio = _transformed(one, line, to="device")
+        ratio = line.moves_device(one)
         rate = np.where(off, 0.0, ratio)
-        steady = _steady_answers(line) & np.all(ratio == one, axis=1, keepdims=True)
-        mask = mask & (off | ~_braked(line)) & (off | ~tied | steady)
+        steady = line.steady_answers & np.all(ratio == one, axis=1, keepdims=True)
+        mask = mask & (off | ~line.braked) & (off | ~tied | steady)
         late = tied * line.received_at(0) if waves else line.up.ages()[0]
         x = f"{line.name}.device.x"
         now |= {x: rate * (late * loop.tick_s), f"{x}d": rate}
@@ -247,29 +223,3 @@ def _common_drift(linear: Linear, axis: int) -> list[Motion]:
     if not mask.any():
         return []
     return [Motion(f"{loop.body}d", axis, mask[:, 0], now, rates)]
-
-
-def _transformed(xd: Array, line: Line, *, to: str) -> Array:
-    """Return the velocity of the device (or the avatar) while the other one moves with xd, both
-    without a force; without waves both are the same.
-    """
-    if not line.waves:
-        return xd
-    ends: list[Any] = [
-        b if isinstance(b, MatrixImpedance) else _column(b)
-        for b in (line.user.impedance, line.user.server_impedance)
-    ]
-    own, other = ends if to == "device" else ends[::-1]
-    return np.asarray(root(other) * xd / root(own))
-
-
-def _steady_age(line: Line) -> bool:
-    """Tell whether motion is reported equally late at every step: else the contact is stretched
-    in turns, and there is no uniform motion without forces. Waves do not mind.
-    """
-    return line.waves or len(set(line.up.ages())) == 1
-
-
-def _steady_answers(line: Line) -> bool:
-    """Tell whether a position feedback gets the avatar's position equally late at every tick."""
-    return line.answer.period == 1 and line.serve.period == 1
