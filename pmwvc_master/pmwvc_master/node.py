@@ -82,11 +82,10 @@ class Master:
             inboxes={node.resolve_topic_name("wave_down"): self.loop.protocol.inbox},
             own=[node.resolve_topic_name("wave_up")],
         )
-        user = node.get_namespace().rpartition("/")[2]
         self._receptions = Receptions(
             node,
             "reception",
-            inboxes={f"{user}/down": self.loop.protocol.inbox},
+            inboxes={f"{settings.name}/down": self.loop.protocol.inbox},
             epoch=epoch,
             other_controller=lambda: self.loop.protocol.other_controller,
         )

@@ -3,7 +3,7 @@
 """The master node's parameters, and the objects made from them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rclpy.node import Node
@@ -31,30 +31,25 @@ from pmwvc_core.params.matrix import matrix_conflicts
 from pmwvc_core.runtime.parameters import ParameterBinding, declare, declare_value
 from pmwvc_core.runtime.session_token import declare_token
 from pmwvc_core.scenario.rates import NEEDS_STRICT
-from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP
+from pmwvc_core.scenario.scenario import DEFAULTS, SIDE, TOP, User
 from pmwvc_core.transport.token import Token
 from pmwvc_master.devices import DeviceInfo, DeviceSetup
 from pmwvc_master.profile import limits_of
 
 
-@dataclass(frozen=True)
-class MasterSettings:
-    """Everything the node was given. ``master`` and ``safety`` may change while it runs."""
+@dataclass(frozen=True, kw_only=True)
+class MasterSettings(User):
+    """Everything the node was given: its user, and what it knows of the session. ``master`` and
+    ``safety`` may change while it runs.
+    """
 
     controller: str
     channel: str
     dof: int
     seed: int
-    side: int
     period_s: float  # of the server [s]
     object_size_m: float
-    master: MasterParams
-    baseline: BaselineParams
-    safety: SafetyParams
-    device: DeviceParams
-    operator: OperatorParams
     task: TaskParams
-    contact: ContactParams
     token: Token | None
 
     @property
@@ -71,9 +66,7 @@ class MasterSettings:
     def make_force_loop(self, epoch: int, info: DeviceInfo) -> ForceLoop:
         """Return this user's end of the protocol, for a device that declares this of itself."""
         return make_force_loop(
-            self.master,
-            self.baseline,
-            limits_of(info, self.safety),
+            replace(self, safety=limits_of(info, self.safety)),
             controller=self.controller,
             channel=self.channel,
             dof=self.dof,
@@ -124,7 +117,9 @@ def declare_settings(
         settings.check_deadband(new)
 
     binding = ParameterBinding(node)
+    name = node.get_namespace().rpartition("/")[2]
     settings = MasterSettings(
+        name=name,
         controller=value("controller", TOP["controller"], "pmwvc"),
         channel=value("channel", TOP["channel"], DEFAULTS["channel"]),
         dof=value("dof", TOP["dof"], DEFAULTS["dof"]),
@@ -141,7 +136,7 @@ def declare_settings(
         operator=declare(node, "operator", OperatorParams),
         task=declare(node, "task", TaskParams),
         contact=declare(node, "server", ContactParams),
-        token=declare_token(node, user=node.get_namespace().rpartition("/")[2]),
+        token=declare_token(node, user=name),
     )
     if settings.side == 0:
         raise ParameterError("side = 0: must be -1 or 1")

@@ -4,8 +4,9 @@
 
 from pmwvc_core.frame.assembly import make_force_loop
 from pmwvc_core.frame.schedule import LIVE
-from pmwvc_core.params import BaselineParams, MasterParams, SafetyParams
+from pmwvc_core.params import MasterParams
 from pmwvc_core.runtime.pacing import Tick
+from pmwvc_core.scenario.scenario import User
 from pmwvc_core.transport.packet import Packer
 from pmwvc_master.devices import DeviceInfo, DeviceSample
 from pmwvc_master.loop import MasterLoop
@@ -75,13 +76,10 @@ class Rig:
     """A loop between fakes, and a clock that shows what the test says."""
 
     def __init__(self, *, rate_drop=TICKS, pacing="host"):
-        master = MasterParams(rate_drop=rate_drop)
         self.device, self.wires, self.now_ns = Device(pacing), Wires(), 0
         self.server = Packer(99, period=FRAME_S)
         protocol = make_force_loop(
-            master,
-            BaselineParams(),
-            SafetyParams(),
+            User("user1", master=MasterParams(rate_drop=rate_drop)),
             controller="pmwvc",
             dof=1,
             server_period_s=FRAME_S,

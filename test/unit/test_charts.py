@@ -9,7 +9,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from support import handmade
 
@@ -240,6 +240,7 @@ def test_points_of_a_chart_that_close_a_script_cannot():
 
 
 @given(st.floats(-1e4, 1e4), st.floats(1e-2, 1e5), st.integers(2, 12))
+@example(1.0, 40001.0, 2)
 def test_ticks_are_round_inside_and_evenly_spaced(low, length, wanted):
     found = Axis(low, low + length, 0.0, 100.0).ticks(wanted)
     values = np.array([value for value, _ in found])

@@ -45,5 +45,7 @@ class Axis:
         step = next(base * each for each in ROUND_STEPS if base * each >= raw * (1.0 - 1e-9))
         digits = max(0, -math.floor(math.log10(step) + 1e-9))
         first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+        if first > last:  # two round values are further apart than the axis is long
+            return self.ticks(wanted + 1)
         values = [number * step for number in range(first, last + 1)]
         return [(value, f"{value:.{digits}f}".replace("-", "−")) for value in values]

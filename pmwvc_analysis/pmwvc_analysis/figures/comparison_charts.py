@@ -121,9 +121,10 @@ def _positions(entry: Entry) -> list[Line]:
 
 
 def _forces(entry: Entry) -> list[Line]:
-    names = recorded.names(entry.traces)
     return [
-        replace(line, label=f"{user.name}, {line.label}", tint=user_tint(names.index(user.name)))
+        replace(
+            line, label=f"{user.name}, {line.label}", tint=recorded.tint(entry.traces, user.name)
+        )
         for user in entry.traces.users
         for line in force_lines(entry.traces, user, 0)
         if line.tint != "hand"
@@ -131,21 +132,21 @@ def _forces(entry: Entry) -> list[Line]:
 
 
 def _position_errors(entry: Entry) -> list[Line]:
-    names, found = recorded.names(entry.traces), []
+    found = []
     for user in entry.traces.users:
         away = apart(entry.traces, user)
         if away is not None:
-            tint = user_tint(names.index(user.name))
+            tint = recorded.tint(entry.traces, user.name)
             found.append(Line(user.name, away.time_s, away.error[:, 0] * 1e3, tint))
     return found
 
 
 def overlay(first: Entry, second: Entry) -> Chart:
     """Return each user's force and position, both sessions in the same panel."""
-    names, panels = recorded.names(first.traces), []
+    panels = []
     others = {user.name: user for user in second.traces.users}
     for user in first.traces.users:
-        other, tint = others[user.name], user_tint(names.index(user.name))
+        other, tint = others[user.name], recorded.tint(first.traces, user.name)
         for y_label, signal, scale in (
             ("device on hand [N]", "f_applied", 1.0),
             ("device [mm]", "x_m", 1e3),

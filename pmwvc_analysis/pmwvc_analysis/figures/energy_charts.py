@@ -97,7 +97,7 @@ def _groups(found: Budget) -> dict[str, Array]:
 
 def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     """Return the energies that controllers account for themselves, a panel per owner."""
-    server, names = traces.server, recorded.names(traces)
+    server = traces.server
     owners = [(user.name, user.block_time_s, user.accounts) for user in traces.users]
     if server is not None:
         owners.append((SERVER, server.time_s, server.accounts))
@@ -117,7 +117,7 @@ def accounts(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
             )
             for index, (account, sums) in enumerate(own.items())
         ]
-        tint = user_tint(names.index(name)) if name in names else "object"
+        tint = recorded.tint(traces, name)
         panels.append(
             Panel(f"energy [{unit}]", lines=lines, title=name, tint=tint, with_zero=True)
         )

@@ -6,7 +6,6 @@ import numpy as np
 
 from pmwvc_analysis.budget.energy import Balance, UserEnergy, user_energies
 from pmwvc_analysis.charts.chart import DASHES, Band, Chart, Dots, Line, Note, Panel
-from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.charts.text import quantity
 from pmwvc_analysis.figures import recorded
 from pmwvc_analysis.recording.losses import DROPPED
@@ -23,14 +22,14 @@ LOST_AT = -0.07  # of the largest delay: where packets that never came are drawn
 
 def energy(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     """Return the energy balances of every user, violations marked."""
-    balances, names = user_energies(traces, scenario), recorded.names(traces)
+    balances = user_energies(traces, scenario)
     if not balances:
         return None
     largest = max(float(np.abs(b.balance_j).max()) for e in balances for _, b, _ in _ways(e))
     unit, scale = ("J", 1.0) if largest >= 1.0 else ("mJ", 1e3)
     panels = []
     for entry in balances:
-        tint = user_tint(names.index(entry.name))
+        tint = recorded.tint(traces, entry.name)
         lines, bands, notes = [], recorded.bands(traces), []
         for order, (label, balance, dash) in enumerate(_ways(entry)):
             period = 3.0 * traces.server.period_s if traces.server else 0.0  # steps come late
@@ -76,12 +75,12 @@ def network(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     links = {name: traces.fates[name] for name in order if len(traces.fates[name].number)}
     if not links:
         return None
-    names, zeros = recorded.names(traces), traces.metadata.get("fate_zero_ns", {})
+    zeros = traces.metadata.get("fate_zero_ns", {})
     panels = []
     for name, fates in links.items():
         user, _, way = name.rpartition("/")
         time_s = (fates.time_in_ns - zeros.get(name, 0)) * 1e-9
-        tint = user_tint(names.index(user)) if user in names else "object"
+        tint = recorded.tint(traces, user)
         lost = int((fates.fate == FateKind.LOST).sum())
         panels.append(
             Panel(
@@ -120,13 +119,12 @@ def loop(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     users = [user for user in traces.users if user.lateness_s.any()]
     if not users:
         return None
-    names = recorded.names(traces)
     largest = max(float(user.lateness_s.max()) for user in users) * 1e6
     bins = np.geomspace(1.0, max(10.0, 1.05 * largest), 90)
     centres = np.sqrt(bins[1:] * bins[:-1])
     dots, often = [], []
     for order, user in enumerate(users):
-        tint = user_tint(names.index(user.name))
+        tint = recorded.tint(traces, user.name)
         late: Array = np.clip(user.lateness_s * 1e6, 1.0, None)
         dots.append(Dots(user.name, user.time_s, late, tint))
         counts, _ = np.histogram(late, bins)

@@ -8,7 +8,6 @@ The server runs on for a moment after the masters have ended; its curves end whe
 import numpy as np
 
 from pmwvc_analysis.charts.chart import DASHES, Chart, Level, Line, Panel
-from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.figures import recorded
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
@@ -41,7 +40,7 @@ def positions(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
                     lines=position_lines(traces, axis, group),
                     bands=recorded.bands(traces),
                     title=title,
-                    tint=user_tint(names.index(title)) if title else "ink",
+                    tint=recorded.tint(traces, title) if title else "ink",
                     height=300.0 if dof * len(groups) == 1 else 150.0,
                 )
             )
@@ -56,8 +55,7 @@ def positions(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
 
 def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[Line]:
     """Return target, object and, for the users of a group, device and avatar along an axis."""
-    server, names = traces.server, recorded.names(traces)
-    lines = []
+    server, lines = traces.server, []
     if server is not None:
         rows = recorded.until_users_end(traces)
         time_s, period = server.time_s[rows], server.period_s
@@ -69,7 +67,7 @@ def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[L
         )
     users = {user.name: user for user in traces.users}
     for order, name in enumerate(group):
-        tint = user_tint(names.index(name))
+        tint = recorded.tint(traces, name)
         if name in users:
             user = users[name]
             dash = DASHES[(0, 6)[order]] if len(group) <= TOGETHER else DASHES[order % len(DASHES)]
@@ -88,7 +86,7 @@ def position_lines(traces: SessionTraces, axis: int, group: list[str]) -> list[L
 def _avatar(traces: SessionTraces, server: ServerTraces, name: str, axis: int, order: int) -> Line:
     index, rows = server.users.index(name), recorded.until_users_end(traces)
     present = np.where(server.state[index] > 0, server.x_s[index][:, axis], np.nan)[rows]
-    tint = user_tint(recorded.names(traces).index(name))
+    tint = recorded.tint(traces, name)
     dash = (3.0 + 0.5 * order, 3.0 + order)
     time_s = server.time_s[rows]
     return Line(f"{name} avatar", time_s, present * 1e3, tint, dash, 1.3, server.period_s)
@@ -98,7 +96,6 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
     """Return the forces at hand, device and avatar: a panel per user and axis."""
     if not traces.users:
         return None
-    names = recorded.names(traces)
     limits = {user.name: user.safety.max_force for user in scenario.users} if scenario else {}
     dof = traces.users[0].f_applied.shape[1]
     axes = range(dof) if dof * len(traces.users) <= MOST_PANELS else range(1)
@@ -114,7 +111,7 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
                     bands=recorded.bands(traces),
                     levels=_limits(lines, float(limits.get(user.name, np.inf))),
                     title=user.name if axis == 0 else "",
-                    tint=user_tint(names.index(user.name)),
+                    tint=recorded.tint(traces, user.name),
                     height=170.0 if axis == 0 else 110.0,
                 )
             )
@@ -130,7 +127,7 @@ def forces(traces: SessionTraces, scenario: Scenario | None) -> Chart | None:
 def force_lines(traces: SessionTraces, user: UserTraces, axis: int) -> list[Line]:
     """Return the forces at hand, device and avatar of a user along an axis."""
     lines, server = [], traces.server
-    tint = user_tint(recorded.names(traces).index(user.name))
+    tint = recorded.tint(traces, user.name)
     if np.isfinite(user.f_h[:, axis]).any():
         f_h = user.f_h[:, axis]
         lines.append(Line("hand on device", user.time_s, f_h, "hand", (), 4.0, user.tick_s))

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.charts.chart import Band, Span
+from pmwvc_analysis.charts.style import user_tint
 from pmwvc_analysis.traces import holes
 from pmwvc_core.numeric import Array, Flags
 from pmwvc_core.traces import SessionTraces
@@ -18,6 +19,12 @@ def names(traces: SessionTraces) -> list[str]:
     """Return the users in the order of their colours: the server's, then the others."""
     found = list(traces.server.users) if traces.server else []
     return found + [user.name for user in traces.users if user.name not in found]
+
+
+def tint(traces: SessionTraces, name: str) -> str:
+    """Return the colour of a user; that of the object for anything else."""
+    known = names(traces)
+    return user_tint(known.index(name)) if name in known else "object"
 
 
 def end_s(traces: SessionTraces) -> float:

@@ -44,7 +44,7 @@
     for (let n = Math.ceil(a.low / step - 1e-9); n <= a.high / step + 1e-9; n++) {
       found.push([n * step, (n * step).toFixed(digits).replace("-", "−")]);
     }
-    return found;
+    return found.length ? found : ticks(a, wanted + 1); // round values further apart than the axis is long
   }
   // First place in sorted values that is not below the wanted one.
   function place(values, wanted) {

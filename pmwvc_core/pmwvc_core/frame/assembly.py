@@ -11,25 +11,14 @@ node.
 
 from collections.abc import Sequence
 
-from pmwvc_core.controllers import (
-    PLAIN,
-    is_strict,
-    make_master,
-    make_server,
-)
+from pmwvc_core.controllers import PLAIN, is_strict, make_master, make_server
 from pmwvc_core.frame.force_loop import ForceLoop
 from pmwvc_core.frame.receivers import make_receiver
 from pmwvc_core.frame.schedule import AT_ONCE, Frames, FrameSchedule
 from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.master.brake import brake_of
 from pmwvc_core.master.safety.limiter import SafetyLimiter
-from pmwvc_core.params import (
-    BaselineParams,
-    MasterParams,
-    SafetyParams,
-    ServerParams,
-    TaskParams,
-)
+from pmwvc_core.params import ServerParams, TaskParams
 from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.scenario.server_times import ServerTimes, server_times
@@ -37,15 +26,12 @@ from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.transport.deadband import Deadband
 from pmwvc_core.transport.packet import Packer
 from pmwvc_core.transport.strict_receiver import StrictReceiver
-from pmwvc_core.wave.impedance import impedance_of
 
 SERVER_EPOCH = 1000  # of scenarios; random in live sessions, where a process can start again
 
 
 def make_force_loop(
-    master: MasterParams,
-    baseline: BaselineParams,
-    safety: SafetyParams,
+    user: User,
     *,
     controller: str,
     channel: str = PLAIN,
@@ -60,8 +46,8 @@ def make_force_loop(
 
     Parameters
     ----------
-    master, baseline, safety
-        Of the user.
+    user
+        Of it master, baseline and safety.
     controller, channel, dof, server_period_s
         Of the session: controller and channel by name, axes, time step of the server [s].
     schedule
@@ -75,28 +61,28 @@ def make_force_loop(
         controller,
         channel,
         dof,
-        impedance_of(master),
+        user.impedance,
         period_s=server_period_s,
-        timeout_s=safety.timeout_s,
+        timeout_s=user.safety.timeout_s,
     )
-    packer = Packer(epoch, period=master.frame_s, deadband=Deadband(master.deadband))
+    packer = Packer(epoch, period=user.master.frame_s, deadband=Deadband(user.master.deadband))
     brake = ends = None
     if isinstance(inbox, StrictReceiver):
-        brake = brake_of(master)
+        brake = brake_of(user.master)
         ends = (inbox.playout, packer, brake)
     return ForceLoop(
-        make_master(controller, master, baseline, strict=ends),
+        make_master(controller, user.master, user.baseline, strict=ends),
         SafetyLimiter(
-            safety,
-            tick_s=master.tick_s,
+            user.safety,
+            tick_s=user.master.tick_s,
             packet_s=server_period_s,
             workspace_m=workspace_m,
             brake=brake,
         ),
         inbox=inbox,
         packer=packer,
-        frames=Frames(schedule, rate_drop=master.rate_drop, tick_s=master.tick_s),
-        tick_s=master.tick_s,
+        frames=Frames(schedule, rate_drop=user.master.rate_drop, tick_s=user.master.tick_s),
+        tick_s=user.master.tick_s,
         watched=watched,
     )
 
@@ -175,11 +161,8 @@ def force_loop_of(
     dof: int | None = None,
 ) -> ForceLoop:
     """Return the force loop of user ``number`` (from 0) of a scenario, or of some of its axes."""
-    user = scenario.users[number]
     return make_force_loop(
-        user.master,
-        user.baseline,
-        user.safety,
+        scenario.users[number],
         controller=scenario.controller,
         channel=scenario.channel,
         dof=dof or scenario.dof,
