@@ -23,6 +23,7 @@ from pmwvc_analysis.charts.style import user_tint
 
 PICTURE = "benchmark"
 Found = Callable[[str, Sequence[str]], Rows]  # of a method on networks
+ROWS = 3  # of names below the picture
 MARKS = ("ring", "cross", "plus")
 
 
@@ -82,6 +83,6 @@ def ordered(study: Study) -> tuple[str, ...]:
 
 
 def _name(study: Study, network: str, place: int) -> str:
-    """Return a network's name in one of two rows, with a star where the search met it."""
+    """Return a network's name in one of the rows, with a star where the search met it."""
     star = "*" if network in study.plan.training else ""
-    return "\n" * (place % 2) + network + star
+    return "\n" * (place % ROWS) + network + star
