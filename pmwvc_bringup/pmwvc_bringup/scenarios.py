@@ -7,12 +7,12 @@ A scenario itself: :mod:`pmwvc_core.scenario`. Works without ROS.
 
 import os
 import sys
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 import yaml
 
+from pmwvc_analysis.recording.scenario_file import mapping_in, yaml_text
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.params.names import flat_mapping, hint
 from pmwvc_core.scenario.reader import parse_scenario
@@ -20,24 +20,6 @@ from pmwvc_core.scenario.scenario import Scenario
 
 SUFFIXES = (".yaml", ".yml")
 FILE_NAMES = ("operator.file", "trace_file")  # parameters that name a file
-
-
-class _Loader(yaml.SafeLoader):
-    """Safe YAML that refuses a name given twice; YAML itself keeps the last."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        """Build a mapping; a repeated key is an error with its line."""
-        seen: set[Hashable] = set()
-        for key_node, _ in node.value:
-            if key_node.tag == "tag:yaml.org,2002:merge":
-                continue
-            key = self.construct_object(key_node, deep=True)
-            if isinstance(key, Hashable) and key in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"{key} is given twice", key_node.start_mark
-                )
-            seen.add(key)
-        return super().construct_mapping(node, deep)
 
 
 def folders() -> list[Path]:
@@ -64,7 +46,8 @@ def find(name: str) -> Path:
     path = Path(name).expanduser()
     if path.suffix in SUFFIXES or os.sep in name:
         if not path.is_file():
-            raise ScenarioError(name, ["there is no such file"])
+            kinds = "file" if path.suffix in SUFFIXES else "session folder or scenario file"
+            raise ScenarioError(name, [f"there is no such {kinds}"])
         return path
     files = known()
     if name in files:
@@ -80,18 +63,7 @@ def read(path: Path) -> dict[str, object]:
     """Return the values of a scenario file by dotted name, with absolute paths of named files;
     ScenarioError where it cannot be read or is not YAML, with line and column.
     """
-    try:
-        content = yaml.load(path.read_text("utf-8"), Loader=_Loader)
-    except yaml.YAMLError as error:
-        raise ScenarioError(str(path), [_yaml_text(error)]) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(str(path), [f"cannot be read: {error}"]) from None
-    if not isinstance(content, Mapping):
-        kind = "nothing" if content is None else type(content).__name__
-        raise ScenarioError(
-            str(path), [f"holds {kind}; a mapping of names and values is expected"]
-        )
-    return _with_files(content, path.resolve().parent)
+    return _with_files(mapping_in(path), path.resolve().parent)
 
 
 def settings(texts: Iterable[str]) -> tuple[dict[str, object], list[str]]:
@@ -107,7 +79,7 @@ def settings(texts: Iterable[str]) -> tuple[dict[str, object], list[str]]:
         try:
             values[name] = yaml.safe_load(value)
         except yaml.YAMLError as error:
-            problems.append(f"--set {text}: {_yaml_text(error)}")
+            problems.append(f"--set {text}: {yaml_text(error)}")
     return _with_files(values, Path.cwd()), problems
 
 
@@ -149,12 +121,3 @@ def _with_files(values: Mapping[str, object], base: Path) -> dict[str, object]:
         else value
         for name, value in flat_mapping(values).items()
     }
-
-
-def _yaml_text(error: yaml.YAMLError) -> str:
-    """Return a YAML error on one line, with line and column."""
-    if not isinstance(error, yaml.MarkedYAMLError):
-        return f"is not YAML: {error}"
-    mark = error.problem_mark
-    position = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-    return f"is not YAML{position}: {error.problem}"

@@ -22,7 +22,7 @@ from pmwvc_core.runtime.real_time import request_priority
 from pmwvc_view import SNAPSHOT_S
 from pmwvc_view.live.graph import LONGEST_S, find
 from pmwvc_view.live.session import LiveSession
-from pmwvc_view.web.access import is_loopback, new_token
+from pmwvc_view.web.access import is_loopback, new_token, why_refused
 from pmwvc_view.web.server import PageServer
 
 PRIORITY = 2  # below loops and recorder: a hand waits for no ordinary program
@@ -86,10 +86,9 @@ class View:
         if not is_loopback(host):
             text = f"host = {host}: whoever has the address with its token can take part"
             self._node.get_logger().warning(text)
-        try:
-            server.run(stop, lambda: print(f"page {server.address}", flush=True))
-        except OSError as error:
-            raise ParameterError(f"host = {host}, port = {values['port']}: {error}") from None
+        if why := why_refused(host, values["port"]):
+            raise ParameterError(f"host = {host}, port = {values['port']}: {why}")
+        server.run(stop, lambda: print(f"page {server.address}", flush=True))
 
     def close(self) -> None:
         """Nothing is left to let go of."""

@@ -3,6 +3,7 @@
 """The page of a real session: people take hold through it, change the nodes, and go away."""
 
 import signal
+import socket
 
 import numpy as np
 import pytest
@@ -56,9 +57,12 @@ def visited(tmp_path_factory):
     """A session in which two people squeeze the cube, and one of them leaves."""
     folder = tmp_path_factory.mktemp("page") / "session"
     found = {"folder": folder}
-    words = ("live", "--view", "--no-browser", "--duration", "300")
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = str(free.getsockname()[1])
+    words = ("live", "--view", "--no-browser", "--port", port, "--duration", "300")
     with Running(folder, *words) as session:
         address = address_of(session.process.stdout)
+        assert f":{port}/" in address
         with opened(address) as second_socket:
             second = Person(Page(second_socket, ""), "user2")
             with opened(address) as first_socket:

@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ
 from pmwvc_view.protocol.requests import ProtocolError, Request, Target, read
-from pmwvc_view.web.access import Access
+from pmwvc_view.web.access import Access, why_refused
 from pmwvc_view.web.client import Allowance
 from pmwvc_view.web.handling import SETTLED
 
@@ -52,6 +52,13 @@ def closed_with(page):
         while True:
             page.receive()
     return caught.value.rcvd.code
+
+
+def test_address_that_cannot_be_listened_on_is_refused_with_the_reason(server):
+    assert why_refused("127.0.0.1", 0) == why_refused("localhost", 0) == ""
+    assert "another program uses this port" in why_refused("127.0.0.1", server.port)
+    assert why_refused("127.0.0.1", 65536) == "a port is 0..65535"
+    assert why_refused("192.0.2.1", 0) == "not an address of this machine"
 
 
 def test_page_and_its_files_are_served_under_a_policy_that_loads_nothing_from_elsewhere(server):

@@ -23,7 +23,7 @@ from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_analysis.traces.holes import holes
-from pmwvc_core.errors import RecordingError
+from pmwvc_core.errors import RecordingError, ScenarioError
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +72,12 @@ def test_what_was_recorded_comes_back(tmp_path, dof):
     assert set(found.link_states) == set(traces.fates)
     assert found.duration_s == pytest.approx(traces.duration_s)
     assert all(count["missing"] == 0 for count in found.counts.values())
+
+
+def test_a_damaged_scenario_is_refused_with_its_path_and_place(tmp_path):
+    (tmp_path / "scenario.yaml").write_text("users: [\n")
+    with pytest.raises(ScenarioError, match=r"scenario\.yaml: is not YAML in line 2, column 1"):
+        read_scenario(tmp_path)
 
 
 def test_the_scenario_comes_back(folder, tmp_path):

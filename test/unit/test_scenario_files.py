@@ -111,6 +111,7 @@ def test_a_wrong_name_gets_the_nearest_right_one():
 
 def test_a_file_that_is_not_there_is_reported(tmp_path):
     assert refused(tmp_path / "nothing.yaml") == ["there is no such file"]
+    assert refused(tmp_path / "nothing") == ["there is no such session folder or scenario file"]
 
 
 def test_options_win_over_the_file(written):

@@ -125,21 +125,18 @@ def _nothing(folder: Path, content: Content) -> str:
 
 
 def read_scenario(folder: str | Path) -> Scenario | None:
-    """Return the scenario of a session folder, or None where the folder holds none.
+    """Return the scenario of a session folder, or None where the folder holds none; ScenarioError
+    where it is no scenario.
 
     One without ``channel`` is from before there was a choice: the plain channel.
     """
     path = Path(folder) / "scenario.yaml"
     if not path.is_file():
         return None
-    import yaml
-
+    from pmwvc_analysis.recording.scenario_file import mapping_in
     from pmwvc_core.scenario.reader import parse_scenario
 
-    found = yaml.safe_load(path.read_text(encoding="utf-8"))
-    if isinstance(found, dict):
-        found = {"channel": PLAIN} | found
-    return parse_scenario(found, source=str(path))
+    return parse_scenario({"channel": PLAIN, **mapping_in(path)}, source=str(path))
 
 
 def _fate_zeros(of_links: Mapping[str, Sequence[PacketFate]], zero_ns: int) -> dict[str, int]:

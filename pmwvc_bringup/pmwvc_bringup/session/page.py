@@ -19,7 +19,7 @@ from pmwvc_bringup.session.surroundings import LOCALHOST, RANGE, own_environment
 from pmwvc_core.errors import PmwvcError
 from pmwvc_view import SNAPSHOT_S
 from pmwvc_view.session import Session
-from pmwvc_view.web.access import new_token
+from pmwvc_view.web.access import new_token, why_refused
 from pmwvc_view.web.server import PageServer
 
 DOMAIN = "ROS_DOMAIN_ID"
@@ -28,12 +28,16 @@ PAGE = "page "  # begin of the line with the address
 
 def serve(session: Session, console: Console, *, host: str, port: int, browser: bool) -> None:
     """Serve a session until interrupted; PmwvcError where the address cannot be listened on."""
+    require_address(host, port)
     server = PageServer(session, host=host, port=port, token=new_token(), snapshot_s=SNAPSHOT_S)
     with Interrupts().caught() as interrupts:
-        try:
-            server.run(interrupts, lambda: show(server.address, console, browser=browser))
-        except (OSError, OverflowError) as error:
-            raise PmwvcError(f"--host {host} --port {port}: {error}") from None
+        server.run(interrupts, lambda: show(server.address, console, browser=browser))
+
+
+def require_address(host: str, port: int) -> None:
+    """Raise a PmwvcError where no page can be served at an address."""
+    if why := why_refused(host, port):
+        raise PmwvcError(f"--host {host} --port {port}: {why}")
 
 
 def address_in(output: str) -> str | None:
@@ -58,8 +62,10 @@ def has_desktop(environment: Mapping[str, str]) -> bool:
 
 def view(console: Console, *, page: Page, namespace: str, browser: bool) -> int:
     """Run the view node until it ends or the user interrupts; return its exit code. PmwvcError
-    where several sessions run on this machine and none is chosen.
+    where several sessions run on this machine and none is chosen, and where the address cannot be
+    listened on.
     """
+    require_address(page.host, page.port)
     environment = own_environment({RANGE: LOCALHOST, **os.environ})
     if not environment.get(DOMAIN):
         domains = running_domains()

@@ -204,7 +204,7 @@ class LiveSession:
 
     def _show_page(self) -> None:
         """Print the page's address, and open it, once its server has said it."""
-        if self.page is None or self.page.port:
+        if self.page is None or self.page.token:
             return
         address = address_in(self.children.children["view"].log_tail(lines=1000))
         if address is not None:

@@ -7,6 +7,7 @@ lets its own name point here), the origin against pages of other sites, the toke
 only knows the address.
 """
 
+import errno
 import ipaddress
 import secrets
 import socket
@@ -40,11 +41,36 @@ HEADERS = {
 }
 
 
+REFUSALS = {
+    errno.EADDRINUSE: "another program uses this port; port 0 takes any free one",
+    errno.EACCES: "this port needs rights of the system; port 0 takes any free one",
+    errno.EADDRNOTAVAIL: "not an address of this machine",
+}
+
+
 class File(NamedTuple):
     """A file of the page, as it is answered."""
 
     content: bytes
     kind: str
+
+
+def why_refused(host: str, port: int) -> str:
+    """Return why nothing can listen on an address, in words; nothing where it can be."""
+    if not 0 <= port <= 65535:
+        return "a port is 0..65535"
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+    except OSError:
+        return REFUSALS[errno.EADDRNOTAVAIL]
+    for family, kind, protocol, _, address in found:
+        with socket.socket(family, kind, protocol) as tried:
+            tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                tried.bind(address)
+            except OSError as error:
+                return REFUSALS.get(error.errno or 0, str(error.strerror))
+    return ""
 
 
 def new_token() -> str:

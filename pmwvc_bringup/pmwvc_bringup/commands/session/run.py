@@ -33,6 +33,10 @@ VIEWED = (
 def run(arguments: argparse.Namespace) -> Result:
     """Run a live session; 1 when a node did not come up, 130 when ended before it began."""
     preflight.require_ros()
+    if arguments.view:
+        from pmwvc_bringup.session.page import require_address
+
+        require_address(arguments.host, arguments.port)
     scenario, folder = prepared(arguments)
     from pmwvc_bringup.session.runner import LiveSession, StartError
 
