@@ -133,7 +133,7 @@ def read_scenario(folder: str | Path) -> Scenario | None:
     path = Path(folder) / "scenario.yaml"
     if not path.is_file():
         return None
-    from pmwvc_analysis.recording.scenario_file import mapping_in
+    from pmwvc_analysis.recording.format.scenario_file import mapping_in
     from pmwvc_core.scenario.reader import parse_scenario
 
     return parse_scenario({"channel": PLAIN, **mapping_in(path)}, source=str(path))
