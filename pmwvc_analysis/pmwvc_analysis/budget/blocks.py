@@ -26,7 +26,7 @@ from pmwvc_analysis.traces.true_motion import TrueMotion, complete, measured, tr
 from pmwvc_core.account import Account, Passage, wave_energy
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.master.port_filters.velocity_filter import force_filter_kept
-from pmwvc_core.master.strict_port import RELEASED, passages
+from pmwvc_core.master.strict_accounts import RELEASED, passages
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.devices import device_account

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.sums import UserSums
-from pmwvc_core.master.strict_port import DISCARDED
+from pmwvc_core.master.strict_accounts import DISCARDED
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces
 

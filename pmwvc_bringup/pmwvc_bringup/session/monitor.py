@@ -27,7 +27,7 @@ from std_srvs.srv import Trigger
 
 from pmwvc_bringup.session.status import UserStatus
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.master.strict_port import NODE, RELEASED
+from pmwvc_core.master.strict_accounts import NODE, RELEASED
 from pmwvc_core.runtime.messages import misfit, nanoseconds
 from pmwvc_core.runtime.polling import Polled
 from pmwvc_core.runtime.services import unmatched

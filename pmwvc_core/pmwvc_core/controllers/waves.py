@@ -3,7 +3,7 @@
 """The record of ``pmwvc``: wave variables both ways."""
 
 from pmwvc_core.controllers.record import Controller
-from pmwvc_core.master import strict_port
+from pmwvc_core.master import strict_accounts
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.master.port_filters import filter_bank, local_model, velocity_filter
 from pmwvc_core.master.position import feedback as position
@@ -39,7 +39,7 @@ RECORD = Controller(
         *filter_bank.ENTRIES,
         *local_model.ENTRIES,
         *position.ENTRIES,
-        *strict_port.ENTRIES,
+        *strict_accounts.ENTRIES,
         *avatar_brake.ENTRIES,
         *black_box.ENTRIES,
     ),

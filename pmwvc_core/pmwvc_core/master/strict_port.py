@@ -37,14 +37,14 @@ Equations: docs/theory.md 17.4, 17.5, 17.10.
 
 from collections.abc import Mapping
 
-from pmwvc_core.account import Entry, Passage, Role
 from pmwvc_core.master.brake import HandBrake
 from pmwvc_core.master.counts import BetweenCounts
 from pmwvc_core.master.device_port import DevicePort
 from pmwvc_core.master.position.strict import StrictPosition
+from pmwvc_core.master.strict_accounts import DISCARDED, FREE, GIVEN, NODE, RELEASED
 from pmwvc_core.numeric import Flag, Value, anywhere, dot, maximum, minimum, squared, where
 from pmwvc_core.params import MasterParams
-from pmwvc_core.transport.packet import LINK_UP, Packer, WavePacket
+from pmwvc_core.transport.packet import Packer, WavePacket
 from pmwvc_core.wave.playout import Playout
 
 KEPT_J = 1e-4  # at the node where a packet does not need it: a tick is paid for when it is over
@@ -56,38 +56,6 @@ MOST_DEFICIT_J = 0.01
 TWICE = 2.0
 WITHHELD = 1.0  # of b q^2/h: so far ahead of the true work the one counted may be at first
 SPARED_J = 1e-3  # left to the playout for catching up when the node takes what is free there
-
-NODE = Entry(
-    "node",
-    "not paid to packets yet, at the device's node",
-    Role.LEVEL,
-    part="account of the device's node",
-)
-GIVEN = Entry("playout_given", "given out by the playout", Role.LEVEL)
-FREE = Entry("playout_free", "in the playout, beyond what its wave needs", Role.LEVEL)
-RELEASED = Entry(
-    "playout_released", "passed on to the device's node beside the playout's wave", Role.WITHIN
-)
-DISCARDED = Entry("playout_discarded", "in the playout beyond its cap, discarded", Role.LEVEL)
-ENTRIES = (NODE, GIVEN, RELEASED, FREE, DISCARDED)
-
-
-def passages(params: MasterParams) -> tuple[Passage, ...]:
-    """Return what waves pass: the links contain their playout. What the playout releases goes to
-    the node beside the wave. Where the wave at the device is another one than the playout's, node
-    and link down are one part.
-    """
-    if alters_wave(params):
-        return LINK_UP, Passage("node_and_link_down", ("work", "v_s"), ("u_tx",))
-    node = Passage(NODE.name, ("work", "v_m", "released"), ("u_tx",))
-    return LINK_UP, node, Passage("link_down", ("v_s",), ("v_m", "released"))
-
-
-def alters_wave(params: MasterParams) -> bool:
-    """Tell whether the wave at the device is another one than that of the channel: port filters
-    and position feedback belong to the node.
-    """
-    return params.velocity_filter.is_on or params.bank.is_on or params.position.is_on
 
 
 class StrictMaster(DevicePort):

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from pmwvc_analysis.budget.criterion import TOLERANCE_J, TOLERANCE_RELATIVE
-from pmwvc_core.master.strict_port import ENTRIES, NODE, RELEASED
+from pmwvc_core.master.strict_accounts import ENTRIES, NODE, RELEASED
 
 LONGEST = 512  # blocks or steps that wait for the other node
 
