@@ -47,17 +47,11 @@ class Master:
         settings = self.settings
         epoch = secrets.randbits(64) or 1
         self.device = make_device(settings.device.plugin, settings.device_setup(node))
+        known = self.device.info.hand_force_known
         self.loop = MasterLoop(
             settings.make_force_loop(epoch, self.device.info),
             self.device,
-            wires=RosWires(
-                node,
-                dof=settings.dof,
-                epoch=epoch,
-                frame_s=settings.master.frame_s,
-                token=settings.token,
-                hand_force_known=self.device.info.hand_force_known,
-            ),
+            wires=RosWires(node, settings, epoch=epoch, hand_force_known=known),
             tick_s=settings.master.tick_s,
             dof=settings.dof,
         )

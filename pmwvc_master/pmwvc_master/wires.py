@@ -19,30 +19,19 @@ from pmwvc_core.runtime import messages
 from pmwvc_core.runtime.polling import TRACE_QOS, offered
 from pmwvc_core.runtime.wave_topics import WaveTopics
 from pmwvc_core.transport.admission import Admission
-from pmwvc_core.transport.token import Token
 from pmwvc_master.blocks import Block
 from pmwvc_master.devices import DeviceSample
 from pmwvc_master.loop import MasterLoop
+from pmwvc_master.settings import MasterSettings
 
 
 class RosWires:
-    """See :class:`pmwvc_master.loop.Wires`.
-
-    ``frame_s`` is the packet interval [s], ``token`` the user's; None for an open session.
-    """
+    """See :class:`pmwvc_master.loop.Wires`."""
 
     def __init__(
-        self,
-        node: Node,
-        *,
-        dof: int,
-        epoch: int,
-        frame_s: float,
-        token: Token | None,
-        hand_force_known: bool,
+        self, node: Node, settings: MasterSettings, *, epoch: int, hand_force_known: bool
     ) -> None:
-        self._dof = dof
-        self._epoch = epoch
+        self._dof, self._epoch = settings.dof, epoch
         self._hand_force_known = hand_force_known
         self._types = messages.live_types()
         self.link = WaveTopics(
@@ -50,11 +39,11 @@ class RosWires:
             self._types,
             incoming="wave_down",
             outgoing="wave_up",
-            admission=Admission(token, out="up", into="down"),
-            dof=dof,
-            period_s=frame_s,
+            admission=Admission(settings.token, out="up", into="down"),
+            dof=settings.dof,
+            period_s=settings.master.frame_s,
         )
-        trace_qos = offered(TRACE_QOS, frame_s)
+        trace_qos = offered(TRACE_QOS, settings.master.frame_s)
         self._trace = node.create_publisher(self._types.MasterTrace, "trace", trace_qos)
         sensor = qos_profile_sensor_data
         self._twist = node.create_publisher(TwistStamped, "measured_cv", sensor)

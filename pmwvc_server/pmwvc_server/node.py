@@ -56,17 +56,8 @@ class Server:
         )
         self.names = [user.name for user in settings.users]
         epoch = secrets.randbits(64) or 1
-        self.loop = ServerLoop(
-            settings.make_step(epoch),
-            wires=RosWires(
-                node,
-                self.names,
-                dof=settings.dof,
-                epoch=epoch,
-                period_s=settings.server.period_s,
-                token=settings.token,
-            ),
-        )
+        wires = RosWires(node, settings, epoch=epoch)
+        self.loop = ServerLoop(settings.make_step(epoch), wires=wires)
         if node.get_parameter("paused").value:
             self._pause(PauseParams(paused=True))
             self._settle()

@@ -18,26 +18,17 @@ from pmwvc_core.runtime.polling import TRACE_QOS, offered
 from pmwvc_core.runtime.wave_topics import WaveTopics
 from pmwvc_core.transport.admission import Admission
 from pmwvc_core.transport.packet import WavePacket
-from pmwvc_core.transport.token import Token
 from pmwvc_server.loop import ServerLoop
+from pmwvc_server.settings import ServerSettings
 
 
 class RosWires:
-    """See :class:`pmwvc_server.loop.Wires`; ``token`` is the session's key; None: an open one."""
+    """See :class:`pmwvc_server.loop.Wires`."""
 
-    def __init__(
-        self,
-        node: Node,
-        users: Sequence[str],
-        *,
-        dof: int,
-        epoch: int,
-        period_s: float,
-        token: Token | None,
-    ) -> None:
-        self._users = list(users)
-        self._dof = dof
-        self._epoch = epoch
+    def __init__(self, node: Node, settings: ServerSettings, *, epoch: int) -> None:
+        self._users = [user.name for user in settings.users]
+        self._dof, self._epoch = settings.dof, epoch
+        token, period_s = settings.token, settings.server.period_s
         self._types = types = messages.live_types()
         self.links = [
             WaveTopics(
@@ -46,10 +37,10 @@ class RosWires:
                 incoming=f"~/{user}/wave_up",
                 outgoing=f"~/{user}/wave_down",
                 admission=Admission(token.of(user) if token else None, out="down", into="up"),
-                dof=dof,
+                dof=settings.dof,
                 period_s=period_s,
             )
-            for user in users
+            for user in self._users
         ]
         trace_qos = offered(TRACE_QOS, period_s)
         self._trace = node.create_publisher(types.ServerTrace, "~/trace", trace_qos)
