@@ -7,10 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pmwvc_core.account import Account
+from pmwvc_core.account import Account, Passage
 from pmwvc_core.motion import damper_heat, motion
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.devices import SimulatedDevice, device_account
+from pmwvc_core.server.contacts import CONTACTS
 from pmwvc_core.server.cube import Cube, object_account
 from pmwvc_core.wave.ledger import port_account
 from pmwvc_core.wave.transform import WavePort
@@ -121,3 +122,19 @@ def test_an_account_adds_up():
     account = Account(taken=5.0, given=2.0, stored=1.0, dissipated=1.5)
     assert account.kept == 3.0
     assert account.residual == 0.5
+
+
+def test_an_account_by_names_adds_what_it_names_and_leaves_over_the_rest():
+    block = Passage("left", ("in", "beside"), ("out",), ("spring",), ("heat", "dropped"))
+    energies = {"in": 3.0, "beside": 1.0, "out": 1.5, "spring": 0.5, "heat": 0.25, "dropped": 0.25}
+    assert block.account(energies) == Account(4.0, 1.5, 0.5, 0.5)
+    assert block.account(energies).residual == 1.5
+    assert block.account({**energies, "heat": 1.25}).residual == 0.5  # the control
+    assert block.account({**energies, "other": 9.0}).residual == 1.5
+
+
+def test_contacts_that_store_and_heat_what_avatars_gave_leave_nothing_over():
+    energies = {"avatars": 2.0, "object": 0.5, "springs": 1.0, "dampers": 0.5}
+    assert CONTACTS.account(energies).residual == 0.0
+    for name in energies:  # the control: one that is off shows whole
+        assert abs(CONTACTS.account({**energies, name: energies[name] + 0.25}).residual) == 0.25

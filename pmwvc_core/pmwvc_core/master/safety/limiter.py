@@ -115,8 +115,7 @@ class SafetyLimiter(Stateful):
         self._too_fast, self._runaway = params.damper_velocity**2, params.fault_velocity**2
         self._longest = params.max_force**2
         self._slow = ROUNDING * minimum(self._too_fast, self._runaway)
-        self._weak = ROUNDING * self._longest
-        self._gentle = ROUNDING * self._slew**2
+        self._weak, self._gentle = ROUNDING * self._longest, ROUNDING * self._slew**2
 
     def expect(self, silence_s: float) -> None:
         """Note how long packets may fail to come before the server counts as silent [s]."""
