@@ -17,8 +17,13 @@ export class Accounts {
     this.session = session;
     this.written_ms = 0;
     this.full_j = LEAST_J;
-    this.rows = session.users.flatMap(({ name }, index) => Object.keys(WAYS).map((way) => this.row(name, index, way)));
-    container.replaceChildren(...this.rows.map(({ root }) => root));
+    const users = session.users.map(({ name }, index) => Object.keys(WAYS).map((way) => this.row(name, index, way)));
+    this.rows = users.flat();
+    container.replaceChildren(...users.map((rows) => {
+      const group = document.createElement("div");
+      group.append(...rows.map(({ root }) => root));
+      return group;
+    }));
   }
 
   row(name, index, way) {

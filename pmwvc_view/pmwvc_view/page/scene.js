@@ -31,7 +31,7 @@ export class Scene {
   draw(hand, flow, now_s) {
     const { context, width, height } = fitted(this.canvas);
     const { session, camera } = this;
-    this.context = context;
+    Object.assign(this, { context, width });
     context.clearRect(0, 0, width, height);
     const size_m = session.object.size_m || 0.06;
     const deep = session.dof > 1;
@@ -179,9 +179,10 @@ export class Scene {
     arrow(context, x, y, length * dx, length * dy, colour);
     if (!amount) return;
     const beside = this.lanes.some((lane) => lane !== 0); // above it another handle may stand
-    const at = beside ? [x + (length + 6) * dx, place.y] : [place.x, place.y - rim - 13];
-    const align = beside ? (dx < 0 ? "right" : "left") : "center";
-    label(context, `${size.toFixed(1)} N`, ...at, { colour: theme.ink, align, weight: 600 });
+    const outward = dx < 0 ? "right" : "left"; // away from the handle that it is pressed against
+    const at = beside ? [x + (length + 6) * dx, place.y] : [place.x - 5 * dx, place.y - rim - 13];
+    const align = beside || camera.dof === 1 ? outward : "center";
+    label(context, `${size.toFixed(1)} N`, ...at, { colour: theme.ink, align, weight: 600, width: this.width });
   }
 
   captions(width, height, flow) {
@@ -192,7 +193,8 @@ export class Scene {
     const delays = session.users.map(({ name }) => `${milli(session.value(`${name}.delay_up`), 0)} + ${milli(session.value(`${name}.delay_down`), 0)}`);
     const same = new Set(delays).size === 1;
     const text = `delay ${same ? delays[0] : delays.join(", ")} ms`;
-    label(context, width > 560 ? text : delays[0] + " ms", 14, middle, { size: 12 });
+    const few = same ? delays[0] : delays.length < 4 ? delays.join(", ") : "";
+    if (width > 560 || few) label(context, width > 560 ? text : `${few} ms`, 14, middle, { size: 12 });
     const late = flow.late_s ? `, ${flow.late_s.toFixed(2)} s late` : "";
     if (width > 560) label(context, theme.still ? "packets on their way" : `packets ${SLOWER} times slower${late}`, width - 14, middle, { align: "right", size: 12 });
   }

@@ -43,12 +43,14 @@ export function arrow(context, x, y, dx, dy, colour) {
   context.fill();
 }
 
-export function label(context, text, x, y, { colour = theme.soft, size = 12, align = "left", weight = 400 } = {}) {
+/** A text; with `width`, the whole of it between 0 and there. */
+export function label(context, text, x, y, { colour = theme.soft, size = 12, align = "left", weight = 400, width = Infinity } = {}) {
   context.font = `${weight} ${size}px ${theme.font}`;
   context.textAlign = align;
   context.textBaseline = "middle";
   context.fillStyle = colour;
-  context.fillText(text, x, y);
+  const { actualBoundingBoxLeft: left, actualBoundingBoxRight: right } = context.measureText(text);
+  context.fillText(text, width === Infinity ? x : Math.max(left, Math.min(x, width - right)), y);
 }
 
 const CORNERS = Array.from({ length: 8 }, (_, i) => [i & 1, (i >> 1) & 1, i >> 2].map((bit) => bit - 0.5));

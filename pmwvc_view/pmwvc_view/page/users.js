@@ -95,6 +95,6 @@ function priceOf(session, { name, side }) {
   const swings = column("f_max").map((each, axis) => each - column("f_min")[axis]);
   const expected_m = (along(force) * session.value(`${name}.lag`)) / (2 * session.value(`${name}.impedance`));
   const still = !moving && !swings.some((each) => each > REST_N);
-  if (Number.isFinite(expected_m) && still) found.push(`; F\u202f\u03c4/2b gives ${milli(expected_m)} mm`);
+  if (Number.isFinite(expected_m) && still && !disturbed(stateOf(session, name).state)) found.push(`; F\u202f\u03c4/2b gives ${milli(expected_m)} mm`);
   return found;
 }

@@ -40,7 +40,7 @@ class SimulatedSession(RunningSession):
         self._lost_s = 0.0  # never simulated
 
     def _state(self) -> State:
-        lost = f"This machine was busy: {self._lost_s:.0f} s of real time were not simulated."
+        lost = f"This machine was busy: {self._lost_s:.0f} s of real time was not simulated."
         return State(self._paused, self._preset, [lost] if self._lost_s >= 0.5 else [])
 
     def _remote(self) -> list[str]:

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import json
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection, broadcast
@@ -64,9 +64,10 @@ class Client:
             self._full = True
         self._work.set()
 
-    def show(self, snapshot: Snapshot) -> None:
-        """Send a snapshot, or what comes of it and later ones once the page is ready for it."""
-        self._outgoing.add(snapshot)
+    def show(self, snapshots: Sequence[Snapshot]) -> None:
+        """Send the newest snapshots as one, with later ones where the page is not ready yet."""
+        for snapshot in snapshots:
+            self._outgoing.add(snapshot)
         self._send_snapshot()
 
     def seen(self, seq: int) -> None:

@@ -113,10 +113,10 @@ class PageServer:
             snapshots = session.poll()
             if session.generation != self._generation:
                 self._begin()
-            for snapshot in snapshots:
-                self._newest = snapshot
+            if snapshots:
+                self._newest = snapshots[-1]
                 for client in self._clients.values():
-                    client.show(snapshot)
+                    client.show(snapshots)
             if polls % NEWS_EVERY == 0 or not self._clients:
                 self._tell_news()
             polls += 1
@@ -167,7 +167,7 @@ class PageServer:
         for kind, content in self._news.items():
             client.send({"kind": kind, **content})
         if self._newest is not None:
-            client.show(self._newest)
+            client.show([self._newest])
         self._clients[socket] = client
         self._watched.set()
         why = ""
