@@ -12,7 +12,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from pmwvc_core.frame.rows import Presence, ServerRow
 from pmwvc_core.frame.schedule import LIVE, next_on_grid
@@ -26,6 +26,16 @@ PRIORITY = 20
 PHASE_NS = round(LIVE.server_s * 1e9)
 
 
+class Step(NamedTuple):
+    """A step just made, with the packets of each user taken in at an instant."""
+
+    row: ServerRow
+    tick: Tick
+    looked_ns: int
+    packets: Sequence[Sequence[WavePacket]]
+    compute_s: float
+
+
 class Wires(Protocol):
     """Connections of the loop to the network and to observers."""
 
@@ -33,17 +43,8 @@ class Wires(Protocol):
     def links(self) -> Sequence[PacketLink]:
         """The packets of each user."""
 
-    def publish_trace(
-        self,
-        loop: "ServerLoop",
-        row: ServerRow,
-        tick: Tick,
-        *,
-        looked_ns: int,
-        packets: Sequence[Sequence[WavePacket]],
-        compute_s: float,
-    ) -> None:
-        """Publish the step just made, with the packets of each user taken in at an instant."""
+    def publish_trace(self, loop: "ServerLoop", step: Step) -> None:
+        """Publish a step."""
 
 
 class ServerLoop:
@@ -105,7 +106,4 @@ class ServerLoop:
             self._before = row.state
         compute_ns = self._clock() - tick.woke_ns
         self.health.add(tick.lateness_ns, compute_ns)
-        took_s = compute_ns * 1e-9
-        self.wires.publish_trace(
-            self, row, tick, looked_ns=looked_ns, packets=packets, compute_s=took_s
-        )
+        self.wires.publish_trace(self, Step(row, tick, looked_ns, packets, compute_ns * 1e-9))

@@ -7,18 +7,15 @@ Private topics: for each user ``~/<user>/wave_up`` in and ``~/<user>/wave_down``
 """
 
 import time
-from collections.abc import Sequence
 
 from rclpy.node import Node
 
-from pmwvc_core.frame.rows import PortRow, ServerRow
+from pmwvc_core.frame.rows import PortRow
 from pmwvc_core.runtime import messages
-from pmwvc_core.runtime.pacing import Tick
 from pmwvc_core.runtime.polling import TRACE_QOS, offered
 from pmwvc_core.runtime.wave_topics import WaveTopics
 from pmwvc_core.transport.admission import Admission
-from pmwvc_core.transport.packet import WavePacket
-from pmwvc_server.loop import ServerLoop
+from pmwvc_server.loop import ServerLoop, Step
 from pmwvc_server.settings import ServerSettings
 
 
@@ -45,24 +42,16 @@ class RosWires:
         trace_qos = offered(TRACE_QOS, period_s)
         self._trace = node.create_publisher(types.ServerTrace, "~/trace", trace_qos)
 
-    def publish_trace(
-        self,
-        loop: ServerLoop,
-        row: ServerRow,
-        tick: Tick,
-        *,
-        looked_ns: int,
-        packets: Sequence[Sequence[WavePacket]],
-        compute_s: float,
-    ) -> None:
-        """Publish the step just made, with the packets of each user taken in at an instant."""
+    def publish_trace(self, loop: ServerLoop, step: Step) -> None:
+        """Publish a step."""
+        tick = step.tick
         taken = [
             (user, packet.seq, packet.epoch)
-            for user, arrived in enumerate(packets)
+            for user, arrived in enumerate(step.packets)
             for packet in arrived
             if not packet.refusal
         ]
-        signals = row._asdict()
+        signals = step.row._asdict()
         signals |= zip(PortRow._fields, zip(*signals.pop("ports"), strict=True), strict=True)
         self._trace.publish(
             messages.server_trace(
@@ -75,8 +64,8 @@ class RosWires:
                 dof=self._dof,
                 users=self._users,
                 lateness=tick.lateness_ns * 1e-9,
-                compute=compute_s,
-                looked=looked_ns - tick.due_ns,
+                compute=step.compute_s,
+                looked=step.looked_ns - tick.due_ns,
                 taken=taken,
                 changes=loop.protocol.changes,
                 **signals,

@@ -44,8 +44,8 @@ class Wires:
         self.sent = [link.sent for link in self.links]
         self.steps = []
 
-    def publish_trace(self, loop, row, tick, *, looked_ns, packets, compute_s):
-        self.steps.append((loop.protocol.steps, list(row.state)))
+    def publish_trace(self, loop, step):
+        self.steps.append((loop.protocol.steps, list(step.row.state)))
 
 
 class Rig:
