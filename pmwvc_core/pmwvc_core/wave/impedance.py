@@ -17,12 +17,11 @@ Equations: docs/theory.md 6.1, 6.2, 6.3.
 """
 
 import functools
-import math
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from pmwvc_core.numeric import Array, Value
+from pmwvc_core.numeric import Array, Value, root
 from pmwvc_core.params.matrix import matrix_of
 
 ROUNDING = 1e-12
@@ -207,13 +206,16 @@ def largest(impedance: Impedance) -> float:
     return float(most)
 
 
-def longest_wave(impedance: Impedance, force: float, velocity: float) -> float:
-    """Return the longest wave of a port with at most this force [N] and velocity [m/s].
+def longest_wave(impedance: Impedance, force: float, velocity: float) -> Value:
+    """Return the longest wave of a port with at most this force [N] and velocity [m/s]; a batch
+    has one per run.
 
     u = (2B)^(-1/2) (F + B xd), so |u| <= F/sqrt(2 lambda_min) + xd sqrt(lambda_max/2).
     """
-    least, most = smallest(impedance), largest(impedance)
-    return force / math.sqrt(2.0 * least) + velocity * math.sqrt(0.5 * most)
+    least = most = impedance
+    if isinstance(impedance, MatrixImpedance):
+        least, most = smallest(impedance), largest(impedance)
+    return force / root(2.0 * least) + velocity * root(0.5 * most)
 
 
 def times(matrix: Array, signal: Value) -> Array:

@@ -9,8 +9,6 @@ emits, and a passive server returns no more.
 
 import math
 
-import numpy as np
-
 from pmwvc_core.numeric import Value, root
 from pmwvc_core.params import SafetyParams, specs
 from pmwvc_core.wave.impedance import Impedance, longest_wave, smallest_of_runs
@@ -30,11 +28,7 @@ def largest_wave(impedance: Impedance, *, waves: bool) -> Value:
     waves
         Whether the controller has waves; others send velocities, forces, positions.
     """
-    if not waves:
-        return DIRECT
-    if isinstance(impedance, np.ndarray):
-        return FORCE_N / np.sqrt(2.0 * impedance) + VELOCITY_M_S * np.sqrt(0.5 * impedance)
-    return longest_wave(impedance, FORCE_N, VELOCITY_M_S)
+    return longest_wave(impedance, FORCE_N, VELOCITY_M_S) if waves else DIRECT
 
 
 def wave_of_speed(impedance: Impedance, velocity: float) -> Value:
