@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 
 from pmwvc_core.controllers import has_waves
 from pmwvc_core.params import MasterParams, SafetyParams
-from pmwvc_core.runtime.pacing import Health
+from pmwvc_core.runtime.pacing import Watch
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import ERROR, OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
@@ -69,8 +69,7 @@ class Master:
             f"{1.0 / settings.master.frame_s:.0f} packets per second; "
             f"device {settings.device.plugin}; waiting for the server"
         )
-        self._looked_s = time.monotonic()
-        self._missed = 0
+        self._watch = Watch(self.loop)
         self._peers = Peers(
             publishers_of(node),
             inboxes={node.resolve_topic_name("wave_down"): self.loop.protocol.inbox},
@@ -140,17 +139,10 @@ class Master:
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
         """Return level, text and values of the diagnostics, once a second."""
         loop = self.loop
-        now = time.monotonic()
-        health, loop.health = loop.health, Health()
-        values: dict[str, object] = {
-            name: f"{number:.1f}" for name, number in health.values(now - self._looked_s).items()
-        }
-        missed, self._missed = loop.missed - self._missed, loop.missed
-        self._looked_s = now
+        values, missed = self._watch.look()
         safety, inbox = loop.protocol.safety, loop.protocol.inbox
         state = STATES[int(safety.state)]
         values |= {
-            "missed deadlines": loop.missed,
             "device samples": loop.work.samples,
             "state": state,
             "reason": safety.reason,

@@ -9,7 +9,6 @@ The main thread runs the loop (:mod:`pmwvc_server.loop`); a second one serves pa
 import secrets
 import sys
 import threading
-import time
 from collections.abc import Callable, Mapping
 from functools import partial
 
@@ -20,7 +19,7 @@ from visualization_msgs.msg import MarkerArray
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.plural import count
-from pmwvc_core.runtime.pacing import Health
+from pmwvc_core.runtime.pacing import Watch
 from pmwvc_core.runtime.peers import Peers, publishers_of
 from pmwvc_core.runtime.process import OK, WARN, publish_health, run_node
 from pmwvc_core.runtime.real_time import hold_memory
@@ -63,8 +62,7 @@ class Server:
             self._settle()
         self._scene = Scene(self.names, size_m=settings.server.object_size_m, dof=settings.dof)
         self._markers = node.create_publisher(MarkerArray, "markers", 1)
-        self._looked_s = time.monotonic()
-        self._missed = 0
+        self._watch = Watch(self.loop)
         inboxes = zip(self.names, self.loop.protocol.inboxes, strict=True)
         self._peers = Peers(
             publishers_of(node),
@@ -134,14 +132,8 @@ class Server:
     def _health(self) -> tuple[int, str, Mapping[str, object]]:
         """Return level, text and values of the diagnostics, once a second."""
         loop = self.loop
-        now = time.monotonic()
-        health, loop.health = loop.health, Health()
-        values: dict[str, object] = {
-            name: f"{number:.1f}" for name, number in health.values(now - self._looked_s).items()
-        }
-        missed, self._missed = loop.missed - self._missed, loop.missed
-        self._looked_s = now
-        values |= {"missed deadlines": loop.missed, "steps": loop.protocol.steps}
+        values, missed = self._watch.look()
+        values["steps"] = loop.protocol.steps
         values["packets of another controller"] = loop.protocol.other_controller
         values["real time"] = str(loop.report or "not requested yet")
         silent, apart = [], []

@@ -14,6 +14,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 from pmwvc_core.errors import ParameterError
 
@@ -179,3 +180,28 @@ class Health:
             "compute mean [us]": self.compute_sum_ns / ticks / 1e3,
             "compute max [us]": self.compute_max_ns / 1e3,
         }
+
+
+class Paced(Protocol):
+    """A loop that keeps such counts."""
+
+    health: Health
+    missed: int  # deadlines that were skipped
+
+
+class Watch:
+    """Looks at a paced loop from time to time, for diagnostics."""
+
+    def __init__(self, loop: Paced) -> None:
+        self._loop, self._looked_s, self._missed = loop, time.monotonic(), loop.missed
+
+    def look(self) -> tuple[dict[str, object], int]:
+        """Return values for people by name, and how many deadlines were missed since the last
+        look.
+        """
+        loop, now_s = self._loop, time.monotonic()
+        health, loop.health = loop.health, Health()
+        found = health.values(now_s - self._looked_s)
+        missed, self._missed, self._looked_s = loop.missed - self._missed, loop.missed, now_s
+        values = {name: f"{number:.1f}" for name, number in found.items()}
+        return {**values, "missed deadlines": loop.missed}, missed
