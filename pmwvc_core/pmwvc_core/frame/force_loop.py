@@ -183,7 +183,7 @@ class ForceLoop(ProtocolEnd):
             port.energy_u_tx,
             port.energy_v_rx,
             port.energy_v_m,
-            dict(port.accounts),
+            port.accounts,
         )
 
     def _exchange(

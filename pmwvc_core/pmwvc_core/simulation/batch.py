@@ -19,7 +19,7 @@ from pmwvc_core.simulation.network_traces import NetworkTraces, taken_traces
 from pmwvc_core.simulation.stacking import stack_scenarios
 from pmwvc_core.simulation.user import Frame
 from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime
-from pmwvc_core.traces import SessionTraces
+from pmwvc_core.traces import SessionTraces, TakenTraces
 
 PROGRESS_NS = 1_000_000_000  # of virtual time between two reports
 
@@ -117,15 +117,10 @@ class SessionBatch:
             traces.metadata["server_lateness_s"] = late_ns.astype(np.float64) * 1e-9
         add_faults(traces, self.server)
         self._network.add_to(traces, run)
-        for user, buffer in zip(self.users, self.user_buffers, strict=True):
-            for way, link, looks in (
-                ("up", user.up, server.ran_ns),
-                ("down", user.down, buffer.times_ns),
-            ):
-                traces.taken[f"{user.settings.name}/{way}"] = taken_traces(link, looks)
+        traces.taken = dict(self._taken)
         return traces
 
-    @property
+    @cached_property
     def _began_s(self) -> Array:
         """When steps began [s]."""
         ticks, periods_s = self.server_buffer.ticks, self.server_buffer.periods_s
@@ -136,6 +131,18 @@ class SessionBatch:
     @cached_property
     def _network(self) -> NetworkTraces:
         return NetworkTraces(self.users, self.server, **self._shape)
+
+    @cached_property
+    def _taken(self) -> dict[str, TakenTraces]:
+        """What receivers were given, the same in all runs."""
+        return {
+            f"{user.settings.name}/{way}": taken_traces(link, looks)
+            for user, buffer in zip(self.users, self.user_buffers, strict=True)
+            for way, link, looks in (
+                ("up", user.up, self.server_buffer.ran_ns),
+                ("down", user.down, buffer.times_ns),
+            )
+        }
 
 
 def _most(ticks: int, lengths: list[int]) -> int:

@@ -3,13 +3,14 @@
 """Buffers of a simulated session's traces, and the traces of one run of a batch."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from pmwvc_core.frame.rows import SIGNALS, FrameReport, ServerRow
 from pmwvc_core.frame.server_step import ServerStep
-from pmwvc_core.numeric import Array, Value, where
+from pmwvc_core.numeric import Array, Integers, Value, where
 from pmwvc_core.simulation.columns import Accounts, Columns
 from pmwvc_core.simulation.user import Frame
 from pmwvc_core.traces import ENERGIES, OF_AVATARS, ServerTraces, SessionTraces, UserTraces
@@ -48,6 +49,12 @@ class UserBuffer:
         """When the ticks ran [ns]."""
         return self._times_ns
 
+    @cached_property
+    def _ran(self) -> tuple[Integers, Integers]:
+        """Ticks that ran and when [ns], once all have: the same in every run."""
+        times_ns = np.array(self._times_ns, dtype=np.int64)
+        return np.array(self._ticks, dtype=np.int64), times_ns
+
     def write_ticks(self, frame: Frame) -> None:
         """Write the signals of consecutive ticks."""
         self._signals.write(frame.ticks, frame.values)
@@ -72,8 +79,8 @@ class UserBuffer:
 
     def run(self, run: int, *, first: int, tick_s: float, safety_events: int) -> UserTraces:
         """Return the traces of one run: of the ticks that ran, numbered from the first."""
-        ran = np.array(self._ticks, dtype=np.int64)
-        late_ns = np.array(self._times_ns, dtype=np.int64) - ran * round(tick_s * 1e9)
+        ran, times_ns = self._ran
+        late_ns = times_ns - ran * round(tick_s * 1e9)
         signals: dict[str, Any] = {name: self._signals.of(name, run) for name in SIGNALS}
         for name, rows in signals.items():  # an index for every row takes much longer than a copy
             signals[name] = rows.copy() if len(ran) == self._every else rows[ran]
@@ -159,19 +166,24 @@ class ServerBuffer:
             parts[name] = of(self._energies, name)[:, 0]
         for name in ENERGIES_PER_USER:
             parts[name] = [of(self._energies, f"{name}{i}")[:, 0] for i in each]
-        state = np.array(self._state, dtype=np.int64).reshape(steps, len(self.users))
         return ServerTraces(
             users=self.users,
             periods_s=np.array(self.periods_s, dtype=np.float64),
             time_s=time_s,
             step=np.arange(1, steps + 1, dtype=np.int64),
             contact=[of(self._energies, f"contact{i}")[:, 0] != 0.0 for i in each],
-            state=[column.copy() for column in state.T],
+            state=[column.copy() for column in self._presence.T],
             accounts=self._accounts.of(run, steps),
             changes=np.array(self.changes, dtype=np.int64),
             looked_ns=np.array(self.ran_ns, dtype=np.int64) - np.array(self.ticks) * tick_ns,
             **parts,
         )
+
+    @cached_property
+    def _presence(self) -> Integers:
+        """State of each user after each step, once all have run: the same in every run."""
+        state = np.array(self._state, dtype=np.int64)
+        return state.reshape(len(self.ticks), len(self.users))
 
 
 def _names(common: Sequence[str], each: Sequence[str], users: Sequence[str]) -> list[str]:

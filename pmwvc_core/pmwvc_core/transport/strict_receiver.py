@@ -69,7 +69,7 @@ class StrictReceiver(Receiver):
         """Tell whether the playout had to wait, or that of the other end when it sent last; and
         whether that of the other end has been without this end's waves for too long.
         """
-        dry, begun_ns = self.playout.dry, self._unreceived_ns
+        dry, begun_ns = self.playout.margin.waits, self._unreceived_ns
         if begun_ns is None:
             return dry, False
         return dry | True, now_ns - begun_ns > self._silence_ns

@@ -187,15 +187,18 @@ class Playout(Stateful):
         wave = due * (1.0 / h)
         free_j = self.free_j
         power = maximum(free_j, 0.0) * (2.0 / h)
-        beyond, self._wave = squared(wave) > power, wave
+        drawn, self._wave = squared(wave), wave  # twice its power
+        beyond = drawn > power
         if beyond is not False and anywhere(beyond):
             wave = where(beyond, limit_length(wave, root(power)), wave)
+            drawn = squared(wave)
             self.undelivered = self.undelivered + (due - wave * h)
             self._behind = True
         if self._behind:
             self._since_s = self._since_s + h
             wave = self._repay(wave, power, h)
-        self.given_j = self.given_j + squared(wave) * (0.5 * h)
+            drawn = squared(wave)
+        self.given_j = self.given_j + drawn * (0.5 * h)
         much = free_j > MOST_J  # it has only become less since
         if much is not False and anywhere(much):
             self.discarded_j = self.discarded_j + maximum(self.free_j - MOST_J, 0.0)
