@@ -3,8 +3,8 @@
 """The energy of the channels of waves on every network: sessions of a minute with their defaults.
 
 The least balance of every port of every session at every step of the server: of each way of the
-channel and from hand to server. Where packets meet no chance a network's sessions differ in their
-hands only, and are run as one batch.
+channel and from hand to server. Each session is run by itself: its packets meet its own fates, and
+hands differ in how far they carry.
 """
 
 from collections.abc import Iterator
