@@ -33,16 +33,11 @@ for it is *short*. The other direction then passes on what it can spare (:meth:`
 Equations: docs/theory.md 17.1, 17.2, 17.3, 17.19.
 """
 
-from bisect import bisect_right
-
-import numpy as np
-
 from pmwvc_core.numeric import (
     Flag,
     Value,
     absolute,
     anywhere,
-    between,
     limit_length,
     maximum,
     minimum,
@@ -53,13 +48,13 @@ from pmwvc_core.numeric import (
 from pmwvc_core.state import Stateful
 from pmwvc_core.wave.affordable import affordable, repayment
 from pmwvc_core.wave.margin import LONGEST_WAIT_S, SLACK_S, Margin
+from pmwvc_core.wave.segments import Segments
 
 LONGEST_S = 0.3
 RETURN_S = 0.1  # after the last wait: nothing is repaid until then
 SPARED_J = 1e-4  # free energy below which nothing is caught up
 PASSED_S = 0.1  # time constant with which a surplus is passed on
 FEW = 5e-4  # [sqrt(W) s] undelivered: no energy is asked for
-ROUNDING_S = 1e-9  # of times
 SETTLED = 1e-15  # [sqrt(W) s] undelivered: nothing
 MOST_J = 0.05  # free energy kept: what is more must not come out years later
 
@@ -82,11 +77,10 @@ class Playout(Stateful):
         Time that is kept at hand against waits.
     """
 
-    BLOCKS = "margin"
-    SIGNALS = "_integral _wave undelivered _integrals"
+    BLOCKS = "margin _segments"
+    SIGNALS = "_integral _wave undelivered"
     MEMORY = (
-        "received_j given_j released_j discarded_j _played_s _reserve _behind _since_s _ends_s "
-        "_reserves _end_s _needed _burst_s _lasted_s"
+        "received_j given_j released_j discarded_j _played_s _reserve _behind _since_s _burst_s"
     )
 
     def __init__(self, *, most_repaid: Value) -> None:
@@ -100,12 +94,7 @@ class Playout(Stateful):
     def _clear(self) -> None:
         self.undelivered: Value = 0.0
         self.margin = Margin()
-        # Where the segments kept end, in the sender's time since the first of them began [s], and
-        # integral [sqrt(W) s] and reserve [J] up to there.
-        self._ends_s = [0.0]
-        self._integrals: list[Value] = [0.0]
-        self._reserves: list[Value] = [0.0]
-        self._end_s, self._needed = 0.0, self._reserves[0]  # of the newest one
+        self._segments = Segments()
         self._played_s: Value = 0.0
         self._integral: Value = 0.0  # at the time played
         self._reserve: Value = 0.0
@@ -113,7 +102,6 @@ class Playout(Stateful):
         self._behind = False
         self._since_s: Value = 0.0  # since the last wait
         self._burst_s: Value = 0.0  # for which what comes may still be of an outage
-        self._lasted_s = 0.0  # the newest segment
 
     def begin(self) -> None:
         """Drop what is at hand, undelivered and free: what comes has nothing to do with it."""
@@ -128,18 +116,18 @@ class Playout(Stateful):
     @property
     def at_hand_s(self) -> Value:
         """Time that could be played without another segment [s]."""
-        return self._end_s - self._played_s
+        return self._segments.end_s - self._played_s
 
     @property
     def waiting(self) -> Value:
         """Integral that has arrived and is not given out: at hand, or undelivered [sqrt(W) s]."""
-        return self._integrals[-1] - self._integral + self.undelivered
+        return self._segments.integral - self._integral + self.undelivered
 
     @property
     def free_j(self) -> Value:
         """Energy beyond what was given out and what the segments at hand need [J]."""
         balance = self.received_j - self.given_j - self.released_j - self.discarded_j
-        return balance - (self._needed - self._reserve)
+        return balance - (self._segments.reserve_j - self._reserve)
 
     @property
     def needed_j(self) -> Value:
@@ -169,19 +157,14 @@ class Playout(Stateful):
             Time of the sender that it stands for, > 0 [s].
         """
         self.received_j = self.received_j + energy
-        if self._end_s:
+        if self._segments.end_s:
             self._forget()
             self.margin.arrive(self.at_hand_s)
-        self._end_s = self._ends_s[-1] + duration_s
-        self._needed = self._reserves[-1] + squared(integral) * (0.5 / duration_s)
-        self._ends_s.append(self._end_s)
-        self._integrals.append(self._integrals[-1] + integral)
-        self._reserves.append(self._needed)
-        self._lasted_s = duration_s
+        self._segments.add(integral, duration_s)
 
     def step(self, h: float) -> Value:
         """Return the wave of the next ``h`` seconds [sqrt(W)]."""
-        if not self._end_s:
+        if not self._segments.end_s:
             return 0.0 * self._integral
         due = self._advance(h)
         wave = due * (1.0 / h)
@@ -229,14 +212,14 @@ class Playout(Stateful):
         """Let time go by in which the loop did not step [s]: what was due then stays undelivered,
         and nothing is played later for it.
         """
-        if self._end_s:
-            self._skip(minimum(self._played_s + lasted_s, self._end_s))
+        if self._segments.end_s:
+            self._skip(minimum(self._played_s + lasted_s, self._segments.end_s))
             if lasted_s > LONGEST_WAIT_S:  # what came meanwhile may be read only now
                 self._burst_s = RETURN_S
 
     def _advance(self, h: float) -> Value:
         """Play on; return the integral that is due."""
-        newest_s, margin = self._end_s, self.margin
+        newest_s, margin = self._segments.end_s, self.margin
         spare_s = newest_s - self._played_s - h
         outage = margin.watch(spare_s, h)
         waits = margin.waits
@@ -251,7 +234,7 @@ class Playout(Stateful):
             spared = self.free_j > minimum(self.needed_j - SPARED_J, SPARED_J)
             rate = where(late & spared, margin.faster, rate)
         played_s = minimum(self._played_s + rate * h, newest_s)
-        integral, reserve = self._at(played_s)
+        integral, reserve = self._segments.at(played_s)
         due = integral - self._integral
         self._played_s, self._integral, self._reserve = played_s, integral, reserve
         return due
@@ -264,45 +247,20 @@ class Playout(Stateful):
         if burst is False or not anywhere(burst):
             return LONGEST_S
         self._burst_s = where(outage, RETURN_S, self._burst_s - h)
-        few_s = self.margin.time_s + SLACK_S + where(outage, 0.0, self._lasted_s)
+        few_s = self.margin.time_s + SLACK_S + where(outage, 0.0, self._segments.lasted_s)
         return where(self._burst_s > 0.0, few_s, LONGEST_S)
 
-    def _at(self, time_s: Value) -> tuple[Value, Value]:
-        """Return integral and reserve up to a time, also within a segment."""
-        ends, integrals, reserves = self._ends_s, self._integrals, self._reserves
-        if isinstance(time_s, np.ndarray):
-            times = np.array(ends)
-            index = np.clip(np.searchsorted(times, time_s, side="right"), 1, len(ends) - 1)
-            i = int(index.flat[0])
-            if (index != i).any():  # seldom: runs within several segments
-                each = (time_s - times[index - 1]) / (times[index] - times[index - 1])
-                return between(integrals, index, each), between(reserves, index, each)
-        else:
-            i = min(bisect_right(ends, time_s), len(ends) - 1)
-        ratio = (time_s - ends[i - 1]) / (ends[i] - ends[i - 1])
-        before, needed = integrals[i - 1], reserves[i - 1]
-        return before + (integrals[i] - before) * ratio, needed + (reserves[i] - needed) * ratio
-
     def _forget(self) -> None:
-        """Drop the segments that every run has played; the rest begins at zero."""
-        played_s = self._played_s
-        first = float(np.min(played_s)) if isinstance(played_s, np.ndarray) else played_s
-        done = bisect_right(self._ends_s, first + ROUNDING_S) - 1
-        if done < 1:
-            return
-        time_s, integral = self._ends_s[done], self._integrals[done]
-        reserve = self._reserves[done]
-        self._ends_s = [each - time_s for each in self._ends_s[done:]]
-        self._integrals = [each - integral for each in self._integrals[done:]]
-        self._reserves = [each - reserve for each in self._reserves[done:]]
-        self._end_s, self._needed = self._ends_s[-1], self._reserves[-1]
-        self._played_s = maximum(played_s - time_s, 0.0)
-        self._integral = self._integral - integral
-        self._reserve = self._reserve - reserve
+        """Drop the segments that every run has played."""
+        time_s, integral, reserve = self._segments.forget(self._played_s)
+        if time_s:
+            self._played_s = maximum(self._played_s - time_s, 0.0)
+            self._integral = self._integral - integral
+            self._reserve = self._reserve - reserve
 
     def _skip(self, to_s: Value) -> None:
         """Owe what would have been played until then."""
-        integral, reserve = self._at(to_s)
+        integral, reserve = self._segments.at(to_s)
         self.undelivered = self.undelivered + (integral - self._integral)
         self._behind = True
         self._played_s, self._integral, self._reserve = to_s, integral, reserve
