@@ -109,6 +109,27 @@ def test_silent_node_holds_rows_up_for_a_moment_only():
     assert values(layout, late, "user1.x_m")[-1] > 0.0
 
 
+def test_user_whose_traces_stop_is_no_longer_shown_as_coupled():
+    layout, feed = feed_of()
+    rows = []
+    for start in range(0, 1200, 8):
+        for user in USERS[: 1 if start >= 400 else 2]:
+            feed.on_master(user, block(start, np.ones(8)))
+        feed.on_server(step(start))
+        rows += feed.rows((start + 8) * MS)
+    places = np.array(values(layout, rows, "user2.x_m"))
+    times = np.array(values(layout, rows, "time_s"))
+    assert np.isfinite(places[times < 0.9]).all() and np.isnan(places[times > 0.92]).all()
+    found = verdict(feed, USERS, storage_j={}, exact_hands=USERS, notices=[])
+    assert found["verdict"] == "Not all users are coupled: user2 sends nothing any more."
+    assert found["users"]["user2"]["state"] == "no data"
+    feed.on_master("user2", block(1200, np.ones(8)))
+    feed.on_master("user1", block(1200, np.ones(8)))
+    feed.on_server(step(1200))
+    feed.rows(1300 * MS)
+    assert feed.user("user2").state == 1
+
+
 def run_live(scenario, ticks, period_ns=16 * MS):
     """Return feed and rows of a scenario that is simulated as for a page."""
     names = [user.name for user in scenario.users]

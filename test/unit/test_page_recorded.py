@@ -5,6 +5,7 @@
 import asyncio
 import base64
 import copy
+import dataclasses
 import json
 import re
 from dataclasses import replace
@@ -96,6 +97,27 @@ def test_user_that_keeps_its_distance_after_rejoining_is_noted_as_in_the_report(
     assert notes[3.1].startswith("avatar 50.0 mm from the device since joining: it joined with")
     assert notes[6.0] == summary(traces, SCENARIO)["users"][0]["kept_apart"]
     assert any(notes[6.0] in json.dumps(text) for _, text in player.session.whole()[2])
+
+
+def test_user_of_whom_nothing_was_recorded_for_a_while_is_not_shown_there():
+    traces = copy.deepcopy(simulated(SCENARIO))
+    user = traces.users[0]
+    ticks, blocks = user.time_s < 3.0, user.block_time_s < 3.0
+    for field in dataclasses.fields(user):
+        value, kept = getattr(user, field.name), None
+        for rows in (ticks, blocks):
+            if isinstance(value, np.ndarray) and len(value) == len(rows):
+                kept = value[rows]
+        if kept is not None:
+            setattr(user, field.name, kept)
+    user.reason, user.energy = user.reason[: blocks.sum()], {}
+    player = Player(traces)
+    for time_s, shown in ((2.9, True), (3.4, True), (3.6, False), (6.0, False)):
+        player.session.seek(time_s)
+        row = player.after(0.0)[-1]
+        assert np.isfinite(row[player.session.layout.slices["user1.x_m"]]).all() == shown
+        state = player.session.news()["text"]["users"]["user1"]["state"]
+        assert (state == "coupled") == shown
 
 
 def test_verdict_is_that_of_the_report():

@@ -12,6 +12,7 @@ from pmwvc_core.numeric import Array
 from pmwvc_view.feed.accounts import MasterSums, ServerSums
 
 NS = 1_000_000_000
+GONE_S = 0.5  # without a trace of a node: nothing is known of it as of now
 SIGNALS = ("x_m", "xd_m", "f_h", "f_applied", "u_m", "v_m")
 XD_M, F_H, F_APPLIED = (SIGNALS.index(name) for name in ("xd_m", "f_h", "f_applied"))
 AVATAR = ("x_s", "xd_s", "f_s")

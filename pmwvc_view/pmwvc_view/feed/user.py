@@ -17,7 +17,19 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.kept_apart import kept_words, why_kept
 from pmwvc_view.feed.accounts import Accounts
 from pmwvc_view.feed.shaking import Shaking
-from pmwvc_view.feed.traces import AVATAR, F_APPLIED, F_H, SIGNALS, X_M, X_S, XD_M, Block, Step
+from pmwvc_view.feed.traces import (
+    AVATAR,
+    F_APPLIED,
+    F_H,
+    GONE_S,
+    NS,
+    SIGNALS,
+    X_M,
+    X_S,
+    XD_M,
+    Block,
+    Step,
+)
 from pmwvc_view.protocol.snapshot import ENERGIES, Layout
 
 LOADED_N = 0.1  # force from which a device counts as loaded
@@ -40,7 +52,7 @@ class FeedUser:
     Attributes
     ----------
     state, reason
-        Of the newest tick in a row; state None: there was none.
+        Of the newest tick in a row; state None: there was none, or none for ``GONE_S``.
     lag_columns, target_column
         Names of columns whose values are given from elsewhere.
     loaded_change
@@ -105,6 +117,9 @@ class FeedUser:
             np.maximum.reduce(every, axis=0, out=row[self._most_at])
             row[self._late_at] = late_s
             self.state, self._missed, self.reason = block.state, block.missed, block.reason
+        elif self.state is not None and until_ns - self.end_ns > GONE_S * NS:
+            self.state, self.reason = None, ""
+            self._signals = np.full_like(self._signals, math.nan)
         row[self._signals_at] = self._signals.ravel()
         state = math.nan if self.state is None else self.state
         row[self._numbers_at] = state, self._missed, *self.delays_s, *self._energies()

@@ -68,7 +68,7 @@ def _judged(
     if shaking:
         return BAD, f"Not stable: {'; '.join(shaking)}."
     waiting = [
-        f"{user} {'has sent nothing yet' if state is None else _state(state, why)}"
+        f"{user} {_silent(known[user]) if state is None else _state(state, why)}"
         for user, (state, why) in states.items()
         if state != SafetyState.COUPLED
     ]
@@ -111,6 +111,10 @@ def _shook(feed: Feed, users: Sequence[str]) -> list[str]:
             until_s = (until_ns - (feed.zero_ns or 0)) / NS
             found.append(f"{user} shook until {until_s:.0f} s: up to {shake}.")
     return found
+
+
+def _silent(user: FeedUser) -> str:
+    return "has sent nothing yet" if user.end_ns < 0 else "sends nothing any more"
 
 
 def _state(state: int, why: str) -> str:

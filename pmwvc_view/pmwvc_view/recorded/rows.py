@@ -14,7 +14,7 @@ from pmwvc_analysis.budget.energy import Balance, user_energies
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
-from pmwvc_view.feed.traces import AVATAR, OBJECT, SIGNALS
+from pmwvc_view.feed.traces import AVATAR, GONE_S, OBJECT, SIGNALS
 from pmwvc_view.protocol.snapshot import PACKET, Layout
 
 DELAY_S = 0.5  # over which the delay of a link is the mean
@@ -75,13 +75,17 @@ def _put(rows: Array, layout: Layout, name: str, at: Integers, values: NDArray[A
     rows[known, layout.slices[name]] = columns[at[known]]
 
 
-def _newest(of: Array, times: Array) -> Integers:
-    """Return the index of the newest sample at each time, -1 before the first."""
-    return np.searchsorted(of, times + 1e-9, side="right").astype(np.int64) - 1
+def _newest(of: Array, times: Array, *, within_s: float = math.inf) -> Integers:
+    """Return the index of the newest sample at each time, -1 before the first, and where it is
+    older than ``within_s``.
+    """
+    at = np.searchsorted(of, times + 1e-9, side="right").astype(np.int64) - 1
+    at[(at >= 0) & (times - of[at] > within_s)] = -1
+    return at
 
 
 def _server(rows: Array, layout: Layout, times: Array, server: ServerTraces) -> None:
-    at = _newest(server.time_s, times)
+    at = _newest(server.time_s, times, within_s=GONE_S)
     for name in OBJECT:
         _put(rows, layout, f"object.{name}", at, getattr(server, name))
     for index, user in enumerate(server.users):
@@ -93,9 +97,11 @@ def _server(rows: Array, layout: Layout, times: Array, server: ServerTraces) -> 
 
 def _master(rows: Array, layout: Layout, times: Array, user: UserTraces) -> None:
     at = _newest(user.time_s, times)
+    there = _newest(user.time_s, times, within_s=GONE_S)
     for name in SIGNALS:
-        _put(rows, layout, f"{user.name}.{name}", at, getattr(user, name))
-    _put(rows, layout, f"{user.name}.state", _newest(user.block_time_s, times), user.state)
+        _put(rows, layout, f"{user.name}.{name}", there, getattr(user, name))
+    newest = _newest(user.block_time_s, times, within_s=GONE_S)
+    _put(rows, layout, f"{user.name}.state", newest, user.state)
     before = np.concatenate([[-1], at[:-1]])
     some = np.flatnonzero(at > before)
     if not len(some):
