@@ -3,11 +3,12 @@
 """A playout that passes surplus on gives out and passes no more than arrived, at any instant."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pmwvc_core.numeric import squared
-from pmwvc_core.wave.playout import Playout
+from pmwvc_core.wave.playout import FEW, MOST_J, Playout
 
 STEP_S, PERIOD_S, ROUNDING = 0.004, 0.008, 1e-12
 schedules = st.fixed_dictionaries(
@@ -102,3 +103,27 @@ def test_a_loop_that_stands_still_gives_out_no_more_and_loses_no_motion(schedule
         size = float(np.max(playout.received_j))
         assert np.all(playout.given_j <= playout.received_j + ROUNDING * size)
         np.testing.assert_allclose(given_out + playout.waiting, arrived, atol=1e-12)
+
+
+def after_an_outage(steps):
+    """A playout that was dry for 0.5 s, then got a displacement and 0.2 J; some steps later."""
+    playout, wave = Playout(most_repaid=1.0), 0.3
+    playout.add(wave * PERIOD_S, 0.5 * wave**2 * PERIOD_S, PERIOD_S)
+    for _ in range(125):
+        playout.step(STEP_S)
+    playout.add(0.2, 0.2, 0.5)
+    for k in range(steps):
+        if k % 2 == 0:
+            playout.add(wave * PERIOD_S, 0.5 * wave**2 * PERIOD_S, PERIOD_S)
+        playout.step(STEP_S)
+    return playout
+
+
+def test_what_an_outage_brought_is_kept_until_the_displacement_is_made_up(monkeypatch):
+    begun, ended = after_an_outage(10), after_an_outage(300)
+    assert begun.undelivered > 0.19 and begun.free_j > 3.0 * MOST_J
+    assert begun.discarded_j == 0.0
+    assert ended.undelivered < FEW and ended.free_j <= MOST_J + ROUNDING
+    assert ended.discarded_j == pytest.approx(0.2 + 0.5 * 0.3**2 * 0.008 - ended.given_j, abs=0.06)
+    monkeypatch.setattr("pmwvc_core.wave.playout.FEW", np.inf)  # the control: capped at once
+    assert after_an_outage(10).discarded_j > 2.0 * MOST_J

@@ -47,8 +47,8 @@ class Remembering(StrictReceiver):
         super()._accept(packet, now_ns, fresh=fresh)
 
 
-def strict(dof):
-    return Remembering(dof, most_repaid=1.0, period_s=PERIOD_S, timeout_s=TIMEOUT_S)
+def strict(dof, most_repaid=1.0):
+    return Remembering(dof, most_repaid=most_repaid, period_s=PERIOD_S, timeout_s=TIMEOUT_S)
 
 
 def plain(dof):
@@ -132,8 +132,8 @@ def test_all_displacement_is_given_out_waiting_or_undelivered(schedule):
 @settings(max_examples=40)
 @given(schedule=schedules)
 def test_once_packets_come_evenly_everything_paid_for_is_given_out(schedule):
-    one = Direction({**schedule, "underpaid": False, "restarts": False}, strict(schedule["dof"]))
-    one.run()
+    receiver = strict(schedule["dof"], most_repaid=schedule["amplitude"])
+    one = Direction({**schedule, "underpaid": False, "restarts": False}, receiver).run()
     playout = one.receiver.playout
     before = float(np.max(np.abs(playout.waiting)))
     one.packer.period = 8 * STEP_S

@@ -16,12 +16,14 @@ from pmwvc_core.frame.force_loop import ForceLoop
 from pmwvc_core.frame.receivers import make_receiver
 from pmwvc_core.frame.schedule import AT_ONCE, Frames, FrameSchedule
 from pmwvc_core.frame.server_step import ServerStep
+from pmwvc_core.master.brake import RETURN_S as DEVICE_LETS_GO_S
 from pmwvc_core.master.brake import brake_of
 from pmwvc_core.master.safety.limiter import SafetyLimiter
 from pmwvc_core.params import ServerParams, TaskParams
 from pmwvc_core.plant.task import ShownTarget, Task
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.scenario.server_times import ServerTimes, server_times
+from pmwvc_core.server.avatar_brake import RETURN_S as AVATAR_LETS_GO_S
 from pmwvc_core.server.black_box.containment import Call, directly
 from pmwvc_core.transport.deadband import Deadband
 from pmwvc_core.transport.packet import Packer
@@ -64,6 +66,7 @@ def make_force_loop(
         user.impedance,
         period_s=server_period_s,
         timeout_s=user.safety.timeout_s,
+        lets_go_s=DEVICE_LETS_GO_S,
     )
     packer = Packer(epoch, period=user.master.frame_s, deadband=Deadband(user.master.deadband))
     brake = ends = None
@@ -140,6 +143,7 @@ def make_server_step(
                 user.server_impedance,
                 period_s=user.master.frame_s,
                 timeout_s=times.timeout_s,
+                lets_go_s=AVATAR_LETS_GO_S,
             )
             for user in users
         ],

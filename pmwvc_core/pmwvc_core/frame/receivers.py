@@ -23,8 +23,9 @@ def make_receiver(
     *,
     period_s: float,
     timeout_s: float,
+    lets_go_s: float,
 ) -> Receiver:
-    """Return the receiver of a port."""
+    """Return the receiver of a port, whose brake lets go in so much time after an outage [s]."""
     longest = largest_wave(impedance, waves=has_waves(controller))
     if not is_strict(controller, channel):
         return Receiver(
@@ -37,6 +38,7 @@ def make_receiver(
     return StrictReceiver(
         dof,
         most_repaid=wave_of_speed(impedance, REPAID_M_S),
+        rises_s=lets_go_s,
         period_s=period_s,
         timeout_s=timeout_s,
         max_wave=longest,

@@ -22,7 +22,7 @@ import numpy as np
 from pmwvc_core.numeric import Flag, Value, maximum, minimum, squared
 from pmwvc_core.transport.packet import FLAG_ANEW, FLAG_WAITING, WavePacket
 from pmwvc_core.transport.receiver import Receiver
-from pmwvc_core.wave.playout import Playout
+from pmwvc_core.wave.playout import RETURN_S, Playout
 
 LONGEST_PERIOD_S = 10.0
 LATENESSES = 4.0  # usual ones, until silence begins
@@ -36,8 +36,9 @@ class StrictReceiver(Receiver):
     ----------
     dof, period_s, timeout_s, max_wave
         As for every receiver; the period is the one expected at first.
-    most_repaid
-        Longest wave that makes up what is undelivered [sqrt(W)].
+    most_repaid, rises_s
+        Longest wave that makes up what is undelivered [sqrt(W)], and the time in which it grows to
+        that [s].
 
     Attributes
     ----------
@@ -55,10 +56,11 @@ class StrictReceiver(Receiver):
         *,
         most_repaid: Value,
         timeout_s: float,
+        rises_s: float = RETURN_S,
         **as_any_receiver: Any,
     ) -> None:
         super().__init__(dof, timeout_s=timeout_s, **as_any_receiver)
-        self.playout = Playout(most_repaid=most_repaid)
+        self.playout = Playout(most_repaid=most_repaid, rises_s=rises_s)
         self.interval_s = self.period_s
         self.lateness_s = 0.0
         self._unreceived_ns: int | None = None  # since when the other end waits

@@ -15,7 +15,7 @@ even within a segment::
 
 What is undelivered is made up as fast as free energy lasts for all of it
 (:func:`.affordable.repayment`), from ``RETURN_S`` after the last wait on, until which the ends
-brake, and not at once: the longest wave that makes it up grows for as long.
+brake, and not at once: the longest wave that makes it up grows over ``rises_s``.
 
 The reserve of a segment is |dU|^2/(2 dt), what its smoothest wave takes. So ``given <= received``
 at every step, and U(p) = integral given out + undelivered: displacement may be late, it is never
@@ -56,7 +56,7 @@ SPARED_J = 1e-4  # free energy below which nothing is caught up
 PASSED_S = 0.1  # time constant with which a surplus is passed on
 FEW = 5e-4  # [sqrt(W) s] undelivered: no energy is asked for
 SETTLED = 1e-15  # [sqrt(W) s] undelivered: nothing
-MOST_J = 0.05  # free energy kept: what is more must not come out years later
+MOST_J = 0.05  # free energy kept where nothing is undelivered: more has no use there
 
 
 class Playout(Stateful):
@@ -64,8 +64,9 @@ class Playout(Stateful):
 
     Parameters
     ----------
-    most_repaid
-        Longest wave that makes up what is undelivered [sqrt(W)].
+    most_repaid, rises_s
+        Longest wave that makes up what is undelivered [sqrt(W)], and the time in which it grows so
+        long, while the brake lets go [s].
 
     Attributes
     ----------
@@ -83,8 +84,9 @@ class Playout(Stateful):
         "received_j given_j released_j discarded_j _played_s _reserve _behind _since_s _burst_s"
     )
 
-    def __init__(self, *, most_repaid: Value) -> None:
+    def __init__(self, *, most_repaid: Value, rises_s: float = RETURN_S) -> None:
         self.most_repaid = most_repaid
+        self._rises_s = rises_s
         self.received_j: Value = 0.0
         self.given_j: Value = 0.0
         self.released_j: Value = 0.0
@@ -184,7 +186,8 @@ class Playout(Stateful):
         self.given_j = self.given_j + drawn * (0.5 * h)
         much = free_j > MOST_J  # it has only become less since
         if much is not False and anywhere(much):
-            self.discarded_j = self.discarded_j + maximum(self.free_j - MOST_J, 0.0)
+            more = where(squared(self.undelivered) > FEW**2, 0.0, self.free_j - MOST_J)
+            self.discarded_j = self.discarded_j + maximum(more, 0.0)
         return wave
 
     def release(self, most: Value, *, beyond: float = 0.0) -> Value:
@@ -268,7 +271,7 @@ class Playout(Stateful):
     def _repay(self, wave: Value, power: Value, h: float) -> Value:
         """Return the wave with what of ``undelivered`` can be made up within a power [2 W]."""
         undelivered = self.undelivered
-        since = self._since_s * (1.0 / RETURN_S) - 1.0
+        since = (self._since_s - RETURN_S) * (1.0 / self._rises_s)
         if not anywhere(since > 0.0):
             return wave
         wish = repayment(undelivered, wave, 0.5 * h * power)
