@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from pmwvc_analysis.budget.counts import behind_counts
 from pmwvc_analysis.consistency.consistency import inconsistencies
-from pmwvc_analysis.prediction.encoder_work import behind_counts
 from pmwvc_analysis.recording.content import Content, read_content
 from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.recording.mcap.mcap_check import check_file

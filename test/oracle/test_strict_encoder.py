@@ -4,15 +4,19 @@
 work that is counted is hardly more than the true one.
 """
 
+import copy
+
 import numpy as np
 import pytest
 from support.simulated import simulated
 
 from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.budget.counts import bounded
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.consistency.consistency import inconsistencies
-from pmwvc_analysis.prediction.encoder_work import bounded, encoder_lines
+from pmwvc_analysis.prediction.encoder_work import encoder_lines
 from pmwvc_analysis.verdicts.outcomes import outcomes
+from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.master.count_bound import LARGEST_IMPEDANCE, LARGEST_RATIO
@@ -116,7 +120,7 @@ def test_what_a_port_behind_counts_gives_out_is_said_before_the_session():
     one, other = encoder_lines(scenario)
     given_j = -user_energies(simulated(scenario), scenario)[0].joint.minimum_j
     assert given_j > 1e-6
-    assert one.startswith("Warning: user1: velocities are differences of counts of 100 um")
+    assert one.startswith("user1: velocities are differences of counts of 100 um")
     assert "b h/m = 0.1 (at most 60 and 0.15) and frames of 8 ms (at least 4), so with a" in one
     assert (
         "gives out at most 0.1 b q^2/h = 0.025 mJ more than it took in (measured, not proved)"
@@ -186,9 +190,29 @@ def test_the_report_names_bound_and_amount():
     assert [(each.owner, each.hit) for each in found] == [("user1", True), ("user2", True)]
     assert "was predicted to give out at most 0.025 mJ" in found[0].text
     assert 0.0 < found[0].measured <= found[0].predicted == pytest.approx(25e-6)
+    assert result["passivity"]["passive"]
+    assert "passive within the encoder's bound of 25 µJ" in result["passivity"]["text"]["user1"]
+    assert result["passivity"]["components"] == []
     port = next(p for p in result["passivity"]["ports"] if p["part"] == "hand_port")
+    assert port["encoder_bound_j"] == pytest.approx(25e-6)
     port["least_balance_j"] = -3e-5
     assert outcomes(scenario, result)[1].hit is False
+
+
+@pytest.mark.parametrize(
+    ("part", "given_j"), [("energy_u_s", 3e-6), ("energy_v_s", 3e-6), ("device", 3e-5)]
+)
+def test_the_bound_of_counts_hides_no_other_leak(part, given_j):
+    """The control: links have no part in the bound, and the port of the hand no more than that."""
+    scenario = coarse(25.0, 100e-6)
+    traces = copy.deepcopy(simulated(scenario))
+    if part == "device":
+        traces.users[0].energy[part] -= given_j
+    else:
+        last = traces.server.users.index("user1")
+        getattr(traces.server, part)[last][20] += (1 if part == "energy_u_s" else -1) * given_j
+    assert passivity(traces, scenario, None).passive("user1") is False
+    assert passivity(simulated(scenario), scenario, None).passive("user1") is True
 
 
 def test_an_exact_device_feels_no_more_damping():

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmwvc_analysis.budget import blocks
+from pmwvc_analysis.budget.counts import behind_counts, counts_j
 from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.budget.parts import Remainder, accounted, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
@@ -108,6 +109,11 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         _tanks(users, scenario),
         notes_on(users, known, server, left_over),
         {user.name: declared_storage_j(scenario.controller, known[user.name]) for user in users},
+        {
+            user.name: counts_j(traces, scenario, user.name)
+            for user in users
+            if behind_counts(known[user.name], scenario)
+        },
         [*left_over, *(Remainder(SERVER, part) for part in sorted(of_server(scenario)))],
         tuple(hole.unjudged for hole in holes.of_server(server)),
     )

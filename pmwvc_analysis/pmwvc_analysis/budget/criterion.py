@@ -5,12 +5,14 @@
 A part with the balance E(t), energy in less energy out since the start, is passive with the
 storage S that it declares when
 
-    E(t) >= -S - tolerance(t)      at every instant judged.
+    E(t) >= -S - C - tolerance(t)      at every instant judged.
 
 ``tolerance`` is what rounding explains: ``TOLERANCE_J`` and ``TOLERANCE_RELATIVE`` of the energy
 moved; in a recording of several machines also what the uncertainty of their clocks' alignment
-explains. It is printed with every verdict, as is the least balance, so that a violation of a
-microjoule never reads like one of a joule.
+explains. C is what counts of an encoder are bounded to make of the work of a hand, 0.1 b q^2/h: at
+the port of that hand and its node only, and only where the bound holds (counts.py); elsewhere it
+is zero. Both are printed with every verdict that needs them, as is the least balance, so that a
+violation of a microjoule never reads like one of a joule.
 
 What was not recorded is not judged. A balance that was seen below the limit is a violation
 whatever else is missing; one that was never seen there, but may have been where the recording has
@@ -49,6 +51,12 @@ class Finding:
     judged_s: tuple[tuple[float, float], ...]
     unjudged: tuple[Unjudged, ...] = ()
     why: str = ""
+    counts_j: float = 0.0  # what counts of an encoder are bounded to give out [J]
+
+    @property
+    def by_counts(self) -> bool:
+        """Tell whether it is passive within the bound of its encoder only."""
+        return self.passive is True and self.least_j < -self.declared_j - self.tolerance_j
 
     @property
     def given_j(self) -> float:
@@ -76,6 +84,7 @@ def judge(
     moved_j: float,
     decides: bool,
     declared_j: float = 0.0,
+    counts_j: float = 0.0,
     unjudged: Sequence[Unjudged] = (),
 ) -> Finding:
     """Judge one balance from the instants at which it is known.
@@ -84,10 +93,12 @@ def judge(
     ----------
     time_s, balance_j, tolerance_j
         ``(row,)``; only rows whose balance is known.
+    counts_j
+        Bound of what counts of an encoder make of it [J].
     unjudged
         Times in which the balance may have been below the limit without a record of it.
     """
-    margin = balance_j + tolerance_j + declared_j
+    margin = balance_j + tolerance_j + (declared_j + counts_j)
     seen = bool(len(margin))
     worst = int(np.argmin(margin)) if seen else 0
     least = min(0.0, float(balance_j[worst])) if seen else 0.0
@@ -112,6 +123,7 @@ def judge(
         judged_s=_judged(time_s, unjudged) if seen else (),
         unjudged=tuple(unjudged),
         why=why,
+        counts_j=counts_j,
     )
 
 

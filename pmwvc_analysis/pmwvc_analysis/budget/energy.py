@@ -40,6 +40,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pmwvc_analysis.budget.blocks import paid, released
+from pmwvc_analysis.budget.counts import counts_j
 from pmwvc_analysis.budget.criterion import tolerance
 from pmwvc_analysis.traces.hand_work import hand_work
 from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
@@ -98,7 +99,8 @@ class UserEnergy:
 
     ``joint`` is E_hand. ``resolution_j`` is how far it may be off at the same instants, because an
     encoder does not give the motion exactly; zero where the motion is known. ``storage_j`` is
-    what the controller was declared to hold at the start, and may give out.
+    what the controller was declared to hold at the start, and may give out, ``counts_j`` what
+    counts of an encoder are bounded to make of the work of the hand (:mod:`.counts`).
     """
 
     name: str
@@ -108,21 +110,22 @@ class UserEnergy:
     resolution_j: Array
     storage_j: float = 0.0
     stretches: Stretches = field(default_factory=lambda: Stretches([], []))
+    counts_j: float = 0.0
 
     @property
     def hand_passive(self) -> bool | None:
-        """Tell whether the hand got more than it gave and the declared storage; None where the
-        encoder cannot resolve.
+        """Tell whether the hand got more than it gave, the declared storage and the bound of its
+        counts; None where the encoder cannot resolve.
         """
-        limit = -self.joint.tolerance_j - self.storage_j
+        limit = -self.joint.tolerance_j - self.storage_j - self.counts_j
         if (self.joint.balance_j + self.resolution_j < limit).any():
             return False
         return None if (self.joint.balance_j - self.resolution_j < limit).any() else True
 
     @property
     def passive(self) -> bool | None:
-        """Tell whether every balance was above zero, and E_hand above minus the storage; None
-        that the encoder cannot resolve.
+        """Tell whether every balance was above zero, and E_hand above minus the storage and the
+        bound; None that the encoder cannot resolve.
         """
         channel = [part for part in (self.up, self.down) if part is not None]
         if not all(part.passive for part in channel):
@@ -200,7 +203,8 @@ def _of_user(
         gone = died
     joint = Balance(times[rows], begun(at.sums - gone), taken - begun(v_s))
     storage = declared_storage_j(scenario.controller, known) if scenario and known else 0.0
-    return UserEnergy(user.name, up, down, joint, at.resolution[rows], storage, stays)
+    bound_j = counts_j(traces, scenario, user.name)
+    return UserEnergy(user.name, up, down, joint, at.resolution[rows], storage, stays, bound_j)
 
 
 def declared_storage_j(controller: str, user: User) -> float:

@@ -5,7 +5,9 @@
 A part whose sum was below zero beyond the tolerance (passivity.py) generated energy: it was
 *active*. What belongs together is judged together: the anti-aliasing filter is there to pay for
 the rate drop and for a velocity filter, and a position feedback with an energy tank spends what
-filter, hold and link have kept.
+filter, hold and link have kept. Behind counts of an encoder the node's work is that of the
+positions counted, and sampling has the rest of the true one: together they are judged with the
+bound of :mod:`.counts`, and not at all where the true motion is not known.
 """
 
 from collections.abc import Iterator
@@ -26,6 +28,7 @@ SMALLEST_J = 1e-12
 SERVER = "server"
 # What pays for one another, in this order.
 AROUND = ("velocity_filter", "bank", "filter", "filter_and_hold", "rate_drop")
+AT_COUNTS = ("sample_hold", "node", "node_and_link_down")  # the true motion less that counted
 ENVIRONMENT = ("environment_stored", "environment_heat")
 PAID = ("position_spent", *AROUND, "link_down")
 PAID_PORT = ("late_decoding", "withheld", *ENVIRONMENT)
@@ -60,6 +63,7 @@ class Budget:
     tanks: frozenset[str] = frozenset()  # owners that release only what their energy tank holds
     notes: list[str] = field(default_factory=list)  # what keeps it from closing to rounding
     declared: dict[str, float] = field(default_factory=dict)  # storage of an owner with a tank [J]
+    counts: dict[str, float] = field(default_factory=dict)  # bound of an encoder's counts [J]
     remainders: list[Remainder] = field(default_factory=list)  # no error in these is found
     # steps of the server that were not recorded: its parts, summed step by step, end at the first
     server_holes: tuple[Unjudged, ...] = ()
@@ -93,6 +97,11 @@ class Budget:
             if owner in self.at_frames:
                 time_s, exact = self.at_frames[owner]
                 known |= {part: Series(time_s, sums) for part, sums in exact.items()}
+            if owner in self.counts:
+                counted = {part: known.pop(part) for part in AT_COUNTS if part in known}
+                if not any(each.owner == owner for each in self.remainders):
+                    sums = sum_of([each.sums for each in counted.values()])
+                    known["_and_".join(counted)] = Series(self.time_s, sums)
             linked = ("link", *accounted(parts)) if "link" in parts else ()  # without waves
             for group in (AROUND, linked, ENVIRONMENT):
                 members = [part for part in group if part in known]
@@ -126,6 +135,7 @@ class Budget:
                 decides=False,
                 unjudged=unjudged,
                 declared_j=self.declared.get(owner, 0.0) if _lends(part) else 0.0,
+                counts_j=self.counts.get(owner, 0.0) if AT_COUNTS[0] in part else 0.0,
             )
             found.append(judged)
         return found
@@ -139,4 +149,4 @@ class Budget:
 
 def _lends(part: str) -> bool:
     """Tell whether a part holds the energy that the controller was lent."""
-    return "position_spent" in part or part.startswith("node")
+    return "position_spent" in part or "node" in part

@@ -11,34 +11,16 @@ device. Whatever the condition says, a scenario without a person is simulated fo
 import dataclasses
 import functools
 
+from pmwvc_analysis.budget.counts import behind_counts, held
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_core.errors import PmwvcError
-from pmwvc_core.master.count_bound import CountBound, count_bound
+from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.simulation.session import simulate_one
 
 LONGEST_S = 6.0
 BY_PEOPLE = ("remote", "none")  # operators whose force is a person's
 LEAST_J = 1e-6  # what every port is judged with
-
-
-def behind_counts(user: User, scenario: Scenario) -> bool:
-    """Tell whether a user's waves come of the differences of an encoder's counts."""
-    device = user.device
-    return scenario.strict and device.velocity == "euler" and bool(device.encoder_step_m > 0.0)
-
-
-def bounded(user: User, scenario: Scenario) -> CountBound | None:
-    """Return what a port behind counts is promised to give out at most; None where nothing is."""
-    if not behind_counts(user, scenario) or not _held(user):
-        return None
-    bound = count_bound(user.master, user.device)
-    return bound if bound.holds else None
-
-
-def _held(user: User) -> bool:
-    """Tell whether a hand is on the device: a person's, or an arm that is simulated."""
-    return user.device.plugin != "simulated" or user.operator.has_arm
 
 
 def encoder_lines(scenario: Scenario) -> list[str]:
@@ -50,7 +32,7 @@ def encoder_lines(scenario: Scenario) -> list[str]:
 def _line(user: User, scenario: Scenario) -> str:
     bound = count_bound(user.master, user.device)
     words = f"{user.name}: {bound.text()}"
-    if not _held(user):
+    if not held(user):
         kind = user.operator.kind
         words += f" Without an arm on the device (operator.kind = {kind}) no bound is known."
     given_j = None
@@ -61,6 +43,9 @@ def _line(user: User, scenario: Scenario) -> str:
     shown = f"Simulated for {_short(scenario).duration_s:g} s, the port of the hand"
     if given_j <= LEAST_J:
         return f"{words} {shown} is passive."
+    bound_j = bound.given_j if bound.holds and held(user) else 0.0
+    if given_j <= bound_j:
+        return f"{words} {shown} gives out up to {1e3 * given_j:.2g} mJ, within that bound."
     return (
         f"Warning: {words} {shown} gives out up to {1e3 * given_j:.2g} mJ more than it took in. A "
         "velocity of the device's own, a finer encoder or a smaller master.impedance gives less."

@@ -54,7 +54,7 @@ def within(found: Finding, entry: UserEnergy, uncertain_s: float) -> Finding:
     if found.passive is not False or uncertain_s <= 0.0 or balance is None:
         return found
     for shift_s in np.linspace(-uncertain_s, uncertain_s, STEPS):
-        limit = balance.tolerance_j + found.declared_j
+        limit = balance.tolerance_j + found.declared_j + found.counts_j
         shifted, known = _shifted(balance, found.part, float(shift_s))
         if known.any() and (shifted >= -limit)[known].all():
             why = (

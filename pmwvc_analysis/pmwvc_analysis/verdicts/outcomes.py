@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_analysis.prediction.encoder_work import bounded
+from pmwvc_analysis.budget.counts import bounded
 from pmwvc_analysis.traces.stages import Stage, text_of
 from pmwvc_analysis.verdicts.offsets import Outcome, offsets, same_lag
 from pmwvc_analysis.verdicts.stability import LIMITED

@@ -118,6 +118,7 @@ def _of_hand(entry: energy.UserEnergy, unknown: Sequence[Unjudged]) -> Finding:
         entry.joint,
         declared_j=entry.storage_j,
         open_j=entry.resolution_j,
+        counts_j=entry.counts_j,
         unjudged=unknown,
     )
     if found.passive and entry.hand_passive is None:

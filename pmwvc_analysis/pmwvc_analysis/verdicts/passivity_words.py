@@ -45,7 +45,11 @@ def verdict(found: Passivity, owner: str) -> str:
     unknown = [port for port in ports if port.passive is None]
     if unknown:
         return f"passivity not judged: {unknown[0].why}"
-    return f"passive: {amount(min(ports, key=lambda port: port.least_j))}"
+    least = min(ports, key=lambda port: port.least_j)
+    if least.by_counts:
+        bound = f"passive within the encoder's bound of {joule(least.counts_j)}"
+        return f"{bound}: {part_words(least)}, {amount(least)}"
+    return f"passive: {amount(least)}"
 
 
 def amount(finding: Finding) -> str:

@@ -138,6 +138,7 @@ def _finding(found: Finding) -> dict[str, Any]:
         "since_s": found.since_s,
         "tolerance_j": number(found.tolerance_j),
         "declared_j": found.declared_j,
+        "encoder_bound_j": found.counts_j,
         "moved_j": number(found.moved_j),
         "judged_s": [list(interval) for interval in found.judged_s],
         "not_judged": [asdict(each) for each in found.unjudged],
