@@ -1,9 +1,14 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Packages of another laboratory: the examples of the documentation, installed in a folder."""
+"""Packages of another laboratory: the examples of the documentation, installed in a folder, and
+modules that seem to be installed.
+"""
 
 import os
 import re
+import sys
+import types
+from importlib.metadata import EntryPoint
 
 from support.command_line import ROOT, call
 from support.installed import install
@@ -22,3 +27,19 @@ def example_of(folder, page):
         return call(*words, cwd=folder, PYTHONPATH=path)
 
     return run
+
+
+def offer(patch, group, module, found, *, kept=(), **values):
+    """Have a module of another package offer objects by name as plug-ins of a group.
+
+    ``values`` are further entry points by name, ``kept`` those that stay besides.
+    """
+    made = types.ModuleType(module)
+    vars(made).update(found)
+    patch.setitem(sys.modules, module, made)
+    values = {name: f"{module}:{name}" for name in found} | values
+    points = [*kept, *(EntryPoint(name, value, group) for name, value in values.items())]
+    patch.setattr(
+        "pmwvc_core.plugins.entry_points",
+        lambda group: [point for point in points if point.group == group],
+    )

@@ -5,13 +5,10 @@
 import dataclasses
 import json
 import re
-import sys
-import types
-from importlib.metadata import EntryPoint
 
 import pytest
 from support.command_line import refused
-from support.lab import example_of
+from support.lab import example_of, offer
 from support.plain import load
 
 from pmwvc_analysis.models.answer import answer
@@ -77,7 +74,6 @@ SOFT = dataclasses.replace(controllers.LIBRARY["pmwvc"], name="soft", words="Dam
 @pytest.fixture
 def lab(monkeypatch):
     """A laboratory's own module with records, good and bad."""
-    module = types.ModuleType("lab_controllers")
     records = {
         "alone": dataclasses.replace(SOFT, name="alone", linear=None),
         "portless": dataclasses.replace(SOFT, name="portless", make_black_box=None),
@@ -86,12 +82,8 @@ def lab(monkeypatch):
         "stone": object(),
         "pmwvc": SOFT,
     }
-    vars(module).update(records)
-    monkeypatch.setitem(sys.modules, "lab_controllers", module)
-    group = library.RECORDS.plugins.group
-    points = [EntryPoint(name, f"lab_controllers:{name}", group) for name in records]
-    points.append(EntryPoint("absent", "lab_vendor_library:RECORD", group))
-    monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: points)
+    group, absent = library.RECORDS.plugins.group, "lab_vendor_library:RECORD"
+    offer(monkeypatch, group, "lab_controllers", records, absent=absent)
     plugins.imported.cache_clear()
     yield
     plugins.imported.cache_clear()

@@ -5,14 +5,11 @@
 import dataclasses
 import json
 import re
-import sys
-import types
-from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
 from support.command_line import refused
-from support.lab import example_of
+from support.lab import example_of, offer
 from support.plain import load
 
 from pmwvc_analysis.consistency.consistency import inconsistencies
@@ -132,7 +129,6 @@ def unmade(params):
 @pytest.fixture
 def lab(monkeypatch):
     """A laboratory's own module with records, good and bad."""
-    module = types.ModuleType("lab_couplings")
     own = COUPLINGS.library["implicit"]
     records = {
         "exact": dataclasses.replace(own, name="exact"),
@@ -145,13 +141,7 @@ def lab(monkeypatch):
         "unmade": dataclasses.replace(own, name="unmade", make=unmade),
         "stone": object(),
     }
-    vars(module).update(records)
-    monkeypatch.setitem(sys.modules, "lab_couplings", module)
-    group = COUPLINGS.plugins.group
-    points = [EntryPoint(name, f"lab_couplings:{name}", group) for name in records]
-    monkeypatch.setattr(
-        "pmwvc_core.plugins.entry_points", lambda group: [p for p in points if p.group == group]
-    )
+    offer(monkeypatch, COUPLINGS.plugins.group, "lab_couplings", records)
     plugins.imported.cache_clear()
     yield
     plugins.imported.cache_clear()
@@ -225,13 +215,8 @@ def test_what_is_no_coupling_is_refused_with_the_reason(lab, name, text):
 
 
 def test_a_compensation_may_come_from_another_package(monkeypatch):
-    module = types.ModuleType("lab_compensations")
-    module.half = dataclasses.replace(COMPENSATIONS.library["ledger"], name="half", linear=None)
-    monkeypatch.setitem(sys.modules, "lab_compensations", module)
-    points = [EntryPoint("half", "lab_compensations:half", COMPENSATIONS.plugins.group)]
-    monkeypatch.setattr(
-        "pmwvc_core.plugins.entry_points", lambda group: [p for p in points if p.group == group]
-    )
+    half = dataclasses.replace(COMPENSATIONS.library["ledger"], name="half", linear=None)
+    offer(monkeypatch, COMPENSATIONS.plugins.group, "lab_compensations", {"half": half})
     texts = ["server.coupling=unknown", "server.environment=wall", "server.compensation=half"]
     traces = simulate_one(load("carry_0ms", settings_texts=[*texts, "duration_s=0.5"]))
     assert "tank" in traces.server.accounts

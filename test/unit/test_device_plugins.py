@@ -4,11 +4,10 @@
 
 import re
 import sys
-import types
-from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
+from support.lab import offer
 
 from pmwvc_core.errors import DeviceError, ParameterError
 from pmwvc_core.params import DeviceParams, OperatorParams, TaskParams
@@ -48,9 +47,6 @@ class Stick:
 @pytest.fixture
 def lab(monkeypatch):
     """A laboratory's own module with plug-ins, beside those of the project."""
-    module = types.ModuleType("lab_devices")
-    module.Stick = Stick
-    module.stone = lambda setup: object()
 
     def broken(setup):
         raise OSError("no device on /dev/stick0")
@@ -58,19 +54,10 @@ def lab(monkeypatch):
     def picky(setup):
         raise ParameterError("device.mass = 1.0: a stick weighs less")
 
-    module.broken, module.picky = broken, picky
-    monkeypatch.setitem(sys.modules, "lab_devices", module)
-    names = {
-        "stick": "lab_devices:Stick",
-        "stone": "lab_devices:stone",
-        "broken": "lab_devices:broken",
-        "picky": "lab_devices:picky",
-        "absent": "lab_vendor_library:Device",
-    }
-    group = plugins.PLUGINS.group
-    points = [EntryPoint(name, value, group) for name, value in names.items()]
-    points += plugins.PLUGINS.installed().values()
-    monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: points)
+    found = {"stick": Stick, "stone": lambda _: object(), "broken": broken, "picky": picky}
+    known = plugins.PLUGINS.installed().values()
+    absent = "lab_vendor_library:Device"
+    offer(monkeypatch, plugins.PLUGINS.group, "lab_devices", found, kept=known, absent=absent)
 
 
 def test_the_projects_own_devices_are_installed():
@@ -122,7 +109,9 @@ def test_poses_have_no_more_than_three_axes_of_motion():
 def test_the_device_of_the_documentation_works(lab):
     text = (Path(__file__).resolve().parents[2] / "docs" / "devices.md").read_text("utf-8")
     [source] = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    exec(compile(source, "docs/devices.md", "exec"), vars(sys.modules["lab_devices"]))
+    names = vars(sys.modules["lab_devices"])
+    exec(compile(source, "docs/devices.md", "exec"), names)
+    names["stick"] = names["Stick"]
     device = plugins.make_device("stick", setup())
     device.open()
     device.write(-1.0)

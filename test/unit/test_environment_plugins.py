@@ -4,12 +4,11 @@
 
 import re
 import sys
-import types
-from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.lab import offer
 
 from pmwvc_core.controllers import make_server
 from pmwvc_core.errors import ParameterError
@@ -44,9 +43,6 @@ class Honey:
 @pytest.fixture
 def lab(monkeypatch):
     """A laboratory's own module with plug-ins, beside the library."""
-    module = types.ModuleType("lab_environments")
-    module.Honey = Honey
-    module.stone = lambda setup: object()
 
     def broken(setup):
         raise OSError("no mesh file jelly.obj")
@@ -54,20 +50,13 @@ def lab(monkeypatch):
     def picky(setup):
         raise ParameterError("server.object_mass = 2.0: a jelly weighs less")
 
-    module.broken, module.picky = broken, picky
-    monkeypatch.setitem(sys.modules, "lab_environments", module)
-    names = {
-        "honey": "lab_environments:Honey",
-        "stone": "lab_environments:stone",
-        "broken": "lab_environments:broken",
-        "picky": "lab_environments:picky",
+    found = {"honey": Honey, "stone": lambda _: object(), "broken": broken, "picky": picky}
+    others = {
         "absent": "lab_vendor_library:World",
         "jelly": "lab_environments:Jelly",
         "wall": "lab_environments:stone",
     }
-    group = environments.PLUGINS.group
-    points = [EntryPoint(name, value, group) for name, value in names.items()]
-    monkeypatch.setattr("pmwvc_core.plugins.entry_points", lambda group: points)
+    offer(monkeypatch, environments.PLUGINS.group, "lab_environments", found, **others)
 
 
 def test_environment_of_another_package_is_made_and_its_force_rendered(lab):

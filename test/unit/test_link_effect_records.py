@@ -3,14 +3,12 @@
 """Link effects by name: the library, and records of another package."""
 
 import dataclasses
-import sys
-import types
-from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.lab import offer
 from support.plain import load
 
 from pmwvc_analysis.compare.settings import GIVEN, RULE, tuned, tuning_of
@@ -134,16 +132,8 @@ RECORDS = {
 @pytest.fixture(scope="module")
 def lab():
     """A laboratory's own module with records."""
-    module = types.ModuleType("lab_effects")
-    vars(module).update(RECORDS)
-    group = EFFECTS.plugins.group
-    points = [EntryPoint(name, f"lab_effects:{name}", group) for name in RECORDS]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(sys.modules, "lab_effects", module)
-        patch.setattr(
-            "pmwvc_core.plugins.entry_points",
-            lambda group: [p for p in points if p.group == group],
-        )
+        offer(patch, EFFECTS.plugins.group, "lab_effects", RECORDS)
         plugins.imported.cache_clear()
         library.plugins_of.cache_clear()
         yield
