@@ -63,19 +63,16 @@ class Server:
         self._scene = Scene(self.names, size_m=settings.server.object_size_m, dof=settings.dof)
         self._markers = node.create_publisher(MarkerArray, "markers", 1)
         self._watch = Watch(self.loop)
-        inboxes = zip(self.names, self.loop.protocol.inboxes, strict=True)
+        inboxes = dict(zip(self.names, self.loop.protocol.inboxes, strict=True))
         self._peers = Peers(
             publishers_of(node),
-            inboxes={node.resolve_topic_name(f"~/{n}/wave_up"): box for n, box in inboxes},
+            inboxes={node.resolve_topic_name(f"~/{n}/wave_up"): box for n, box in inboxes.items()},
             own=[node.resolve_topic_name(f"~/{name}/wave_down") for name in self.names],
         )
         self._receptions = Receptions(
             node,
             "~/reception",
-            inboxes={
-                f"{name}/up": box
-                for name, box in zip(self.names, self.loop.protocol.inboxes, strict=True)
-            },
+            inboxes={f"{name}/up": box for name, box in inboxes.items()},
             epoch=epoch,
             other_controller=lambda: self.loop.protocol.other_controller,
         )
