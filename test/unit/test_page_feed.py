@@ -267,9 +267,13 @@ def test_avatar_that_joined_elsewhere_is_noted_until_it_is_with_its_device(texts
     for start, place_m in ((0, 0.012), (16, 0.010), (32, 0.001), (48, 0.02)):
         feed.on_master("user1", block(start, [0.0] * 16, signals=np.zeros((len(SIGNALS), 16, 1))))
         feed.on_server(step(start, users=1)._replace(avatars=np.full((3, 1, 1), place_m)))
-        feed.rows((start + 16) * MS)
+        feed.others = {"user1.lag": 0.04, "user1.impedance": 25.0}
+        rows = feed.rows((start + 16) * MS)
         options = {"storage_j": {}, "exact_hands": (), "notices": []}
         notes.append(verdict(feed, ("user1",), **options)["users"]["user1"]["note"])
+        if rows:
+            apart = "since joining" in notes[-1]
+            assert np.isnan(values(layout, rows, "user1.lag")[-1]) == apart  # no F tau/(2b) then
     told = [note for note in notes if "mm from the device since joining" in note]
     assert told
     assert all(why in note for note in told)

@@ -89,7 +89,9 @@ def test_user_that_keeps_its_distance_after_rejoining_is_noted_as_in_the_report(
     notes = {}
     for time_s in (0.0, 2.9, 3.1, 6.0):
         player.session.seek(time_s)
-        player.after(0.0)
+        row = player.after(0.0)[-1]
+        lag = row[player.session.layout.slices["user1.lag"]]
+        assert np.isnan(lag).all() == (time_s > 3.0)  # no F tau/(2b) is offered then
         users = player.session.news()["text"]["users"]
         notes[time_s] = users["user1"]["note"]
         assert users["user2"]["note"] == ""

@@ -44,7 +44,8 @@ def verdict(found: Passivity, owner: str) -> str:
         return f"NOT passive: {part_words(worst)}, {amount(worst)}"
     unknown = [port for port in ports if port.passive is None]
     if unknown:
-        return f"passivity not judged: {unknown[0].why}"
+        why = unknown[0].why  # some texts begin with when
+        return f"passivity {why if why.startswith('not judged') else f'not judged: {why}'}"
     least = min(ports, key=lambda port: port.least_j)
     if least.by_counts:
         bound = f"passive within the encoder's bound of {joule(least.counts_j)}"

@@ -155,5 +155,8 @@ class Feed:
                     other.shaking.on_purpose(due_ns)
             one.write(row, due_ns, self._step, index)
         self._layout.set(row, others)
+        for one in self._every:
+            if one.apart:  # what is kept since joining is no price of the delay
+                row[one.lag_at] = math.nan
         packets, self._packets = self._packets, []
         return Snapshot(row, np.concatenate(packets) if packets else NO_PACKETS)

@@ -53,8 +53,10 @@ class FeedUser:
     ----------
     state, reason
         Of the newest tick in a row; state None: there was none, or none for ``GONE_S``.
+    apart
+        Whether its avatar is away from its device since it joined.
     lag_columns, target_column
-        Names of columns whose values are given from elsewhere.
+        Names of columns whose values are given from elsewhere; ``lag_at``: the lag's place.
     loaded_change
         Whether tau/(2b) changed under load since the device was coupled.
     delays_s
@@ -74,12 +76,13 @@ class FeedUser:
         self.state: int | None = None
         self.reason = ""
         self.lag_columns = tuple(f"{name}.{column}" for column in LAG)
+        self.lag_at = layout.slices[f"{name}.lag"].start
         self.target_column = f"{name}.target"
         self.delays_s = [math.nan, math.nan]
         self._give = math.nan  # tau/(2b) by the model [m/N]
         self._brake = brake
         self._why_apart = why_apart
-        self._there = self._apart = False  # at the server; away from the device since it joined
+        self._there = self.apart = False
         self._distance_m = math.nan
         self._anchor: list[float] | None = None  # where the target was when it moved last
         self._missed = math.nan
@@ -136,16 +139,16 @@ class FeedUser:
     @property
     def kept_apart(self) -> str:
         """How far the avatar is from the device since the user joined, and why; else nothing."""
-        return kept_words(self._distance_m, self._why_apart) if self._apart else ""
+        return kept_words(self._distance_m, self._why_apart) if self.apart else ""
 
     def _follow_avatar(self, step: Step, index: int) -> None:
         """Note how far the avatar is from the device, and whether it has been since joining."""
         there = step.state[index] > 0
         joined = there and not self._there
-        self._apart = there and (joined or self._apart)
-        if self._apart:
+        self.apart = there and (joined or self.apart)
+        if self.apart:
             self._distance_m = math.dist(step.avatars[X_S, index], self._signals[X_M])
-            self._apart = self._distance_m > APART_M
+            self.apart = self._distance_m > APART_M
         self._there = there
 
     def aims(self, target: Any) -> bool:

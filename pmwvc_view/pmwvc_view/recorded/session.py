@@ -14,6 +14,7 @@ from pmwvc_core.errors import RecordingError
 from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.server.kept_apart import LEAST_M
 from pmwvc_core.traces import SessionTraces
 from pmwvc_view import controls, description
 from pmwvc_view.feed.verdict import BAD, GOOD, UNKNOWN
@@ -62,7 +63,8 @@ class RecordedSession(Session):
 
     def _write_lags(self, *, live: bool) -> None:
         """Write lags and impedances as far as they stayed what they were: under load the distance
-        of device and avatar keeps a part of the former ones.
+        of device and avatar keeps a part of the former ones. No lag where the distance is kept
+        since joining.
         """
         parts = stages(self._traces, self._scenario)
         every = [description.lags(part.scenario, live=live) for part in parts]
@@ -71,6 +73,11 @@ class RecordedSession(Session):
             until_s = np.inf if all(same) else parts[same.index(False)].start_s
             known = self._rows[:, 1] < until_s
             self._rows[known, self.layout.slices[name]] = np.nan if value is None else value
+        for user, away in self._apart.items():
+            if away is not None and f"{user}.lag" in self.layout.slices:
+                at = np.searchsorted(away.time_s, self._rows[:, 1] + 1e-9) - 1
+                kept = np.linalg.norm(away.kept[at], axis=-1) > LEAST_M
+                self._rows[(at >= 0) & kept, self.layout.slices[f"{user}.lag"]] = np.nan
 
     def description(self) -> dict[str, Any]:
         """Return the session message without what the server adds."""
