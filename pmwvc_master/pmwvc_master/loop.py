@@ -33,22 +33,16 @@ class MasterLoop:
         dof: int,
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        self.protocol = protocol
-        self.device = device
+        self.protocol, self.device, self.tick_s = protocol, device, tick_s
         self.wires, self.link = wires, wires.link
-        self.tick_s = tick_s
         self.work = DeviceWork(hand_force_known=device.info.hand_force_known)
         self.health = Health()
         self.missed = 0
         self.memory = RealTimeReport()  # granted before the start
         self.report: RealTimeReport | None = None
         self._clock = clock
-        self._trace = TraceBlocks(
-            protocol.frames.rate_drop,
-            dof,
-            self.work,
-            lambda block: wires.publish_trace(block, self),
-        )
+        ticks = protocol.frames.rate_drop
+        self._trace = TraceBlocks(ticks, dof, self.work, lambda b: wires.publish_trace(b, self))
         self._begun = False
 
     def run(self, stop: threading.Event) -> None:

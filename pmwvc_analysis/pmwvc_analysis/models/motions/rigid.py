@@ -26,8 +26,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.models.line import per_run
 from pmwvc_analysis.models.linearize import Linear
+from pmwvc_analysis.models.motions import freedom
+from pmwvc_analysis.models.motions.freedom import per_run
 from pmwvc_core.controllers import has_waves, record_of
 from pmwvc_core.numeric import Array
 
@@ -135,7 +136,7 @@ def _free_positions(linear: Linear, axis: int) -> list[Motion]:
     if not has_waves(loop.scenario.controller):
         return _translations_without_waves(linear, axis)
     one, always = np.eye(loop.dof)[axis : axis + 1], np.array([True])
-    tied = [line.tied for line in loop.lines]
+    tied = [freedom.tied(line) for line in loop.lines]
     devices = [f"{line.name}.device.x" for line in loop.lines]
     found = [
         Motion(device, axis, ~bound[:, 0], {device: one}, {})
@@ -146,7 +147,7 @@ def _free_positions(linear: Linear, axis: int) -> list[Motion]:
     if loop.body in linear.placed:
         found.append(Motion(loop.body, axis, always, {loop.body: one} | together, {}))
     for index, line in enumerate(loop.lines):
-        loose = line.stiffness[:, 0] == 0.0
+        loose = freedom.stiffness(line)[:, 0] == 0.0
         if loose.any():
             e = loop.deflection(index)
             moved = {e: one, devices[index]: together[devices[index]]}
@@ -166,7 +167,7 @@ def _translations_without_waves(linear: Linear, axis: int) -> list[Motion]:
     loop, found = linear.loop, []
     one = np.eye(loop.dof)[axis : axis + 1]
     for index, line in enumerate(loop.lines):
-        loose, device = line.stiffness[:, 0] == 0.0, f"{line.name}.device.x"
+        loose, device = freedom.stiffness(line)[:, 0] == 0.0, f"{line.name}.device.x"
         if loose.any():
             moved = {device: one, loop.deflection(index): one}
             found.append(Motion(device, axis, loose, moved, {}))
@@ -186,13 +187,13 @@ def _drifting(linear: Linear, axis: int) -> list[Motion]:
         return []
     one, found = np.eye(loop.dof)[axis : axis + 1], []
     for line in loop.lines:
-        mask = line.alone & ~line.braked & ~line.tied
+        mask = freedom.alone(line) & ~freedom.braked(line) & ~freedom.tied(line)
         if mask.any():
             x, xd = f"{line.name}.device.x", f"{line.name}.device.xd"
             e = loop.deflection(loop.lines.index(line))
-            avatar = line.moves_avatar(one)
+            avatar = freedom.moves_avatar(line, one)
             found.append(Motion(xd, axis, mask[:, 0], {xd: one}, {x: one, e: avatar}))
-    if loop.body in linear.placed and all(line.steady_age for line in loop.lines):
+    if loop.body in linear.placed and all(freedom.steady_age(line) for line in loop.lines):
         found += _common_drift(linear, axis)
     return found
 
@@ -210,13 +211,13 @@ def _common_drift(linear: Linear, axis: int) -> list[Motion]:
     now = {loop.body: one * ((serve.phase - serve.period) * loop.tick_s), f"{loop.body}d": one}
     rates = {loop.body: one}
     for index, line in enumerate(loop.lines):
-        off, tied = line.alone, line.tied
+        off, tied = freedom.alone(line), freedom.tied(line)
         rates[loop.deflection(index)] = np.where(off, -one, 0.0)  # stays behind
-        ratio = line.moves_device(one)
+        ratio = freedom.moves_device(line, one)
         rate = np.where(off, 0.0, ratio)
-        steady = line.steady_answers & np.all(ratio == one, axis=1, keepdims=True)
-        mask = mask & (off | ~line.braked) & (off | ~tied | steady)
-        late = tied * line.received_at(0) if waves else line.up.ages()[0]
+        steady = freedom.steady_answers(line) & np.all(ratio == one, axis=1, keepdims=True)
+        mask = mask & (off | ~freedom.braked(line)) & (off | ~tied | steady)
+        late = tied * freedom.received_at(line, 0) if waves else line.up.ages()[0]
         x = f"{line.name}.device.x"
         now |= {x: rate * (late * loop.tick_s), f"{x}d": rate}
         rates[x] = rate
