@@ -16,12 +16,12 @@ from pmwvc_core.traces import SessionTraces
 def behind_counts(user: User, scenario: Scenario) -> bool:
     """Tell whether a user's waves come of the differences of an encoder's counts."""
     device = user.device
-    return scenario.strict and device.velocity == "euler" and bool(device.encoder_step_m > 0.0)
+    return scenario.strict and device.differences and bool(device.encoder_step_m > 0.0)
 
 
 def held(user: User) -> bool:
     """Tell whether a hand is on the device: a person's, or an arm that is simulated."""
-    return user.device.plugin != "simulated" or user.operator.has_arm
+    return not user.device.is_simulated or user.operator.has_arm
 
 
 def bounded(user: User, scenario: Scenario) -> CountBound | None:

@@ -36,7 +36,7 @@ def _line(user: User, scenario: Scenario) -> str:
         kind = user.operator.kind
         words += f" Without an arm on the device (operator.kind = {kind}) no bound is known."
     given_j = None
-    if user.device.plugin == "simulated" and user.operator.kind not in BY_PEOPLE:
+    if user.device.is_simulated and user.operator.kind not in BY_PEOPLE:
         given_j = _given_j(scenario).get(user.name)
     if given_j is None:
         return f"{words} This session is not simulated beforehand."

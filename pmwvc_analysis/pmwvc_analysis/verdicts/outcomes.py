@@ -57,7 +57,7 @@ def passive_by_account(scenario: Scenario) -> bool:
         scenario.strict
         and scenario.coupling.passive(scenario.server)
         and all(
-            user.device.plugin == "simulated"
+            user.device.is_simulated
             and not np.any(np.asarray(user.device.encoder_step_m) > 0.0)
             and not user.master.bank.as_published
             for user in scenario.users

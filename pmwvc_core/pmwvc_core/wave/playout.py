@@ -38,6 +38,7 @@ from pmwvc_core.numeric import (
     Value,
     absolute,
     anywhere,
+    between,
     limit_length,
     maximum,
     minimum,
@@ -123,7 +124,7 @@ class Playout(Stateful):
     @property
     def waiting(self) -> Value:
         """Integral that has arrived and is not given out: at hand, or undelivered [sqrt(W) s]."""
-        return self._segments.integral - self._integral + self.undelivered
+        return self._segments.integrals[-1] - self._integral + self.undelivered
 
     @property
     def free_j(self) -> Value:
@@ -237,7 +238,7 @@ class Playout(Stateful):
             spared = self.free_j > minimum(self.needed_j - SPARED_J, SPARED_J)
             rate = where(late & spared, margin.faster, rate)
         played_s = minimum(self._played_s + rate * h, newest_s)
-        integral, reserve = self._segments.at(played_s)
+        integral, reserve = self._at(played_s)
         due = integral - self._integral
         self._played_s, self._integral, self._reserve = played_s, integral, reserve
         return due
@@ -253,17 +254,26 @@ class Playout(Stateful):
         few_s = self.margin.time_s + SLACK_S + where(outage, 0.0, self._segments.lasted_s)
         return where(self._burst_s > 0.0, few_s, LONGEST_S)
 
+    def _at(self, time_s: Value) -> tuple[Value, Value]:
+        """Return integral and reserve up to a time, also within a segment."""
+        i, ratio = self._segments.place(time_s)
+        integrals, reserves = self._segments.integrals, self._segments.reserves
+        if not isinstance(i, int):
+            return between(integrals, i, ratio), between(reserves, i, ratio)
+        before, needed = integrals[i - 1], reserves[i - 1]
+        return before + (integrals[i] - before) * ratio, needed + (reserves[i] - needed) * ratio
+
     def _forget(self) -> None:
         """Drop the segments that every run has played."""
-        time_s, integral, reserve = self._segments.forget(self._played_s)
-        if time_s:
-            self._played_s = maximum(self._played_s - time_s, 0.0)
-            self._integral = self._integral - integral
-            self._reserve = self._reserve - reserve
+        segments = self._segments
+        if played := segments.played(self._played_s):
+            self._integral = self._integral - segments.integrals[played]
+            self._reserve = self._reserve - segments.reserves[played]
+            self._played_s = maximum(self._played_s - segments.forget(played), 0.0)
 
     def _skip(self, to_s: Value) -> None:
         """Owe what would have been played until then."""
-        integral, reserve = self._segments.at(to_s)
+        integral, reserve = self._at(to_s)
         self.undelivered = self.undelivered + (integral - self._integral)
         self._behind = True
         self._played_s, self._integral, self._reserve = to_s, integral, reserve

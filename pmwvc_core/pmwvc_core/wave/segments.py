@@ -1,16 +1,17 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
 """The segments of a wave that a playout has at hand: its integral, and the reserve of energy that
-its smoothest wave takes, up to any time, even within a segment.
+its smoothest wave takes, where each of them ends.
 
 Times are those of the sender, since the first segment kept began.
 """
 
 from bisect import bisect_right
+from typing import Any
 
 import numpy as np
 
-from pmwvc_core.numeric import Value, between, squared
+from pmwvc_core.numeric import Value, squared
 from pmwvc_core.state import Stateful
 
 ROUNDING_S = 1e-9  # of times
@@ -27,22 +28,19 @@ class Segments(Stateful):
         Up to there [J].
     lasted_s
         Duration of the newest segment [s].
+    integrals, reserves
+        Up to the beginning of the first segment, and to the end of each [sqrt(W) s], [J].
     """
 
-    SIGNALS = "_integrals"
-    MEMORY = "end_s reserve_j lasted_s _ends_s _reserves"
+    SIGNALS = "integrals"
+    MEMORY = "end_s reserve_j lasted_s reserves _ends_s"
 
     def __init__(self) -> None:
         self.end_s = self.lasted_s = 0.0
         self.reserve_j: Value = 0.0
         self._ends_s = [0.0]
-        self._integrals: list[Value] = [0.0]
-        self._reserves: list[Value] = [0.0]
-
-    @property
-    def integral(self) -> Value:
-        """Integral up to the end of the newest segment [sqrt(W) s]."""
-        return self._integrals[-1]
+        self.integrals: list[Value] = [0.0]
+        self.reserves: list[Value] = [0.0]
 
     def add(self, integral: Value, duration_s: float) -> None:
         """Take in a segment behind those there are.
@@ -57,38 +55,40 @@ class Segments(Stateful):
         self.end_s = self.end_s + duration_s
         self.reserve_j = self.reserve_j + squared(integral) * (0.5 / duration_s)
         self._ends_s.append(self.end_s)
-        self._integrals.append(self.integral + integral)
-        self._reserves.append(self.reserve_j)
+        self.integrals.append(self.integrals[-1] + integral)
+        self.reserves.append(self.reserve_j)
         self.lasted_s = duration_s
 
-    def at(self, time_s: Value) -> tuple[Value, Value]:
-        """Return integral and reserve up to a time."""
-        ends, integrals, reserves = self._ends_s, self._integrals, self._reserves
+    def place(self, time_s: Value) -> tuple[Any, Any]:
+        """Return in which segment a time lies, from 1, and how far through it; in a batch of each
+        run where they differ.
+        """
+        ends = self._ends_s
         if isinstance(time_s, np.ndarray):
             times = np.array(ends)
             index = np.clip(np.searchsorted(times, time_s, side="right"), 1, len(ends) - 1)
             i = int(index.flat[0])
             if (index != i).any():  # seldom: runs within several segments
-                each = (time_s - times[index - 1]) / (times[index] - times[index - 1])
-                return between(integrals, index, each), between(reserves, index, each)
+                return index, (time_s - times[index - 1]) / (times[index] - times[index - 1])
         else:
             i = min(bisect_right(ends, time_s), len(ends) - 1)
-        ratio = (time_s - ends[i - 1]) / (ends[i] - ends[i - 1])
-        before, needed = integrals[i - 1], reserves[i - 1]
-        return before + (integrals[i] - before) * ratio, needed + (reserves[i] - needed) * ratio
+        return i, (time_s - ends[i - 1]) / (ends[i] - ends[i - 1])
 
-    def forget(self, played_s: Value) -> tuple[float, Value, Value]:
-        """Drop the segments that every run has played; the rest begins at zero. Return time,
-        integral and reserve that go with them.
+    def played(self, time_s: Value) -> int:
+        """Return how many segments every run has played."""
+        first = float(np.min(time_s)) if isinstance(time_s, np.ndarray) else time_s
+        return max(bisect_right(self._ends_s, first + ROUNDING_S) - 1, 0)
+
+    def forget(self, count: int) -> float:
+        """Drop the first segments; the rest begins at zero. Return the time that goes with
+        them [s].
         """
-        first = float(np.min(played_s)) if isinstance(played_s, np.ndarray) else played_s
-        done = bisect_right(self._ends_s, first + ROUNDING_S) - 1
-        if done < 1:
-            return 0.0, 0.0, 0.0
-        time_s, integral = self._ends_s[done], self._integrals[done]
-        reserve = self._reserves[done]
-        self._ends_s = [each - time_s for each in self._ends_s[done:]]
-        self._integrals = [each - integral for each in self._integrals[done:]]
-        self._reserves = [each - reserve for each in self._reserves[done:]]
-        self.end_s, self.reserve_j = self._ends_s[-1], self._reserves[-1]
-        return time_s, integral, reserve
+        time_s = self._ends_s[count]
+        columns: tuple[list[Any], ...] = (self._ends_s, self.integrals, self.reserves)
+        for kept in columns:
+            gone = kept[count]
+            del kept[:count]
+            for place, each in enumerate(kept):
+                kept[place] = each - gone
+        self.end_s, self.reserve_j = self._ends_s[-1], self.reserves[-1]
+        return time_s
