@@ -8,6 +8,7 @@ import asyncio
 import contextlib
 import multiprocessing
 import os
+import signal
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
@@ -33,7 +34,10 @@ class Predictor:
             # Not forked: the caller may have threads.
             context = multiprocessing.get_context("spawn")
             self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_stand_back)
-            self._pool.submit(_load)
+            # A Ctrl-C reaches every process of a terminal; this one is ended by close().
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+            self._pool.submit(_load)  # starts it
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
             for process in self._pool._processes or ():
                 _give_way(process)
 

@@ -4,7 +4,9 @@
 
 import http.client
 import json
+import signal
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from hypothesis import strategies as st
 from support.page_sockets import PATIENCE_S, TOKEN, HandmadeSession, served
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from pmwvc_view.prediction import Predictor
 from pmwvc_view.protocol import CREDITS, MESSAGE_BYTES, MESSAGES_HZ
 from pmwvc_view.protocol.requests import ProtocolError, Request, Target, read
 from pmwvc_view.web.access import Access, why_refused
@@ -59,6 +62,19 @@ def test_address_that_cannot_be_listened_on_is_refused_with_the_reason(server):
     assert "another program uses this port" in why_refused("127.0.0.1", server.port)
     assert why_refused("127.0.0.1", 65536) == "a port is 0..65535"
     assert why_refused("192.0.2.1", 0) == "not an address of this machine"
+
+
+def test_process_of_the_model_is_not_ended_by_a_ctrl_c_that_reaches_the_whole_terminal():
+    predictor = Predictor(live=False)
+    try:
+        predictor.begin()
+        (worker,) = predictor._pool._processes
+        status = Path(f"/proc/{worker}/status").read_text("ascii")
+        blocked = int(status.partition("SigBlk:")[2].split()[0], 16)
+        assert blocked >> (signal.SIGINT - 1) & 1
+        assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())  # here it is not
+    finally:
+        predictor.close()
 
 
 def test_page_and_its_files_are_served_under_a_policy_that_loads_nothing_from_elsewhere(server):
