@@ -19,7 +19,7 @@ import enum
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from pmwvc_core.numeric import Value, squared
+from pmwvc_core.numeric import Array, Integers, Value, squared
 
 
 class Account(NamedTuple):
@@ -104,3 +104,11 @@ class Entry(NamedTuple):
 def wave_energy(wave: Value, dt: float) -> Value:
     """Return the energy of a wave [sqrt(W)] that lasts dt [s], |w|^2 dt/2 [J]."""
     return squared(wave) * (0.5 * dt)
+
+
+def continued(sums: Array, rows: Integers) -> Array:
+    """Return running sums that go on where, in these rows, they start again at zero."""
+    result = sums.copy()
+    for row in rows:
+        result[row:] += result[row - 1] - (result[row] - sums[row])
+    return result

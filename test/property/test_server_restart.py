@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.energy import user_energies
-from pmwvc_analysis.recording.assemble import continued
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_bringup import scenarios as files
+from pmwvc_core.account import continued
 from pmwvc_core.frame.assembly import server_step_of
 from pmwvc_core.simulation.batch import SessionBatch
 
@@ -56,9 +56,8 @@ def restarted(dead_step, away_steps, *, channel="strict", unrecorded=0):
     server.step = np.concatenate(
         [1 + np.arange(dead_step), 1 + np.arange(len(server.time_s) - dead_step)]
     )
-    epochs = (np.arange(len(server.step)) >= dead_step).astype(np.uint64)
     for name in ENERGIES:
-        setattr(server, name, [continued(each, epochs) for each in getattr(server, name)])
+        setattr(server, name, [continued(each, [dead_step]) for each in getattr(server, name)])
     kept = np.r_[0:dead_step, dead_step + unrecorded : len(server.step)]
     for name in ("time_s", "step", "periods_s"):
         setattr(server, name, getattr(server, name)[kept])

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pmwvc_analysis.recording import taken
 from pmwvc_analysis.recording.clocks import clock
 from pmwvc_analysis.recording.link_blocks import COLUMNS
+from pmwvc_core.account import continued
 from pmwvc_core.frame.rows import SIGNALS
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.runtime.messages import nanoseconds
@@ -44,14 +45,6 @@ from pmwvc_core.transport.reception import PASSAGE, REFUSED
 TRACES = dict(zip(PER_AXIS, SIGNALS, strict=True))  # signal of the traces by field
 
 
-def continued(values: Array, epochs: NDArray[np.uint64]) -> Array:
-    """Return running sums that go on where a new epoch starts again at zero."""
-    result = values.copy()
-    for row in np.flatnonzero(epochs[1:] != epochs[:-1]) + 1:
-        result[row:] += result[row - 1] - (result[row] - values[row])
-    return result
-
-
 def _column(messages: Sequence[object], field: str) -> Array:
     return np.array([getattr(message, field) for message in messages], dtype=float)
 
@@ -62,6 +55,11 @@ def _whole(messages: Sequence[object], field: str) -> Integers:
 
 def _epochs(messages: Sequence[Trace] | Sequence[Wave]) -> NDArray[np.uint64]:
     return np.array([message.epoch for message in messages], dtype=np.uint64)
+
+
+def _restarts(epochs: NDArray[np.uint64]) -> Integers:
+    """Return the rows with which a new epoch begins."""
+    return np.flatnonzero(epochs[1:] != epochs[:-1]) + 1
 
 
 def user_traces(
@@ -89,6 +87,7 @@ def user_traces(
         for b, size in zip(blocks, sizes, strict=True)
     ]
     epochs = _epochs(blocks)
+    restarts = _restarts(epochs)
     return UserTraces(
         name=name,
         tick_s=period,
@@ -100,7 +99,7 @@ def user_traces(
         block_time_s=block_s + np.array(sizes) * period,
         state=_whole(blocks, "state"),
         reason=[str(block.reason) for block in blocks],
-        energy={n: continued(_column(blocks, f"energy_{n}"), epochs) for n in ENERGIES},
+        energy={n: continued(_column(blocks, f"energy_{n}"), restarts) for n in ENERGIES},
         accounts=_accounts(blocks),
         block_number=_whole(blocks, "seq"),
         missed=_total(blocks, "missed"),
@@ -147,7 +146,7 @@ def server_traces(
     order = np.argsort(starts, kind="stable")
     steps = [messages[i] for i in order]
     names = [str(name) for name in steps[-1].users]
-    epochs = _epochs(steps)
+    restarts = _restarts(_epochs(steps))
     columns = [{str(name): index for index, name in enumerate(step.users)} for step in steps]
 
     def of_user(field: str, name: str, missing: float) -> Array:
@@ -162,7 +161,7 @@ def server_traces(
         return [of_user(field, name, missing) for name in names]
 
     def sums(field: str) -> list[Array]:
-        return [continued(np.nan_to_num(array[:, 0]), epochs) for array in each(field)]
+        return [continued(np.nan_to_num(array[:, 0]), restarts) for array in each(field)]
 
     signals: dict[str, Any] = {name: each(name) for name in OF_AVATARS}
     signals |= {name: _column(steps, name) for name in (*OF_OBJECT, "kinetic", "potential")}
@@ -175,7 +174,7 @@ def server_traces(
         state=[array[:, 0].astype(np.int64) for array in each("state", 0.0)],
         energy_u_s=sums("energy_u_s"),
         energy_v_s=sums("energy_v_s"),
-        dissipated=continued(_column(steps, "dissipated"), epochs),
+        dissipated=continued(_column(steps, "dissipated"), restarts),
         accounts=_accounts(steps),
         changes=taken.changes(steps),
         looked_ns=taken.looked_ns(steps),

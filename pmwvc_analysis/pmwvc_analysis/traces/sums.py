@@ -8,16 +8,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_core.account import continued
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.traces import UserTraces
 
 
 def running(sums: Array) -> Array:
     """Return sums that only grow, going on where a user that left and came back began at zero."""
-    result = sums.copy()
-    for row in np.flatnonzero(np.diff(sums) < 0.0) + 1:
-        result[row:] += result[row - 1] - (result[row] - sums[row])
-    return result
+    return continued(sums, np.flatnonzero(np.diff(sums) < 0.0) + 1)
 
 
 def sum_of(sums: list[Array]) -> Array:

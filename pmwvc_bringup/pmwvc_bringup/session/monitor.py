@@ -9,13 +9,12 @@ skipped, and so is another publisher while the one that is followed goes on. A t
 publishers than planned is named.
 """
 
-import contextlib
 import json
 import math
 import time
 from collections import deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import rclpy
@@ -146,7 +145,7 @@ class Monitor:
         """Return the settings with which a page wants the session to begin again, or None."""
         found = None
         while self._restarts and (message := self._restarts.take()) is not None:
-            with contextlib.suppress(ValueError):
+            with suppress(ValueError):
                 settings = json.loads(message.data)
                 found = settings if isinstance(settings, dict) else found
         return found
@@ -191,8 +190,7 @@ class Monitor:
                 gave = trace.energy_u_tx if strict else trace.energy_u_m
                 sent = gave - server.energy_u_s[index]
                 got = trace.energy_v_m + accounts.get(RELEASED.name, 0.0)
-                returned = server.energy_v_s[index] - got
-                status.balance_j = sent + returned
+                status.balance_j = sent + (server.energy_v_s[index] - got)
         return status
 
     def _tick_rate(self, name: str, trace: MasterTrace) -> float | None:
@@ -228,8 +226,8 @@ class Monitor:
 
 def not_connected(missing: Sequence[str]) -> str:
     """Return the text for a session whose nodes were not connected in time."""
-    limit = f"{CONNECTION_TIMEOUT_S:g} s"
-    return f"the nodes have not found each other within {limit}: {'; '.join(missing)}"
+    left = "; ".join(missing)
+    return f"the nodes have not found each other within {CONNECTION_TIMEOUT_S:g} s: {left}"
 
 
 @contextmanager
