@@ -132,7 +132,7 @@ def test_all_displacement_is_given_out_waiting_or_undelivered(schedule):
 @settings(max_examples=40)
 @given(schedule=schedules)
 def test_once_packets_come_evenly_everything_paid_for_is_given_out(schedule):
-    receiver = strict(schedule["dof"], most_repaid=schedule["amplitude"])
+    receiver = strict(schedule["dof"], most_repaid=max(1.0, schedule["amplitude"]))
     one = Direction({**schedule, "underpaid": False, "restarts": False}, receiver).run()
     playout = one.receiver.playout
     before = float(np.max(np.abs(playout.waiting)))

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Outages of other lengths, ways, grips and delays in a carry, and ``docs/outages.md``:
+``python -m faults.outages``.
+"""
+
+import itertools
+import os
+from multiprocessing import Pool
+from pathlib import Path
+from typing import NamedTuple
+
+from faults.sessions import PEAK, Carried
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "outages.md"
+BEGIN_S, FRAME_S = 6.0, 0.008
+LENGTHS_S = (0.05, 0.3, 0.8, 2.0, 4.0)
+WAYS = {"both": "link", "up": "link.up", "down": "link.down"}
+DELAYS_S = (0.005, 0.016, 0.05, 0.1)
+SQUEEZES_N = (1.0, 2.0, 3.0, 4.0, 6.0)
+TITLES = ("delay [ms]", "squeeze [N]", "ways", "undisturbed [mm]", "allowed [mm]")
+HEAD = """# Outages
+
+Two hands carry a cube (`carry_16ms`, strict channel, a device with at most 3.3 N); nothing passes
+for a time that begins in the middle of the first move, 6 s after the first packet of each way. By
+`PYTHONPATH=tools .venv/bin/python -m faults.outages` (minutes).
+
+A pair of numbers: the largest distance of a device from its avatar in the second that begins one
+second after the end of the outage, and in the one that begins three seconds after it [mm]. Both
+are compared with F (T1 + T2)/(2b) + 1 mm, F being the force at the end and T1, T2 those of the
+undisturbed link. *Undisturbed* is the distance without an outage. *Peak* is the largest force
+divided by the undisturbed session's, *damping* the time until all devices or all avatars have only
+damping, from the last packet sent on the ways named (*both*: on the ways down, whose outage begins
+a delay and a step after that of the ways up); of both the worst of the lengths. More than allowed
+({peak:g} for the peak, 100 ms) is bold. Every port was passive in {passive} of {count} sessions.
+
+| {titles} | peak | damping [ms] |
+|{rule}|---|---|
+"""
+
+
+class Case(NamedTuple):
+    """An outage of a length [s] on some ways, under a squeeze [N]; length 0: none."""
+
+    delay_s: float
+    squeeze_n: float
+    way: str
+    length_s: float
+
+
+class Seen(NamedTuple):
+    """What came of a case: distances one and three seconds after, and allowed [m]; peak [N];
+    time to damping [s]; whether all ports are passive.
+    """
+
+    soon_m: float
+    late_m: float
+    allowed_m: float
+    peak_n: float
+    damped_s: float
+    passive: bool
+
+
+def tried(case: Case) -> Seen:
+    """Simulate a case."""
+    delay_s, squeeze_n, way, length_s = case
+    later_s = 0.0 if way == "up" else delay_s + FRAME_S  # of the first packet down
+    begin_s, end_s = BEGIN_S + later_s, BEGIN_S + later_s + length_s
+    settings = [f"link.delay_s={delay_s:g}", f"operator.squeeze={squeeze_n:g}"]
+    if length_s:
+        settings.append(f"{WAYS[way]}.schedule={BEGIN_S:g} outage; {BEGIN_S + length_s:g} base")
+    session = Carried((*settings, f"duration_s={end_s + 4.0:g}"))
+    soon_m, late_m = (session.offset_m(end_s + k, end_s + k + 1.0) for k in (1.0, 3.0))
+    damped_s = session.damped_s(begin_s) if length_s else 0.0
+    return Seen(soon_m, late_m, session.bound_m(), session.peak_n, damped_s, session.passive)
+
+
+def row(grip: tuple[float, float, str], calm: Seen, seen: list[Seen]) -> str:
+    """Return the row of a delay, a squeeze and ways."""
+    pairs = [
+        " / ".join(_marked(1e3 * m, m <= each.allowed_m) for m in (each.soon_m, each.late_m))
+        for each in seen
+    ]
+    least_m, most_m = min(e.allowed_m for e in seen), max(e.allowed_m for e in seen)
+    peak = max(each.peak_n for each in seen) / calm.peak_n
+    damped_s = max(each.damped_s for each in seen)
+    cells = [
+        f"{1e3 * grip[0]:g}",
+        f"{grip[1]:g}",
+        grip[2],
+        _marked(1e3 * calm.late_m, calm.late_m <= calm.allowed_m),
+        f"{1e3 * least_m:.1f} to {1e3 * most_m:.1f}",
+        *pairs,
+        _marked(peak, peak <= PEAK, digits=2),
+        _marked(1e3 * damped_s, damped_s <= 0.1, digits=0),
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def _marked(number: float, held: bool, *, digits: int = 1) -> str:
+    text = f"{number:.{digits}f}"
+    return text if held else f"**{text}**"
+
+
+def main() -> None:
+    """Try all, write the page."""
+    grips = list(itertools.product(DELAYS_S, SQUEEZES_N, WAYS))
+    cases = [Case(*grip, length_s) for grip in grips for length_s in (0.0, *LENGTHS_S)]
+    with Pool(os.cpu_count()) as pool:
+        seen = dict(zip(cases, pool.map(tried, cases, chunksize=3), strict=True))
+    rows = [
+        row(grip, seen[Case(*grip, 0.0)], [seen[Case(*grip, length_s)] for length_s in LENGTHS_S])
+        for grip in grips
+    ]
+    head = HEAD.format(
+        peak=PEAK,
+        passive=sum(each.passive for each in seen.values()),
+        count=len(seen),
+        titles=" | ".join((*TITLES, *(f"{length_s:g} s" for length_s in LENGTHS_S))),
+        rule="|".join("---" for _ in (*TITLES, *LENGTHS_S)),
+    )
+    PAGE.write_text(head + "\n".join(rows) + "\n", "utf-8")
+
+
+if __name__ == "__main__":
+    main()
