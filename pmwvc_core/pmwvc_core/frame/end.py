@@ -48,9 +48,10 @@ class ProtocolEnd(Stateful):
         """Tell, and count, whether a packet is for another kind of controller than the one whose
         packets have these flags.
         """
-        refused = bool((packet.flags ^ flags) & FLAG_DIRECT) and packet.refusal is None
-        self.other_controller += refused
-        return refused
+        if not (packet.flags ^ flags) & FLAG_DIRECT or packet.refusal is not None:
+            return False
+        self.other_controller += 1
+        return True
 
 
 def waiting(inbox: Receiver) -> int:

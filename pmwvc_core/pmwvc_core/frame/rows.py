@@ -52,8 +52,16 @@ class PortRow(NamedTuple):
     @classmethod
     def of(cls, port: UserPort, touching: Flag) -> Self:
         """Return a port as it is now."""
-        energies = port.energy_u_s, port.energy_v_s
-        return cls(port.x_s, port.xd_s, port.f_s, port.u_s, port.v_s, *energies, touching)
+        return cls(
+            port.x_s,
+            port.xd_s,
+            port.f_s,
+            port.u_s,
+            port.v_s,
+            port.energy_u_s,
+            port.energy_v_s,
+            touching,
+        )
 
 
 class ServerRow(NamedTuple):
@@ -74,5 +82,5 @@ class ServerRow(NamedTuple):
         """Return a server as it is now, with the target [m] and the users' states."""
         body, touching = server.body, server.contact
         energies = server.kinetic, server.potential, server.dissipated
-        ports = [PortRow.of(*each) for each in zip(server.ports, touching, strict=True)]
+        ports = list(map(PortRow.of, server.ports, touching))
         return cls(body.x, body.xd, target, *energies, ports, state, server.accounts)
