@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pmwvc_bringup import scenarios
 from pmwvc_core.numeric import squared
+from pmwvc_core.simulation.batch import SessionBatch
 from pmwvc_core.wave.playout import FEW, MOST_J, Playout
 
 STEP_S, PERIOD_S, ROUNDING = 0.004, 0.008, 1e-12
@@ -108,9 +110,9 @@ def test_a_loop_that_stands_still_gives_out_no_more_and_loses_no_motion(schedule
 WAVE, SLIP, LONG_S = 0.3, 0.2, 0.5
 
 
-def after_an_outage(steps, energy=0.2):
+def after_an_outage(steps, energy=0.2, **of_playout):
     """A playout that was dry for 0.5 s, then got a displacement and its energy; steps later."""
-    playout, wave = Playout(most_repaid=1.0), WAVE
+    playout, wave = Playout(**{"most_repaid": 1.0, **of_playout}), WAVE
     playout.add(wave * PERIOD_S, 0.5 * wave**2 * PERIOD_S, PERIOD_S)
     for _ in range(125):
         playout.step(STEP_S)
@@ -140,3 +142,17 @@ def test_a_slip_is_made_up_as_fast_as_what_was_paid_for_it_beyond_the_present_wa
         assert after_an_outage(600, price * SLIP).undelivered < FEW
     rest = after_an_outage(2500, 0.8 * WAVE * SLIP)  # ten seconds later
     assert rest.undelivered > 0.1 * SLIP and rest.free_j < 1e-3
+
+
+def test_making_up_begins_over_the_time_in_which_the_brake_lets_go():
+    made_up = {}
+    for rises_s in (0.1, 0.2):
+        playouts = [
+            after_an_outage(steps, most_repaid=0.2, rises_s=rises_s) for steps in (25, 50)
+        ]  # 0.1 and 0.2 s after the end
+        made_up[rises_s] = playouts[0].undelivered - playouts[1].undelivered
+    assert made_up[0.1] == pytest.approx(0.5 * 0.2 * 0.1, rel=0.1)
+    assert made_up[0.2] == pytest.approx(0.25 * 0.2 * 0.1, rel=0.1)
+    parts = SessionBatch([scenarios.load("carry_16ms", settings_texts=["channel=strict"])])
+    (at_avatar, *_), user = parts.server.inboxes, parts.users[0]
+    assert (at_avatar.playout.rises_s, user.loop.inbox.playout.rises_s) == (0.1, 0.2)

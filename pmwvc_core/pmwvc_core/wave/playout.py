@@ -87,7 +87,7 @@ class Playout(Stateful):
 
     def __init__(self, *, most_repaid: Value, rises_s: float = RETURN_S) -> None:
         self.most_repaid = most_repaid
-        self._rises_s = rises_s
+        self.rises_s = rises_s
         self.received_j: Value = 0.0
         self.given_j: Value = 0.0
         self.released_j: Value = 0.0
@@ -281,7 +281,7 @@ class Playout(Stateful):
     def _repay(self, wave: Value, power: Value, h: float) -> Value:
         """Return the wave with what of ``undelivered`` can be made up within a power [2 W]."""
         undelivered = self.undelivered
-        since = (self._since_s - RETURN_S) * (1.0 / self._rises_s)
+        since = (self._since_s - RETURN_S) * (1.0 / self.rises_s)
         if not anywhere(since > 0.0):
             return wave
         wish = repayment(undelivered, wave, 0.5 * h * power)
