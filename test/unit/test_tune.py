@@ -20,7 +20,8 @@ from pmwvc_analysis.models.linear import relative
 from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_analysis.tune import search
 from pmwvc_analysis.tune.criteria import Choice, cost_of, noise_n, rated
-from pmwvc_analysis.tune.search import best_impedance, bounds_of, simulated
+from pmwvc_analysis.tune.search import best_impedance, bounds_of
+from pmwvc_analysis.tune.session import judged, simulated
 from pmwvc_analysis.tune.words import answer, costs, sentences
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.errors import PmwvcError
@@ -185,6 +186,43 @@ def test_what_cannot_be_stable_states_what_to_change():
     )
     with pytest.raises(PmwvcError, match=r"no impedance .* softer"):
         propose(scenario)
+
+
+def test_where_no_impedance_from_the_lag_is_stable_others_are_looked_at():
+    fast = {"master__rate_drop": 2, "server__period_s": 0.002, "link__delay_s": 0.03}
+    scenario = wall(server__contact_stiffness=738.8, device__mass=0.346, **fast)
+    one, bounds = FilterParams(kind="first_order", cutoff_hz=50.0), bounds_of(scenario)
+    given = rated(scenario, best_impedance(scenario, one, "zoh", bounds, live=False), live=False)
+    assert not given.stable
+    found = search.elsewhere(scenario, {"one": one}, [("one", "zoh")], bounds, live=False)
+    assert found["one", "zoh"].stable
+    lines = sentences(scenario, search.Proposal(found["one", "zoh"], {"given": given}, bounds, []))
+    (row,) = [line for line in lines if line.startswith("  given  ")]
+    assert row.endswith("NOT stable")
+
+
+def test_what_a_port_gave_out_when_simulated_is_said_and_behind_counts_no_account_is_claimed():
+    coarse = ["device.encoder_step_m=3e-5", "device.velocity=euler"]
+    texts = ["channel=strict", "master.rate_drop=1", "server.period_s=0.004", *coarse]
+    scenario = scenarios.load("wall", settings_texts=texts)
+    assert bounds_of(scenario)[1] <= 0.15 * 0.25 / 0.001  # where the bound of counts is known
+    row = judged(scenario, rated(scenario, Choice(*_as_it_is(scenario)), live=False))
+    found = search.Proposal(row, {}, bounds_of(scenario), [])
+    lines = sentences(scenario, found)
+    assert any("proposed" in line and "not proved passive" in line for line in lines)  # M h < 4 ms
+    plain = scenarios.load("wall", settings_texts=["channel=plain", *coarse])
+    row = judged(plain, rated(plain, Choice(*_as_it_is(plain)), live=False))
+    assert row.simulated_passivity.startswith("user1: NOT passive: port of the hand")
+    said = sentences(plain, search.Proposal(row, {}, bounds_of(plain), []))
+    assert any(row.simulated_passivity in line for line in said)
+    assert (
+        judged(wall(), rated(wall(), Choice(*_as_it_is(wall())), live=False)).simulated == "stable"
+    )
+
+
+def _as_it_is(scenario):
+    master = scenario.users[0].master
+    return master.impedance, master.filter, master.hold
 
 
 def test_the_settings_printed_give_the_choice():

@@ -138,6 +138,7 @@ class Rating:
     noise_n: float  # [N] root mean square
     cost: float | None
     simulated: str | None = None  # stable, or how it was not; None: not simulated
+    simulated_passivity: str | None = None  # the verdict where a port was not passive
 
 
 def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
@@ -145,11 +146,9 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     of the scenario hardly ever meet.
     """
     chosen = choice.applied(scenario)
-    near = relative(chosen)
-    linear = near.scenario if near else chosen
+    linear = _linear(chosen)
     user = chosen.users[0]
-    radius = float(stability.radii(linear, live=live)[0])
-    free_radius = float(stability.radii(untouched(linear), live=live)[0])
+    radius, free_radius = _radii(linear, live=live)
     stable = stability.stable(radius) and stability.stable(free_radius)
     limit = stability.k_max(linear, live=live)
     found = transparency(linear, live=live) if stable else None
@@ -172,6 +171,23 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     )
     counts = 0.0 if velocity_step(scenario) is None else rating.noise_n
     return dataclasses.replace(rating, cost=_cost(rating, float(user.operator.mass), counts))
+
+
+def is_stable(scenario: Scenario, choice: Choice, *, live: bool) -> bool:
+    """Tell whether the loop with a choice is stable, in touch and with nothing touched."""
+    both = _radii(_linear(choice.applied(scenario)), live=live)
+    return all(stability.stable(radius) for radius in both)
+
+
+def _linear(scenario: Scenario) -> Scenario:
+    near = relative(scenario)
+    return near.scenario if near else scenario
+
+
+def _radii(linear: Scenario, *, live: bool) -> tuple[float, float]:
+    """Return the spectral radii in touch and with nothing touched."""
+    touching, free = (stability.radii(each, live=live)[0] for each in (linear, untouched(linear)))
+    return float(touching), float(free)
 
 
 def velocity_step(scenario: Scenario) -> float | None:

@@ -14,10 +14,15 @@ limited by safety, gives way to the next best, and at last to a smaller impedanc
 """
 
 import dataclasses
+import itertools
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from pmwvc_analysis.budget.counts import behind_counts
+from pmwvc_analysis.models import stability
 from pmwvc_analysis.models.linear import Element, nonlinear
 from pmwvc_analysis.prediction import lag, prediction
 from pmwvc_analysis.tune.criteria import (
@@ -25,24 +30,24 @@ from pmwvc_analysis.tune.criteria import (
     Choice,
     Rating,
     cost_of,
+    is_stable,
     noise_n,
     rated,
     velocity_step,
 )
-from pmwvc_analysis.verdicts.stability import verdict
+from pmwvc_analysis.tune.session import STABLE, judged
 from pmwvc_core.controllers import proofs_hold, record_of
 from pmwvc_core.errors import PmwvcError
+from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.params import FilterParams
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.simulation.session import simulate_one
 from pmwvc_core.wave.design.velocity_filter_design import chosen as velocity_filter
 from pmwvc_core.wave.impedance import MatrixImpedance, first_axis
 
 LEAST, FINE = 1.0, 200  # [N s/m], points of the impedance looked at
 STEP = 1.5  # factor between the alternatives
+WIDE = 2.0  # likewise, where no choice found from the lag is stable
 HOLDS = ("foh", "zoh")
-STABLE, NOT_JUDGED = "stable", "stability not judged"
-LONGEST_S = 12.0  # of the simulated session
 Key = tuple[str, str]  # filter, hold
 
 
@@ -91,11 +96,10 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     }
     usable = {key: row for key, row in rows.items() if row.stable and row.cost is not None}
     if not usable:
-        raise PmwvcError(
-            f"{scenario.name}: no impedance from {bounds[0]:.3g} to {bounds[1]:.3g} N s/m is "
-            "stable with any filter; make the environment softer or server.period_s shorter, or "
-            "take server.coupling = implicit"
-        )
+        rows |= elsewhere(scenario, names, list(rows), bounds, live=live)
+        usable = {key: row for key, row in rows.items() if row.stable and row.cost is not None}
+    if not usable:
+        raise PmwvcError(_refusal(scenario, list(rows.values()), bounds))
     passive = {key: row for key, row in usable.items() if row.passive} or usable
     order = sorted(passive, key=lambda key: (round(passive[key].cost or 0.0, 3), key))
     best_key, best = _proven(scenario, order, passive, bounds, live=live)
@@ -103,10 +107,7 @@ def propose(scenario: Scenario, *, live: bool = False) -> Proposal:
     b = user.impedance
     matrix = b if isinstance(b, MatrixImpedance) else None
     as_given = AsGiven(first_axis(b), user.master.filter, user.master.hold, matrix)
-    as_it_is = rated(scenario, as_given, live=live)
-    others = {
-        "as given": dataclasses.replace(as_it_is, simulated=simulated(as_given.applied(scenario)))
-    }
+    others = {"as given": judged(scenario, rated(scenario, as_given, live=live))}
     for label, factor in (("stiffer", STEP), ("lighter", 1.0 / STEP)):
         impedance = float(np.clip(best.choice.impedance * factor, *bounds))
         if impedance != best.choice.impedance:
@@ -129,20 +130,22 @@ def _proven(
     """Return the first choice that is stable when simulated; then the best one with less and less
     impedance. PmwvcError if none is.
     """
-    found = ""
+    found: str | None = ""
     for key in order:
-        found = simulated(rows[key].choice.applied(scenario))
+        tried = judged(scenario, rows[key])
+        found = tried.simulated
         if found == STABLE:
-            return key, dataclasses.replace(rows[key], simulated=found)
+            return key, tried
     choice = rows[order[0]].choice
     while choice.impedance > bounds[0]:
         smaller = max(choice.impedance / STEP, bounds[0])
         choice = dataclasses.replace(choice, impedance=smaller)
         row = rated(scenario, choice, live=live)
         if row.stable and bool(row.passive) >= bool(rows[order[0]].passive):
-            found = simulated(choice.applied(scenario))
+            tried = judged(scenario, row)
+            found = tried.simulated
             if found == STABLE:
-                return order[0], dataclasses.replace(row, simulated=found)
+                return order[0], tried
     raise PmwvcError(
         f"{scenario.name}: nothing is proposed: every choice that the model calls stable is "
         f"'{found}' when simulated; 'pmwvc simulate' shows why. A finer encoder, a softer "
@@ -150,12 +153,48 @@ def _proven(
     )
 
 
-def simulated(scenario: Scenario) -> str:
-    """Return the verdict of a session in virtual time: stable, how it was not, or not judged."""
-    short = dataclasses.replace(scenario, duration_s=min(scenario.duration_s, LONGEST_S))
-    traces = simulate_one(short)
-    found = verdict(traces, short)
-    return STABLE if found.stable else found.instability or NOT_JUDGED
+def elsewhere(
+    scenario: Scenario,
+    names: dict[str, FilterParams],
+    keys: Sequence[Key],
+    bounds: tuple[float, float],
+    *,
+    live: bool,
+) -> dict[Key, Rating]:
+    """Return the best stable choice of each filter and hold among impedances a factor ``WIDE``
+    apart, where none of those found from the lag is stable.
+    """
+    count = 1 + math.ceil(math.log(bounds[1] / bounds[0]) / math.log(WIDE))
+    found: dict[Key, Rating] = {}
+    for (name, hold), b in itertools.product(keys, np.geomspace(*bounds, count)):
+        choice = Choice(float(b), names[name], hold)
+        if not is_stable(scenario, choice, live=live):
+            continue
+        row = rated(scenario, choice, live=live)
+        best = found.get((name, hold))
+        if row.cost is not None and (best is None or row.cost < (best.cost or 0.0)):
+            found[name, hold] = row
+    return found
+
+
+def _refusal(scenario: Scenario, rows: Sequence[Rating], bounds: tuple[float, float]) -> str:
+    """Return that nothing is stable, and what may help, in words."""
+    if all(stability.stable(row.spectral_radius) for row in rows):
+        helps = (
+            "they are stable in contact, but nothing damps a device that touches nothing; "
+            "give it device.damping (a hand damps it as well, which the model leaves out), or "
+            "make the environment softer"
+        )
+    else:
+        implicit = scenario.server.coupling == "implicit"
+        helps = (
+            "make the environment softer or server.period_s shorter, "
+            f"{'' if implicit else 'take server.coupling = implicit, '}or give device.damping"
+        )
+    return (
+        f"{scenario.name}: no impedance from {bounds[0]:.3g} to {bounds[1]:.3g} N s/m (looked at "
+        f"within a factor of {WIDE:g}) is stable with any filter; {helps}"
+    )
 
 
 def bounds_of(scenario: Scenario) -> tuple[float, float]:
@@ -169,6 +208,9 @@ def bounds_of(scenario: Scenario) -> tuple[float, float]:
             float(user.safety.max_slew) * float(user.master.tick_s) for user in scenario.users
         )
         largest = min(largest, 0.5 * passes / step)
+    for user in scenario.users:
+        if behind_counts(user, scenario):
+            largest = min(largest, count_bound(user.master, user.device).largest_impedance)
     least = LEAST
     bound = scenario.coupling.least_impedance
     if bound is not None:

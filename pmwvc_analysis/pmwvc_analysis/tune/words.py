@@ -5,9 +5,12 @@
 import dataclasses
 from typing import Any
 
+from pmwvc_analysis.budget.counts import behind_counts, bounded
 from pmwvc_analysis.models.linear import left_out, setting
 from pmwvc_analysis.tune.criteria import ENCODER_STEP_M, NOTICED_N, AsGiven, Rating, velocity_step
-from pmwvc_analysis.tune.search import LONGEST_S, STABLE, Proposal
+from pmwvc_analysis.tune.search import Proposal
+from pmwvc_analysis.tune.session import LONGEST_S, STABLE
+from pmwvc_analysis.verdicts.outcomes import passive_by_account
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import MatrixImpedance
 
@@ -51,10 +54,12 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
         lines.append(" " * (width + 4) + "  ".join(f"{head:>8}" for head in heads))
     for label, row in rows.items():
         cells = "  ".join(f"{cell:>8}" for cell in _cells(row))
-        passive = row.passive or (row.stable and scenario.strict)  # there by its account
-        word = "" if passive else ("  not proved passive" if row.stable else "  NOT stable")
+        passive = row.passive or (row.stable and _by_account(row.choice.applied(scenario)))
+        word = "  NOT stable" if not row.stable else "" if passive else "  not proved passive"
         if row.simulated not in (None, STABLE):
             word += f"  simulated: {row.simulated}"
+        if row.simulated_passivity:
+            word += "  simulated: NOT passive"
         lines.append(f"  {label:{width}}  {cells}{word}")
     if scenario.strict:
         lines.append(
@@ -72,7 +77,8 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
         )
     lines.append(
         f"  proposed: simulated for {min(scenario.duration_s, LONGEST_S):g} s with the scenario's "
-        "hands: stable, not limited by safety"
+        "hands: stable, not limited by safety, "
+        + (best.simulated_passivity or "no port gave out more than it took in")
     )
     if velocity_step(scenario) is None:
         lines.append(
@@ -85,6 +91,14 @@ def sentences(scenario: Scenario, found: Proposal) -> list[str]:
     settings = best.choice.settings(scenario)
     words = " ".join(f"--set {key}={value}" for key, value in settings.items())
     return [*lines, f"use it with: {words}"]
+
+
+def _by_account(scenario: Scenario) -> bool:
+    """Tell whether the strict channel makes every port passive, behind counts within a bound."""
+    behind = [user for user in scenario.users if behind_counts(user, scenario)]
+    if behind:
+        return len(behind) == len(scenario.users) and all(bounded(u, scenario) for u in behind)
+    return passive_by_account(scenario)
 
 
 def _matrix(row: Rating) -> MatrixImpedance | None:
