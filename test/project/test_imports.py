@@ -65,7 +65,7 @@ ANALYSIS = {
     "filters": set(),
     "maps": {"models"},
     "transparency": {"models"},
-    "tune": {"models", "prediction", "transparency", "verdicts"},
+    "tune": {"budget", "models", "prediction", "transparency", "verdicts"},
     "compare": {
         "budget", "models", "prediction", "recording", "traces", "transparency", "verdicts",
     },

@@ -21,7 +21,7 @@ from pmwvc_analysis.transparency.transparency import transparency, untouched
 from pmwvc_analysis.tune import search
 from pmwvc_analysis.tune.criteria import Choice, cost_of, noise_n, rated
 from pmwvc_analysis.tune.search import best_impedance, bounds_of
-from pmwvc_analysis.tune.session import judged, simulated
+from pmwvc_analysis.tune.session import judged
 from pmwvc_analysis.tune.words import answer, costs, sentences
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.errors import PmwvcError
@@ -115,8 +115,9 @@ def test_what_the_model_calls_best_and_the_limits_stop_is_not_proposed():
     scenario = scenarios.load("three_users", settings_texts=words)
     integrate = FilterParams(kind="integrate_and_dump")
     loud = Choice(91.19, integrate, "zoh")
-    assert rated(scenario, loud, live=False).stable
-    assert simulated(loud.applied(scenario)) == "limited by safety"
+    row = rated(scenario, loud, live=False)
+    assert row.stable
+    assert judged(scenario, row).simulated == "limited by safety"
     best = propose(scenario).best
     assert best.simulated == "stable" and best.choice.impedance < 20.0
     assert "simulated for 12 s" in "".join(sentences(scenario, propose(scenario)))

@@ -186,10 +186,9 @@ def _refusal(scenario: Scenario, rows: Sequence[Rating], bounds: tuple[float, fl
             "make the environment softer"
         )
     else:
-        implicit = scenario.server.coupling == "implicit"
         helps = (
-            "make the environment softer or server.period_s shorter, "
-            f"{'' if implicit else 'take server.coupling = implicit, '}or give device.damping"
+            "make the environment softer or server.period_s shorter, give device.damping, or take "
+            "server.coupling = implicit where it is another"
         )
     return (
         f"{scenario.name}: no impedance from {bounds[0]:.3g} to {bounds[1]:.3g} N s/m (looked at "

@@ -15,11 +15,6 @@ STABLE, NOT_JUDGED = "stable", "stability not judged"
 LONGEST_S = 12.0
 
 
-def simulated(scenario: Scenario) -> str:
-    """Return the verdict of a session in virtual time: stable, how it was not, or not judged."""
-    return _verdicts(scenario)[0]
-
-
 def judged(scenario: Scenario, row: Rating) -> Rating:
     """Return the rating of a choice with the verdicts of its session in virtual time."""
     stable, not_passive = _verdicts(row.choice.applied(scenario))
