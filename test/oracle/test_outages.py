@@ -12,6 +12,7 @@ from pmwvc_analysis.budget.budget import budget
 from pmwvc_analysis.budget.energy import user_energies
 from pmwvc_analysis.events.safety import brakes, limited
 from pmwvc_bringup import scenarios as files
+from pmwvc_core.frame.rows import Presence
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.master.strict_port import KEPT_J
@@ -53,10 +54,10 @@ def peak_n(traces):
     return max(np.abs(user.f_applied[user.time_s > 2.0]).max() for user in traces.users)
 
 
-def damped_s(user):
-    """Time from the begin of the outage until the force loop has only damping [s]."""
-    rows = (user.block_time_s >= BEGIN_S) & (np.ravel(user.state) == SafetyState.DAMPING)
-    return user.block_time_s[rows][0] - BEGIN_S
+def damped_s(time_s, state, damping):
+    """Time from the begin of the outage until a force loop, or an avatar, has only damping [s]."""
+    rows = (time_s >= BEGIN_S) & (np.ravel(state) == damping)
+    return time_s[rows][0] - BEGIN_S
 
 
 @pytest.mark.parametrize("name", OUTAGES)
@@ -70,8 +71,10 @@ def test_hands_and_cube_are_together_within_a_second(name):
             assert balance.minimum_j >= LEAST_J
         most = user.tick_s * scenario.users[0].safety.max_slew
         assert np.abs(np.diff(user.f_applied[:, 0])).max() <= most * (1.0 + 1e-9)
-        assert damped_s(user) <= 0.1
+        assert damped_s(user.block_time_s, user.state, SafetyState.DAMPING) <= 0.1
         assert np.abs(user.f_applied[-500:]).mean() > 1.0  # the grip is there
+    for state in traces.server.state:
+        assert damped_s(traces.server.time_s, state, Presence.DAMPING) <= 0.1
     force = max(np.abs(user.f_applied[-1, 0]) for user in traces.users)
     allowed_m = force * ROUND_TRIP_S / (2.0 * 25.0) + 1e-3
     assert apart_m(traces, end_s + 1.0, end_s + 2.0) <= allowed_m
@@ -95,7 +98,7 @@ def test_a_link_dead_one_way_brakes_both_ends_and_is_named():
         assert "server receives nothing from this user: damping only" in reasons
         assert not any("server silent" in text for text in reasons)
         at = int((BEGIN_S + 0.3) / traces.server.period_s)
-        assert state[at] == 3
+        assert state[at] == Presence.DAMPING
         assert np.abs(user.f_applied[int((BEGIN_S + 0.3) * 1000), 0]) < 2.5
     grip = [np.abs(f[at, 0]) for f in traces.server.f_s]
     assert min(grip) > 1.0  # the avatars hold the cube

@@ -29,9 +29,11 @@ A pair of numbers: the largest distance of a device from its avatar in the secon
 second after the end of the outage, and in the one that begins three seconds after it [mm]. Both
 are compared with F (T1 + T2)/(2b) + 1 mm, F being the force at the end and T1, T2 those of the
 undisturbed link. *Undisturbed* is the distance without an outage. *Peak* is the largest force
-divided by the undisturbed session's, *damping* the time until all devices or all avatars have only
-damping, from the last packet sent on the ways named (*both*: on the ways down, whose outage begins
-a delay and a step after that of the ways up); of both the worst of the lengths. More than allowed
+divided by the undisturbed session's. *Damping* is the time until one of the ends (all devices, or
+all avatars) has only damping, and until both have, from the last packet sent on the ways named
+(*both*: on the ways down, whose outage begins a delay and a step after that of the ways up). Where
+one way is dead, the end that still receives learns it from the other one, a delay later. Peak and
+damping are the worst of the lengths. More than allowed
 ({peak:g} for the peak, 100 ms) is bold. Every port was passive in {passive} of {count} sessions.
 
 | {titles} | peak | damping [ms] |
@@ -50,14 +52,14 @@ class Case(NamedTuple):
 
 class Seen(NamedTuple):
     """What came of a case: distances one and three seconds after, and allowed [m]; peak [N];
-    time to damping [s]; whether all ports are passive.
+    time to damping at one of the ends and at both [s]; whether all ports are passive.
     """
 
     soon_m: float
     late_m: float
     allowed_m: float
     peak_n: float
-    damped_s: float
+    damped_s: tuple[float, float]
     passive: bool
 
 
@@ -71,7 +73,7 @@ def tried(case: Case) -> Seen:
         settings.append(f"{WAYS[way]}.schedule={BEGIN_S:g} outage; {BEGIN_S + length_s:g} base")
     session = Carried((*settings, f"duration_s={end_s + 4.0:g}"))
     soon_m, late_m = (session.offset_m(end_s + k, end_s + k + 1.0) for k in (1.0, 3.0))
-    damped_s = session.damped_s(begin_s) if length_s else 0.0
+    damped_s = session.damped_s(begin_s) if length_s else (0.0, 0.0)
     return Seen(soon_m, late_m, session.bound_m(), session.peak_n, damped_s, session.passive)
 
 
@@ -83,7 +85,7 @@ def row(grip: tuple[float, float, str], calm: Seen, seen: list[Seen]) -> str:
     ]
     least_m, most_m = min(e.allowed_m for e in seen), max(e.allowed_m for e in seen)
     peak = max(each.peak_n for each in seen) / calm.peak_n
-    damped_s = max(each.damped_s for each in seen)
+    damped_s = [max(times) for times in zip(*(each.damped_s for each in seen), strict=True)]
     cells = [
         f"{1e3 * grip[0]:g}",
         f"{grip[1]:g}",
@@ -92,7 +94,7 @@ def row(grip: tuple[float, float, str], calm: Seen, seen: list[Seen]) -> str:
         f"{1e3 * least_m:.1f} to {1e3 * most_m:.1f}",
         *pairs,
         _marked(peak, peak <= PEAK, digits=2),
-        _marked(1e3 * damped_s, damped_s <= 0.1, digits=0),
+        " / ".join(_marked(1e3 * one_s, one_s <= 0.1, digits=0) for one_s in damped_s),
     ]
     return f"| {' | '.join(cells)} |"
 

@@ -11,6 +11,8 @@ from faults.fault import Fault, Outcome, joined
 from faults.lags import WatchedBatch, fitted_s
 from pmwvc_analysis.verdicts.verdicts import summary
 from pmwvc_bringup import scenarios
+from pmwvc_core.frame.rows import Presence
+from pmwvc_core.master.safety.states import SafetyState
 from pmwvc_core.network.effects import mean_s
 from pmwvc_core.transport.verdict import Verdict
 from pmwvc_core.wave.impedance import first_axis
@@ -90,20 +92,23 @@ class Carried:
             f"{1e3 * self.nominal_s:.0f} ms)"
         )
 
-    def damped_s(self, after_s: float) -> float:
-        """Return how long after a time every force loop, or every avatar, has only damping [s]."""
-        server, avatars = self.traces.server, []
+    def damped_s(self, after_s: float) -> tuple[float, float]:
+        """Return how long after a time all have only damping at one of the ends, force loops or
+        avatars, and at both [s].
+        """
+        server = self.traces.server
         assert server is not None
-        for state in server.state:
-            rows = (server.time_s >= after_s) & (np.ravel(state) == 3)
-            times = server.time_s[rows]
-            avatars.append(float(times[0]) - after_s if len(times) else np.inf)
+        avatars = [(server.time_s, state, Presence.DAMPING) for state in server.state]
+        devices = [(u.block_time_s, u.state, SafetyState.DAMPING) for u in self.traces.users]
         found = []
-        for user in self.traces.users:
-            state = np.ravel(user.state)
-            times = user.block_time_s[(user.block_time_s >= after_s) & (state == 2)]
-            found.append(float(times[0]) - after_s if len(times) else np.inf)
-        return min(max(found), max(avatars))
+        for end in (avatars, devices):
+            begins = []
+            for time_s, state, damping in end:
+                times_s = time_s[(time_s >= after_s) & (np.ravel(state) == damping)]
+                begins.append(float(times_s[0]) - after_s if len(times_s) else np.inf)
+            found.append(max(begins))
+        one, both = sorted(found)
+        return one, both
 
 
 @functools.cache
@@ -148,14 +153,14 @@ def outage(begin_s: float, end_s: float, *where: str) -> Outcome:
     settings = tuple(f"{link}.schedule={begin_s} outage; {end_s} base" for link in where)
     settings = (*CALM, *settings)
     session, calm = carried(*settings), carried(*CALM)
-    damped_s = session.damped_s(begin_s)
+    _, damped_s = session.damped_s(begin_s)
     back_m, allowed_m = session.offset_m(end_s + 1.0, end_s + 2.0), session.bound_m()
     last_m = session.offset_m(DURATION_S - 1.0)
     calm_m = calm.offset_m(DURATION_S - 1.0)
     holding = min(abs(user["force_final_n"]) for user in session.summary["users"])
     return joined(
         _balance(session),
-        (damped_s <= 0.1, f"only damping {1e3 * damped_s:.0f} ms after its begin"),
+        (damped_s <= 0.1, f"only damping at both ends {1e3 * damped_s:.0f} ms after its begin"),
         (
             back_m <= allowed_m,
             f"device {1e3 * back_m:.1f} mm from its avatar 1 to 2 s after its end (allowed "
