@@ -2,8 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The verdict on stability, and the kinds of instability."""
 
+import re
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy import signal
 from support import handmade
 from support import plain as scenarios
@@ -29,9 +33,28 @@ def test_an_oscillation_counts_from_a_millimetre_per_second(hertz, share, instab
 
 def test_an_oscillation_that_dies_out_is_stable():
     decaying = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-1.0)
-    lasting = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-0.1)
-    assert judged(decaying) is None
-    assert judged(lasting) is not None
+    lasting = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-0.01)
+    assert verdict(decaying, handmade.scenario()).stable is True
+    assert judged(lasting) == "sustained oscillation"
+
+
+@settings(max_examples=25)
+@given(hertz=st.floats(3.0, 100.0), fell=st.floats(0.12, 0.9), rms_m_s=st.floats(2e-3, 0.04))
+def test_an_oscillation_that_decays_is_not_said_to_be_kept_up(hertz, fell, rms_m_s):
+    """From the first third of what is judged to the last, 4/3 s here, it falls by so much."""
+    tau_s = -4.0 / 3.0 / np.log(1.0 - fell)
+    fades = oscillating(session(), rms_m_s=rms_m_s, hertz=hertz, rate_per_s=-1.0 / tau_s)
+    kept = oscillating(session(), rms_m_s=rms_m_s, hertz=hertz)
+    assert judged(fades) is None
+    assert judged(kept) == "sustained oscillation"
+
+
+def test_a_slow_decay_is_named_with_its_amount():
+    traces = oscillating(session(), rms_m_s=20e-3, hertz=10.0, rate_per_s=-0.2)
+    found = verdict(traces, handmade.scenario())
+    assert found.stable is None
+    less = re.search(r"(\d+)% less than 1.3 s earlier: whether it dies out", found.why)
+    assert float(less[1]) == pytest.approx(100.0 * (1.0 - np.exp(-0.2 * 4.0 / 3.0)), abs=3.0)
 
 
 def test_a_burst_is_stable():

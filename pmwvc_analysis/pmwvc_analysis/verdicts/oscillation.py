@@ -32,6 +32,7 @@ SHORTEST_S = 6 * WINDOW_S  # of a session: one window for each third of its seco
 PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
 SETTLE_S = 1.0  # time for transients of contact to decay
 NEAR, MOSTLY = 0.1, 0.6  # of a frequency; of a motion's power within that
+FADED = 0.9  # last third over first: what an oscillation that is kept up does not fall to
 CHATTER = 4  # changes of contact in half a session: more are the loop's own
 LEAVING_S = 0.2  # within which users leave together at the end of a session
 
@@ -56,8 +57,8 @@ class Motion:
 
 @dataclass(frozen=True)
 class Strength:
-    """Median RMS velocity beyond the band late in the judged span [m/s], and its last third over
-    its first.
+    """Median RMS velocity beyond the band late in the judged span [m/s], and its middle and last
+    thirds over its first.
 
     ``known`` is whether enough of both was recorded, ``settled`` whether the span is long
     enough, ``purposeful_m_s`` is the median RMS velocity within the band.
@@ -65,6 +66,7 @@ class Strength:
 
     late_m_s: float
     growth: float
+    midway: float = 0.0
     known: bool = True
     settled: bool = True
     purposeful_m_s: float = 0.0
@@ -73,6 +75,11 @@ class Strength:
     def remains(self) -> bool:
         """Tell whether it did not halve from the first third to the last."""
         return self.growth > 0.5
+
+    @property
+    def fades(self) -> bool:
+        """Tell whether it became less from third to third, too slowly to be seen to die out."""
+        return self.remains and self.growth < min(self.midway, FADED) and self.midway < 1.0
 
 
 def lasts(found: Strength, motion: Motion) -> bool:
@@ -125,10 +132,11 @@ def strength(motion: Motion, duration_s: float) -> Strength:
 
     expected = 0.5 * third_s / (windows * motion.period_s) - 1.0
     known = min(len(rows(levels, third, third + 1)) for third in range(3))
-    late, early = median(levels, 2, 3), median(levels, 0, 1)
+    early, middle, late = (median(levels, third, third + 1) for third in range(3))
     return Strength(
         min(late, median(levels, 1, 3)),
         late / early if early > 0.0 else math.inf,
+        middle / early if early > 0.0 else math.inf,
         known=len(pieces) <= 1 or known >= expected,
         settled=motion.since_s <= 0.5 * duration_s or 3.0 * third_s >= SETTLE_S,
         purposeful_m_s=median(slow, 1, 3),

@@ -21,9 +21,11 @@ In this order:
     motion faster than anybody's on purpose, the environment's own included, that does not die out:
     in most of the last two thirds of the judged span its RMS velocity is beyond 1 mm/s and beyond
     the sampling images of the purposeful motion, and it does not halve from the first third to the
-    last. Where contact was made or lost or a parameter changed less than a second before the end,
-    that is not judged. Nor is it where packets came unevenly (traces/arrivals.py), which moves
-    devices as well, unless the motion has one frequency.
+    last. Where it became less from third to third, by a tenth or more in all, it decays slowly or
+    settles at some strength: only a longer session tells, and that is not judged. Nor is it where
+    contact was made or lost or a parameter changed less than a second before the end, or where
+    packets came unevenly (traces/arrivals.py), which moves devices as well, unless the motion has
+    one frequency.
 
 What is on purpose, and how the rest is measured: oscillation.py.
 """
@@ -113,7 +115,7 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     lost = environment.lost(traces, scenario)
     if lost:
         return Verdict("environment lost", lost, strongest)
-    for found, motion in own or lasting:
+    for found, motion in sorted(own or lasting, key=lambda pair: pair[0].fades):
         if not found.settled:
             changed = scenario and stages(traces, scenario)[-1].start_s == motion.since_s
             why = (
@@ -127,6 +129,14 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
                 f"{motion.name} moves with {found.late_m_s * 1e3:.1f} mm/s beyond the voluntary "
                 f"band, at no single frequency, while {shaken:.0%} of the time went by in waiting "
                 "for late packets: whether the network or the loop moves it is not known"
+            )
+            return Verdict(None, why, strongest, judged=False)
+        if found.fades:
+            fell_s = (traces.duration_s - max(0.5 * traces.duration_s, motion.since_s)) * 2.0 / 3.0
+            why = (
+                f"{motion.name} moves with {found.late_m_s * 1e3:.1f} mm/s beyond the voluntary "
+                f"band, {1.0 - found.growth:.0%} less than {fell_s:.1f} s earlier: whether it dies "
+                "out only a longer session tells"
             )
             return Verdict(None, why, strongest, judged=False)
         why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
