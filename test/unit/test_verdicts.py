@@ -203,6 +203,7 @@ def at_rest(traces):
         (cut_by_a_limit, {}, None, "The device was held with 0.80 N, its avatar with 1.00 N."),
         (on_the_move, {}, None, "It still changed by 4."),
         (at_rest, {"link__loss": 0.1}, None, "late and lost ones"),
+        (at_rest, {"master__rate_drop": 4}, None, "the newest packet of a server step"),
     ],
 )
 def test_an_offset_is_compared_where_it_is_that_of_a_press_at_rest(altered, network, hit, words):

@@ -30,6 +30,10 @@ HELD = (
     "channel = plain holds a wave until the next packet: what late and lost ones make of the "
     "motion is not known before."
 )
+SKIPPED = (
+    "channel = plain uses the newest packet of a server step only: what the others carried of the "
+    "motion is lost, how much is not known before."
+)
 SAME_FORCE = 0.1  # difference of the forces of device and avatar at rest, of the larger one
 OFFSET_M = 0.3e-3  # tolerance of an offset, and
 OFFSET_RATIO = 0.15  # that of its prediction
@@ -87,6 +91,8 @@ def _of_user(
     if drawn or (live and scenario.zeroing):
         reason = UNEVEN if scenario.strict else TOO_LATE if scenario.zeroing else HELD
         return _offset_open(user, even_m, drift, reason)
+    if not scenario.strict and user.master.frame_s < scenario.server.period_s:
+        return _offset_open(user, even_m, drift, SKIPPED)
     if reason := _unsteady(summary, entry, even_m):
         return _offset_open(user, even_m, drift, reason)
     if live and scenario.strict:
