@@ -39,6 +39,8 @@ LOCAL = {"local_stored", "local_dissipated"}
 BRANCHES = {"bank_low_in", "bank_low_out", "bank_high_in", "bank_high_out"}
 POSITION = {"position_spent", "position_surplus", "position_discarded", "position_owed"}
 PORT = {"environment", "late_decoding", "withheld", "contained", "tank", "granted", "capped"}
+STRICT = {"node", *(f"playout_{name}" for name in ("given", "released", "discarded", "free"))}
+BRAKES = {"avatar_brakes"}
 TDPA, PSPM = {"tdpa_dissipated", "tdpa_allowance"}, {"pspm_tank", "pspm_spring"}
 PLAIN = ("master.velocity_filter.kind=none", "device.velocity=exact", "device.encoder_step_m=0")
 CASES = {
@@ -62,8 +64,9 @@ CASES = {
             "user3": {"master.position.gain": 10.0},
         },
     ),
-    "unknown environment": Case("wall_slow", server=PORT),
-    "three axes": Case("cube_3d", ("channel=plain",), (set(), set())),
+    # strict: plain is passive over a constant delay only, and a machine that stalls makes it vary
+    "unknown environment": Case("wall_slow", ("channel=strict",), (STRICT,), PORT | BRAKES),
+    "three axes": Case("cube_3d", (), (STRICT, STRICT), BRAKES),
 }
 
 
