@@ -61,7 +61,8 @@ class Strength:
     thirds over its first.
 
     ``known`` is whether enough of both was recorded, ``settled`` whether the span is long
-    enough, ``purposeful_m_s`` is the median RMS velocity within the band.
+    enough, ``purposeful_m_s`` is the median RMS velocity within the band, ``apart_s`` the time
+    from the first third to the last [s].
     """
 
     late_m_s: float
@@ -70,6 +71,7 @@ class Strength:
     known: bool = True
     settled: bool = True
     purposeful_m_s: float = 0.0
+    apart_s: float = 0.0
 
     @property
     def remains(self) -> bool:
@@ -140,6 +142,7 @@ def strength(motion: Motion, duration_s: float) -> Strength:
         known=len(pieces) <= 1 or known >= expected,
         settled=motion.since_s <= 0.5 * duration_s or 3.0 * third_s >= SETTLE_S,
         purposeful_m_s=median(slow, 1, 3),
+        apart_s=2.0 * third_s,
     )
 
 

@@ -132,11 +132,10 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
             )
             return Verdict(None, why, strongest, judged=False)
         if found.fades:
-            fell_s = (traces.duration_s - max(0.5 * traces.duration_s, motion.since_s)) * 2.0 / 3.0
             why = (
                 f"{motion.name} moves with {found.late_m_s * 1e3:.1f} mm/s beyond the voluntary "
-                f"band, {1.0 - found.growth:.0%} less than {fell_s:.1f} s earlier: only a longer "
-                "session can show whether it dies out"
+                f"band, {1.0 - found.growth:.0%} less than {found.apart_s:.1f} s earlier: only a "
+                "longer session can show whether it dies out"
             )
             return Verdict(None, why, strongest, judged=False)
         why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
