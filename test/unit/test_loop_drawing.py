@@ -94,8 +94,8 @@ def test_names_cannot_become_markup():
 def test_the_link_is_described_as_a_spring_and_a_mass():
     said = rendered(handmade.scenario(), handmade.scenario().users[0], live=False)
     number = re.match(
-        r"Round trip ([\d.]+) ms; the link acts like an? (\d+) N/m spring "
-        r"and a ([\d.]+) kg mass\.",
+        r"Round trip ([\d.]+) ms; the link acts like a spring of (\d+) N/m "
+        r"and a mass of ([\d.]+) kg ",
         said,
     )
     tau_s, spring, mass = (float(each) for each in number.groups())

@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lag of a link as predicted, from filters, holds, phases and couplings, and a press on it."""
 
+import re
+
 import pytest
 from support import handmade
 from support import plain as scenarios
 
-from pmwvc_analysis.prediction.lag import lag_s, network_s, step_lag_s
+from pmwvc_analysis.prediction.lag import lag_s, link_words, network_s, step_lag_s
 from pmwvc_analysis.prediction.prediction import (
     aliasing_gain,
     passive,
@@ -118,6 +120,32 @@ def test_late_decoding_counts_as_a_shorter_lag(environment, decoding, stiffness,
     shorter = lag_s(known.users[0], known, live=False)
     shorter -= lag_s(unknown.users[0], unknown, live=False)
     assert shorter == pytest.approx(2.0 * known.server.period_s if late else 0.0)
+
+
+@pytest.mark.parametrize("channel", ["plain", "strict"])
+@pytest.mark.parametrize(("delay_s", "stiffness"), [(0.0, 1500.0), (0.02, 800.0)])
+def test_an_avatar_that_leads_renders_as_in_the_exact_model(channel, delay_s, stiffness):
+    """Once by more than the waves lag; nothing touched it leads by nothing."""
+    scenario = scenarios.load(
+        "wall",
+        settings_texts=[
+            f"channel={channel}",
+            "server.coupling=one_step_delay",
+            f"server.contact_stiffness={stiffness}",
+            "server.contact_damping=1",
+            f"link.delay_s={delay_s}",
+            "master.filter.kind=none" if delay_s == 0.0 else "master.filter.kind=first_order",
+        ],
+    )
+    (user,) = scenario.users
+    found, exactly = prediction(scenario, live=False), transparency(scenario).rendered
+    assert found["k_felt"] == pytest.approx(exactly.k_felt, rel=1e-4)
+    assert found["mass_felt"] + user.device.mass == pytest.approx(exactly.mass_felt, abs=0.02)
+    words = link_words(user, scenario, live=False)
+    assert not re.search(r"-\d", words)
+    leads = lag_s(user, scenario, live=False) < 0.0
+    assert leads is (delay_s == 0.0)
+    assert ("behind its avatar" in words) is leads
 
 
 def test_steps_of_a_zero_order_hold_behind_a_pole_lag_by_their_end():

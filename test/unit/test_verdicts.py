@@ -6,9 +6,13 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from support import handmade
 from support.handmade import DRIFT_M, FORCE_N, session
 
+from pmwvc_analysis.prediction.lag import lag_s
+from pmwvc_analysis.verdicts.offsets import offsets
 from pmwvc_analysis.verdicts.verdicts import summary
 
 KEYS = set(
@@ -221,3 +225,32 @@ def test_a_prediction_without_limits_is_open_where_limits_take_over():
     found = judged(traces, device__damping=1.0)
     assert found["instability"] == "limited by safety" and found["prediction"]["stable"]
     assert [each["hit"] for each in found["outcomes"] if each["what"] == "stability"] == [None]
+
+
+def said_of(scenario, force, drift_m):
+    """What is said of the offset of a live press at rest."""
+    entry = {"name": "user1", "force_final_n": force, "avatar_force_final_n": force}
+    entry |= {"drift_m": drift_m, "drift_change_m": 0.0}
+    (found,) = offsets(scenario, {"source": "live", "stable": True, "users": [entry]}, ())
+    return found
+
+
+@given(
+    sign=st.sampled_from([1.0, -1.0]),
+    force=st.floats(0.3, 5.0),
+    delay_s=st.floats(0.0, 0.05),
+    coupling=st.sampled_from(["implicit", "one_step_delay"]),
+    later_s=st.floats(0.0, 0.2),
+)
+def test_lateness_adds_in_the_direction_of_the_force(sign, force, delay_s, coupling, later_s):
+    """Also where the avatar leads by more than the waves lag: below zero in that direction."""
+    scenario = handmade.scenario(
+        channel="strict", server__coupling=coupling, link__delay_s=delay_s, link__loss=0.0
+    )
+    (user, _) = scenario.users
+    per_lag = sign * force / (2.0 * handmade.IMPEDANCE)
+    even_m = per_lag * lag_s(user, scenario, live=True)
+    found = said_of(scenario, sign * force, even_m + per_lag * later_s)
+    assert found.hit is True, found.text
+    ahead = said_of(scenario, sign * force, even_m - sign * 1.01 * found.tolerance)
+    assert ahead.hit is False  # the control

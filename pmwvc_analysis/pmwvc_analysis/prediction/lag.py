@@ -14,7 +14,9 @@ F tau/(2 b), the lead of a steady press.
 
 With ``one_step_delay`` the avatar moves by the force of the step before: once the force F_s has
 been built up it stands F_s T_VE/b_s further in than its waves give, at the device n F_s T_VE/b_s =
-F_m T_VE/b_m: a lag of -2 T_VE, on either channel.
+F_m T_VE/b_m: a lag of -2 T_VE, on either channel. Where that is more than the waves lag, the
+device stands behind its avatar and renders more than the contact's stiffness. Nothing touched
+there is no force, and the lag is that of the waves.
 
 A zero-order hold comes back as steps through device and filter, which is sampled at their end and
 not at their mean. While a wave rises evenly, tick j of a frame is j - (M-1)/2 ticks older than the
@@ -28,6 +30,7 @@ Equations: docs/theory.md 11.1, 11.2, 11.3, 11.4, 11.5.
 """
 
 import functools
+import math
 
 import numpy as np
 
@@ -91,17 +94,52 @@ def expected(user: User) -> str:
     return " (expected; jitter and loss decide it)" if drawn else ""
 
 
+def round_trip_words(user: User, scenario: Scenario, *, live: bool) -> str:
+    """Return the round trip of a user's waves in words, and by how much its avatar leads."""
+    lead = lead_s(user, scenario)
+    tau = lag_s(user, scenario, live=live) + lead
+    text = f"round trip {tau * 1e3:.1f} ms{expected(user)}"
+    if not lead:
+        return text
+    return f"{text}, less {lead * 1e3:.1f} ms: its avatar moves by the force of the step before"
+
+
+def link_words(user: User, scenario: Scenario, *, live: bool) -> str:
+    """Return what the lag is rendered as, in words: a spring and a mass; where the avatar leads by
+    more than the waves lag, what the device renders instead.
+    """
+    tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
+    mass = b * lag_s(user, scenario, live=live, touching=False) / 2.0
+    stiffness, contact = rendered_stiffness(user, tau), float(user.contact.contact_stiffness)
+    if tau > 0.0:
+        return (
+            f"the link acts like a spring of {2.0 * b / tau:.0f} N/m and a mass of {mass:.2f} kg "
+            f"(rendered stiffness {stiffness:.0f} N/m)"
+        )
+    behind = f"the device stands {-tau / (2.0 * b) * 1e3:.2f} mm per newton behind its avatar"
+    rendered = f"renders {stiffness:.0f} N/m, the contact {contact:.0f} N/m"
+    if not 0.0 < stiffness < math.inf:
+        rendered = f"its rendered stiffness is not known (contact {contact:.0f} N/m)"
+    return f"{behind} and {rendered}; nothing touched, the link acts like a mass of {mass:.2f} kg"
+
+
 def lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool = True) -> float:
     """Return tau, the lag of slow motion once around the wave path [s]; a velocity filter makes
-    another one of it where nothing is touched. A complementary bank adds 1/a each way.
+    another one of it where nothing is touched, and without a force nothing leads
+    (:func:`lead_s`). A complementary bank adds 1/a each way.
     """
     if scenario.strict:
         lag = strict_lag_s(user, scenario, live=live)
     else:
         lag = _plain_lag_s(user, scenario, live=live, touching=touching)
-    if decodes_late(user, scenario):  # the avatar runs F T/b ahead: see module
-        lag -= 2.0 * scenario.server.period_s
-    return float(lag)
+    return float(lag - (lead_s(user, scenario) if touching else 0.0))
+
+
+def lead_s(user: User, scenario: Scenario) -> float:
+    """Return by how much less the waves lag in contact because the avatar is moved by the force of
+    the step before [s]; see module.
+    """
+    return 2.0 * scenario.server.period_s if decodes_late(user, scenario) else 0.0
 
 
 def _plain_lag_s(user: User, scenario: Scenario, *, live: bool, touching: bool) -> float:

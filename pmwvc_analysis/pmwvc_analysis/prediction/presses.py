@@ -28,6 +28,8 @@ def press_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
     if not (scenario.strict and position.is_on and lent_j > 0.0) or scenario.coupling.black_box:
         return []
     tau_s, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
+    if tau_s <= 0.0:  # its avatar leads by more than the waves lag: nothing is to be paid
+        return []
     most = math.sqrt(2.0 * b) * float(position.gain)
     if position.adapts:
         most = MOST * ADAPTED * 2.0 * b / tau_s

@@ -15,10 +15,10 @@ from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
 from pmwvc_analysis.prediction.encoder_work import encoder_lines
 from pmwvc_analysis.prediction.lag import (
     RATIO_TOLERANCE,
-    expected,
     lag_decides,
     lag_s,
-    rendered_stiffness,
+    link_words,
+    round_trip_words,
     transformer,
 )
 from pmwvc_analysis.prediction.prediction import (
@@ -37,7 +37,7 @@ from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import flattened
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design import aliasing
-from pmwvc_core.wave.impedance import MatrixImpedance, first_axis, largest, smallest
+from pmwvc_core.wave.impedance import MatrixImpedance, largest, smallest
 
 STRICT = (
     "The channel is passive at any delay, jitter and loss, by its account of every packet "
@@ -74,20 +74,17 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
 
 def _rendering_lines(user: User, scenario: Scenario, *, live: bool) -> list[str]:
     """Return the lag of a user's link, and the spring and the mass that it is rendered as."""
-    tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
-    head = f"{user.name}: round trip {tau * 1e3:.1f} ms{expected(user)}"
+    tau = lag_s(user, scenario, live=live)
+    head = f"{user.name}: {round_trip_words(user, scenario, live=live)}"
     if not lag_decides(user, scenario):
         command = "simulate" if nonlinear(scenario) else "transparency"
         return [f"{head}; it alone does not decide the rendered stiffness: use 'pmwvc {command}'."]
     limit = environment.rule(user, scenario)
     if limit is not None and not limit.met:
         return [f"{head}; the rendered stiffness is not known."]
-    free = lag_s(user, scenario, live=live, touching=False)
-    found = [
-        f"{head}; the link acts like a spring of {2 * b / tau:.0f} N/m and a mass of "
-        f"{b * free / 2:.2f} kg (rendered stiffness {rendered_stiffness(user, tau):.0f} N/m)."
-    ]
-    if isinstance(user.impedance, MatrixImpedance):
+    found = [f"{head}; {link_words(user, scenario, live=live)}."]
+    if isinstance(user.impedance, MatrixImpedance) and tau > 0.0:
+        free = lag_s(user, scenario, live=live, touching=False)
         least, most = smallest(user.impedance), largest(user.impedance)
         found.append(
             f"{user.name}: this is for forces along axis 1; along the principal axes of the "

@@ -8,14 +8,13 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from pmwvc_analysis.budget.result import SERVER, Budget
-from pmwvc_analysis.charts.text import article
-from pmwvc_analysis.prediction.lag import expected, lag_decides, lag_s, rendered_stiffness
+from pmwvc_analysis.prediction.lag import lag_decides, link_words, round_trip_words
 from pmwvc_core.controllers import has_waves, proofs_hold
 from pmwvc_core.network.effects import EFFECTS, active
 from pmwvc_core.params import FilterParams, LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.wave.design.filter_design import pole_of
-from pmwvc_core.wave.impedance import Impedance, MatrixImpedance, first_axis
+from pmwvc_core.wave.impedance import Impedance, MatrixImpedance
 
 PARTS: Mapping[str, tuple[str, ...]] = {
     "device": ("device_kinetic", "device_damping", "sample_hold", "safety"),
@@ -124,19 +123,12 @@ def rendered(scenario: Scenario, user: User, *, live: bool) -> str:
     """Return round trip and rendered stiffness in a sentence; empty where it is unknown."""
     if not proofs_hold(scenario.controller) or scenario.coupling.linear != scenario.coupling.name:
         return ""
-    tau, b = lag_s(user, scenario, live=live), first_axis(user.impedance)
-    text = f"Round trip {tau * 1e3:.1f} ms{expected(user)}"
-    if tau <= 0.0 or not lag_decides(user, scenario):
+    trip = round_trip_words(user, scenario, live=live)
+    text = f"{trip[0].upper()}{trip[1:]}"
+    if not lag_decides(user, scenario):
         return f"{text}."
-    stiffness = rendered_stiffness(user, tau)
-    free = lag_s(user, scenario, live=live, touching=False)
-    spring = f"{2.0 * b / tau:.0f}"
     along = "along axis 1 " if isinstance(user.impedance, MatrixImpedance) else ""
-    return (
-        f"{text}; {along}the link acts like {article(spring)} {spring} N/m spring and a "
-        f"{b * free / 2.0:.2f} kg mass. Rendered stiffness, in series with the contact: "
-        f"{stiffness:.0f} N/m."
-    )
+    return f"{text}; {along}{link_words(user, scenario, live=live)}."
 
 
 def _energies(name: str, energies: Budget | None) -> dict[str, float]:

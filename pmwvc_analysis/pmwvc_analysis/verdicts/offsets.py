@@ -96,7 +96,8 @@ def _of_user(
     if reason := _unsteady(summary, entry, even_m):
         return _offset_open(user, even_m, drift, reason)
     if live and scenario.strict:
-        return _offset_at_least(user, even_m, drift)
+        learned_m = per_lag * min(late_steps_s(user, scenario), 0.0)
+        return _offset_at_least(user, even_m + learned_m, drift, force)
     if len(steady) > 1 and not _same_rates(steady):
         reason = (
             "After a change of rates a playout may keep a longer margin than the new ones need."
@@ -123,16 +124,19 @@ def _tolerance_m(predicted_m: float) -> float:
     return OFFSET_M + OFFSET_RATIO * abs(predicted_m)
 
 
-def _offset_at_least(user: User, even_m: float, drift_m: float) -> Outcome:
-    """Return the outcome of an offset that lateness can only make larger [m]."""
+def _offset_at_least(user: User, even_m: float, drift_m: float, force_n: float) -> Outcome:
+    """Return the outcome of an offset [m] that lateness adds to in the direction of the force
+    [N]: F/(2b) times what the lag is longer.
+    """
     tolerance = _tolerance_m(even_m)
-    sign = math.copysign(1.0, even_m)
-    hit = sign * drift_m >= abs(even_m) - tolerance
+    forward = force_n > 0.0
+    hit = (drift_m - even_m if forward else even_m - drift_m) >= -tolerance
     text = (
-        f"{user.name}: offset of the device from its avatar at the end: predicted at least "
-        f"{even_m * 1e3:+.2f} mm, measured {drift_m * 1e3:+.2f} mm "
-        f"({'hit' if hit else 'missed'}; tolerance {tolerance * 1e3:.2f} mm). How much larger it "
-        f"gets is not predicted: {UNEVEN[0].lower()}{UNEVEN[1:]}"
+        f"{user.name}: offset of the device from its avatar at the end: predicted "
+        f"{even_m * 1e3:+.2f} mm or {'more' if forward else 'less'}, measured "
+        f"{drift_m * 1e3:+.2f} mm ({'hit' if hit else 'missed'}; tolerance "
+        f"{tolerance * 1e3:.2f} mm). How far beyond is not predicted: "
+        f"{UNEVEN[0].lower()}{UNEVEN[1:]}"
     )
     return Outcome("offset", hit, text, user.name, even_m, drift_m, tolerance, "m")
 
