@@ -31,15 +31,19 @@ def chromium() -> Iterator[Browser]:
 
 @pytest.fixture
 def visit(chromium: Browser) -> Iterator[Callable[..., Page]]:
-    """Return a function that opens an address in a browser of its own and waits for the picture.
+    """Return a function that opens an address in a browser of its own and waits for the picture
+    of every user, or of all but some from which nothing comes.
 
     What the page reports as an error fails the test.
     """
     contexts, errors = [], []
 
-    def opened(address: str, *, script: str = "", shown: bool = True, **options: Any) -> Page:
+    def opened(
+        address: str, *, script: str = "", shown: bool = True, silent: int = 0, **options: Any
+    ) -> Page:
         options.setdefault("viewport", {"width": 1000, "height": 760})
         context = chromium.new_context(**options)
+        context.set_default_timeout(PATIENCE_MS)
         contexts.append(context)
         if script:
             context.add_init_script(script)
@@ -47,8 +51,9 @@ def visit(chromium: Browser) -> Iterator[Callable[..., Page]]:
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.goto(address)
         if shown:
-            page.locator("#connection[data-state=open]").wait_for(timeout=PATIENCE_MS)
-            page.locator("#scene[data-users]").wait_for(timeout=PATIENCE_MS)
+            page.locator("#connection[data-state=open]").wait_for()
+            users = page.locator(".user").count() - silent
+            page.locator(f"#scene[data-users='{users}']").wait_for()
         return page
 
     yield opened

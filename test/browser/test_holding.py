@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 from support.page_server import served
-from support.pages import Pointer
+from support.pages import HANDLE, Pointer
 
 WALL = ["server.environment=wall", "server.gap_m=0.002"]
 SLOW_SLEW, SLOW_N_PER_TICK = "safety.max_slew=200", 0.2  # a grip let go at once would be a step
@@ -101,6 +101,25 @@ def test_keys_move_held_handle_and_escape_lets_go(visit):
         since = live.count
         live.pass_by(10)
         assert not live.series("user1.held", since).any()
+
+
+def test_handle_whose_place_is_unknown_is_not_offered(visit):
+    silent = {"user1"}
+    with served(WALL, silent=silent) as live:
+        page = visit(live.address, silent=len(silent))
+        card = page.locator("[data-user=user1]")
+        expect(card.locator(".state")).to_contain_text("no data")
+        expect(card.locator("button")).to_be_hidden()
+        assert page.evaluate(HANDLE, 0) is None
+        page.locator("#scene").focus()
+        page.keyboard.press("Space")  # takes the first free handle of which the place is known
+        live.until(lambda: live.now("user2.held") == 1.0, "a closed hand")
+        assert not live.series("user1.held").any()
+        assert "NaN" not in page.inner_text("body") and "undefined" not in page.inner_text("body")
+        silent.clear()
+        card.locator("button").click()
+        live.until(lambda: live.now("user1.held") == 1.0, "the other hand closed")
+        assert np.isfinite(page.evaluate(HANDLE, 0)["x"])
 
 
 def test_gamepad_moves_hand_and_rumbles_with_force(visit):

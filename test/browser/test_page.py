@@ -69,7 +69,7 @@ def test_page_fits_phone_and_loads_nothing_from_elsewhere(visit, scheme):
         page.on("request", lambda request: requests.append(request.url))
         page.on("console", lambda message: complaints.append(message.text))
         page.goto(live.address)
-        page.locator("#scene[data-users]").wait_for()
+        page.locator("#scene[data-users='2']").wait_for()
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
         assert page.evaluate("document.documentElement.scrollHeight") > 844
         assert {url.split("/")[2] for url in requests} == {live.address.split("/")[2]}

@@ -5,7 +5,7 @@ its snapshots, and the force of every tick.
 """
 
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -102,14 +102,21 @@ def serving(session: Session) -> Iterator[PageServer]:
 
 @contextmanager
 def served(
-    settings: Sequence[str] = (), users: int | None = None, name: str = "live"
+    settings: Sequence[str] = (),
+    users: int | None = None,
+    name: str = "live",
+    silent: Container[str] = (),
 ) -> Iterator[Served]:
-    """Serve a scenario with settings, until the block ends."""
+    """Serve a scenario with settings, until the block ends; nothing comes from masters of users
+    that are ``silent``.
+    """
     session = WatchedSession(load(name, settings_texts=settings, users=users))
     forces: dict[str, list[Array]] = {}
     on_master = Feed.on_master
 
     def kept(feed: Feed, user: str, block: Block) -> None:
+        if user in silent:
+            return
         forces.setdefault(user, []).append(block.signals[F_APPLIED])
         on_master(feed, user, block)
 

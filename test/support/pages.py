@@ -6,7 +6,7 @@ from typing import Any
 
 from playwright.sync_api import Page
 
-HANDLES = "document.getElementById('scene').handles"
+HANDLE = "(user) => document.getElementById('scene').handles.find((each) => each.user === user)"
 
 
 class Pointer:
@@ -15,8 +15,8 @@ class Pointer:
     def __init__(self, page: Page, user: int = 0, *, touch: bool = False) -> None:
         self._page, self._touch = page, touch
         box = page.locator("#scene").bounding_box()
-        handle = page.evaluate(f"{HANDLES}[{user}]")
-        assert box is not None
+        handle = page.evaluate(HANDLE, user)
+        assert box is not None and handle is not None
         self._scale = handle["scale"]
         self._x, self._y = box["x"] + handle["x"], box["y"] + handle["y"]
         self._devtools = page.context.new_cdp_session(page) if touch else None

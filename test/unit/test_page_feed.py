@@ -112,6 +112,9 @@ def test_silent_node_holds_rows_up_for_a_moment_only():
 def test_user_whose_traces_stop_is_no_longer_shown_as_coupled():
     layout, feed = feed_of()
     rows = []
+    words = lambda: verdict(feed, USERS, storage_j={}, exact_hands=USERS, notices=[])  # noqa: E731
+    feed.on_master("user2", block(0, np.ones(8)))  # no row shows it yet
+    assert "any more" not in words()["verdict"]
     for start in range(0, 1200, 8):
         for user in USERS[: 1 if start >= 400 else 2]:
             feed.on_master(user, block(start, np.ones(8)))
@@ -120,7 +123,7 @@ def test_user_whose_traces_stop_is_no_longer_shown_as_coupled():
     places = np.array(values(layout, rows, "user2.x_m"))
     times = np.array(values(layout, rows, "time_s"))
     assert np.isfinite(places[times < 0.9]).all() and np.isnan(places[times > 0.92]).all()
-    found = verdict(feed, USERS, storage_j={}, exact_hands=USERS, notices=[])
+    found = words()
     assert found["verdict"] == "Not all users are coupled: user2 sends nothing any more."
     assert found["users"]["user2"]["state"] == "no data"
     feed.on_master("user2", block(1200, np.ones(8)))

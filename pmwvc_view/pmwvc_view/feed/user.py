@@ -52,7 +52,8 @@ class FeedUser:
     Attributes
     ----------
     state, reason
-        Of the newest tick in a row; state None: there was none, or none for ``GONE_S``.
+        Of the newest tick in a row; state None: there was none, or none for ``GONE_S`` (then it
+        is ``gone``).
     apart
         Whether its avatar is away from its device since it joined.
     lag_columns, target_column
@@ -74,6 +75,7 @@ class FeedUser:
         self.accounts = Accounts()
         self.end_ns = -1
         self.state: int | None = None
+        self.gone = False
         self.reason = ""
         self.lag_columns = tuple(f"{name}.{column}" for column in LAG)
         self.lag_at = layout.slices[f"{name}.lag"].start
@@ -120,8 +122,9 @@ class FeedUser:
             np.maximum.reduce(every, axis=0, out=row[self._most_at])
             row[self._late_at] = late_s
             self.state, self._missed, self.reason = block.state, block.missed, block.reason
+            self.gone = False
         elif self.state is not None and until_ns - self.end_ns > GONE_S * NS:
-            self.state, self.reason = None, ""
+            self.state, self.reason, self.gone = None, "", True
             self._signals = np.full_like(self._signals, math.nan)
         row[self._signals_at] = self._signals.ravel()
         state = math.nan if self.state is None else self.state

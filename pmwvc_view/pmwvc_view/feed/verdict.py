@@ -114,7 +114,7 @@ def _shook(feed: Feed, users: Sequence[str]) -> list[str]:
 
 
 def _silent(user: FeedUser) -> str:
-    return "has sent nothing yet" if user.end_ns < 0 else "sends nothing any more"
+    return "sends nothing any more" if user.gone else "has sent nothing yet"
 
 
 def _state(state: int, why: str) -> str:

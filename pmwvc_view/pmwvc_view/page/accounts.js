@@ -47,8 +47,9 @@ export class Accounts {
     const most = Math.max(LEAST_J, ...found.map(({ now }) => (Number.isFinite(now) ? Math.abs(now) : 0)));
     if (most > this.full_j || most < 0.3 * this.full_j) this.full_j = 1.6 * most;
     found.forEach((each, i) => this.write(this.rows[i], each));
-    const ways = this.rows.some(({ root, way }) => way !== "hand" && !root.hidden);
-    document.getElementById("accounts-what").textContent = ways ? OF_WAYS : OF_LINK;
+    const shown = this.rows.filter(({ root }) => !root.hidden);
+    const what = shown.some(({ way }) => way !== "hand") ? OF_WAYS : OF_LINK;
+    document.getElementById("accounts-what").textContent = shown.length ? what : "not known yet";
   }
 
   write({ root, level, output }, { now, least }) {

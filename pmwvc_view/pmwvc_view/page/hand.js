@@ -22,10 +22,10 @@ export class Hand {
 
   get user() { return this.index === null ? null : this.session.users[this.index]; }
 
-  /** Take hold of a handle at the place where it is. */
+  /** Take hold of a handle at the place where it is; where that is not known, there is none. */
   async take(index, by) {
     const user = this.session.users[index];
-    if (!user?.remote) return;
+    if (!user?.remote || !this.session.place(user.name)) return;
     if (this.held && this.index === index) { this.by = by; return; }
     if (this.index !== null && this.index !== index) this.free();
     this.pending = by;
@@ -37,8 +37,9 @@ export class Hand {
     this.index = index;
     if (this.pending !== by) return; // let go meanwhile
     this.pending = null;
+    this.target = this.session.place(user.name);
+    if (!this.held) return; // its master fell silent meanwhile
     this.by = by;
-    this.target = this.session.vector(`${user.name}.x_m`);
     this.send();
   }
 

@@ -81,9 +81,9 @@ export function keyboard(canvas, scene, hand, session, signal) {
   });
 }
 
-/** The first user whose handle nobody has; none where all are taken. */
+/** The first user whose handle nobody has and whose place is known; null where there is none. */
 export function free(session) {
-  const index = session.users.findIndex(({ remote, holder }) => remote && holder !== "other");
+  const index = session.users.findIndex(({ name, remote, holder }) => remote && holder !== "other" && session.place(name));
   return index < 0 ? null : index;
 }
 

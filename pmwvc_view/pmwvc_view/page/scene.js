@@ -20,7 +20,7 @@ export class Scene {
     this.canvas = canvas;
     this.session = session;
     this.camera = new Camera(session.dof);
-    this.handles = []; // {user, x, y, scale} as last drawn
+    this.handles = []; // {user, x, y, scale} as last drawn, of users whose place is known
     this.lanes = session.users.map((user) => {
       const side = session.users.filter((each) => each.side === user.side);
       const apart_px = Math.min(LANE_PX, 105 / side.length);
@@ -44,8 +44,9 @@ export class Scene {
     this.server(size_m);
     where.forEach((place, i) => this.avatar(session.users[i], i, place));
     where.forEach((place, i) => this.handle(session.users[i], i, place, hand));
-    this.handles = this.canvas.handles = where.map(({ handle }, user) => ({ user, ...handle }));
-    this.canvas.dataset.users = session.users.length;
+    const all = where.map(({ handle }, user) => ({ user, ...handle }));
+    this.handles = this.canvas.handles = all.filter(({ user }) => session.place(session.users[user].name));
+    this.canvas.dataset.users = this.handles.length;
     this.captions(width, height, flow);
   }
 
@@ -192,9 +193,10 @@ export class Scene {
     label(context, "SERVER", 14, height - 16, { size: 11, weight: 600 });
     const delays = session.users.map(({ name }) => `${milli(session.value(`${name}.delay_up`), 0)} + ${milli(session.value(`${name}.delay_down`), 0)}`);
     const same = new Set(delays).size === 1;
-    const text = `delay ${same ? delays[0] : delays.join(", ")} ms`;
+    const known = session.users.some(({ name }) => Number.isFinite(session.value(`${name}.delay_up`) + session.value(`${name}.delay_down`)));
+    const text = known ? `delay ${same ? delays[0] : delays.join(", ")} ms` : "delay not known yet";
     const few = same ? delays[0] : delays.length < 4 ? delays.join(", ") : "";
-    if (width > 560 || few) label(context, width > 560 ? text : `${few} ms`, 14, middle, { size: 12 });
+    if (width > 560 || few) label(context, width > 560 || !known ? text : `${few} ms`, 14, middle, { size: 12 });
     const late = flow.late_s ? `, ${flow.late_s.toFixed(2)} s late` : "";
     if (width > 560) label(context, theme.still ? "packets on their way" : `packets ${SLOWER} times slower${late}`, width - 14, middle, { align: "right", size: 12 });
   }

@@ -65,6 +65,12 @@ export class Session {
     return Array.from({ length: this.dof }, (_, axis) => this.value(column, axis));
   }
 
+  /** Where a user's handle is [m]; null where that is not known: its master sent nothing yet, or nothing any more. */
+  place(user) {
+    const found = this.vector(`${user}.x_m`);
+    return found.every(Number.isFinite) ? found : null;
+  }
+
   /** Energy into a direction of a user's link less energy out of it [J], `age` snapshots ago. */
   balance(user, way, age = 0) {
     const at = this.count ? this.start(age) : NaN;

@@ -40,7 +40,7 @@ export class Spoken {
     const changed = Math.abs(most - this.force) > 0.3 || Number.isNaN(this.force);
     if (states === this.states && !(changed && now_ms - this.spoken_ms > FORCE_MS)) return;
     Object.assign(this, { states, force: most, spoken_ms: now_ms });
-    const words = session.users.map(({ name }, i) => `${spaced(name)} ${number(forces[i], 1)} newtons`);
+    const words = session.users.map(({ name }, i) => `${spaced(name)} ${Number.isFinite(forces[i]) ? `${number(forces[i], 1)} newtons` : "not known"}`);
     at("spoken").textContent = `${states}. Force: ${words.join(", ")}.`;
   }
 }

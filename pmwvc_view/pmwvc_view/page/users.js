@@ -69,7 +69,7 @@ export class Users {
     card.state.dataset.tone = disturbed(state) ? "alarm" : "";
     const mine = hand.held && hand.index === index;
     const again = user.holder === "you" && !mine;
-    card.button.hidden = !user.remote || user.holder === "other";
+    card.button.hidden = !user.remote || user.holder === "other" || !(mine || session.place(user.name));
     card.button.textContent = mine ? "Let go" : again ? "Take hold again" : "Take hold";
     card.button.setAttribute("aria-label", `${card.button.textContent}: ${spaced(user.name)}`);
   }

@@ -32,8 +32,8 @@ export function stateOf(session, name) {
   const reported = session.text.users[name];
   if (reported?.state) return reported;
   const word = session.states.master[session.value(`${name}.state`)];
-  return { state: word ?? "not there", reason: "", note: "" };
+  return { state: word ?? "no data", reason: "", note: "" };
 }
 
 /** True where a state is one that a person has to see. */
-export const disturbed = (state) => /damping|fault|not there|absent|silent/i.test(state);
+export const disturbed = (state) => /damping|fault/i.test(state);
