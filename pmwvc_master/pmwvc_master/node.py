@@ -19,7 +19,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.params import MasterParams, SafetyParams
 from pmwvc_core.runtime.pacing import Watch
 from pmwvc_core.runtime.peers import Peers, publishers_of

@@ -8,7 +8,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from pmwvc_core.controllers import is_strict
+from pmwvc_core.controllers.library import is_strict
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.assembly import make_force_loop
 from pmwvc_core.frame.force_loop import ForceLoop

@@ -14,7 +14,7 @@ from functools import partial
 
 from rclpy.node import Node
 
-from pmwvc_core.controllers import is_strict
+from pmwvc_core.controllers.library import is_strict
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.frame.assembly import make_server_step
 from pmwvc_core.frame.server_step import ServerStep

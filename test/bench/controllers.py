@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 from pmwvc_bringup.scenarios import load
-from pmwvc_core.controllers import make_master, make_server
+from pmwvc_core.controllers.ends import make_master, make_server
 from pmwvc_core.numeric import Value, signal
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.transport.packet import FLAG_DIRECT, Packer, WavePacket

@@ -9,7 +9,7 @@ from support import plain as files
 
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_core.controllers import LIBRARY
+from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.simulation.session import simulate_one
 
 BLACK_BOX = ("server.coupling=unknown", "server.contact=bilateral")

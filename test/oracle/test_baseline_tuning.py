@@ -14,7 +14,7 @@ from pmwvc_analysis.prediction.text import lines
 from pmwvc_analysis.verdicts.stability import verdict
 from pmwvc_core.baselines import tuning
 from pmwvc_core.baselines.tuning import Loop, loop_of
-from pmwvc_core.controllers import LIBRARY
+from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.network.delay_trace import load_delay_trace
 from pmwvc_core.params import BaselineParams

@@ -10,7 +10,7 @@ import pytest
 from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.replay.run import exact, replay, scenario_of
-from pmwvc_core.controllers import LIBRARY
+from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.errors import RecordingError
 from pmwvc_core.frame.schedule import LIVE
 from pmwvc_core.scenario.reader import parse_scenario

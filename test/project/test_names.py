@@ -7,7 +7,7 @@ properties: no code compares their names.
 import ast
 from pathlib import Path
 
-from pmwvc_core.controllers import LIBRARY as CONTROLLERS
+from pmwvc_core.controllers.library import LIBRARY as CONTROLLERS
 from pmwvc_core.network.effects import EFFECTS
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.server.couplings import COUPLINGS

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.baseline_link import TICK_S, BaselineLink, M
 
-from pmwvc_core.controllers import make_master
+from pmwvc_core.controllers.ends import make_master
 from pmwvc_core.params import BaselineParams, MasterParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
 

@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support.passive_networks import Network, OpenNetwork, Pusher, random_network
 
-from pmwvc_core.controllers import make_server
+from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import DECODINGS, HuntCrossleyParams
 from pmwvc_core.server.black_box.port import BlackBoxServer

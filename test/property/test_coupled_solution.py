@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import plain as scenarios
 
-from pmwvc_core.controllers import make_server
+from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.server.couplings import coupled_axes
 from pmwvc_core.simulation.session import simulate_one

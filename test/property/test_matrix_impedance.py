@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.strategies import matrices
 
-from pmwvc_core.controllers import make_server
+from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.numeric import dot, root, squared
 from pmwvc_core.params import ContactParams, FilterParams, MasterParams, ServerParams

@@ -16,7 +16,7 @@ from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.events.membership import of_server
 from pmwvc_analysis.traces.apart import apart
 from pmwvc_bringup import scenarios as files
-from pmwvc_core.controllers import make_server
+from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.frame.assembly import server_step_of
 from pmwvc_core.numeric import squared
 from pmwvc_core.params import ContactParams, ServerParams

@@ -9,7 +9,7 @@ the work done in it.
 
 import numpy as np
 
-from pmwvc_core.controllers import make_master, make_server
+from pmwvc_core.controllers.ends import make_master, make_server
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.transport.packet import Packer
 

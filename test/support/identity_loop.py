@@ -12,7 +12,7 @@ simulator and nothing with :mod:`pmwvc_analysis.models`.
 import numpy as np
 from scipy.linalg import null_space
 
-from pmwvc_core.controllers import make_master, make_server
+from pmwvc_core.controllers.ends import make_master, make_server
 from pmwvc_core.plant.devices import SimulatedDevice
 from pmwvc_core.transport.packet import WavePacket
 

@@ -9,7 +9,7 @@ from support.baseline_link import FRAME_S, TICK_S, BaselineLink, M
 from pmwvc_core.baselines.arrivals import Arrivals
 from pmwvc_core.baselines.modulated_spring import ModulatedSpring
 from pmwvc_core.baselines.tdpa import Observer
-from pmwvc_core.controllers import make_master, make_server
+from pmwvc_core.controllers.ends import make_master, make_server
 from pmwvc_core.params import BaselineParams, ContactParams, MasterParams, ServerParams
 from pmwvc_core.params.baselines import PspmParams, TdpaParams, VirtualCouplingParams
 from pmwvc_core.scenario.reader import parse_scenario

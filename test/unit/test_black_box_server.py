@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from pmwvc_core.controllers import make_server
+from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COMPENSATIONS, INTEGRATORS
 from pmwvc_core.server.black_box.port import BlackBoxServer

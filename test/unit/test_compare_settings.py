@@ -17,7 +17,7 @@ from pmwvc_analysis.models.stability import radii
 from pmwvc_analysis.report import comparison_report
 from pmwvc_bringup.comparison import report
 from pmwvc_bringup.comparison.combinations import combinations
-from pmwvc_core.controllers import LIBRARY
+from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.traces import SessionTraces
 
 MATRIX = "30 2; 2 20"

@@ -4,7 +4,8 @@
 
 import pytest
 
-from pmwvc_core.controllers import LIBRARY, make_master, make_server
+from pmwvc_core.controllers.ends import make_master, make_server
+from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.params import ContactParams, MasterParams, ServerParams
 from pmwvc_core.transport.packet import FLAG_DIRECT
 from pmwvc_core.wave.limits import DIRECT, largest_wave

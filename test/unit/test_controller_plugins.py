@@ -14,7 +14,7 @@ from support.plain import load
 from pmwvc_analysis.models.answer import answer
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.prediction import text as prediction_text
-from pmwvc_core import controllers, plugins
+from pmwvc_core import plugins
 from pmwvc_core.controllers import library
 from pmwvc_core.controllers.library import CHANNELS
 from pmwvc_core.errors import ParameterError, ScenarioError
@@ -68,7 +68,7 @@ def test_a_question_that_only_an_exact_model_answers_is_refused(pmwvc, command, 
     assert re.search(text, result)
 
 
-SOFT = dataclasses.replace(controllers.LIBRARY["pmwvc"], name="soft", words="Damped waves.")
+SOFT = dataclasses.replace(library.LIBRARY["pmwvc"], name="soft", words="Damped waves.")
 
 
 @pytest.fixture
@@ -95,8 +95,8 @@ def scenario(controller, *, channel="plain", **server):
 
 
 def test_the_library_goes_before_a_plug_in_of_the_same_name(lab):
-    assert controllers.record_of("pmwvc") is controllers.LIBRARY["pmwvc"]
-    assert controllers.names().count("pmwvc") == 1
+    assert library.record_of("pmwvc") is library.LIBRARY["pmwvc"]
+    assert library.names().count("pmwvc") == 1
 
 
 @pytest.mark.parametrize("channel", CHANNELS)
@@ -118,7 +118,7 @@ def test_an_unknown_name_is_answered_with_what_is_there(lab):
     with pytest.raises(ScenarioError, match=r"'moon': must be one of pmwvc, .*pspm.*portless"):
         scenario("moon")
     with pytest.raises(ParameterError, match=r"'moon': must be one of.*'pmwvc\.controllers'"):
-        controllers.record_of("moon")
+        library.record_of("moon")
 
 
 def test_a_controller_without_a_linear_relative_is_predicted_in_words_only(lab):
@@ -137,11 +137,11 @@ def test_a_controller_without_a_port_for_black_boxes_is_refused_there(lab):
 
 
 def test_a_record_refuses_properties_that_contradict_one_another():
-    direct = controllers.LIBRARY["direct"]
+    direct = library.LIBRARY["direct"]
     with pytest.raises(ParameterError, match=r"coupling = None: .*belongs to waves"):
         dataclasses.replace(direct, coupling=None)
     with pytest.raises(ParameterError, match=r"object_motion = 'flying': must be one of"):
         dataclasses.replace(direct.coupling, object_motion="flying")
-    rule = controllers.LIBRARY["tdpa"].rule
+    rule = library.LIBRARY["tdpa"].rule
     with pytest.raises(ParameterError, match=r"group = 'mine': BaselineParams has no such group"):
         dataclasses.replace(rule, group="mine")

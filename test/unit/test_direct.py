@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pmwvc_core.baselines.direct import DirectMaster
-from pmwvc_core.controllers import make_server
+from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.transport.packet import FLAG_DIRECT
 

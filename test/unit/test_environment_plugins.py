@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.lab import offer
 
-from pmwvc_core.controllers import make_server
+from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.scenario.reader import parse_scenario

@@ -4,7 +4,7 @@
 
 import pytest
 
-from pmwvc_core.controllers import make_server
+from pmwvc_core.controllers.ends import make_server
 from pmwvc_core.params import ContactParams, ServerParams
 from pmwvc_core.params.server import COUPLINGS, KNOWN
 from pmwvc_core.server.cube import Cube

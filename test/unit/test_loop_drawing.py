@@ -11,7 +11,6 @@ import pytest
 from support import handmade
 
 from pmwvc_analysis.budget.budget import budget
-from pmwvc_analysis.charts.text import article
 from pmwvc_analysis.report.loop_blocks import blocks, rendered
 from pmwvc_analysis.report.loop_drawing import PLACES, drawing
 from pmwvc_analysis.report.story import story
@@ -161,15 +160,6 @@ def test_no_contact_is_stated_and_an_unrecorded_one_is_left_out():
     assert "No user touched the cube." in told(traces, handmade.scenario())
     traces.server, traces.users = None, []
     assert told(traces, None) == ""
-
-
-@pytest.mark.parametrize(
-    ("number", "word"),
-    [("8", "an"), ("840", "an"), ("787", "a"), ("11", "an"), ("110", "a"), ("18000", "an"),
-     ("1800", "a"), ("0.8", "a")],
-)  # fmt: skip
-def test_an_article_fits_its_number(number, word):
-    assert article(number) == word
 
 
 def test_counts_and_lists_read_well():

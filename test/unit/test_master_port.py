@@ -8,7 +8,8 @@ import sys
 import numpy as np
 import pytest
 
-from pmwvc_core.controllers import LIBRARY, make_master
+from pmwvc_core.controllers.ends import make_master
+from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.master.port import WaveMaster
 from pmwvc_core.master.safety.limiter import SafetyLimiter

@@ -12,7 +12,7 @@ from support.simulated import judged, simulated
 from pmwvc_analysis.consistency.consistency import inconsistencies
 from pmwvc_analysis.prediction.prediction import prediction
 from pmwvc_analysis.verdicts.verdicts import summary
-from pmwvc_core.controllers import LIBRARY
+from pmwvc_core.controllers.library import LIBRARY
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params.server import COUPLINGS
 from pmwvc_core.plant.forces import ForceOnRecord

@@ -34,7 +34,7 @@ from pmwvc_analysis.traces.stages import Stage, rows_of, stages
 from pmwvc_analysis.traces.stretches import stretches
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of
 from pmwvc_core.account import Account
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.avatar_brake import BRAKES

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_core.account import Role
-from pmwvc_core.controllers import entries, has_waves, record_of
+from pmwvc_core.controllers.library import entries, has_waves, record_of
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count
 from pmwvc_core.scenario.scenario import Scenario, User

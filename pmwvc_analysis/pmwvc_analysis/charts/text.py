@@ -27,13 +27,6 @@ def users(number: int) -> str:
     return count(number, "user")
 
 
-def article(number: str) -> str:
-    """Return the article of a number as it is read: an 8, a 7, an 11, a 110, an 11000."""
-    whole = number.partition(".")[0]
-    eleven = whole[:2] in ("11", "18") and len(whole) % 3 == 2
-    return "an" if whole.startswith("8") or eleven else "a"
-
-
 def cell(value: Any, scale: float = 1.0, digits: int = 3) -> str:
     """Return what stands in a table cell: numbers scaled and rounded, flags as words."""
     if value is None:

@@ -13,7 +13,8 @@ import math
 from typing import Any
 
 from pmwvc_analysis.prediction.text import rule_loop, unknown_delay
-from pmwvc_core.controllers import Rule, record_of
+from pmwvc_core.controllers.library import record_of
+from pmwvc_core.controllers.record import Rule
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.params import BaselineParams
 from pmwvc_core.scenario.scenario import Scenario, User

@@ -22,7 +22,7 @@ from pmwvc_analysis.consistency.server import server
 from pmwvc_analysis.traces import cut
 from pmwvc_analysis.traces.left_out import with_deadband
 from pmwvc_analysis.traces.stages import Stage, stages
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.rows import SIGNALS
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces, UserTraces

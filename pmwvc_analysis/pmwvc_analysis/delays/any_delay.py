@@ -29,7 +29,7 @@ import numpy as np
 
 from pmwvc_analysis.delays.ends import System, master_end, server_end
 from pmwvc_analysis.models.linear import axes_of, nonlinear
-from pmwvc_core.controllers import proofs_hold
+from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import eigenvalues, principal_axes

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from pmwvc_core.controllers import proofs_hold
+from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import MasterParams, VelocityFilterParams

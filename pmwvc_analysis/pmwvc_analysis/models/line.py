@@ -9,7 +9,7 @@ import numpy as np
 
 from pmwvc_analysis.models.links import Link, Times, delay_ticks, hyperperiod_ticks, serve_phase
 from pmwvc_analysis.models.variation import lengths
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.assembly import force_loop_of
 from pmwvc_core.frame.device_sample import DeviceSample
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pmwvc_core.controllers import PLAIN, ZEROING, has_waves, record_of
+from pmwvc_core.controllers.library import PLAIN, ZEROING, has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.effects import active, amounts
 from pmwvc_core.params import specs

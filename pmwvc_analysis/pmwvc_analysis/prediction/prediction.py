@@ -23,7 +23,7 @@ from pmwvc_analysis.models.linear import Relative, left_out, relative
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.environment import decodes_late
 from pmwvc_analysis.prediction.lag import lag_decides, lag_s, rendered_stiffness
-from pmwvc_core.controllers import proofs_hold
+from pmwvc_core.controllers.library import proofs_hold
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario.scenario import Scenario, User

@@ -31,7 +31,7 @@ from pmwvc_analysis.prediction.prediction import (
 )
 from pmwvc_analysis.prediction.presses import press_lines
 from pmwvc_core.baselines import tuning
-from pmwvc_core.controllers import has_waves, proofs_hold, record_of
+from pmwvc_core.controllers.library import has_waves, proofs_hold, record_of
 from pmwvc_core.network.effects import unbounded
 from pmwvc_core.params import MasterParams
 from pmwvc_core.params.names import flattened

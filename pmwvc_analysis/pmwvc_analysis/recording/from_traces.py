@@ -22,7 +22,7 @@ from pmwvc_analysis.recording.format.topics import session_topics
 from pmwvc_analysis.recording.link_blocks import fate_blocks, state_blocks
 from pmwvc_analysis.recording.taken import of_rows
 from pmwvc_analysis.recording.writer import SessionWriter
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import file_errors
 from pmwvc_core.runtime import messages as build
 from pmwvc_core.runtime.messages import MessageTypes

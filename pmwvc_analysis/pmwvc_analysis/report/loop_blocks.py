@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.prediction.lag import lag_decides, link_words, round_trip_words
-from pmwvc_core.controllers import has_waves, proofs_hold
+from pmwvc_core.controllers.library import has_waves, proofs_hold
 from pmwvc_core.network.effects import EFFECTS, active
 from pmwvc_core.params import FilterParams, LinkParams
 from pmwvc_core.scenario.scenario import Scenario, User

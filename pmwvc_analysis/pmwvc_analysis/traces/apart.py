@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.stretches import first_packets
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario

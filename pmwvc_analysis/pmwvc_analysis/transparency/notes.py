@@ -10,7 +10,7 @@ from pmwvc_analysis.models.linear import axes_of
 from pmwvc_analysis.models.multirate import MultirateModel
 from pmwvc_analysis.transparency.frequency import limit_at_rest, low_frequencies, response
 from pmwvc_analysis.transparency.pressing import at_object
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.wave.impedance import transformation

@@ -37,7 +37,7 @@ from pmwvc_analysis.transparency.frequency import (
 )
 from pmwvc_analysis.transparency.notes import across_notes, how, scale_notes
 from pmwvc_analysis.transparency.pressing import pressing
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.numeric import Array, Complex
 from pmwvc_core.params import LinkParams

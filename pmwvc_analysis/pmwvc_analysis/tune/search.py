@@ -36,7 +36,7 @@ from pmwvc_analysis.tune.criteria import (
     velocity_step,
 )
 from pmwvc_analysis.tune.session import STABLE, judged
-from pmwvc_core.controllers import proofs_hold, record_of
+from pmwvc_core.controllers.library import proofs_hold, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.master.count_bound import count_bound
 from pmwvc_core.params import FilterParams

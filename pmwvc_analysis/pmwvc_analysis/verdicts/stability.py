@@ -48,7 +48,7 @@ from pmwvc_analysis.verdicts.oscillation import (
     of_one_frequency,
     strength,
 )
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces
 from pmwvc_core.wave.limits import largest_wave

@@ -11,7 +11,7 @@ import yaml
 from pmwvc_analysis.compare.settings import tuned
 from pmwvc_bringup import scenarios as files
 from pmwvc_bringup.comparison.variants import defaults_of, settings_of
-from pmwvc_core.controllers import record_of
+from pmwvc_core.controllers.library import record_of
 from pmwvc_core.errors import ScenarioError
 from pmwvc_core.scenario.scenario import Scenario
 

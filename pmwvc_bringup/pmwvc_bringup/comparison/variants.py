@@ -14,7 +14,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from pmwvc_bringup import scenarios as files
-from pmwvc_core import controllers
+from pmwvc_core.controllers import library as controllers
 from pmwvc_core.errors import ParameterError, ScenarioError
 from pmwvc_core.frame.assembly import force_loop_of, server_step_of
 from pmwvc_core.params import MasterParams, VelocityFilterParams

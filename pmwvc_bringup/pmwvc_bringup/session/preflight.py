@@ -8,7 +8,8 @@ import importlib.util
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from pmwvc_core.controllers import has_waves, make_master
+from pmwvc_core.controllers.ends import make_master
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError, ScenarioError
 from pmwvc_core.network import effects
 from pmwvc_core.plant.forces import Setting

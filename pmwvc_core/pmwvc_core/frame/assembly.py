@@ -11,7 +11,8 @@ node.
 
 from collections.abc import Sequence
 
-from pmwvc_core.controllers import PLAIN, is_strict, make_master, make_server
+from pmwvc_core.controllers.ends import make_master, make_server
+from pmwvc_core.controllers.library import PLAIN, is_strict
 from pmwvc_core.frame.force_loop import ForceLoop
 from pmwvc_core.frame.receivers import make_receiver
 from pmwvc_core.frame.schedule import AT_ONCE, Frames, FrameSchedule

@@ -6,7 +6,7 @@ The channel is chosen here: on the strict one a receiver plays out what arrives,
 it lets a wave count once, on the plain one it holds the newest.
 """
 
-from pmwvc_core.controllers import has_waves, is_strict, is_zeroing
+from pmwvc_core.controllers.library import has_waves, is_strict, is_zeroing
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.strict_receiver import StrictReceiver
 from pmwvc_core.wave.impedance import Impedance

@@ -5,7 +5,7 @@
 from collections import deque
 from collections.abc import Sequence
 
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.protocol.snapshots import Snapshot

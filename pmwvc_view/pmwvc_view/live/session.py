@@ -11,7 +11,7 @@ from typing import Any
 from rclpy.node import Node
 from std_msgs.msg import String
 
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.runtime.parameter_values import values_of
 from pmwvc_core.scenario.scenario import Scenario

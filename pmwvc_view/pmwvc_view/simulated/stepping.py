@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.rows import SIGNALS, ServerRow
 from pmwvc_core.numeric import Array, Value
 from pmwvc_core.plant.remote_hand import RemoteHand, Target

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from oracle.linear_model.blocks import column
 from oracle.linear_model.couplings import LAWS, Body, Cube, Seat, Wall, remembered
 
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario, User
 

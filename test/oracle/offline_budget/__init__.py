@@ -15,7 +15,7 @@ from oracle.offline_budget.port import into_server, port_account
 from oracle.offline_budget.server import server_account
 from oracle.offline_budget.sums import Sums, clock_of
 
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces

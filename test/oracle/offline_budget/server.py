@@ -6,7 +6,7 @@ import numpy as np
 from oracle.offline_budget.motion import WEIGHTS, speeds
 from oracle.offline_budget.sums import Clock, Sums, running
 
-from pmwvc_core.controllers import has_waves
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import ServerTraces

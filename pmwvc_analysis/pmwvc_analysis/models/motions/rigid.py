@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from pmwvc_analysis.models.linearize import Linear
 from pmwvc_analysis.models.motions import freedom
 from pmwvc_analysis.models.motions.freedom import per_run
-from pmwvc_core.controllers import has_waves, record_of
+from pmwvc_core.controllers.library import has_waves, record_of
 from pmwvc_core.numeric import Array
 
 Signals = dict[str, Array]  # of signals by name, a row or one per run, along each axis
