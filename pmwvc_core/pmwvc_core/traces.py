@@ -55,7 +55,8 @@ class UserTraces:
     epoch: NDArray[np.uint64] = field(default_factory=lambda: np.zeros(0, dtype=np.uint64))
     # (block,) frames up to this one that took changes of parameters over; empty where not known
     changes: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    # (tick,) [ns] from the deadline to the instant at which packets were taken in
+    # (tick,) [ns] from the deadline to the instant at which packets were taken in; empty where not
+    # known
     looked_ns: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     grid: int = 0  # ticks of the loop's clock before tick 0: frames begin at its multiples of M
 
@@ -74,10 +75,12 @@ class UserTraces:
         rows = np.searchsorted(self.time_s, times_s - 0.5 * self.tick_s)
         return np.minimum(rows, len(self.time_s) - 1)
 
-    def __post_init__(self) -> None:
-        """Take the wake-up for the look where that is not known."""
-        if not len(self.looked_ns):
-            self.looked_ns = np.rint(np.asarray(self.lateness_s) * 1e9).astype(np.int64)
+    @property
+    def nearest_look_ns(self) -> Integers:
+        """When packets were taken in, as looked_ns, or the wake-up where that is not known."""
+        if len(self.looked_ns):
+            return self.looked_ns
+        return np.rint(np.maximum(self.lateness_s, 0.0) * 1e9).astype(np.int64)
 
 
 @dataclass
@@ -106,13 +109,16 @@ class ServerTraces:
     accounts: dict[str, Array] = field(default_factory=dict)  # (..., step) [J]
     # (step,) steps up to this one that took changes of parameters over; empty where not known
     changes: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    # (step,) [ns] from the deadline to the instant at which packets were taken in
+    # (step,) [ns] from the deadline to the instant at which packets were taken in; empty where not
+    # known
     looked_ns: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
-    def __post_init__(self) -> None:
-        """Take the deadline for the look where that is not known."""
-        if not len(self.looked_ns):
-            self.looked_ns = np.zeros(len(self.time_s), dtype=np.int64)
+    @property
+    def nearest_look_ns(self) -> Integers:
+        """When packets were taken in, as looked_ns, or the deadline where that is not known."""
+        return (
+            self.looked_ns if len(self.looked_ns) else np.zeros(len(self.time_s), dtype=np.int64)
+        )
 
     @property
     def period_s(self) -> float:

@@ -56,9 +56,9 @@ def scenario(**overrides):
     )
 
 
-def simulated(of, forces, *, live=False):
+def simulated(of, forces, *, live=False, on_step=None):
     """Return traces under the given forces ``(users, ticks)``, or ``(users, ticks, dof)``, which
-    begin after ``SETTLED``.
+    begin after ``SETTLED``; ``on_step`` is called with the server behind each of its steps.
     """
     ticks = SETTLED + forces.shape[1]
     batch = SessionBatch(
@@ -74,6 +74,9 @@ def simulated(of, forces, *, live=False):
         push = row.reshape(len(row), -1)
         force = np.concatenate([np.zeros((SETTLED, push.shape[1])), push])
         user.operator = RecordedForce(force, repeat=False, tick_s=of.tick_s, dof=of.dof)
+    if on_step:
+        noted = batch.time._on_step
+        batch.time._on_step = lambda *row: (noted(*row), on_step(batch.server))
     batch.run(lambda share: None)
     return batch.traces(0)
 

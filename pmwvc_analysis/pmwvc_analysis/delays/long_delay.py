@@ -72,7 +72,13 @@ def is_long(scenario: Scenario, *, live: bool = False) -> bool:
     return found > LARGEST_DENSE
 
 
-def opened(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()) -> Opened:
+def opened(
+    scenario: Scenario,
+    *,
+    live: bool = False,
+    weights: Sequence[int] = (),
+    at_hand_s: Sequence[float] = (),
+) -> Opened:
     """Return the loop of a scenario whose numbers may be columns, opened at every link that is
     longer than a hyperperiod; see :class:`.loop.Loop`.
     """
@@ -82,7 +88,8 @@ def opened(scenario: Scenario, *, live: bool = False, weights: Sequence[int] = (
         dataclasses.replace(user, link_up=up, link_down=down)
         for user, (_, up, down) in zip(scenario.users, parts, strict=True)
     )
-    loop = Hyperperiod(dataclasses.replace(scenario, users=users), live=live, weights=weights)
+    rest = dataclasses.replace(scenario, users=users)
+    loop = Hyperperiod(rest, live=live, weights=weights, at_hand_s=at_hand_s)
     links, delays = [], []
     for line, (whole, _, _) in zip(loop.lines, parts, strict=True):
         if whole:

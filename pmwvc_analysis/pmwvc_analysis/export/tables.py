@@ -25,7 +25,9 @@ class Column(NamedTuple):
 
 
 _TIME = Column("s", "time since the start of the session")
-_LOOKED = Column("ns", "from the deadline to the look at the packets that had come")
+_LOOKED = Column(
+    "ns", "from the deadline to the look at the packets that had come; NaN where it is not known"
+)
 TICKS: Mapping[str, Column] = {
     "time_s": _TIME,
     "tick": Column("", "number of the tick of the force loop"),
@@ -142,6 +144,8 @@ def _of_server(server: ServerTraces) -> Iterator[Table]:
 
 def _table(name: str, traces: object, columns: Mapping[str, Column]) -> Table:
     values = {column: np.asarray(getattr(traces, column)) for column in columns}
+    if "looked_ns" in values and not len(values["looked_ns"]):
+        values["looked_ns"] = np.full(len(values["time_s"]), np.nan)
     return Table(plain(name), values, columns)
 
 

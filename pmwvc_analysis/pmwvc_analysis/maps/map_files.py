@@ -81,7 +81,7 @@ def content_of(grid: Grid, radius: Array, measured: list[Measured]) -> dict[str,
         "stable": (radius <= 1.0 + ROUNDING).tolist(),
         "boundary": [first_crossing(np.array(grid.x.values), row) for row in radius],
         "sessions": [point._asdict() for point in measured],
-        "notes": notes_of(grid.scenario),
+        "notes": notes_of(grid.scenario, live=grid.live),
         "parameters": grid.scenario.to_dict(),
     }
 

@@ -28,9 +28,12 @@ def answer(
     Returns
     -------
     dict
-        ``spectral_radius`` per hyperperiod of ``hyperframe_ticks``, ``stable``, ``k_max`` [N/m]
-        (None: nothing up to ``k_max_bound`` is unstable), ``islands`` (stable ranges above
-        ``k_max``), ``rigid_body_modes`` (taken out), ``states`` (their number, with those),
+        ``spectral_radius`` per hyperperiod of ``hyperframe_ticks`` of a settled session,
+        ``spectral_radius_least`` and ``spectral_radius_most`` whatever the playouts have at hand
+        (:mod:`.at_hand`), ``stable`` (None: depends on that), ``k_max`` [N/m]: up to there each
+        of them is stable (None: nothing up to ``k_max_bound`` is unstable), ``islands`` (stable
+        ranges above ``k_max``), ``rigid_body_modes`` (taken out), ``states`` (their number, with
+        those),
         ``slowest`` (``frequency_hz``, None where it is not clear, and growth ``per_second`` of the
         largest eigenvalue),
         ``notes``.
@@ -38,13 +41,16 @@ def answer(
     long = is_long(scenario, live=live)
     motion = _long(scenario, live=live) if long else _dense(scenario, live=live)
     radius = motion.radius
+    span = stability.span(scenario, live=live)
     limit = stability.k_max(scenario, live=live, bound=bound)
     hyperperiod_s = motion.ticks * scenario.tick_s
     return {
         "scenario": scenario.name,
         "live": live,
         "spectral_radius": radius,
-        "stable": stability.stable(radius),
+        "stable": span.stable,
+        "spectral_radius_least": float(span.least[0]),
+        "spectral_radius_most": float(span.most[0]),
         "k_max": limit.first,
         "k_max_bound": limit.bound,
         "islands": [list(island) for island in limit.islands],
@@ -55,7 +61,7 @@ def answer(
             "frequency_hz": motion.frequency_hz,
             "per_second": math.log(radius) / hyperperiod_s if radius > 0.0 else None,
         },
-        "notes": notes_of(scenario),
+        "notes": notes_of(scenario, live=live),
     }
 
 
@@ -110,7 +116,7 @@ def _frequency_hz(scenario: Scenario, value: complex, *, live: bool) -> float | 
 
 def sentences(found: dict[str, Any]) -> list[str]:
     """Return an answer in words."""
-    word = "stable" if found["stable"] else "NOT stable"
+    word = {True: "stable", False: "NOT stable", None: "stability not known"}[found["stable"]]
     slowest = found["slowest"]
     rate = slowest["per_second"]
     lines = [f"{found['scenario']}: {word}, spectral radius {found['spectral_radius']:.7g}"]

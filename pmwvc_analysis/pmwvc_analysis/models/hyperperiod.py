@@ -36,9 +36,14 @@ class Hyperperiod(Loop):
     batch: Identity
 
     def __init__(
-        self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
+        self,
+        scenario: Scenario,
+        *,
+        live: bool = False,
+        weights: Sequence[int] = (),
+        at_hand_s: Sequence[float] = (),
     ) -> None:
-        super().__init__(scenario, live=live, weights=weights)
+        super().__init__(scenario, live=live, weights=weights, at_hand_s=at_hand_s)
         self._blocks = list(self._ends())
         unsaid = {type(end).__name__ for _, end in self._blocks if not isinstance(end, Stateful)}
         if unsaid:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pmwvc_analysis.models import at_hand
 from pmwvc_core.controllers.library import PLAIN, ZEROING, has_waves, record_of
 from pmwvc_core.errors import PmwvcError
 from pmwvc_core.network.effects import active, amounts
@@ -163,7 +164,7 @@ def _of_user(user: User, *, strict: bool) -> Iterator[Element]:
         yield Element(f"{user.name}.{name} = {local.kind}", name, "spring_damper")
 
 
-def notes_of(scenario: Scenario) -> list[str]:
+def notes_of(scenario: Scenario, *, live: bool = False) -> list[str]:
     """Return, in sentences, where the linear model stands for something else."""
     users = scenario.users
     found = []
@@ -177,8 +178,8 @@ def notes_of(scenario: Scenario) -> list[str]:
         found.append("Hands are modelled as applied forces, without stiffness and mass.")
     if scenario.changes:
         found.append("Changes of parameters are not modelled: those at the start hold.")
-    if apart := undivided(scenario):
-        found.append(apart)
+    if several := at_hand.words(scenario, live=live):
+        found.append(several)
     effects = left_out(scenario)
     if effects:
         found.append(f"Left out, as every packet takes delay_s: {'; '.join(effects)}.")
@@ -186,23 +187,6 @@ def notes_of(scenario: Scenario) -> list[str]:
         found.append("One axis is analysed: all axes have the same model.")
     found.append("Limits of force, speed and workspace are not modelled.")
     return found
-
-
-def undivided(scenario: Scenario) -> str:
-    """Return why a model of the strict channel is approximate, in a sentence; empty where it is
-    not: where frames and steps are multiples of each other.
-    """
-    step = scenario.period_ticks
-    frames = dict.fromkeys(user.master.rate_drop for user in scenario.users)
-    apart = [frame for frame in frames if step % frame and frame % step]
-    if not scenario.strict or not apart:
-        return ""
-    shown = ", ".join(f"{frame * scenario.tick_s * 1e3:g}" for frame in apart)
-    return (
-        f"Approximate: a frame of {shown} ms is no multiple or part of a step of "
-        f"{step * scenario.tick_s * 1e3:g} ms, so the playouts wait now and then, and not always "
-        "when the model has it; decay was simulated up to a fifth slower or faster."
-    )
 
 
 def left_out(scenario: Scenario) -> list[str]:

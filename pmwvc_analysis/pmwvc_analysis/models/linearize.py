@@ -54,6 +54,7 @@ def linearize(
     live: bool = False,
     weights: Sequence[int] = (),
     outputs: bool = False,
+    at_hand_s: Sequence[float] = (),
 ) -> Linear:
     """Return the linear model of a scenario; see :class:`.loop.Loop` for what is asked.
 
@@ -64,7 +65,7 @@ def linearize(
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = Hyperperiod(scenario, live=live, weights=weights)
+    loop = Hyperperiod(scenario, live=live, weights=weights, at_hand_s=at_hand_s)
     rows, read = loop.around()
     return model_of(loop, rows, read if outputs else {})
 

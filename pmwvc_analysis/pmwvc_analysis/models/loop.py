@@ -7,8 +7,10 @@ no limits and no brakes.
 
 import dataclasses
 import itertools
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 
+from pmwvc_analysis.models.at_hand import at_hand
 from pmwvc_analysis.models.line import Line, two_sided
 from pmwvc_analysis.models.linear import axes_of, require_linear
 from pmwvc_analysis.models.links import modelled_ticks
@@ -30,6 +32,9 @@ class Loop:
         Phases of a live session instead of the simulator's.
     weights
         How many users like it each user stands for: so many avatars move together.
+    at_hand_s
+        The least time at hand of each user's playout at the server [s]; that of a settled session
+        by default (:mod:`.at_hand`).
 
     Attributes
     ----------
@@ -37,10 +42,17 @@ class Loop:
         Length of the hyperperiod; axes of the model: one where all axes have the same model.
     step, server
         The server's step, and the ports within.
+    playouts
+        Those of the strict channel by link; at the server there is one per port.
     """
 
     def __init__(
-        self, scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
+        self,
+        scenario: Scenario,
+        *,
+        live: bool = False,
+        weights: Sequence[int] = (),
+        at_hand_s: Sequence[float] = (),
     ) -> None:
         require_linear(scenario)
         self.scenario, self.tick_s = scenario, scenario.tick_s
@@ -61,25 +73,39 @@ class Loop:
         self.server = self.step.server
         for port in self.server.ports:
             port.brake = None
-        answered = max(
-            line.delay + 4 * max(line.frame.period, line.serve.period) for line in self.lines
-        )
-        self._start = -self.ticks * (-(-answered // self.ticks) + 2 * scenario.strict)
-        for tick in range(self._start, 0):
-            self.advance(tick, [0.0] * len(self.lines))
-            for _, playout in self.playouts:
-                playout.margin.forget_waits()
+        self.playouts = list(self._playouts())
+        kept_s = at_hand_s or [0.0] * len(self.lines)
+        if scenario.strict and not at_hand_s:
+            kept_s = [at_hand(user, scenario, live=live).settled_s for user in scenario.users]
+        apart = 4 * max(max(line.frame.period, line.serve.period) for line in self.lines)
+        answered, played = max(line.delay for line in self.lines) + apart, 0
+        if any(kept_s):
+            played = apart + math.ceil(max(kept_s) / self.tick_s)
+        rest = -self.ticks * -(-played // self.ticks)
+        self._start = rest - self.ticks * (-(-answered // self.ticks) + 2 * scenario.strict)
+        still = [0.0] * len(self.lines)
+        for tick in range(self._start, rest):
+            self.advance(tick, still)
+        more_s = {line.name: time_s for line, time_s in zip(self.lines, kept_s, strict=True)}
+        for name, playout in self.playouts:
+            user, _, way = name.rpartition(".")
+            if way == "up" and more_s[user] > 0.0:
+                playout.add(0.0, 0.0, more_s[user])
+        for tick in range(rest, 0):
+            self.advance(tick, still)
 
-    @property
-    def playouts(self) -> list[tuple[str, Playout]]:
-        """The playouts of the strict channel by link; at the server there is one per port."""
+    def _playouts(self) -> Iterator[tuple[str, Playout]]:
         ends = [(f"{line.name}.down", line.loop.inbox) for line in self.lines]
         for line in self.lines:
             ends += [(f"{line.name}.up", self.step.inboxes[port]) for port in line.ports]
-        return [(name, box.playout) for name, box in ends if isinstance(box, StrictReceiver)]
+        for name, box in ends:
+            if isinstance(box, StrictReceiver):
+                yield name, box.playout
 
     def advance(self, tick: int, forces: Sequence[Value]) -> list[tuple[Value, Value, Value]]:
         """Go one tick on under the hands' forces; return x, xd and f of every user."""
+        for _, playout in self.playouts:  # what they have at hand stays as it is
+            playout.margin.disable()
         number = tick - self._start
         at = tick, number, number * self._tick_ns
         for line in self.lines:

@@ -78,7 +78,9 @@ class MultirateModel:
     notes: list[str]
 
 
-def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
+def build(
+    scenario: Scenario, *, live: bool = False, at_hand_s: Sequence[float] = ()
+) -> MultirateModel:
     """Return the exact model of a scenario, with inputs and outputs.
 
     Parameters
@@ -87,6 +89,8 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
         What to model, with plain numbers.
     live
         Phases of a live session instead of the simulator's.
+    at_hand_s
+        See :class:`.loop.Loop`.
 
     Raises
     ------
@@ -95,7 +99,7 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
     PmwvcError
         If the hyperperiod is too long.
     """
-    loop = Hyperperiod(scenario, live=live)
+    loop = Hyperperiod(scenario, live=live, at_hand_s=at_hand_s)
     lifted, states = len(loop.lines) * loop.ticks * loop.dof, len(loop.names) * loop.dof
     if states > LARGEST_STATES:
         raise PmwvcError(
@@ -122,7 +126,7 @@ def build(scenario: Scenario, *, live: bool = False) -> MultirateModel:
         inputs=linear.rows[0, :, n:],
         outputs={name: Output(y[0, :, :n], y[0, :, n:]) for name, y in linear.outputs.items()},
         rigid=rigid.families(linear),
-        notes=notes_of(scenario),
+        notes=notes_of(scenario, live=live),
     )
 
 
@@ -136,13 +140,17 @@ class Transitions(NamedTuple):
 
 
 def transitions(
-    scenario: Scenario, *, live: bool = False, weights: Sequence[int] = ()
+    scenario: Scenario,
+    *,
+    live: bool = False,
+    weights: Sequence[int] = (),
+    at_hand_s: Sequence[float] = (),
 ) -> Transitions:
     """Return the transition matrices of a scenario whose numbers may be columns ``(runs, 1)``.
 
     With ``weights`` every user stands for so many equal ones that move together.
     """
-    linear = linearize(scenario, live=live, weights=weights)
+    linear = linearize(scenario, live=live, weights=weights, at_hand_s=at_hand_s)
     return Transitions(linear.rows, linear.states, linear.loop.ticks, rigid.families(linear))
 
 

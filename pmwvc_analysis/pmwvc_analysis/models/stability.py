@@ -6,17 +6,25 @@ Stable is a scenario with no eigenvalue outside the unit circle (beyond rounding
 that are no instability are taken out. The largest stiffness is the first crossing: everything
 below it is stable. Where it becomes stable again above, these islands are reported, too.
 
+Where the server's playouts may have more or less at hand (:mod:`.at_hand`), the largest radius
+over that range counts, with half the largest difference of neighbouring cases for what lies
+between them.
+
 Equations: docs/theory.md 15.1.
 """
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pmwvc_analysis.delays.long_delay import is_long, opened
+from pmwvc_analysis.models.at_hand import cases
 from pmwvc_analysis.models.groups import Subproblem, subproblems
+from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.motions import rigid
 from pmwvc_analysis.models.multirate import transitions
 from pmwvc_analysis.models.variation import with_stiffness
@@ -53,23 +61,70 @@ class Limit:
     islands: list[tuple[float, float]]
 
 
-def radii(scenario: Scenario, *, live: bool = False) -> Array:
-    """Return the spectral radius, over the hyperperiod, of every run of a scenario whose numbers
-    may be columns.
+class Span(NamedTuple):
+    """Spectral radii over the hyperperiod ``(runs,)``: of a settled session, and the smallest and
+    largest possible whatever the server's playouts have at hand. Where ``settles`` is False they
+    wait again and again, which no radius describes.
     """
-    values = [_radii(part, live=live) for part in subproblems(scenario)]
-    ticks = math.lcm(*(length for _, length in values))
-    powers = [value ** (ticks // length) for value, length in values]
-    return np.asarray(np.max(np.broadcast_arrays(*powers), axis=0))
+
+    settled: Array
+    least: Array
+    most: Array
+    settles: bool
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether the first run is stable; None where that depends on what the playouts have at
+        hand, or they do not settle.
+        """
+        each = {stable(float(value[0])) for value in (self.least, self.most)}
+        return each.pop() if self.settles and len(each) == 1 else None
 
 
-def _radii(part: Subproblem, *, live: bool) -> tuple[Array, int]:
-    """Return the spectral radii of a smaller problem and the ticks that they stand for."""
+def span(scenario: Scenario, *, live: bool = False) -> Span:
+    """Return the spectral radii of every run of a scenario whose numbers may be columns."""
+    parts = [(part, hyperperiod_ticks(part.scenario)) for part in subproblems(scenario)]
+    ticks = math.lcm(*(length for _, length in parts))
+    spans = [_span(part, live=live) for part, _ in parts]
+    powers = [ticks // length for _, length in parts]
+
+    def whole(of: Callable[[Span], Array]) -> Array:
+        return _largest([of(each) ** power for each, power in zip(spans, powers, strict=True)])
+
+    return Span(
+        whole(lambda each: each.settled),
+        whole(lambda each: each.least),
+        whole(lambda each: each.most),
+        all(each.settles for each in spans),
+    )
+
+
+def radii(scenario: Scenario, *, live: bool = False) -> Array:
+    """Return the largest possible spectral radius, over the hyperperiod, of every run."""
+    return span(scenario, live=live).most
+
+
+def _span(part: Subproblem, *, live: bool) -> Span:
+    times = cases(part.scenario, live=live)
+    settled, *others = (_radii(part, at_hand_s, live=live) for at_hand_s in times.all)
+    between = [0.5 * np.abs(one - other) for one, other in pairwise(others[: times.in_order])]
+    apart = _largest(between) if between else 0.0
+    every = [settled, *others]
+    least = np.maximum(-_largest([-each for each in every]) - apart, 0.0)
+    return Span(settled, least, _largest(every) + apart, times.settles)
+
+
+def _largest(values: Sequence[Array]) -> Array:
+    return np.asarray(np.max(np.broadcast_arrays(*values), axis=0))
+
+
+def _radii(part: Subproblem, at_hand_s: Sequence[float], *, live: bool) -> Array:
+    """Return the spectral radii of a smaller problem for the time its playouts have at hand."""
+    of: dict[str, Any] = {"live": live, "weights": part.weights, "at_hand_s": at_hand_s}
     if is_long(part.scenario, live=live):
-        found = opened(part.scenario, live=live, weights=part.weights)
-        return found.radii(), found.ticks
-    dense = transitions(part.scenario, live=live, weights=part.weights)
-    return rigid.radius(rigid.quotient(dense.matrices, dense.rigid)), dense.ticks
+        return opened(part.scenario, **of).radii()
+    dense = transitions(part.scenario, **of)
+    return rigid.radius(rigid.quotient(dense.matrices, dense.rigid))
 
 
 def _flags(scenario: Scenario, *, live: bool) -> Array:
@@ -78,12 +133,13 @@ def _flags(scenario: Scenario, *, live: bool) -> Array:
     """
     found = []
     for part in subproblems(scenario):
-        if is_long(part.scenario, live=live):
+        times = cases(part.scenario, live=live).all
+        if is_long(part.scenario, live=live) and len(times) == 1:
             is_stable = opened(part.scenario, live=live, weights=part.weights).stable()
         else:
-            is_stable = _stable(_radii(part, live=live)[0])
+            is_stable = _stable(_span(part, live=live).most)
         found.append(np.where(is_stable, 0.5, 2.0))
-    return np.asarray(np.max(np.broadcast_arrays(*found), axis=0))
+    return _largest(found)
 
 
 def k_max(scenario: Scenario, *, live: bool = False, bound: float = BOUND) -> Limit:

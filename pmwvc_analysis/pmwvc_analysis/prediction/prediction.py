@@ -37,10 +37,12 @@ ALIASING_BOUND = 1.1  # aliasing gain above which a warning is given
 
 
 class Exact(NamedTuple):
-    """Stability by the exact model."""
+    """Stability by the exact model; ``stable`` is None where it depends on what the playouts have
+    at hand.
+    """
 
     spectral_radius: float
-    stable: bool
+    stable: bool | None
     limit: stability.Limit
 
 
@@ -88,11 +90,11 @@ class Answer(NamedTuple):
 def exact(scenario: Scenario, *, live: bool) -> Exact | None:
     """Return stability by the exact model; None where there is none."""
     try:
-        radius = float(stability.radii(scenario, live=live)[0])
+        span = stability.span(scenario, live=live)
         limit = stability.k_max(scenario, live=live)
     except PmwvcError:
         return None
-    return Exact(radius, stability.stable(radius), limit)
+    return Exact(float(span.settled[0]), span.stable, limit)
 
 
 @functools.lru_cache(maxsize=64)

@@ -8,7 +8,8 @@ Its comparison with the recorded session: :mod:`pmwvc_analysis.verdicts.outcomes
 import math
 
 from pmwvc_analysis.budget.energy import declared_storage_j
-from pmwvc_analysis.models.linear import left_out, nonlinear, undivided
+from pmwvc_analysis.models import at_hand
+from pmwvc_analysis.models.linear import left_out, nonlinear
 from pmwvc_analysis.models.links import LONGEST, hyperperiod_ticks
 from pmwvc_analysis.prediction import environment
 from pmwvc_analysis.prediction.encoder_noise import encoder_noise_w
@@ -49,8 +50,9 @@ def lines(scenario: Scenario, *, live: bool) -> list[str]:
     """Return the prediction in sentences, for a terminal and for the report."""
     known = answer(scenario, live=live)
     found = _stability_lines(scenario, known)
-    apart = undivided(scenario) if known.exact or known.relative_model else ""
-    found += [apart] if apart else []
+    if known.exact or known.relative_model:
+        several = at_hand.words(scenario, live=live)
+        found += [several] if several else []
     found += [f"Not modelled: {effect}." for effect in left_out(scenario)]
     if scenario.changes:
         found.append(f"For the parameters at the start; later changes: {scenario.changes}.")
@@ -218,7 +220,7 @@ def _stability(model: Exact) -> str:
         reach = "no contact stiffness is stable"
     else:
         reach = f"largest stable contact stiffness {first:.0f} N/m"
-    word = "Stable" if model.stable else "NOT stable"
+    word = {True: "Stable", False: "NOT stable", None: "Stability not known"}[model.stable]
     return f"{word}: spectral radius {model.spectral_radius:.5g}; {reach}"
 
 

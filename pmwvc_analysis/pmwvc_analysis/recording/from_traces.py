@@ -153,7 +153,7 @@ def _master_blocks(
         series = {name: array[first:after].ravel() for name, array in signals.items()}
         series["lateness"] = user.lateness_s[first:after]
         series["compute"] = user.compute_s[first:after]
-        series["looked"] = user.looked_ns[first:after]
+        series["looked"] = user.nearest_look_ns[first:after]
         last = block == len(edges) - 2
         message = build.master_trace(
             types,
@@ -206,7 +206,7 @@ def _server_steps(
                 for user, each in enumerate(received)
                 for _, seq, epoch in of_rows(each, row, row + 1)
             ],
-            looked=int(server.looked_ns[row]),
+            looked=int(server.nearest_look_ns[row]),
             changes=int(server.changes[row]) if len(server.changes) else 0,
             accounts={name: values[row] for name, values in server.accounts.items()},
             lateness=float(late_s),

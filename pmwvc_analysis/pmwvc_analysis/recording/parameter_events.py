@@ -92,7 +92,7 @@ def _with_changes(trace: UserTraces | ServerTraces, rows: Integers) -> tuple[Arr
         return NEVER
     rows = rows[np.diff(trace.changes, prepend=0) > 0]
     due_s = trace.time_s[rows]
-    return due_s, due_s + trace.looked_ns[rows] * 1e-9
+    return due_s, due_s + trace.nearest_look_ns[rows] * 1e-9
 
 
 class _Reader:

@@ -51,18 +51,12 @@ def _all(messages: Sequence[MasterTrace] | Sequence[ServerTrace], field: str) ->
 
 
 def looked_ns(messages: Sequence[MasterTrace] | Sequence[ServerTrace]) -> Integers:
-    """Return when packets were taken in, behind the deadline of each tick or step [ns]; the
-    wake-up where a recording does not say it.
+    """Return when packets were taken in, behind the deadline of each tick or step [ns]; empty: not
+    recorded.
     """
-    parts = []
-    for message in messages:
-        if hasattr(message, "looked"):
-            part = np.asarray(message.looked, dtype=np.int64)
-        else:
-            late_s = np.asarray(message.lateness, dtype=float)
-            part = np.rint(np.maximum(late_s, 0.0) * 1e9).astype(np.int64)
-        parts.append(np.atleast_1d(part))
-    return np.concatenate(parts)
+    known = messages if all(hasattr(each, "looked") for each in messages) else ()
+    parts = [np.atleast_1d(np.asarray(each.looked, dtype=np.int64)) for each in known]
+    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
 
 
 def changes(messages: Sequence[Trace]) -> Integers:

@@ -58,7 +58,20 @@ def of_steps(server: ServerTraces, tick_s: float) -> LoopTimes:
 def _times(rows: UserTraces | ServerTraces, tick_s: float, gaps: Iterable[Hole]) -> LoopTimes:
     at = tick_numbers(rows.time_s, tick_s)
     gaps_ns = [(round(gap.start_s * 1e9), round(gap.end_s * 1e9)) for gap in gaps]
-    return LoopTimes(at, at * round(tick_s * 1e9) + rows.looked_ns, gaps_ns)
+    return LoopTimes(at, at * round(tick_s * 1e9) + rows.nearest_look_ns, gaps_ns)
+
+
+def unknown_looks(traces: SessionTraces) -> list[str]:
+    """Return a note where a recording does not say when its loops took packets in."""
+    ends: list[tuple[str, UserTraces | ServerTraces]] = [(u.name, u) for u in traces.users]
+    ends += [("the server", traces.server)] if traces.server is not None else []
+    unknown = [name for name, rows in ends if not len(rows.looked_ns)]
+    if not unknown:
+        return []
+    return [
+        f"when {', '.join(unknown)} took packets in was not recorded: taken for the wake-up of a "
+        "master, the deadline of a server step"
+    ]
 
 
 def ran_ns(loop: LoopTimes, tick_s: float, ticks: int) -> Integers:

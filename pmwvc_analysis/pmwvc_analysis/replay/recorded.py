@@ -73,6 +73,7 @@ def prescription(
         at_server = loop_times.of_steps(traces.server, tick_s)
         receivers |= {f"{name}/up": at_server for name in loops}
     networks, notes = links(traces, recorded, replayed, loops=receivers)
+    notes += loop_times.unknown_looks(traces)
     hands: dict[str, Hand] = {
         user.name: hand or _usual_hand(user, trace)
         for user, trace in zip(replayed.users, users, strict=True)

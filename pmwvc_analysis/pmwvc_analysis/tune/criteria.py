@@ -148,16 +148,16 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
     chosen = choice.applied(scenario)
     linear = _linear(chosen)
     user = chosen.users[0]
-    radius, free_radius = _radii(linear, live=live)
-    stable = stability.stable(radius) and stability.stable(free_radius)
+    spans = _spans(linear, live=live)
+    stable = _stable(spans)
     limit = stability.k_max(linear, live=live)
     found = transparency(linear, live=live) if stable else None
     own = found.rendered if found else None
     rating = Rating(
         choice=choice,
         stable=stable,
-        spectral_radius=radius,
-        free_radius=free_radius,
+        spectral_radius=float(spans[0].most[0]),
+        free_radius=float(spans[1].most[0]),
         k_max=limit.first,
         passive=prediction.passive(chosen),
         aliasing_gain=None if chosen.strict else prediction.aliasing_gain(user),
@@ -175,8 +175,8 @@ def rated(scenario: Scenario, choice: Choice, *, live: bool) -> Rating:
 
 def is_stable(scenario: Scenario, choice: Choice, *, live: bool) -> bool:
     """Tell whether the loop with a choice is stable, in touch and with nothing touched."""
-    both = _radii(_linear(choice.applied(scenario)), live=live)
-    return all(stability.stable(radius) for radius in both)
+    linear = _linear(choice.applied(scenario))
+    return _stable(_spans(linear, live=live))
 
 
 def _linear(scenario: Scenario) -> Scenario:
@@ -184,10 +184,14 @@ def _linear(scenario: Scenario) -> Scenario:
     return near.scenario if near else scenario
 
 
-def _radii(linear: Scenario, *, live: bool) -> tuple[float, float]:
+def _spans(linear: Scenario, *, live: bool) -> list[stability.Span]:
     """Return the spectral radii in touch and with nothing touched."""
-    touching, free = (stability.radii(each, live=live)[0] for each in (linear, untouched(linear)))
-    return float(touching), float(free)
+    return [stability.span(each, live=live) for each in (linear, untouched(linear))]
+
+
+def _stable(spans: list[stability.Span]) -> bool:
+    """Tell whether each is stable whatever the playouts have at hand."""
+    return all(span.stable is True for span in spans)
 
 
 def velocity_step(scenario: Scenario) -> float | None:

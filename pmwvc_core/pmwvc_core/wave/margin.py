@@ -78,9 +78,11 @@ class Margin(Stateful):
         self._window_s = 0.0
         self._step_s = 0.0
 
-    def forget_waits(self) -> None:
-        """Keep no margin, as if segments had come evenly for long."""
+    def disable(self) -> None:
+        """Let the next step keep no margin, add no lag behind a wait, and catch nothing up."""
         self.time_s = self._latest_s = self._used_s = self._missing_s = 0.0
+        self._restart_s = self._wait_s = 0.0
+        self.waits, self._least_before_s = False, -math.inf
 
     def arrive(self, at_hand_s: Value) -> None:
         """Note that a segment arrives while so much is at hand [s]."""
