@@ -36,21 +36,22 @@ def ran(*settings, ran_ns=None, first=0, **conditions):
 
 def noted(user, who, seen):
     """Note what a user sends and runs."""
-    step, send, passed = user.loop.tick, user.up.send, user._pass_by
+    step, send, passing = user.loop.tick, user.up.send, user.ticks.passing
 
     def tick(number, now_ns, sample, packets):
-        seen.append((now_ns, "TICK", who, number + user.first))
+        seen.append((now_ns, "TICK", who, number + user.ticks.first))
         return step(number, now_ns, sample, packets)
 
     def sent(packet, now_ns):
-        seen.append((now_ns, "SEND", who, user._next))
+        seen.append((now_ns, "SEND", who, user.ticks.next))
         send(packet, now_ns)
 
-    def pass_by():
-        seen.append((user._times[user._next], "PASS", who, user._next))
-        passed()
+    def passed(most):
+        for number in passing(most):
+            seen.append((user.ticks.at_ns[number], "PASS", who, number))
+            yield number
 
-    user.loop.tick, user.up.send, user._pass_by = tick, sent, pass_by
+    user.loop.tick, user.up.send, user.ticks.passing = tick, sent, passed
 
 
 def of(rows, what, who=0):

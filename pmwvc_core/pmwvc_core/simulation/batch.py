@@ -17,7 +17,7 @@ from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
 from pmwvc_core.simulation.garbage import no_garbage
 from pmwvc_core.simulation.network_traces import NetworkTraces, taken_traces
 from pmwvc_core.simulation.stacking import stack_scenarios
-from pmwvc_core.simulation.user import Frame
+from pmwvc_core.simulation.ticks import Frame
 from pmwvc_core.simulation.virtual_time import NEVER_NS, VirtualTime
 from pmwvc_core.traces import SessionTraces, TakenTraces
 
@@ -104,7 +104,7 @@ class SessionBatch:
             users=[
                 buffer.run(
                     run,
-                    first=user.first,
+                    first=user.ticks.first,
                     tick_s=self.tick_s,
                     safety_events=_of_run(user.loop.safety.events, run),
                 )

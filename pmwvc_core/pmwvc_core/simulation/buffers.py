@@ -12,7 +12,7 @@ from pmwvc_core.frame.rows import SIGNALS, FrameReport, ServerRow
 from pmwvc_core.frame.server_step import ServerStep
 from pmwvc_core.numeric import Array, Integers, Value, where
 from pmwvc_core.simulation.columns import Accounts, Columns
-from pmwvc_core.simulation.user import Frame
+from pmwvc_core.simulation.ticks import Frame
 from pmwvc_core.traces import ENERGIES, OF_AVATARS, ServerTraces, SessionTraces, UserTraces
 
 STATE = "state"  # a small whole number, kept beside the energies

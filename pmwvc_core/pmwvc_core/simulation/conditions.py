@@ -4,9 +4,8 @@
 the fate of every packet, the force of a hand, the times at which loops ran.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from pmwvc_core.frame.schedule import AT_ONCE, FrameSchedule
 from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.numeric import Array, Integers
 from pmwvc_core.plant.forces import Operator
+from pmwvc_core.simulation.ticks import Ticks
 
 
 @dataclass(frozen=True)
@@ -62,40 +62,19 @@ class Conditions:
     links: Mapping[str, Callable[[], RecordedLink]] = field(default_factory=dict)
     hands: Mapping[str, Callable[[], Operator]] = field(default_factory=dict)
 
-    def times(self, name: str, *, ticks: int, tick_ns: int) -> "TickTimes":
-        """Return the times of a user's ticks in a session of so many."""
+    def ticks_of(self, name: str, *, ticks: int, tick_ns: int) -> Ticks:
+        """Return the ticks of a user's loop in a session of so many."""
         first, ran_ns = self.first.get(name, 0), self.ran_ns.get(name)
         if ran_ns is None:
-            return TickTimes(first, first, range(0, ticks * tick_ns, tick_ns), frozenset())
+            return Ticks(first, first, range(0, ticks * tick_ns, tick_ns))
         ran = np.flatnonzero(ran_ns[:ticks] >= 0)
         ran = ran[ran >= first]
         if not len(ran):
-            return TickTimes(first, 0, (), frozenset())
+            return Ticks(first, 0, ())
         every = np.arange(ran[-1] + 1)
         times = ran_ns[ran[np.searchsorted(ran, every)]].tolist()
         missed = np.setdiff1d(every[ran[0] :], ran)
-        return TickTimes(first, int(ran[0]), times, frozenset(missed.tolist()))
-
-
-class TickTimes(NamedTuple):
-    """The times of the ticks of one user.
-
-    Attributes
-    ----------
-    first
-        Tick of the session at which the loop counts 0.
-    begin
-        First tick that runs.
-    at_ns
-        Time of every tick of the session up to the last that runs.
-    missed
-        Ticks in between that do not run: they pass when the loop runs again.
-    """
-
-    first: int
-    begin: int
-    at_ns: Sequence[int]
-    missed: frozenset[int]
+        return Ticks(first, int(ran[0]), times, frozenset(missed.tolist()))
 
 
 FROM_SCENARIO = Conditions()

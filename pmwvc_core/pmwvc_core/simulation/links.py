@@ -8,15 +8,16 @@ single run's packet is refused, as live.
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from pmwvc_core.network.in_flight import Cause, Fate
-from pmwvc_core.network.link import Link
+from pmwvc_core.network.link import Link, stream_of
 from pmwvc_core.network.recorded_link import RecordedLink
 from pmwvc_core.numeric import Value, squared
 from pmwvc_core.params import LinkParams
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.transport.packet import WavePacket, refused, size_bytes
 from pmwvc_core.transport.receiver import Receiver
 from pmwvc_core.transport.verdict import Verdict
@@ -42,7 +43,7 @@ class SimulatedLink:
         seed: Sequence[int],
         inbox: Receiver,
         dof: int,
-        direction: int = 0,
+        direction: int,
     ) -> None:
         self.link = (
             link if isinstance(link, RecordedLink) else Link(link, seed=seed, direction=direction)
@@ -82,6 +83,30 @@ class SimulatedLink:
         for packet, fate in self.link.arrivals(end_ns - 1):
             if fate.cause is not Cause.CORRUPTION:
                 self.arrived.append((packet, fate.time_due_ns))
+
+
+def links_of(
+    scenario: Scenario,
+    index: int,
+    ends: tuple[Receiver, Receiver],
+    recorded: Mapping[str, Callable[[], RecordedLink]],
+) -> tuple[SimulatedLink, SimulatedLink]:
+    """Return the links up and down of the user with a number (from 0), to a receiver each;
+    ``recorded`` makes those that are to be as recorded, by name: ``user1/up``.
+    """
+    user = scenario.users[index]
+
+    def one(direction: int, name: str, params: LinkParams) -> SimulatedLink:
+        make = recorded.get(f"{user.name}/{name}")
+        return SimulatedLink(
+            make() if make else params,
+            seed=stream_of(scenario.seed, index, direction),
+            inbox=ends[direction],
+            dof=scenario.dof,
+            direction=direction,
+        )
+
+    return one(0, "up", user.link_up), one(1, "down", user.link_down)
 
 
 def _each_for_itself(packet: WavePacket, longest: Value) -> WavePacket:

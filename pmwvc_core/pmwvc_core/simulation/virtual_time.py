@@ -2,25 +2,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """Both ends of the frame protocol in virtual time.
 
-Users meet at the server only: each runs by itself up to the server's next step. At the instant of
-a step all masters send that start a frame there, the server steps, then come the ticks. All lie on
-their grids, or, in a recorded session, where its loops really ran.
+Users meet at the server only: each runs by itself up to the server's next step. There all masters
+send that start a frame at that instant, the server steps, then come the ticks: on their grids, or
+where the loops of a recorded session ran.
 """
 
-import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 
 from pmwvc_core.frame.assembly import server_step_of
 from pmwvc_core.frame.rows import ServerRow
-from pmwvc_core.params import ServerParams
 from pmwvc_core.scenario.scenario import Scenario
+from pmwvc_core.simulation.changes import hand_over
 from pmwvc_core.simulation.conditions import FROM_SCENARIO, Conditions
-from pmwvc_core.simulation.user import Frame, SimulatedUser
+from pmwvc_core.simulation.ticks import Frame
+from pmwvc_core.simulation.user import SimulatedUser
 
 ENDLESS = 1 << 40  # ticks
-NEVER_NS = sys.maxsize
-NO_STEP = (0, NEVER_NS, None)
+NEVER_NS = (1 << 63) - 1
+Step = tuple[int, int, float | None]  # of the server: tick, time [ns], length where given [s]
+NO_STEP: Step = (0, NEVER_NS, None)
 
 
 class VirtualTime:
@@ -30,10 +31,9 @@ class VirtualTime:
     ----------
     scenario, ticks, runs
         The session, its length, and of how many runs its numbers are columns ``(runs, 1)``.
-    on_frame
-        Called with number of a user and ticks that it ran: a frame, or a part of one.
-    on_step
-        Called with a step of the server: tick and time [ns] at which it began, and its row.
+    on_frame, on_step
+        Called with number of a user and ticks that it ran, a frame or a part of one; and with a
+        step of the server: tick and time [ns] at which it began, and its row.
     """
 
     def __init__(
@@ -54,11 +54,9 @@ class VirtualTime:
         ]
         self._on_frame, self._on_step = on_frame, on_step
         self._next_step = partial(conditions.schedule.next_step, tick_s=scenario.tick_s)
-        self._steps: Iterator[tuple[int, int, float | None]] = (
-            conditions.steps.in_order() if conditions.steps else self._on_grid(ticks)
-        )
-        self._recorded, self._due = conditions.steps is not None, -1  # tick of the next step
-        # Of the server's next step: tick, time, and length where it is given [s].
+        recorded = conditions.steps
+        self._steps: Iterator[Step] = recorded.in_order() if recorded else self._on_grid(ticks)
+        self._recorded, self._due = recorded is not None, -1  # tick of the next step
         self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
 
     def run(self, before_ns: int) -> None:
@@ -84,27 +82,18 @@ class VirtualTime:
                 self._due = self._tick + round(self.server.period_s * 1e9 / self.tick_ns)
             self._tick, self._at_ns, self._lasts_s = next(self._steps, NO_STEP)
 
-    def _on_grid(self, ticks: int) -> Iterator[tuple[int, int, float | None]]:
+    def _on_grid(self, ticks: int) -> Iterator[Step]:
         tick = -1
         while (tick := self._next_step(tick, period_s=self.server.params.period_s)) < ticks:
             yield tick, tick * self.tick_ns, None
 
     def change(self, new: Scenario) -> None:
-        """Hand over what another scenario has; groups without a change are the same objects."""
-        (old, self._present), server = (self._present, new), self.server
-        if new.server is not old.server:
-            server.hand_over(partial(self._configure, new.server))
-        for index, user in enumerate(self.users):
-            one, other = old.users[index], new.users[index]
-            user.change(one, other)
-            if other.contact is not one.contact:
-                port = index, other.contact, other.server_impedance
-                server.hand_over(partial(server.configure_user, *port))
+        """Hand over what another scenario has."""
+        hand_over(self.users, self.server, self._present, new, self._lasts)
+        self._present = new
 
-    def _configure(self, params: ServerParams) -> None:
-        """Give the server other parameters in a step; it ends where the next one begins."""
-        lasts_s = self._lasts_s
-        if lasts_s is None:
-            ends = self._next_step(self._tick, period_s=params.period_s)
-            lasts_s = (ends - self._tick) * self._present.tick_s
-        self.server.configure(params, first_s=lasts_s)
+    def _lasts(self, period_s: float) -> float:
+        """Return how long the present step lasts with another period: to where the next begins."""
+        if self._lasts_s is not None:
+            return self._lasts_s
+        return (self._next_step(self._tick, period_s=period_s) - self._tick) * self._present.tick_s

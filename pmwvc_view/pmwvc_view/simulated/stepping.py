@@ -15,7 +15,7 @@ from pmwvc_core.numeric import Array, Value
 from pmwvc_core.plant.remote_hand import RemoteHand, Target
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.simulation.links import SimulatedLink
-from pmwvc_core.simulation.user import Frame
+from pmwvc_core.simulation.ticks import Frame
 from pmwvc_core.simulation.virtual_time import VirtualTime
 from pmwvc_view.feed import traces
 from pmwvc_view.feed.accounts import NO_WAVES, MasterSums, ServerSums, ways
