@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 
 from pmwvc_analysis.budget import energy
 from pmwvc_analysis.budget.energy import user_energies
+from pmwvc_analysis.traces import server_starts
+from pmwvc_analysis.traces.holes import holes
 from pmwvc_analysis.verdicts.passivity import passivity
 from pmwvc_bringup import scenarios as files
 from pmwvc_core.account import continued
@@ -154,3 +156,50 @@ def test_steps_that_a_killed_server_did_not_record_are_found_in_its_packets():
         sums[257:] -= lost_j if sums is server.energy_v_s[0] else 0.0
     found = user_energies(traces, scenario)[0].down
     np.testing.assert_allclose(found.balance_j[-50:], expected.balance_j[-50:], atol=1e-12)
+
+
+def lost_end(dead, unrecorded, unseen):
+    """Return a session of whose first server the last steps are not recorded, and its last packets
+    neither.
+    """
+    traces, scenario = restarted(dead, 60)
+    server = traces.server
+    kept = np.r_[0 : dead - unrecorded, dead : len(server.step)]
+    lost_j = {
+        name: getattr(server, name)[0][dead - 1] - getattr(server, name)[0][dead - unrecorded - 1]
+        for name in ENERGIES
+    }
+    for name in ("time_s", "step", "periods_s"):
+        setattr(server, name, getattr(server, name)[kept])
+    for name in (*ENERGIES, "f_s", "xd_s"):
+        setattr(server, name, [each[kept] for each in getattr(server, name)])
+    for name in ENERGIES:  # the next server's begin where those on record end
+        getattr(server, name)[0][dead - unrecorded :] -= lost_j[name] * (1.0 - 1e-12)
+    for topic, packets in traces.packets.items():
+        if "wave_down" in topic:
+            since_s = (dead - unseen) * 0.008 - 0.004
+            rows = (packets.time_s < since_s) | (packets.time_s > (dead + 30) * 0.008)
+            for name in ("time_s", "epoch", "seq", "sent_ns", "period_s", "wave", "integral",
+                         "energy", "position"):  # fmt: skip
+                setattr(packets, name, getattr(packets, name)[rows])
+    return traces, scenario
+
+
+@settings(max_examples=8, phases=(Phase.explicit, Phase.generate))
+@example(dead=262, unrecorded=80, unseen=80)
+@given(dead=st.integers(240, 330), unrecorded=st.integers(5, 90), unseen=st.integers(0, 90))
+def test_what_a_killed_server_did_unrecorded_is_a_hole_and_no_violation(dead, unrecorded, unseen):
+    traces, scenario = lost_end(dead, unrecorded, min(unseen, unrecorded))
+    for port in ports(traces, scenario).values():
+        assert port.passive is not False, port
+    killed = [hole for hole in holes(traces) if hole.end_s < (dead + 6) * 0.008]
+    assert [hole.owner for hole in killed] == ["server"]
+    assert killed[0].start_s == pytest.approx((dead - unrecorded) * 0.008, abs=0.009)
+    assert killed[0].end_s > (dead - 5) * 0.008
+
+
+def test_taken_as_if_it_had_stopped_it_would_be_a_violation(monkeypatch):
+    """The control."""
+    traces, scenario = lost_end(262, 80, 80)
+    monkeypatch.setattr(server_starts, "_received", lambda *_: (0.0, -np.inf))
+    assert ports(traces, scenario)["down"].passive is False

@@ -112,6 +112,28 @@ def test_shaking_is_the_loop_s_if_packets_come_evenly_or_it_has_one_frequency(
         assert "58% of the time went by in waiting for late packets" in found.why
 
 
+@settings(max_examples=20)
+@given(
+    hertz=st.floats(4.0, 40.0),
+    rms_m_s=st.floats(2e-3, 0.02),
+    bursts=st.lists(st.floats(0.0, 0.3), min_size=2, max_size=2),
+)
+def test_what_a_link_shakes_now_and_then_is_no_oscillation_of_the_loop(hertz, rms_m_s, bursts):
+    """Alike in the first and the last third of what is judged, 2 to 4 s, nothing in between."""
+    first, last = (
+        start_s + 0.5 * burst for start_s, burst in zip((2.0, 3.35), bursts, strict=True)
+    )
+    shaken = session()
+    for start_s in (first, last):
+        shaken = oscillating(
+            shaken, rms_m_s=rms_m_s, hertz=hertz, during_s=(start_s, start_s + 0.5)
+        )
+    found = verdict(late_packets(shaken, every=3), handmade.scenario())
+    assert found.instability is None, found.why
+    kept = late_packets(oscillating(session(), rms_m_s=rms_m_s, hertz=hertz), every=3)
+    assert judged(kept) == "sustained oscillation"  # the control
+
+
 def test_packets_that_come_late_do_not_matter_to_what_rests():
     found = verdict(late_packets(session(), every=3), handmade.scenario())
     assert found.stable is True

@@ -227,12 +227,32 @@ def test_a_prediction_without_limits_is_open_where_limits_take_over():
     assert [each["hit"] for each in found["outcomes"] if each["what"] == "stability"] == [None]
 
 
-def said_of(scenario, force, drift_m):
+def said_of(scenario, force, drift_m, *events):
     """What is said of the offset of a live press at rest."""
     entry = {"name": "user1", "force_final_n": force, "avatar_force_final_n": force}
     entry |= {"drift_m": drift_m, "drift_change_m": 0.0}
-    (found,) = offsets(scenario, {"source": "live", "stable": True, "users": [entry]}, ())
+    summary = {"source": "live", "stable": True, "users": [entry], "events": events}
+    (found,) = offsets(scenario, summary, ())
     return found
+
+
+@pytest.mark.parametrize(
+    ("who", "kind", "hit"),
+    [
+        ("server", "stall", None),
+        ("user1 master", "stall", None),
+        ("link user1/up", "link", None),
+        ("user1", "damping", None),
+        ("user2 master", "stall", False),  # its packets are another user's
+        ("user1", "grip", False),
+    ],
+)
+def test_what_a_stall_took_of_a_plain_press_is_no_missed_prediction(who, kind, hit):
+    scenario = handmade.scenario()
+    event = {"who": who, "kind": kind, "time_s": 1.5, "what": "no ticks for 0.5 s"}
+    found = said_of(scenario, 1.0, 3e-3, event)
+    assert found.hit is hit
+    assert ("at 1.50 s: no ticks for 0.5 s." in found.text) is (hit is None)
 
 
 @given(

@@ -30,6 +30,7 @@ from pmwvc_analysis.budget.energy import declared_storage_j
 from pmwvc_analysis.budget.parts import Remainder, accounted, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
+from pmwvc_analysis.traces.server_starts import ran_s
 from pmwvc_analysis.traces.stages import Stage, rows_of, stages
 from pmwvc_analysis.traces.stretches import stretches
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of
@@ -124,10 +125,7 @@ def _instants(traces: SessionTraces, users: list[UserTraces]) -> tuple[Array, ND
     last one that every user's ticks reach.
     """
     assert traces.server is not None
-    times = traces.server.time_s
-    lateness = traces.metadata.get("server_lateness_s")
-    if lateness is not None and len(lateness) == len(times):
-        times = times + lateness
+    times = ran_s(traces.server, traces)
     end = min(float(user.time_s[-1] + user.lateness_s[-1]) for user in users)
     known = times <= end + 1e-9
     for user in users:

@@ -156,15 +156,12 @@ def _of_user(
     known: User | None,
 ) -> UserEnergy:
     index = server.users.index(user.name)
-    times = server.time_s
-    lateness = traces.metadata.get("server_lateness_s")
-    if lateness is not None and len(lateness) == len(times):
-        times = times + lateness
-    times, steps = instants(server, times)
+    times, steps = instants(server, traces)
     stays = stretches(user, server, traces)
     rows = stays.known(times)
     taken = running(server.energy_u_s[index])
-    v_s = completed(running(server.energy_v_s[index]), server, traces, user.name)[steps]
+    v_s = running(server.energy_v_s[index])[steps]
+    v_s = completed(v_s, times, server, traces, user.name)
     died = died_up(times, server, traces, user.name, taken)
 
     def of_lives(sums: Array, begins_s: Sequence[float]) -> Array:

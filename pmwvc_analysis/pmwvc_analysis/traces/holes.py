@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.traces.server_starts import starts
+from pmwvc_analysis.traces.server_starts import ends, ran_s, starts
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
 
 WHY = "not recorded"
@@ -50,7 +50,7 @@ def holes(traces: SessionTraces) -> list[Hole]:
     """Return every hole of a recording, in the order of time."""
     found = [hole for user in traces.users for hole in of_user(user)]
     if traces.server is not None:
-        found += of_server(traces.server)
+        found += [*of_server(traces.server), *_of_killed(traces.server, traces)]
     return sorted(found, key=lambda hole: (hole.start_s, hole.owner))
 
 
@@ -96,6 +96,19 @@ def of_server(server: ServerTraces) -> list[Hole]:
     for row in np.flatnonzero(jumps > 1).tolist():
         start_s = float(server.time_s[row] + server.periods_s[row])
         found.append(Hole(SERVER, start_s, float(server.time_s[row + 1]), int(jumps[row]) - 1))
+    return found
+
+
+def _of_killed(server: ServerTraces, traces: SessionTraces) -> list[Hole]:
+    """Return the holes at the ends of servers that were killed: steps that their packets show."""
+    found = []
+    for start, end in zip(starts(server), ends(server, traces), strict=True):
+        period_s = float(server.periods_s[start.last])
+        ran = float(ran_s(server, traces)[start.last])
+        longer_s = end.died_s - ran
+        if longer_s > 0.5 * period_s:
+            missing = max(round(longer_s / period_s), 1)
+            found.append(Hole(SERVER, ran + 0.5 * period_s, ran + longer_s, missing))
     return found
 
 

@@ -4,8 +4,10 @@
 
 While no server runs nothing enters the links at its end, and the masters' records go on: the sums
 of the server stand still, those of the masters are known, and the balances of the links are judged
-all the time. What a server that was killed sent and had not recorded yet is found in its packets,
-which carry the energy sent so far.
+all the time. The last steps of a server that was killed may be missing in the record, above all
+where the recorder stood still as well. Its packets show when it still ran (:func:`ends`), and
+carry the energy sent so far; where they are missing, too, it sent no less than its users received.
+What it took in these steps is not known. They are a hole (:mod:`.holes`).
 
 A new server begins with nothing. What the one before it had received and not used, and what
 packets brought while no server ran, no later server may give out (:func:`died_up`); a queue keeps
@@ -21,12 +23,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmwvc_analysis.traces.sums import UserSums
+from pmwvc_analysis.traces.sums import UserSums, running
 from pmwvc_core.master.strict_accounts import DISCARDED
 from pmwvc_core.numeric import Array
 from pmwvc_core.traces import PacketTraces, ServerTraces, SessionTraces
 
 QUEUE = 64  # packets that wait for a server's first step at most
+ROUNDING_J = 1e-9
 
 
 class ServerStart(NamedTuple):
@@ -37,6 +40,15 @@ class ServerStart(NamedTuple):
     last: int
     row: int
     begins_s: float
+
+
+class ServerEnd(NamedTuple):
+    """The end of a server before a start: until when it is known to have run [s], and the energy
+    of v_s that it and those before it sent to each user [J].
+    """
+
+    died_s: float
+    sent_j: dict[str, float]
 
 
 def starts(server: ServerTraces) -> list[ServerStart]:
@@ -50,42 +62,74 @@ def starts(server: ServerTraces) -> list[ServerStart]:
     return found
 
 
-def instants(server: ServerTraces, times: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Return the instants at which sums of the server are known, and the row of each.
+def ran_s(server: ServerTraces, traces: SessionTraces) -> Array:
+    """Return when each step ran [s]: its deadline, and its lateness where that is known."""
+    late_s = traces.metadata.get("server_lateness_s")
+    if late_s is None or len(late_s) != len(server.time_s):
+        return server.time_s
+    return np.asarray(server.time_s + late_s)
 
-    These are its steps, at ``times`` [s], and while no server ran every period.
+
+def ends(server: ServerTraces, traces: SessionTraces) -> list[ServerEnd]:
+    """Return the end of the server before each start: its last recorded step, or what its packets
+    show, or what users received beyond that.
     """
-    rows = np.arange(len(times))
-    parts, last_rows = [times], [rows]
+    found: list[ServerEnd] = []
+    sent_j, since_s, before = dict.fromkeys(server.users, 0.0), -np.inf, -1
     for start in starts(server):
+        died_s = float(ran_s(server, traces)[start.last])
+        until_s = start.begins_s - 0.5 * float(server.periods_s[start.last])
+        for index, user in enumerate(server.users):
+            sums = running(server.energy_v_s[index])
+            recorded_j = sums[start.last] - (sums[before] if before >= 0 else 0.0)
+            topics = [f"{end}/{user}/wave_down" for end in ("/server", "")]
+            packets = [traces.packets.get(topic) for topic in topics]
+            shown_j = max(_largest(each, since_s, until_s) for each in packets)
+            sent_j[user] += max(float(recorded_j), shown_j)
+            died_s = max(died_s, _last_sent_s(packets[0], until_s))
+            received_j, received_s = _received(traces, user, until_s)
+            if received_j > sent_j[user] + ROUNDING_J:
+                sent_j[user], died_s = received_j, max(died_s, received_s)
+        found.append(ServerEnd(died_s, dict(sent_j)))
+        since_s, before = until_s, start.last
+    return found
+
+
+def instants(server: ServerTraces, traces: SessionTraces) -> tuple[Array, NDArray[np.intp]]:
+    """Return the instants at which sums of the server are known [s], and the row of each.
+
+    These are its steps, when they ran, and every period while no server ran.
+    """
+    times = ran_s(server, traces)
+    parts, last_rows = [times], [np.arange(len(times))]
+    for start, end in zip(starts(server), ends(server, traces), strict=True):
         period_s = float(server.periods_s[start.last])
-        idle_s = np.arange(times[start.last] + period_s, start.begins_s - 0.5 * period_s, period_s)
+        idle_s = np.arange(end.died_s + period_s, start.begins_s - 0.5 * period_s, period_s)
         parts.append(idle_s)
         last_rows.append(np.full(len(idle_s), start.last))
     if len(parts) == 1:
-        return times, rows
+        return times, last_rows[0]
     together = np.concatenate(parts)
     order = np.argsort(together, kind="stable")
     return together[order], np.concatenate(last_rows)[order]
 
 
-def completed(sums: Array, server: ServerTraces, traces: SessionTraces, user: str) -> Array:
-    """Return the sums of v_s with what packets show beyond the last recorded step of a server
-    that was killed [J].
+def completed(
+    sums: Array, times: Array, server: ServerTraces, traces: SessionTraces, user: str
+) -> Array:
+    """Return the sums of v_s at some instants, with what a server that was killed sent beyond its
+    last recorded step [J].
 
     Parameters
     ----------
     sums
-        As recorded, going on across starts ``(step,)``.
+        As recorded, going on across starts, at the instants ``times`` [s].
     """
-    sent = [traces.packets.get(f"{end}/{user}/wave_down") for end in ("/server", "")]
-    sums, begun, since_s = sums.copy(), 0.0, -np.inf
-    for start in starts(server):
-        last = float(sums[start.last])
-        shown = begun + max(_largest(each, since_s, start.begins_s) for each in sent)
-        if shown > last:
-            sums[start.row :] += shown - last
-        begun, since_s = max(shown, last), start.begins_s
+    sums = sums.copy()
+    for end in ends(server, traces):
+        after = times > end.died_s
+        if after.any():
+            sums[after] += max(end.sent_j[user] - float(sums[after][0]), 0.0)
     return sums
 
 
@@ -134,3 +178,22 @@ def _largest(packets: PacketTraces | None, since_s: float, until_s: float) -> fl
         return 0.0
     rows = (packets.time_s > since_s) & (packets.time_s < until_s)
     return float(packets.energy[rows].max(initial=0.0))
+
+
+def _last_sent_s(packets: PacketTraces | None, until_s: float) -> float:
+    """Return when the last packet before a time was sent [s]; the recorder may get it later."""
+    if packets is None or not len(packets.time_s):
+        return -np.inf
+    sent_s = packets.sent_ns * 1e-9
+    sent_s = sent_s + float(np.min(packets.time_s - sent_s))
+    return float(sent_s[sent_s < until_s].max(initial=-np.inf))
+
+
+def _received(traces: SessionTraces, name: str, until_s: float) -> tuple[float, float]:
+    """Return the energy that a user received up to a time [J], and when it had all of it [s]."""
+    user = next((each for each in traces.users if each.name == name), None)
+    if user is None or "v_rx" not in user.energy:
+        return 0.0, -np.inf
+    sums = running(user.energy["v_rx"])[user.block_time_s < until_s]
+    last = int(np.argmax(sums)) if len(sums) else 0
+    return (float(sums[last]), float(user.block_time_s[last])) if len(sums) else (0.0, -np.inf)

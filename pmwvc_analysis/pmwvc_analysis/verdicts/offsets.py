@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from pmwvc_analysis.budget.result import SERVER
 from pmwvc_analysis.prediction.environment import late_steps_s
 from pmwvc_analysis.prediction.lag import RATIO_TOLERANCE, lag_s, transformer
 from pmwvc_analysis.traces.stages import Stage
@@ -34,6 +35,7 @@ SKIPPED = (
     "channel = plain uses the newest packet of a server step only: what the others carried of the "
     "motion is lost, how much is not known before."
 )
+LATE = ("stall", "link", "damping")  # kinds of events behind which packets come late
 SAME_FORCE = 0.1  # difference of the forces of device and avatar at rest, of the larger one
 OFFSET_M = 0.3e-3  # tolerance of an offset, and
 OFFSET_RATIO = 0.15  # that of its prediction
@@ -93,6 +95,9 @@ def _of_user(
         return _offset_open(user, even_m, drift, reason)
     if not scenario.strict and user.master.frame_s < scenario.server.period_s:
         return _offset_open(user, even_m, drift, SKIPPED)
+    if live and not scenario.strict and (event := _held_up(user.name, summary)):
+        reason = f"{event['who']}, at {event['time_s']:.2f} s: {event['what']}. {HELD}"
+        return _offset_open(user, even_m, drift, reason)
     if reason := _unsteady(summary, entry, even_m):
         return _offset_open(user, even_m, drift, reason)
     if live and scenario.strict:
@@ -104,6 +109,15 @@ def _of_user(
         )
         return _offset_open(user, even_m, drift, reason)
     return _offset(user.name, even_m, per_lag * late_steps_s(user, scenario), drift)
+
+
+def _held_up(name: str, summary: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the first event in which packets of a user came late, or a loop did not run."""
+    own = (name, f"{name} master", f"link {name}/up", f"link {name}/down", SERVER, "netem")
+    for event in summary["events"]:
+        if event["kind"] in LATE and event["who"] in own and event["time_s"] is not None:
+            return dict(event)
+    return None
 
 
 def _unsteady(summary: dict[str, Any], entry: dict[str, Any], even_m: float) -> str:

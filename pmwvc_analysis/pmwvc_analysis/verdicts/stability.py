@@ -25,7 +25,7 @@ In this order:
     settles at some strength: only a longer session tells, and that is not judged. Nor is it where
     contact was made or lost or a parameter changed less than a second before the end, or where
     packets came unevenly (traces/arrivals.py), which moves devices as well, unless the motion has
-    one frequency.
+    one frequency and is kept up in between, too.
 
 What is on purpose, and how the rest is measured: oscillation.py.
 """
@@ -43,9 +43,9 @@ from pmwvc_analysis.verdicts.oscillation import (
     OSCILLATION_M_S,
     SHORTEST_S,
     Strength,
+    kept_up,
     lasts,
     motions,
-    of_one_frequency,
     strength,
 )
 from pmwvc_core.controllers.library import has_waves
@@ -94,7 +94,7 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     own = [
         (found, motion)
         for found, motion in lasting
-        if shaken <= UNEVEN or of_one_frequency(motion, traces.duration_s)
+        if shaken <= UNEVEN or kept_up(found, motion, traces.duration_s)
     ]
     for found, motion in own:
         if found.late_m_s > GROWN_M_S and found.growth >= 2.0:
