@@ -8,20 +8,25 @@ import numpy as np
 
 from pmwvc_analysis.events.safety import COUPLED, FAULT, limited, unbraked
 from pmwvc_core.plural import count
+from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces, UserTraces
 
-SPEED = ("faster than", "soft start")  # reasons that are the motion's and not the network's
+RETURN = "soft start"
+SPEED = ("faster than", RETURN)  # reasons that are the motion's and not the network's
+NEARLY = 0.9  # of a speed limit, which is judged between two rows as well
 LARGEST = 0.99  # of the largest force: a force that is as large as the limits allow
 
 
-def taken_over(traces: SessionTraces) -> str:
+def taken_over(traces: SessionTraces, scenario: Scenario | None) -> str:
     """Return which safety layer took the force away, in words; empty when none did."""
+    known = scenario.users if scenario else ()
+    damped_m_s = {user.name: float(user.safety.damper_velocity) for user in known}
     for user in traces.users:
         faults = np.flatnonzero(user.state == FAULT)
         if len(faults):
             reason = user.reason[faults[0]] or "no reason given"
             return f"{user.name}: safety fault at {user.block_time_s[faults[0]]:.2f} s ({reason})"
-        braked, ratio = _braked(user, traces.duration_s)
+        braked, ratio = _braked(user, traces.duration_s, damped_m_s.get(user.name, 0.0))
         if braked >= 3 or ratio > 0.05:
             return (
                 f"{user.name}: for {ratio:.0%} of the second half the speed limit damped the "
@@ -53,11 +58,13 @@ def _at_the_largest(user: UserTraces) -> bool:
     return bool(np.mean(cut > LARGEST * size.max()) > 0.5)
 
 
-def _braked(user: UserTraces, duration_s: float) -> tuple[int, float]:
+def _braked(user: UserTraces, duration_s: float, damped_m_s: float) -> tuple[int, float]:
     """Return how often, in the second half, a coupled device was braked for its speed, and the
     ratio of that half in which it was braked or its force was returning from zero after it.
 
-    Braking can be shorter than a block; what is seen then is the return alone.
+    Braking can be shorter than a block; what is seen then is the return alone. A device that was
+    slower than the speed limit ``damped_m_s`` before it was not braked for its speed: the force
+    returns after a silence that was as short.
     """
     late = user.block_time_s > duration_s / 2
     coupled = np.flatnonzero(user.state == COUPLED)
@@ -68,10 +75,20 @@ def _braked(user: UserTraces, duration_s: float) -> tuple[int, float]:
     edges = np.flatnonzero(np.diff(out.astype(int), prepend=0, append=0))
     times, blocks_out = 0, 0
     for start, end in zip(edges[::2], edges[1::2], strict=True):
-        if all(reason.startswith(SPEED) for reason in user.reason[start:end]):
+        reasons = user.reason[start:end]
+        alone = all(reason == RETURN for reason in reasons)
+        if alone and _fastest(user, int(start)) < NEARLY * damped_m_s:
+            continue
+        if all(reason.startswith(SPEED) for reason in reasons):
             times += int(late[start])
             blocks_out += int(late[start:end].sum())
     return times, blocks_out / int(late.sum())
+
+
+def _fastest(user: UserTraces, block: int) -> float:
+    """Return the largest speed in a block and the two before it [m/s]."""
+    rows = slice(int(user.block_rows[max(block - 2, 0)]), int(user.block_ends[block]))
+    return float(np.linalg.norm(user.xd_m[rows], axis=-1).max(initial=0.0))
 
 
 def _shortened(user: UserTraces, duration_s: float) -> tuple[float, int]:

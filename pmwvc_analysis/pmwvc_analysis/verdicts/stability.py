@@ -100,7 +100,7 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
         if found.late_m_s > GROWN_M_S and found.growth >= 2.0:
             why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
             return Verdict("diverged", why, strongest)
-    took_over = taken_over(traces)
+    took_over = taken_over(traces, scenario)
     if took_over:
         return Verdict(LIMITED, took_over, strongest)
     shortened, saturated = often_shortened(traces)
