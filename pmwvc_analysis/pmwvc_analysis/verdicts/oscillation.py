@@ -79,6 +79,14 @@ class Strength:
         """Tell whether it did not halve from the first third to the last."""
         return self.growth > HALVED
 
+    def decays_by(self, rate_per_s: float) -> bool:
+        """Tell whether it changed as a motion that decays at a rate below zero [1/s], within what
+        one that is kept up may change; NaN: no such rate.
+        """
+        if not rate_per_s < 0.0 or self.growth <= 0.0:
+            return False
+        return abs(math.log(self.growth) - rate_per_s * self.apart_s) < -math.log(FADED)
+
     @property
     def fades(self) -> bool:
         """Tell whether it became less from third to third, too slowly to be seen to die out."""

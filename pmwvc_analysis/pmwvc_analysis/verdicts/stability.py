@@ -1,6 +1,10 @@
 # SPDX-FileCopyrightText: 2026 PMWVC contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The verdict on the stability of a session, from the motion itself, not from a model.
+"""The verdict on the stability of a session, from the motion itself.
+
+The exact model decides nothing. Where motion alone cannot tell a slow decay from an oscillation
+that is kept up, and the model decays as slowly, there is no verdict; where a verdict contradicts
+the model, its words say so.
 
 In this order:
 
@@ -22,19 +26,22 @@ In this order:
     in most of the last two thirds of the judged span its RMS velocity is beyond 1 mm/s and beyond
     the sampling images of the purposeful motion, and it does not halve from the first third to the
     last. Where it became less from third to third, by a tenth or more in all, it decays slowly or
-    settles at some strength: only a longer session tells, and that is not judged. Nor is it where
-    contact was made or lost or a parameter changed less than a second before the end, or where
-    packets came unevenly (traces/arrivals.py), which moves devices as well, unless the motion has
-    one frequency and is kept up in between, too.
+    settles at some strength: only a longer session tells, and that is not judged. Nor is a change
+    of less than a tenth where the exact model, hands off, decays as slowly, nor where contact was
+    made or lost or a parameter changed less than a second before the end, or where packets came
+    unevenly (traces/arrivals.py), which moves devices as well, unless the motion has one frequency
+    and is kept up in between, too.
 
 What is on purpose, and how the rest is measured: oscillation.py.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from pmwvc_analysis.events import environment
+from pmwvc_analysis.prediction.slowest import growth_per_s
 from pmwvc_analysis.recording.format.topics import relayed
 from pmwvc_analysis.traces.arrivals import UNEVEN, waited
 from pmwvc_analysis.traces.stages import stages
@@ -99,6 +106,9 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     for found, motion in own:
         if found.late_m_s > GROWN_M_S and found.growth >= 2.0:
             why = f"{motion.name} oscillates with {found.late_m_s * 1e3:.0f} mm/s, growing"
+            expected_per_s = _growth_per_s(traces, scenario)
+            if expected_per_s < 0.0:
+                why += f"; {_beside(expected_per_s)}"
             return Verdict("diverged", why, strongest)
     took_over = taken_over(traces, scenario)
     if took_over:
@@ -138,7 +148,18 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
                 "longer session can show whether it dies out"
             )
             return Verdict(None, why, strongest, judged=False)
+        expected_per_s = _growth_per_s(traces, scenario)
+        if found.decays_by(expected_per_s):
+            why = (
+                f"{motion.name} moves with {found.late_m_s * 1e3:.1f} mm/s beyond the voluntary "
+                f"band; its strength changed by {found.growth - 1.0:+.1%} in {found.apart_s:.1f} "
+                f"s, and {_beside(expected_per_s)}: only a longer session can show whether it is "
+                "kept up"
+            )
+            return Verdict(None, why, strongest, judged=False)
         why = f"{motion.name} keeps oscillating with {found.late_m_s * 1e3:.1f} mm/s"
+        if expected_per_s < 0.0:
+            why += f"; {_beside(expected_per_s)}"
         return Verdict("sustained oscillation", why, strongest)
     if traces.duration_s < SHORTEST_S:
         why = f"{traces.duration_s:.2g} s are too short to judge, {SHORTEST_S:g} s at least"
@@ -148,6 +169,20 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
         why = f"too little of the motion of {', '.join(unknown)} was recorded"
         return Verdict(None, why, strongest, judged=False)
     return Verdict(None, _quiet_words([found for found, _ in strengths], strongest), strongest)
+
+
+def _growth_per_s(traces: SessionTraces, scenario: Scenario | None) -> float:
+    """Return the growth rate of the slowest motion that the exact model expects [1/s], of the
+    parameters at the end; NaN where it expects none.
+    """
+    if scenario is None:
+        return math.nan
+    found = growth_per_s(stages(traces, scenario)[-1].scenario, live=traces.live)
+    return math.nan if found is None else found
+
+
+def _beside(expected_per_s: float) -> str:
+    return f"the exact model, hands off, decays by {-expected_per_s:.2g} per second"
 
 
 def _quiet_words(found: list[Strength], strongest_m_s: float) -> str:
