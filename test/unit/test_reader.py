@@ -23,6 +23,7 @@ from pmwvc_analysis.recording.from_traces import record_traces
 from pmwvc_analysis.recording.reader import read_scenario, read_session
 from pmwvc_analysis.recording.writer import SessionWriter
 from pmwvc_analysis.traces.holes import holes
+from pmwvc_analysis.verdicts.endings import shortened
 from pmwvc_core.errors import RecordingError, ScenarioError
 
 
@@ -121,6 +122,12 @@ def test_a_file_without_its_end_is_read_as_far_as_it_is_whole(folder, tmp_path):
     found = read_session(tmp_path)
     (event,) = [event for event in found.events if event["who"] == "recorder"]
     assert "ends early" in event["what"]
+    found.source = "live"  # of which the scenario's length is expected
+    on_record = shortened(found, handmade.scenario(duration_s=30.0))
+    assert on_record == f"{event['what']}: {found.duration_s:.1f} of 30 s are on record"
+    found.events.clear()
+    assert shortened(found, handmade.scenario(duration_s=30.0)).startswith("the session ended")
+    found.source = "simulated"
     assert 0 < len(found.users[0].tick) < 1000
     assert found.source == "simulated"
 

@@ -158,3 +158,8 @@ def test_a_text_where_a_number_belongs_is_reported():
 def test_a_conflict_between_parameters_names_them_as_they_are_set(settings, said):
     found = problems({**BASE, **settings})
     assert [problem for problem in found if problem.startswith(said)], found
+
+
+@pytest.mark.parametrize("name", ["link.delay_s", "user1.link.delay_s", "link.up.delay_s"])
+def test_a_wrong_value_is_answered_once_by_the_name_that_was_given(name):
+    assert problems(BASE, overrides={name: 100.0}) == [f"{name} = 100.0: must be 0..60 s"]

@@ -171,7 +171,7 @@ def test_mistakes_of_file_and_options_are_reported_together(written):
     path = written(MINIMAL + "mastre: {impedance: 10}\ndof: 9\n")
     found = refused(path, settings_texts=["link.delay_s=-1", "loss", "x=[1"], users=12)
     text = "\n".join(found)
-    for part in ("mastre.impedance", "dof = 9", "link.up.delay_s", "--set loss", "--set x", "12"):
+    for part in ("mastre.impedance", "dof = 9", "link.delay_s", "--set loss", "--set x", "12"):
         assert part in text
 
 

@@ -24,6 +24,8 @@ from pmwvc_analysis.recording.sequence import GapCounter, numbered
 from pmwvc_core.errors import RecordingError, file_errors
 from pmwvc_core.transport.admission import intact
 
+CUT = "cut"  # kind of event: a file ends early
+WHOLE = "file was whole"  # of one that was mended
 Decode = Callable[[bytes, str], Any]
 
 
@@ -102,7 +104,7 @@ def _read_damaged(files: Sequence[Path]) -> Content:
         content.metadata.update(salvage.metadata)
         if salvage.end:
             what = f"{path.name} ends early ({salvage.end}); everything before is read"
-            early.append({"time_s": None, "who": "recorder", "what": what})
+            early.append({"time_s": None, "who": "recorder", "kind": CUT, "what": what})
     content.events = early + content.events
     return content
 

@@ -16,7 +16,7 @@ import numpy as np
 from pmwvc_analysis.recording import assemble
 from pmwvc_analysis.recording.clocks import clock
 from pmwvc_analysis.recording.clocks.clock import time_lines
-from pmwvc_analysis.recording.content import Content, read_content
+from pmwvc_analysis.recording.content import CUT, WHOLE, Content, read_content
 from pmwvc_analysis.recording.format import schemas
 from pmwvc_analysis.recording.format.topics import source_of
 from pmwvc_analysis.recording.hand_targets import hand_targets
@@ -173,7 +173,8 @@ def _events(
     found = content.events + changed
     if (mended := content.metadata.get("recovered")) is not None:
         what = f"mended from {mended.get('from')}: {mended.get('cut')}"
-        found.append({"time_s": None, "who": "recorder", "kind": "recording", "what": what})
+        kind = "recording" if mended.get("cut") == WHOLE else CUT
+        found.append({"time_s": None, "who": "recorder", "kind": kind, "what": what})
     path = folder / "events.json"
     if path.is_file():
         try:

@@ -5,6 +5,7 @@
 import shutil
 from pathlib import Path
 
+from pmwvc_analysis.recording.content import WHOLE
 from pmwvc_analysis.recording.format.topics import Topic
 from pmwvc_analysis.recording.mcap.salvage import Salvage, messages
 from pmwvc_analysis.recording.writer import SessionWriter
@@ -32,7 +33,7 @@ def recover(damaged: str | Path, target_folder: str | Path) -> Salvage:
         for name, values in salvage.metadata.items():
             if name != "rosbag2":
                 writer.add_metadata(name, values)
-        end = salvage.end or "file was whole"
+        end = salvage.end or WHOLE
         writer.add_metadata("recovered", {"from": Path(damaged).name, "cut": end})
     again = Salvage()
     count = sum(1 for _ in messages(writer.path, again))

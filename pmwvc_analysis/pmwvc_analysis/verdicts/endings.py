@@ -14,6 +14,7 @@ import math
 from typing import NamedTuple
 
 from pmwvc_analysis.events.event import Event
+from pmwvc_analysis.recording.content import CUT
 from pmwvc_analysis.recording.format.topics import relayed as topic_relayed
 from pmwvc_core.frame.rows import Presence
 from pmwvc_core.scenario.scenario import Scenario
@@ -131,9 +132,13 @@ def judged_until_s(traces: SessionTraces, found: list[Ending]) -> float:
 
 
 def shortened(traces: SessionTraces, scenario: Scenario | None) -> str:
-    """Return in words by how much a session is shorter than its scenario; empty where not."""
+    """Return in words by how much a session, or what is on record of it, is shorter than its
+    scenario; empty where it is not.
+    """
+    cut = next((str(each["what"]) for each in traces.events if each.get("kind") == CUT), "")
     if scenario is None or traces.source == "simulated":
-        return ""
+        return cut
     if traces.duration_s > scenario.duration_s - EARLY_S:
         return ""
-    return f"the session ended after {traces.duration_s:.1f} of {scenario.duration_s:g} s"
+    length = f"{traces.duration_s:.1f} of {scenario.duration_s:g} s"
+    return f"{cut}: {length} are on record" if cut else f"the session ended after {length}"

@@ -114,14 +114,16 @@ class _Reader:
             number, rest = split_user(name)
             leaves = complete(rest)
             if number and leaves and all(leaf in self.user_specs for leaf in leaves):
+                own = self.single.setdefault(number, {})
                 for leaf in leaves:
-                    own = self.single.setdefault(number, {})
-                    self._store(own, leaf, self.user_specs[leaf], value, who=f"user{number}.")
+                    given = name if len(leaves) > 1 else f"user{number}.{leaf}"
+                    self._store(own, leaf, self.user_specs[leaf], value, given)
             elif not number and len(leaves) == 1 and leaves[0] in self.shared_specs:
-                self._store(self.shared, rest, self.shared_specs[rest], value)
+                self._store(self.shared, rest, self.shared_specs[rest], value, rest)
             elif not number and leaves and leaves[0] in self.user_specs and leaves[0] != "side":
                 for leaf in leaves:
-                    self._store(self.common, leaf, self.user_specs[leaf], value)
+                    given = name if len(leaves) > 1 else leaf
+                    self._store(self.common, leaf, self.user_specs[leaf], value, given)
                     if strict_user:
                         for own in self.single.values():
                             own.pop(leaf, None)
@@ -145,15 +147,16 @@ class _Reader:
         return found | others
 
     def _store(
-        self, place: dict[str, Any], path: str, spec: Spec, value: object, *, who: str = ""
+        self, place: dict[str, Any], path: str, spec: Spec, value: object, given: str
     ) -> None:
-        """Keep a right value; note a wrong one, and go on with the default to find what else is
-        wrong.
+        """Keep a right value; note a wrong one, under the name that was given, once, and go on
+        with the default to find what else is wrong.
         """
         value = _converted(spec, value)
         problem = spec.problem(value)
         if problem:
-            self.problems.append(f"{who}{path} = {problem}")
+            text = f"{given} = {problem}"
+            self.problems += [text] if text not in self.problems else []
             value = PLACEHOLDERS.get(path)
         if not problem or value is not None:
             place[path] = value
