@@ -15,6 +15,7 @@ Equations: docs/theory.md 13.5.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,15 +25,16 @@ from pmwvc_analysis.traces.hand_work import hand_work
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of, up_to
 from pmwvc_analysis.traces.true_motion import TrueMotion, complete, measured, true_motion
 from pmwvc_core.account import Account, Passage, wave_energy
+from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.frame.schedule import AT_ONCE, LIVE
 from pmwvc_core.master.port_filters.velocity_filter import force_filter_kept
 from pmwvc_core.master.strict_accounts import RELEASED, passages
 from pmwvc_core.numeric import Array
 from pmwvc_core.params import DeviceParams
 from pmwvc_core.plant.devices import device_account
-from pmwvc_core.scenario.scenario import User
+from pmwvc_core.scenario.scenario import Scenario, User
 from pmwvc_core.traces import UserTraces
-from pmwvc_core.transport.packet import LINK_DOWN, LINK_UP
+from pmwvc_core.transport.packet import LINK, LINK_DOWN, LINK_UP
 from pmwvc_core.wave.ledger import port_account
 from pmwvc_core.wave.rates import FILTER, HOLD, RATE_DROP
 from pmwvc_core.wave.transform import WavePort
@@ -80,17 +82,60 @@ def _as_recorded(user: UserTraces) -> TrueMotion:
     )
 
 
-def master(sums: UserSums, known: User, *, waves: bool) -> tuple[Account, Sums]:
-    """Return the account of a master's port with its safety limits, and what is kept beside it.
+class Channel(NamedTuple):
+    """What is between a device and the port of its user at the server.
+
+    Attributes
+    ----------
+    port
+        Account of the device's port.
+    parts
+        Of the port with its safety limits, and of what lies behind it.
+    remainders
+        Which of these are.
+    frames
+        Parts that are known exactly at the ends of frames only.
+    """
+
+    port: Account
+    parts: Sums
+    remainders: frozenset[str] = frozenset()
+    frames: AtFrames | None = None
+
+
+def channel(
+    sums: UserSums, known: User, at_server: list[Array], scenario: Scenario, *, live: bool
+) -> Channel:
+    """Return the accounts of one user's channel; ``at_server`` has the energies of u_s and v_s."""
+    if not has_waves(scenario.controller):
+        return _without_waves(sums, at_server)
+    behind = _strict if scenario.strict else _plain
+    return behind(sums, known, at_server, live=live)
+
+
+def _without_waves(sums: UserSums, at_server: list[Array]) -> Channel:
+    """Return the accounts of a controller without waves: the link is what its own leave over."""
+    user, (u_s, v_s) = sums.user, at_server
+    per_tick = np.sum(user.f_applied * user.xd_m, axis=-1) * user.tick_s
+    into = sums.anchored(per_tick, user.energy["u_m"] - user.energy["v_m"])
+    taken = sums.of_ticks(per_tick) if complete(user) else into
+    own = {n: sums.between_blocks(s) for n, s in accounted(user.accounts).items()}
+    link = passed([LINK], {"device": into, "server": u_s - v_s})[LINK.part]
+    link = link - sum_of([0.0 * link, *own.values()])
+    parts = {"safety": 0.0 * taken, **own, LINK.part: link}
+    return Channel(
+        Account(taken, into, dissipated=parts["safety"]),
+        parts,
+        frozenset([LINK.part] if own else []),
+    )
+
+
+def _port(sums: UserSums, known: User) -> tuple[Account, Sums]:
+    """Return the account of a wave port with its safety limits, and the parts of both.
 
     In a gap of the record the master's own sums hold, and give what was taken there.
     """
     user, dt = sums.user, sums.user.tick_s
-    if not waves:
-        per_tick = np.sum(user.f_applied * user.xd_m, axis=-1) * dt
-        into = sums.anchored(per_tick, user.energy["u_m"] - user.energy["v_m"])
-        taken = sums.of_ticks(per_tick) if complete(user) else into
-        return Account(taken, into, dissipated=0.0 * taken), {}
     port = WavePort(known.impedance)
     f, f_m, xd, u_m, v_m = user.f_applied, user.f_m, user.xd_m, user.u_m, user.v_m
     beside, kept = {}, 0.0 * xd[:, :1]
@@ -103,7 +148,8 @@ def master(sums: UserSums, known: User, *, waves: bool) -> tuple[Account, Sums]:
     if not complete(user):
         taken = taken + to_waves - sums.of_ticks(each.given - kept)
     given = to_waves + sum_of([0.0 * to_waves, *beside.values()])
-    return Account(taken, given, dissipated=sums.of_ticks(each.dissipated)), beside
+    limited = sums.of_ticks(each.dissipated)
+    return Account(taken, given, dissipated=limited), {**beside, "safety": limited}
 
 
 def _kept_sum(sums: UserSums, wave: str) -> Array:
@@ -112,16 +158,15 @@ def _kept_sum(sums: UserSums, wave: str) -> Array:
     return sums.anchored(wave_energy(getattr(user, wave), user.tick_s), user.energy.get(wave))
 
 
-def channel(
-    sums: UserSums, known: User, at_server: list[Array], *, live: bool
-) -> dict[str, Array]:
-    """Return what stays between the waves of the ticks and those of the server.
+def _plain(sums: UserSums, known: User, at_server: list[Array], *, live: bool) -> Channel:
+    """Return the accounts of the plain channel.
 
     Integrate-and-dump filters and drops in one; there the rate drop has nothing of its own. A link
     includes what is in flight, and what becomes of packets at a server of another period. Where
     parts stand around the port, only the sum of filter and hold is seen in the signals.
     """
     user, (u_s, v_s) = sums.user, at_server
+    port, parts = _port(sums, known)
     energies = {name: _kept_sum(sums, name) for name in ("u_m", "v_m")} | {"u_s": u_s, "v_s": v_s}
     energies["u_tx"] = energies["u_m_lp"] = sums.of_blocks(user.energy["u_tx"])
     answer_s = (LIVE if live else AT_ONCE).answer_s
@@ -130,18 +175,19 @@ def channel(
         energies["u_m_lp"] = sums.of_ticks(wave_energy(user.u_m_lp, user.tick_s))
     kept = passed((FILTER, RATE_DROP, LINK_UP, LINK_DOWN, HOLD), energies)
     if not accounted(user.accounts):
-        return kept
-    own = {
-        n: sums.between_blocks(s) for n, s in _around(user, known).items() if n not in OF_SIGNALS
-    }
+        return Channel(port, parts | kept)
+    around = _around(user, known)
+    own = {n: sums.between_blocks(s) for n, s in around.items() if n not in OF_SIGNALS}
     rest = kept.pop("filter") + kept.pop("hold") - sum_of(list(own.values()))
-    return {**own, "filter_and_hold": rest, **kept}
+    remainder = "bank" if "bank_low_in" in user.accounts else "filter_and_hold"
+    # The packet that a frame's filter output becomes is the next one sent: none after the last.
+    frames = AtFrames(user.block_time_s[:-1], {name: of[:-1] for name, of in around.items()})
+    parts = {**parts, **own, "filter_and_hold": rest, **kept}
+    return Channel(port, parts, frozenset([remainder]), frames)
 
 
-def strict(
-    sums: UserSums, known: User, at_server: list[Array], *, live: bool
-) -> tuple[Account, dict[str, Array]]:
-    """Return the account of a port on the strict channel, and of what lies behind it.
+def _strict(sums: UserSums, known: User, at_server: list[Array], *, live: bool) -> Channel:
+    """Return the accounts of the strict channel.
 
     The node has what the force applied did on the motion measured, and what the playout gave out
     and released; packets are what it paid.
@@ -151,7 +197,8 @@ def strict(
     work = sums.of_ticks(np.sum(user.f_applied * moved, axis=-1))
     energies = {"work": work, "v_m": _kept_sum(sums, "v_m"), "u_s": u_s, "v_s": v_s}
     energies |= {"u_tx": paid(sums, live=live), "released": released(sums)}
-    return Account(work, work, dissipated=0.0 * work), passed(passages(known.master), energies)
+    port = Account(work, work, dissipated=0.0 * work)
+    return Channel(port, {"safety": port.dissipated, **passed(passages(known.master), energies)})
 
 
 def passed(blocks: Sequence[Passage], energies: Sums) -> Sums:
@@ -175,17 +222,6 @@ def released(sums: UserSums, *, after_s: float = 0.0) -> Array:
     if account is None:
         return np.zeros(len(sums.time_s))
     return sums.of_blocks(running(account), after_s=after_s)
-
-
-def at_frames(user: UserTraces, known: User) -> AtFrames:
-    """Return the parts around a port, ``filter_and_hold`` and ``rate_drop`` at the ends of frames,
-    where each is known exactly.
-
-    The packet that a frame's filter output becomes is the next one sent, so the last frame is left
-    out.
-    """
-    found = _around(user, known)
-    return AtFrames(user.block_time_s[:-1], {name: sums[:-1] for name, sums in found.items()})
 
 
 def _around(user: UserTraces, known: User) -> Sums:

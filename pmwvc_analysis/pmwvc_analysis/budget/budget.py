@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from pmwvc_analysis.budget import blocks
 from pmwvc_analysis.budget.counts import behind_counts, counts_j
 from pmwvc_analysis.budget.energy import declared_storage_j
-from pmwvc_analysis.budget.parts import Remainder, accounted, notes_on, of_server
+from pmwvc_analysis.budget.parts import Remainder, notes_on, of_server
 from pmwvc_analysis.budget.result import SERVER, Budget, Sums
 from pmwvc_analysis.traces import holes
 from pmwvc_analysis.traces.server_starts import ran_s
@@ -35,7 +35,6 @@ from pmwvc_analysis.traces.stages import Stage, rows_of, stages
 from pmwvc_analysis.traces.stretches import stretches
 from pmwvc_analysis.traces.sums import UserSums, running, sum_of
 from pmwvc_core.account import Account
-from pmwvc_core.controllers.library import has_waves
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.avatar_brake import BRAKES
@@ -45,7 +44,6 @@ from pmwvc_core.server.contacts import CONTACTS
 from pmwvc_core.server.cube import object_account
 from pmwvc_core.server.port import DECODING
 from pmwvc_core.traces import ServerTraces, SessionTraces, UserTraces
-from pmwvc_core.transport.packet import LINK
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a recording may hold any number
@@ -62,7 +60,6 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         return None
     if not all(np.isfinite(u.x_m).all() and np.isfinite(u.xd_m).all() for u in users):
         return None
-    waves, live = has_waves(scenario.controller), traces.live
     time_s, rows = _instants(traces, users)
     into = _into(server, server.users)
     inside, unexplained = _server_parts(server, stages(traces, scenario), into)
@@ -74,33 +71,18 @@ def budget(traces: SessionTraces, scenario: Scenario | None) -> Budget | None:
         own, sums = known[user.name], UserSums(user, time_s)
         device, unknown = blocks.device(sums, own.device)
         at_server = [_energy_at(server, user.name, wave)[rows] for wave in ("u_s", "v_s")]
-        port, beside = blocks.master(sums, own, waves=waves)
-        if scenario.strict:
-            port, found = blocks.strict(sums, own, at_server, live=live)
-            beside = {}
-        elif waves:
-            found = blocks.channel(sums, own, at_server, live=live)
-            if accounted(user.accounts):
-                frames[user.name] = blocks.at_frames(user, own)
-                unknown.add("bank" if "bank_low_in" in user.accounts else "filter_and_hold")
-        else:
-            found = {n: sums.between_blocks(s) for n, s in accounted(user.accounts).items()}
-            energies = {"device": np.asarray(port.given), "server": at_server[0] - at_server[1]}
-            link = blocks.passed([LINK], energies)[LINK.part]
-            if found:
-                unknown.add(LINK.part)
-            found[LINK.part] = link - sum_of([0.0 * link, *found.values()])
+        channel = blocks.channel(sums, own, at_server, scenario, live=traces.live)
+        if channel.frames is not None:
+            frames[user.name] = channel.frames
         hands[user.name] = np.asarray(device.taken)
         parts[user.name] = {
             "device_kinetic": np.asarray(device.stored),
             "device_damping": np.asarray(device.dissipated),
-            "sample_hold": np.asarray(device.given - port.taken),
-            **beside,
-            "safety": np.asarray(port.dissipated),
-            **found,
+            "sample_hold": np.asarray(device.given - channel.port.taken),
+            **channel.parts,
         }
-        residuals[user.name] = np.asarray(device.residual + port.residual)
-        left_over += [Remainder(user.name, part) for part in sorted(unknown)]
+        residuals[user.name] = np.asarray(device.residual + channel.port.residual)
+        left_over += [Remainder(user.name, part) for part in sorted(unknown | channel.remainders)]
     return Budget(
         time_s,
         hands,
