@@ -222,5 +222,10 @@ class SessionTraces:
         """Whether the session ran in real time."""
         return self.source == "live"
 
+    @property
+    def simulated(self) -> bool:
+        """Whether the session ran in virtual time only."""
+        return self.source == "simulated"
+
     settings: list[tuple[float, dict[str, Any]]] = field(default_factory=list)
     targets: dict[str, HandTargets] = field(default_factory=dict)  # by user

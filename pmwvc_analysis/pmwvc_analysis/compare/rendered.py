@@ -77,7 +77,7 @@ def _modelled(scenario: Scenario, *, live: bool) -> Rendered | None:
 
 def measured_rendering(traces: SessionTraces, scenario: Scenario) -> Rendered | None:
     """Return the same from the chirp of a session; None without one."""
-    if scenario.users[0].operator.kind != "chirp" or not traces.users:
+    if not scenario.users[0].operator.is_chirp or not traces.users:
         return None
     try:
         found = measure(traces.users[0], scenario.users[0])

@@ -37,13 +37,12 @@ def inconsistencies(traces: SessionTraces, scenario: Scenario | None) -> list[st
     users = {user.name: user for user in scenario.users} if scenario else {}
     waves = scenario is None or has_waves(scenario.controller)
     strict = scenario is not None and scenario.strict
-    simulated = traces.source == "simulated"
     steady = stages(traces, scenario) if scenario else []
     for user in traces.users:
         found += no_numbers(user.name, {n: getattr(user, n) for n in SIGNALS if n != "f_h"})
         known = users.get(user.name)
         for same in _before_change(user, traces, steady):
-            found += master(same, known, waves=waves, strict=strict, simulated=simulated)
+            found += master(same, known, waves=waves, strict=strict, simulated=traces.simulated)
     if traces.server is not None and len(steady) > 1:
         for stage, part in _parts(traces.server, steady):
             found += server(part, stage.scenario, waves=waves)

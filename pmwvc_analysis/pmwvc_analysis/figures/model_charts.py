@@ -104,7 +104,7 @@ def velocity_filter(found: VelocityFilter, scenario: Scenario) -> Chart:
         Line("in phase, |H_LP + s H_HP|²", hertz, margins["in_phase"], "u0"),
         Line("any environment, |H_LP| + s |H_HP|", hertz, margins["any_environment"], "u1"),
     ]
-    if own.kind == "equivalent":
+    if own.in_force:
         label = "1 less the damping at the device / b"
         margin_lines.append(Line(label, hertz, 1.0 - found.port, "target", DASH_DOT))
     design = f"α = {own.alpha:.5f}" if own.alpha is not None else f"{own.cutoff_hz:.4g} Hz"

@@ -52,7 +52,7 @@ class VelocityFilter:
     def port_margin(self) -> float | None:
         """Least real part at the device [of b]; None but for the equivalent form."""
         own = self.master.velocity_filter
-        return float(self.port.min()) if own.kind == "equivalent" else None
+        return float(self.port.min()) if own.in_force else None
 
     @property
     def flags(self) -> list[str]:
@@ -107,14 +107,14 @@ def judge(scenario: Scenario) -> VelocityFilter:
 def _rule(own: VelocityFilterParams) -> str:
     if own.alpha is not None or own.cutoff_hz is not None:
         return "given"
-    if own.kind == "complementary":
+    if own.splits:
         return "half the packet rate"
     return "flattest in phase" if own.order == 1 else "lowest cut-off for any environment"
 
 
 def _switching(master: MasterParams) -> float:
     own, tick_s, ratio = master.velocity_filter, master.tick_s, master.rate_drop
-    if own.kind == "complementary":
+    if own.splits:
         squared = float(worst_case_gain(master.filter, tick_s=tick_s, rate_drop=ratio))
         return max(float(own.share), float(np.sqrt(squared)))
     turn = np.linspace(0.0, 0.5 / ratio, FOLDED_POINTS)

@@ -159,7 +159,7 @@ def _of_user(user: User, *, strict: bool) -> Iterator[Element]:
         name = "master.position.feedback"
         near = "none" if strict else "printed"
         yield Element(f"{user.name}.{name} = {position.feedback}", name, near)
-    if user.master.bank.is_on and local.kind != "spring_damper":
+    if user.master.bank.is_on and local.is_plugin:
         name = "master.local_model.kind"
         yield Element(f"{user.name}.{name} = {local.kind}", name, "spring_damper")
 

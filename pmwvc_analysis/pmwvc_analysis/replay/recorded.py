@@ -88,9 +88,7 @@ def prescription(
             remote_hand, user, traces, ran_ns[user.name], tick_s=tick_s, dof=recorded.dof
         )
         for user in replayed.users
-        if hands[user.name] == "operator"
-        and user.operator.from_outside
-        and traces.source != "simulated"
+        if hands[user.name] == "operator" and user.operator.from_outside and not traces.simulated
     }
     makers |= {
         user.name: partial(

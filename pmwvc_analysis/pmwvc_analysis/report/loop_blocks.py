@@ -88,9 +88,9 @@ def _texts(scenario: Scenario, user: User) -> dict[str, tuple[str, list[str]]]:
 
 
 def _operator(user: User) -> str:
-    if user.operator.kind == "hand":
+    if user.operator.is_hand:
         return f"arm {_number(user.operator.mass)} kg"
-    if user.operator.kind == "remote":
+    if user.operator.is_remote:
         return f"remote, arm {_number(user.operator.remote.mass)} kg"
     return user.operator.kind.replace("_", " ")
 

@@ -76,7 +76,7 @@ def measure(user: UserTraces, known: User) -> Measured:
     if np.any(np.diff(user.tick[rows]) != 1):
         raise PmwvcError(f"{user.name}: ticks are missing in the recording of the hand's force")
     force, position = force[rows], position[rows]
-    if known.operator.kind == "sinusoid":
+    if known.operator.is_sinusoid:
         return _at_one_frequency(user, force, position, float(known.operator.frequency_hz))
     return _over_frequency(user, force, position, known)
 
@@ -151,7 +151,7 @@ def _over_frequency(user: UserTraces, force: Array, position: Array, known: User
     _, moved = signal.welch(position, **options)
     _, cross = signal.csd(force, position, **options)
     asked = power > LEAST_POWER * power.max()
-    if known.operator.kind == "chirp":
+    if known.operator.is_chirp:
         low, high = sorted((known.operator.frequency_hz, known.operator.frequency_end_hz))
         asked &= (frequency >= low) & (frequency <= high)
     asked[:2] = False  # what detrending took

@@ -28,13 +28,13 @@ def operator_band_hz(operator: OperatorParams, move_rise_s: float, *, moves: boo
     A sinusoid brings harmonics where contact is made and broken. A recorded person moves and
     trembles up to 10 Hz; so does one with a pointer, whose handle is let go and taken.
     """
-    if operator.kind == "hand":
+    if operator.is_hand:
         return max(2.0, MINIMUM_JERK / move_rise_s) if moves else REST_BAND_HZ
-    if operator.kind == "sinusoid":
+    if operator.is_sinusoid:
         return max(REST_BAND_HZ, HARMONICS * operator.frequency_hz)
-    if operator.kind == "chirp":
+    if operator.is_chirp:
         return 1.5 * max(operator.frequency_hz, operator.frequency_end_hz)
-    if operator.kind == "remote" or operator.is_recorded:
+    if operator.is_remote or operator.is_recorded:
         return 10.0
     return REST_BAND_HZ
 
@@ -52,7 +52,7 @@ def bands(scenario: Scenario, *, closing: bool) -> tuple[float, float]:
     if closing:
         band = max(band, MINIMUM_JERK / scenario.task.grip_rise_s)
     drives = (user.operator.frequency_hz for user in scenario.users)
-    driven = all(user.operator.kind == "sinusoid" for user in scenario.users)
+    driven = all(user.operator.is_sinusoid for user in scenario.users)
     highest = max(drives) if driven else band
     slowest = max(scenario.server.period_s, *(user.master.frame_s for user in scenario.users))
     return band, highest / max(1.0 / slowest - highest, highest)

@@ -136,7 +136,7 @@ def shortened(traces: SessionTraces, scenario: Scenario | None) -> str:
     scenario; empty where it is not.
     """
     cut = next((str(each["what"]) for each in traces.events if each.get("kind") == CUT), "")
-    if scenario is None or traces.source == "simulated":
+    if scenario is None or traces.simulated:
         return cut
     if traces.duration_s > scenario.duration_s - EARLY_S:
         return ""

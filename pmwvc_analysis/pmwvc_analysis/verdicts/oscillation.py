@@ -249,7 +249,7 @@ def _closing_ends_s(traces: SessionTraces, scenario: Scenario) -> float:
     """
     if not scenario.task.closes:
         return 0.0
-    hands = {user.name for user in scenario.users if user.operator.kind == "hand"}
+    hands = {user.name for user in scenario.users if user.operator.is_hand}
     begun = [
         user.block_time_s[np.argmax(user.state == COUPLED)]
         for user in traces.users

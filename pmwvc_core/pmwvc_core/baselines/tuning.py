@@ -89,7 +89,7 @@ def loop_of(
     the longest delay of each link counts (with normal jitter: by one standard deviation), lost
     packets do not.
     """
-    hand = operator.grip_damping if operator.kind == "hand" else 0.0
+    hand = operator.grip_damping if operator.is_hand else 0.0
     return Loop(
         mass=device.mass,
         damping=device.damping + hand,

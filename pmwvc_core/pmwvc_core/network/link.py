@@ -93,7 +93,7 @@ class Link(InFlight):
             else:
                 self._configure(name, made, params)
             effects[name] = made
-        self.netem = self._netem if params.mode == "netem" else None
+        self.netem = self._netem if params.as_linux else None
         self._netem.configure(params)
         self._gate = self._netem.gate
         self._loses = self._hooks(effects, "loses")

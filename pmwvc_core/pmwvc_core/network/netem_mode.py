@@ -116,7 +116,7 @@ class NetemMode:
         """Take settings; states and numbers stay."""
         self._params = params
         self.gate = None
-        if params.mode != "netem":
+        if not params.as_linux:
             return
         if params.slot_max_s:
             self._slots.configure(params)

@@ -35,7 +35,7 @@ def tc_line(params: LinkParams, *, device: str = "DEV", seed: int | None = None)
     """Return the command that makes a network interface do as a link."""
     limited = params.rate_limit_bps > 0.0
     limit = params.queue_packets if limited else PLENTY
-    if params.mode == "netem" and not limited:
+    if params.as_linux and not limited:
         limit = LIMIT
     words = [f"tc qdisc replace dev {device} root netem limit {limit}", *_delay(params)]
     words += _models(params)[:1]
@@ -67,7 +67,7 @@ def not_in_tc(params: LinkParams) -> list[str]:
         left.append(f"a queue of {params.queue_bytes} bytes")
     if params.keep_order and drawn(params):
         left.append("the order of packets, which jitter changes there")
-    exact = params.mode == "exact"
+    exact = not params.as_linux
     related = ("jitter", "loss", "duplicate", "corrupt", "reorder")
     if exact and any(getattr(params, f"{name}_correlation") for name in related):
         left.append("correlation that keeps probabilities and distributions")

@@ -150,3 +150,8 @@ class LinkParams(Validated):
     effects: str = parameter(
         "", "-", "effects of other packages, name:number=value:... each, separated by blanks"
     )
+
+    @property
+    def as_linux(self) -> bool:
+        """Whether it does as tc-netem of Linux, faults included."""
+        return self.mode == "netem"

@@ -92,6 +92,11 @@ class LocalModelParams(Validated):
     )
     begins_m: float = parameter(0.0, "-10..10 m", "position of the device at which it begins")
 
+    @property
+    def is_plugin(self) -> bool:
+        """Whether it is a model of another package."""
+        return self.kind != "spring_damper"
+
 
 @dataclass(frozen=True)
 class BankParams(Validated):

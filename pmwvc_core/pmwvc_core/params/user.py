@@ -155,9 +155,29 @@ class OperatorParams(Validated):
     remote: RemoteHandParams = group(RemoteHandParams)
 
     @property
+    def is_hand(self) -> bool:
+        """Whether it is the simulated hand that does the session's task."""
+        return self.kind == "hand"
+
+    @property
+    def is_remote(self) -> bool:
+        """Whether it is the simulated hand that follows targets as they come."""
+        return self.kind == "remote"
+
+    @property
+    def is_sinusoid(self) -> bool:
+        """Whether it is a force of one frequency."""
+        return self.kind == "sinusoid"
+
+    @property
+    def is_chirp(self) -> bool:
+        """Whether it is a force of sweeping frequency."""
+        return self.kind == "chirp"
+
+    @property
     def has_arm(self) -> bool:
         """Whether there is an arm on the device that follows a target."""
-        return self.kind in ("hand", "remote")
+        return self.is_hand or self.is_remote
 
     @property
     def answers(self) -> bool:
@@ -172,7 +192,7 @@ class OperatorParams(Validated):
     @property
     def from_outside(self) -> bool:
         """Whether its targets come from outside the session."""
-        return self.kind == "remote" and not self.file
+        return self.is_remote and not self.file
 
 
 @dataclass(frozen=True)

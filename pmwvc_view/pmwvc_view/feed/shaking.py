@@ -95,7 +95,7 @@ class Shaking:
         self._moved_ns = 0  # when somebody moved on purpose last
         if scenario is not None:
             closing = scenario.task.closes and any(
-                each.operator.kind == "hand" for each in users.values()
+                each.operator.is_hand for each in users.values()
             )
             self._band_hz, self._images = bands.bands(scenario, closing=closing)
             self._still = still_bands(scenario, (self._band_hz, self._images))
@@ -184,7 +184,7 @@ def still_bands(scenario: Scenario, moving: tuple[float, float]) -> tuple[float,
     """Return band [Hz] and ratio of images while every hand that is moved from outside rests;
     those of moving hands where that is not told.
     """
-    remote = [user for user in scenario.users if user.operator.kind == "remote"]
+    remote = [user for user in scenario.users if user.operator.is_remote]
     if not remote or any(user.operator.file for user in remote):
         return moving
     resting = tuple(

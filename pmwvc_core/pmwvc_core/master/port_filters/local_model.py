@@ -125,9 +125,9 @@ class LocalPort(Stateful):
     def __init__(self, params: MasterParams, position: Callable[[], Value]) -> None:
         local, b = params.local_model, impedance_of(params)
         self.model: Model = (
-            SpringDamper(local, tick_s=params.tick_s)
-            if local.kind == "spring_damper"
-            else PluginModel(local, matched=_plain(b), tick_s=params.tick_s)
+            PluginModel(local, matched=_plain(b), tick_s=params.tick_s)
+            if local.is_plugin
+            else SpringDamper(local, tick_s=params.tick_s)
         )
         self._position = position
         self._begin(params)

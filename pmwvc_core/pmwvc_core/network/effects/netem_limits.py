@@ -10,7 +10,7 @@ from pmwvc_core.params import LinkParams
 
 def netem_conflict(params: LinkParams, records: Iterable[LinkEffect]) -> str:
     """Return what of these effects ``mode = netem`` cannot do; empty where it can do all."""
-    if params.mode != "netem":
+    if not params.as_linux:
         return ""
     for record in records:
         if not record.linux:
