@@ -198,7 +198,9 @@ def _strict(sums: UserSums, known: User, at_server: list[Array], *, live: bool) 
     energies = {"work": work, "v_m": _kept_sum(sums, "v_m"), "u_s": u_s, "v_s": v_s}
     energies |= {"u_tx": paid(sums, live=live), "released": released(sums)}
     port = Account(work, work, dissipated=0.0 * work)
-    return Channel(port, {"safety": port.dissipated, **passed(passages(known.master), energies)})
+    return Channel(
+        port, {"safety": np.asarray(port.dissipated), **passed(passages(known.master), energies)}
+    )
 
 
 def passed(blocks: Sequence[Passage], energies: Sums) -> Sums:
