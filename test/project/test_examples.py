@@ -28,7 +28,7 @@ def test_python_page_runs_from_top_to_bottom(folder, capsys):
     for block in blocks:
         exec(compile(block, "docs/python.md", "exec"), names)
     said = capsys.readouterr().out
-    assert "Stable: " in said and "link.up.delay_s = -0.01: must be 0..60 s" in said
+    assert "Stable: " in said and "link.delay_s = -0.01: must be 0..60 s" in said
     forces = list(names["forces"].values())
     assert forces == sorted(forces, reverse=True) and forces[-1] > 0.1  # softer over a delay
     made = {str(path.relative_to(folder)) for path in folder.rglob("*.*")}

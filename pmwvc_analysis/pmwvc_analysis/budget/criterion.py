@@ -52,6 +52,7 @@ class Finding:
     unjudged: tuple[Unjudged, ...] = ()
     why: str = ""
     counts_j: float = 0.0  # what counts of an encoder are bounded to give out [J]
+    held_j: float = 0.0  # of it, what forces held while a loop stood still explain [J]
 
     @property
     def by_counts(self) -> bool:

@@ -69,6 +69,14 @@ def _passivity(summary: dict[str, Any]) -> Outcome:
     ports = summary["passivity"]["ports"]
     judged = [port["passive"] for port in ports]
     hit = False if False in judged else None if None in judged or not judged else True
+    violated = [port for port in ports if port["passive"] is False]
+    if violated and all(port["held_j"] for port in violated):
+        who = listed(sorted({port["owner"] for port in violated}))
+        text = (
+            "Predicted that all ports are passive while loops run: open, "
+            f"the loop of {who} stood still, and its last force stayed on."
+        )
+        return Outcome("passivity", None, text)
     left = sorted({port["owner"] for port in ports if port["passive"] is None})
     was = {
         True: "they were",

@@ -28,6 +28,7 @@ from pmwvc_analysis.budget.criterion import Finding, judge, not_judged, together
 from pmwvc_analysis.budget.result import SERVER, Budget
 from pmwvc_analysis.traces.holes import Hole, Unjudged, holes
 from pmwvc_analysis.traces.server_starts import starts
+from pmwvc_analysis.traces.stood_still import StoodStill, given_until, stood_still
 from pmwvc_analysis.traces.sums import running
 from pmwvc_analysis.verdicts.open_balances import hidden, within
 from pmwvc_core.numeric import Array
@@ -35,6 +36,8 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
 from pmwvc_core.traces import SessionTraces
 
+# where the work of the force on the device counts
+AT_DEVICE = ("hand_port", "node", "node_and_link_down", "sample_hold")
 NO_SERVER = "the server's trace is missing"
 
 
@@ -83,7 +86,25 @@ def passivity(
         found.append(_of_server(traces, scenario, missing))
     if energies is not None:
         found += energies.findings
-    return Passivity(tuple(found))
+    still = {user.name: stood_still(user) for user in traces.users}
+    return Passivity(tuple(_with_held(each, still.get(each.owner, [])) for each in found))
+
+
+def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
+    """Return a finding at a device with the energy of forces that were held while its loop stood
+    still, where that is all that was given out.
+    """
+    if found.passive is not False or found.part not in AT_DEVICE or found.least_s is None:
+        return found
+    held_j, when = given_until(still, found.least_s)
+    beyond_j = found.given_j - found.declared_j - found.counts_j
+    if held_j < beyond_j:
+        return found
+    why = (
+        f"explained by its loop, which stood still ({when}): forces that stayed on gave the hand "
+        f"{held_j * 1e3:.3g} mJ until then"
+    )
+    return replace(found, held_j=beyond_j, why=why)
 
 
 def _of_user(entry: energy.UserEnergy, missing: Sequence[Hole]) -> list[Finding]:

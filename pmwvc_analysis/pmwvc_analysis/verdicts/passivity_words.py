@@ -62,7 +62,7 @@ def amount(finding: Finding) -> str:
     text += f", tolerance {joule(finding.tolerance_j)}"
     if finding.declared_j > 0.0:
         text += f", declared storage {joule(finding.declared_j)}"
-    return text
+    return f"{text}; {finding.why}" if finding.held_j > 0.0 else text
 
 
 def components(found: Passivity) -> list[str]:
@@ -78,6 +78,7 @@ def component(finding: Finding, found: Passivity) -> str:
         f"({_beside_moved(finding)}) by {finding.least_s:.2f} s, "
         f"first at {finding.since_s:.2f} s; tolerance {joule(finding.tolerance_j)}"
     )
+    text += f"; {finding.why}" if finding.held_j > 0.0 else ""
     if not found.session:
         return text
     storage = any(each.declared_j > 0.0 for each in found.findings if each.decides)
@@ -121,7 +122,10 @@ def budget_lines(found: Budget, judged: Passivity) -> list[tuple[bool | None, st
         if port.decides and port.passive is False:
             lines.append((False, f"{port.owner}: {verdict(judged, port.owner)}."))
     paid = judged.session
-    lines += [(None if paid else False, f"{component(each, judged)}.") for each in found.active]
+    lines += [
+        (None if paid else False, f"{component(each, judged)}.")
+        for each in judged.components or found.active
+    ]
     if not found.active and paid:
         limit = found.findings[0].tolerance_j
         lines.append((True, f"No component generated energy beyond {joule(limit)}."))

@@ -139,6 +139,7 @@ def _finding(found: Finding) -> dict[str, Any]:
         "tolerance_j": number(found.tolerance_j),
         "declared_j": found.declared_j,
         "encoder_bound_j": found.counts_j,
+        "held_j": number(found.held_j),
         "moved_j": number(found.moved_j),
         "judged_s": [list(interval) for interval in found.judged_s],
         "not_judged": [asdict(each) for each in found.unjudged],

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A master whose loop stands still while its hand moves: what the force that stays on gives."""
+
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import Phase, example, given, settings
+from hypothesis import strategies as st
+from support import handmade
+
+from pmwvc_analysis.budget.budget import budget
+from pmwvc_analysis.traces.stood_still import stood_still
+from pmwvc_analysis.verdicts.verdicts import summary
+from pmwvc_bringup import scenarios as files
+from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.session import simulate_one
+
+TICKS = 3000
+
+
+def stalled(stalls, channel="strict"):
+    """Return a session in which a hand pushes and lets go; its loop skips ticks from some on."""
+    texts = [f"channel={channel}", "link.delay_s=0.004", "operator.damping=3"]
+    scenario = files.load("wall", settings_texts=texts, duration_s=TICKS / 1000)
+    ran_ns = np.arange(TICKS, dtype=np.int64) * 1_000_000
+    for start, ticks in stalls:
+        ran_ns[start : start + ticks] = -1
+    traces = simulate_one(scenario, Conditions(schedule=LIVE, ran_ns={"user1": ran_ns}))
+    (user,) = traces.users  # blocks have numbers on a recording: none is missing
+    numbers = 1 + np.arange(len(user.block_time_s))
+    return scenario, replace(traces, users=[replace(user, block_number=numbers)])
+
+
+def judged(scenario, traces):
+    return summary(traces, scenario, budget(traces, scenario))
+
+
+def nodes(found):
+    """Findings on the device's node; a block in virtual time does not end with a stall, as one on
+    a recording does, so that the work in it is not that of its ticks.
+    """
+    return [each for each in found["passivity"]["components"] if each["part"] == "node"]
+
+
+@example(stalls=[(2100, 100)])
+@settings(max_examples=5, phases=(Phase.explicit, Phase.generate))
+@given(
+    stalls=st.lists(
+        st.tuples(st.integers(1900, 2500), st.sampled_from([30, 50, 100, 200, 500])),
+        min_size=1,
+        max_size=3,
+    )
+)
+def test_what_a_standing_loop_gives_away_is_named_and_no_missed_prediction(stalls):
+    scenario, traces = stalled(stalls)
+    found = judged(scenario, traces)
+    passivity = found["passivity"]
+    violated = [port for port in passivity["ports"] if port["passive"] is False]
+    assert {port["part"] for port in violated} <= {"hand_port"}
+    for entry in [*violated, *nodes(found)]:
+        assert entry["held_j"] > 0.0 and "which stood still" in entry["why"]
+    (said,) = [each for each in found["outcomes"] if each["what"] == "passivity"]
+    assert said["hit"] is (None if violated else True)
+
+
+def test_the_force_that_stays_on_is_what_goes_beyond():
+    """A grip that gives way in a stall; the controls: no stall, and a leak of another origin."""
+    scenario, traces = stalled([(2100, 100)])
+    (still,) = stood_still(traces.users[0])
+    assert still.lasted_s == 0.1 and still.given_j > 5e-4
+    found = judged(scenario, traces)
+    (node,) = nodes(found)
+    assert 0.9 * still.given_j < node["held_j"] <= still.given_j
+    assert [each["passive"] for each in found["passivity"]["ports"]].count(False) == 1
+    _, calm = stalled([])
+    assert judged(scenario, calm)["passivity"]["components"] == []
+    (user,) = calm.users
+    user.energy["device"][user.block_time_s > 2.4] -= 5e-3
+    (port,) = [
+        each for each in judged(scenario, calm)["passivity"]["ports"]
+        if each["part"] == "hand_port"
+    ]  # fmt: skip
+    assert port["passive"] is False
+    assert port["held_j"] == 0.0 and port["why"] == ""
+    assert stood_still(handmade.session().users[0]) == []
