@@ -3,7 +3,8 @@
 """How evenly packets came in: the ratio of time spent waiting for late ones.
 
 A packet states the time that it stands for. One that comes more than half of that time later than
-it is due, counted from the newest one before, is late; lost ones make the next one late.
+it is due, counted from the newest one before, is late; lost ones make the next one late. One that
+has not come by the end is late as well, unless the link was silent for so long that nobody waits.
 """
 
 from collections.abc import Iterable
@@ -11,10 +12,13 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from pmwvc_core.numeric import Array
 from pmwvc_core.traces import PacketTraces
 
 LATE = 0.5  # of the time that a packet stands for
 UNEVEN = 0.01  # of the time spent waiting for late packets: more than that moves a device
+
+GONE_S = 1.0  # of silence at the end, after which nobody waits for a link
 
 
 def waited(links: Iterable[PacketTraces], start_s: float, end_s: float) -> float:
@@ -22,16 +26,33 @@ def waited(links: Iterable[PacketTraces], start_s: float, end_s: float) -> float
     span_s = end_s - start_s
     if span_s <= 0.0:
         return 0.0
-    return max((_waited_s(packets, start_s) / span_s for packets in links), default=0.0)
+    lengths_s = (np.diff(_waits(each, start_s, end_s)).sum() for each in links)
+    return float(max(lengths_s, default=0.0)) / span_s
 
 
-def _waited_s(packets: PacketTraces, start_s: float) -> float:
+def timely(
+    links: Iterable[PacketTraces], start_s: float, end_s: float
+) -> list[tuple[float, float]]:
+    """Return the stretches, from and until [s], in which nothing waited for a late packet."""
+    found, at_s = [], start_s
+    waits = [wait for packets in links for wait in _waits(packets, start_s, end_s).tolist()]
+    for from_s, until_s in [*sorted(waits), (end_s, end_s)]:
+        if from_s > at_s:
+            found.append((at_s, min(from_s, end_s)))
+        at_s = max(at_s, until_s)
+    return found
+
+
+def _waits(packets: PacketTraces, start_s: float, end_s: float) -> Array:
+    """Return the intervals before late packets, from and until [s], ``(waits, 2)``."""
     newest = _newest(packets)
-    times_s = packets.time_s[newest]
-    gaps_s, due_s = np.diff(times_s), packets.period_s[newest][1:]
+    times_s, due_s = packets.time_s[newest], packets.period_s[newest]
+    if len(newest) and 0.0 < end_s - times_s[-1] < GONE_S:
+        times_s, due_s = np.append(times_s, end_s), np.append(due_s, due_s[-1])
+    gaps_s, due_s = np.diff(times_s), due_s[1:]
     late = (gaps_s > (1.0 + LATE) * due_s) & (times_s[1:] > start_s)
     begun_s = np.maximum(times_s[:-1], start_s)
-    return float((times_s[1:] - begun_s)[late].sum())
+    return np.stack([begun_s[late], times_s[1:][late]], axis=1)
 
 
 def _newest(packets: PacketTraces) -> NDArray[np.intp]:

@@ -31,7 +31,6 @@ WINDOW_S = 0.25
 SHORTEST_S = 6 * WINDOW_S  # of a session: one window for each third of its second half
 PAUSE_S, PAUSE_PERIODS = 0.02, 2.5
 SETTLE_S = 1.0  # time for transients of contact to decay
-NEAR, MOSTLY = 0.1, 0.6  # of a frequency; of a motion's power within that
 HALVED = 0.5  # of a motion's strength in the third of the judged span before
 FADED = 0.9  # last third over first: what an oscillation that is kept up does not fall to
 CHATTER = 4  # changes of contact in half a session: more are the loop's own
@@ -100,35 +99,6 @@ def lasts(found: Strength, motion: Motion) -> bool:
     images_m_s = motion.images * found.purposeful_m_s
     beyond_all = found.late_m_s > max(OSCILLATION_M_S, motion.noise_m_s, images_m_s)
     return beyond_all and found.remains
-
-
-def kept_up(found: Strength, motion: Motion, duration_s: float) -> bool:
-    """Tell whether a motion beyond the band is one that a loop keeps up, not one that a network
-    shakes now and then: most of it within a tenth of one frequency in each third of the judged
-    span, and no less than half as strong in the middle one as in the first.
-    """
-    start_s = max(0.5 * duration_s, motion.since_s)
-    fast = beyond(motion.velocity, motion.period_s, motion.band_hz)[motion.time_s >= start_s]
-    if found.midway <= HALVED or len(fast) < 3 or not np.isfinite(fast).all() or not fast.any():
-        return False
-    whole = _power(fast)
-    strongest = int(np.argmax(whole))
-    thirds = [(_power(third), strongest / 3.0) for third in np.array_split(fast, 3)]
-    return all(_near(power, at) for power, at in [(whole, float(strongest)), *thirds])
-
-
-def _power(velocity: Array) -> Array:
-    """Return the power spectrum of a velocity, all axes together."""
-    window = np.hanning(len(velocity)).reshape(-1, *[1] * (velocity.ndim - 1))
-    found: Array = np.sum(np.abs(np.fft.rfft(velocity * window, axis=0)) ** 2, axis=-1)
-    return found
-
-
-def _near(power: Array, at: float) -> bool:
-    """Tell whether most of a power spectrum is near one of its bins."""
-    bins = max(round(NEAR * at), 2)
-    first = max(round(at) - bins, 0)
-    return bool(power[first : round(at) + bins + 1].sum() >= MOSTLY * power.sum())
 
 
 def strength(motion: Motion, duration_s: float) -> Strength:

@@ -29,8 +29,8 @@ In this order:
     settles at some strength: only a longer session tells, and that is not judged. Nor is a change
     of less than a tenth where the exact model, hands off, decays as slowly, nor where contact was
     made or lost or a parameter changed less than a second before the end, or where packets came
-    unevenly (traces/arrivals.py), which moves devices as well, unless the motion has one frequency
-    and is kept up in between, too.
+    unevenly (traces/arrivals.py), which moves devices as well, unless the loop is seen to keep the
+    motion up (kept_up.py).
 
 What is on purpose, and how the rest is measured: oscillation.py.
 """
@@ -43,14 +43,14 @@ import numpy as np
 from pmwvc_analysis.events import environment
 from pmwvc_analysis.prediction.slowest import growth_per_s
 from pmwvc_analysis.recording.format.topics import relayed
-from pmwvc_analysis.traces.arrivals import UNEVEN, waited
+from pmwvc_analysis.traces.arrivals import UNEVEN, timely, waited
 from pmwvc_analysis.traces.stages import stages
+from pmwvc_analysis.verdicts.kept_up import kept_up
 from pmwvc_analysis.verdicts.limits import often_shortened, taken_over
 from pmwvc_analysis.verdicts.oscillation import (
     OSCILLATION_M_S,
     SHORTEST_S,
     Strength,
-    kept_up,
     lasts,
     motions,
     strength,
@@ -98,10 +98,11 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
     links = [packets for topic, packets in traces.packets.items() if relayed(topic)]
     since_s = max([0.5 * traces.duration_s, *(motion.since_s for _, motion in lasting)])
     shaken = waited(links, since_s, traces.duration_s)
+    in_time = timely(links, since_s, traces.duration_s)
     own = [
         (found, motion)
         for found, motion in lasting
-        if shaken <= UNEVEN or kept_up(found, motion, traces.duration_s)
+        if shaken <= UNEVEN or kept_up(found, motion, traces.duration_s, in_time)
     ]
     for found, motion in own:
         if found.late_m_s > GROWN_M_S and found.growth >= 2.0:
@@ -137,8 +138,9 @@ def verdict(traces: SessionTraces, scenario: Scenario | None) -> Verdict:
         if not own:
             why = (
                 f"{motion.name} moves with {found.late_m_s * 1e3:.1f} mm/s beyond the voluntary "
-                f"band, at no single frequency, while {shaken:.0%} of the time went by in waiting "
-                "for late packets: whether the network or the loop moves it is not known"
+                f"band, while {shaken:.0%} of the time went by in waiting for late packets, and "
+                "is not seen to go on by itself between them: whether the network or the loop "
+                "moves it is not known"
             )
             return Verdict(None, why, strongest, judged=False)
         if found.fades:

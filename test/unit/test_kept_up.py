@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 PMWVC contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The verdict on motion of one frequency where packets come late: kept up by the loop, or set off
+by the packets.
+"""
+
+import numpy as np
+import pytest
+from support import handmade
+from support.handmade import oscillating, session
+
+from pmwvc_analysis.traces.arrivals import timely, waited
+from pmwvc_analysis.verdicts.stability import verdict
+from pmwvc_bringup.scenarios import load
+from pmwvc_core.frame.schedule import LIVE
+from pmwvc_core.network.recorded_link import RecordedFate, RecordedLink
+from pmwvc_core.simulation.conditions import Conditions
+from pmwvc_core.simulation.session import simulate_one
+
+DOWN = "/user1/wave_down"
+LATE_S = (2.1, 2.7, 3.3)  # packets of the first user that come 30 ms late
+
+
+def with_late_packets(traces):
+    packets = traces.packets[DOWN]
+    for late_s in LATE_S:
+        rows = (packets.time_s >= late_s) & (packets.time_s < late_s + 0.03)
+        packets.time_s[rows] = late_s + 0.03
+    return traces
+
+
+@pytest.mark.parametrize("hertz", [8.0, 12.0, 30.0])
+@pytest.mark.parametrize("rate_per_s", [0.0, -4.0])
+def test_motion_of_one_frequency_is_the_loop_s_if_it_goes_on_between_late_packets(
+    rate_per_s, hertz
+):
+    traces = with_late_packets(session())
+    if rate_per_s == 0.0:
+        traces = oscillating(traces, rms_m_s=5e-3, hertz=hertz)
+    else:
+        for since_s, until_s in zip(LATE_S, (*LATE_S[1:], 4.0), strict=True):
+            begun_m_s = 20e-3 * np.exp(-rate_per_s * (since_s - 2.0))  # as strong each time
+            during_s = (since_s, until_s)
+            traces = oscillating(
+                traces,
+                rms_m_s=begun_m_s,
+                hertz=hertz,
+                rate_per_s=rate_per_s,
+                during_s=during_s,
+            )
+    found = verdict(traces, handmade.scenario())
+    assert found.stable is (False if rate_per_s == 0.0 else None), found.why
+    if rate_per_s:
+        assert "not seen to go on by itself between them" in found.why
+
+
+def stalled_link(rng, *, frame_s, length_s):
+    """Return a link that lets nothing out now and then, and then all of it at once."""
+    stalls, at_s = [], 0.0
+    while at_s < length_s:
+        at_s += rng.exponential(0.5)
+        stalls.append((at_s, at_s + rng.choice([0.01, 0.03, 0.06, 0.1, 0.15, 0.3])))
+        at_s = stalls[-1][1]
+    record = {}
+    for number in range(1, round(length_s / frame_s) + 3):
+        sent_s = out_s = (number - 1) * frame_s
+        for from_s, until_s in stalls:
+            out_s = until_s if from_s <= out_s < until_s else out_s
+        record[number] = (RecordedFate(round((out_s - sent_s) * 1e9)),)
+    return RecordedLink(record)
+
+
+def stalled(scenario, seed):
+    """Simulate a scenario of one user whose links stall."""
+    rng = np.random.default_rng(seed)
+    frame_s = scenario.users[0].master.frame_s
+    links = {
+        f"user1/{way}": stalled_link(rng, frame_s=frame_s, length_s=scenario.duration_s)
+        for way in ("up", "down")
+    }
+    made = {name: (lambda link=link: link) for name, link in links.items()}
+    return simulate_one(scenario, Conditions(schedule=LIVE, links=made))
+
+
+SEEDS = (
+    140,
+    180,
+    210,
+    364,
+)  # of 400, those whose motion has one frequency, or which end in a stall
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_loop_that_settles_is_never_blamed_for_what_stalls_set_off(seed):
+    scenario = load("wall_slow", settings_texts=["channel=strict"], duration_s=3.5)
+    found = verdict(stalled(scenario, seed), scenario)
+    assert found.stable is not False, (found.instability, found.why)
+
+
+def test_what_has_not_come_by_the_end_is_waited_for():
+    traces = session()
+    packets = traces.packets[DOWN]
+    assert waited([packets], 2.0, 4.0) == 0.0
+    assert timely([packets], 2.0, 4.0) == [(2.0, 4.0)]
+    packets.time_s[packets.time_s > 3.5] = np.inf  # none of them came
+    here = np.isfinite(packets.time_s)
+    for name in ("time_s", "seq", "epoch", "period_s"):
+        setattr(packets, name, getattr(packets, name)[here])
+    last_s = packets.time_s[-1]
+    assert waited([packets], 2.0, 4.0) == pytest.approx((4.0 - last_s) / 2.0)
+    assert timely([packets], 2.0, 4.0) == [(2.0, last_s)]
+    assert waited([packets], 2.0, 10.0) == 0.0  # nobody is there any more
