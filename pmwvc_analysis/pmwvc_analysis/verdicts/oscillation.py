@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """RMS velocity above the band in which an operator moves voluntarily.
 
-The voluntary band: :mod:`.bands`. A hand that
+The voluntary band: traces/bands.py. A hand that
 moves in steps, an object let go or contact made for the first time give short bursts of fast
 motion; a median over quarter-second windows passes over them. Motion is judged from the middle of
 the session, or from the last time that contact was made or lost or a parameter changed if that is
@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmwvc_analysis.events.safety import COUPLED
+from pmwvc_analysis.traces.bands import DEFAULT_BAND_HZ, bands, encoder_noise_m_s
 from pmwvc_analysis.traces.stages import stages
-from pmwvc_analysis.verdicts.bands import DEFAULT_BAND_HZ, bands, encoder_noise_m_s
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.traces import SessionTraces

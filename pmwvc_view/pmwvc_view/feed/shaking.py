@@ -20,7 +20,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmwvc_analysis.verdicts import bands, oscillation
+from pmwvc_analysis.traces import bands
+from pmwvc_analysis.verdicts import oscillation
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.traces import NS
