@@ -17,11 +17,11 @@ from oracle import linear_model
 from support import linear_loops
 
 from pmwvc_analysis.models import multirate
-from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.hyperperiod import Hyperperiod
 from pmwvc_analysis.models.linear import NonlinearError
 from pmwvc_analysis.models.linearize import linearize
 from pmwvc_analysis.models.motions import rigid
+from pmwvc_analysis.models.motions.groups import subproblems
 from pmwvc_analysis.models.stability import radii
 from pmwvc_core.errors import ParameterError
 from pmwvc_core.wave.rates import Hold

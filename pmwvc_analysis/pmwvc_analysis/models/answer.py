@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from pmwvc_analysis.delays.long_delay import is_long, opened
 from pmwvc_analysis.models import stability
-from pmwvc_analysis.models.groups import subproblems
 from pmwvc_analysis.models.linear import notes_of
 from pmwvc_analysis.models.linearize import linearize
 from pmwvc_analysis.models.motions import rigid
+from pmwvc_analysis.models.motions.groups import subproblems
 from pmwvc_analysis.models.multirate import transitions
 from pmwvc_core.numeric import Array
 from pmwvc_core.plural import count

@@ -7,18 +7,15 @@ no limits and no brakes.
 
 import dataclasses
 import itertools
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
-from pmwvc_analysis.models.at_hand import at_hand
 from pmwvc_analysis.models.line import Line, two_sided
 from pmwvc_analysis.models.linear import axes_of, require_linear
 from pmwvc_analysis.models.links import modelled_ticks
+from pmwvc_analysis.models.rest import fill, playouts_of, rest_of
 from pmwvc_core.frame.assembly import server_step_of
 from pmwvc_core.numeric import Value
 from pmwvc_core.scenario.scenario import Scenario
-from pmwvc_core.transport.strict_receiver import StrictReceiver
-from pmwvc_core.wave.playout import Playout
 
 
 class Loop:
@@ -73,34 +70,13 @@ class Loop:
         self.server = self.step.server
         for port in self.server.ports:
             port.brake = None
-        self.playouts = list(self._playouts())
-        kept_s = at_hand_s or [0.0] * len(self.lines)
-        if scenario.strict and not at_hand_s:
-            kept_s = [at_hand(user, scenario, live=live).settled_s for user in scenario.users]
-        apart = 4 * max(max(line.frame.period, line.serve.period) for line in self.lines)
-        answered, played = max(line.delay for line in self.lines) + apart, 0
-        if any(kept_s):
-            played = apart + math.ceil(max(kept_s) / self.tick_s)
-        rest = -self.ticks * -(-played // self.ticks)
-        self._start = rest - self.ticks * (-(-answered // self.ticks) + 2 * scenario.strict)
-        still = [0.0] * len(self.lines)
-        for tick in range(self._start, rest):
+        self.playouts = playouts_of(self.lines, self.step)
+        rest = rest_of(scenario, self.lines, self.ticks, at_hand_s, live=live)
+        self._start, still = rest.start, [0.0] * len(self.lines)
+        for tick in range(rest.start, 0):
+            if tick == rest.filled:
+                fill(self.playouts, rest.more_s)
             self.advance(tick, still)
-        more_s = {line.name: time_s for line, time_s in zip(self.lines, kept_s, strict=True)}
-        for name, playout in self.playouts:
-            user, _, way = name.rpartition(".")
-            if way == "up" and more_s[user] > 0.0:
-                playout.add(0.0, 0.0, more_s[user])
-        for tick in range(rest, 0):
-            self.advance(tick, still)
-
-    def _playouts(self) -> Iterator[tuple[str, Playout]]:
-        ends = [(f"{line.name}.down", line.loop.inbox) for line in self.lines]
-        for line in self.lines:
-            ends += [(f"{line.name}.up", self.step.inboxes[port]) for port in line.ports]
-        for name, box in ends:
-            if isinstance(box, StrictReceiver):
-                yield name, box.playout
 
     def advance(self, tick: int, forces: Sequence[Value]) -> list[tuple[Value, Value, Value]]:
         """Go one tick on under the hands' forces; return x, xd and f of every user."""

@@ -23,9 +23,9 @@ import numpy as np
 
 from pmwvc_analysis.delays.long_delay import is_long, opened
 from pmwvc_analysis.models.at_hand import cases
-from pmwvc_analysis.models.groups import Subproblem, subproblems
 from pmwvc_analysis.models.links import hyperperiod_ticks
 from pmwvc_analysis.models.motions import rigid
+from pmwvc_analysis.models.motions.groups import Subproblem, subproblems
 from pmwvc_analysis.models.multirate import transitions
 from pmwvc_analysis.models.variation import with_stiffness
 from pmwvc_core.numeric import Array
