@@ -111,7 +111,7 @@ def test_shaking_is_the_loop_s_if_packets_come_evenly_or_it_has_one_frequency(
 
 @settings(max_examples=20)
 @given(
-    hertz=st.floats(4.0, 40.0),
+    hertz=st.floats(8.0, 40.0),
     rms_m_s=st.floats(2e-3, 0.02),
     bursts=st.lists(st.floats(0.0, 0.3), min_size=2, max_size=2),
 )
@@ -129,6 +129,19 @@ def test_what_a_link_shakes_now_and_then_is_no_oscillation_of_the_loop(hertz, rm
     assert found.instability is None, found.why
     kept = late_packets(oscillating(session(), rms_m_s=rms_m_s, hertz=hertz), every=3)
     assert judged(kept) == "sustained oscillation"  # the control
+
+
+@pytest.mark.parametrize("every", [3, 10_000])
+def test_a_few_jolts_are_no_frequency_of_the_loop(every):
+    """Two outages, each with a lurch that dies out, late in a session whose packets come late."""
+    traces = late_packets(session(), every=every)
+    user = traces.users[0]
+    for start_s in (2.6, 3.3):
+        since = np.maximum(user.time_s - start_s, 0.0)
+        lurch = 0.06 * np.sin(2 * np.pi * 3.0 * since) * np.exp(-since / 0.3)
+        user.xd_m = user.xd_m + lurch[:, np.newaxis]
+    found = verdict(traces, handmade.scenario())
+    assert found.instability == (None if every == 3 else "sustained oscillation"), found.why
 
 
 def test_packets_that_come_late_do_not_matter_to_what_rests():

@@ -16,6 +16,7 @@ from pmwvc_analysis.verdicts.oscillation import FADED, HALVED, Motion, Strength,
 from pmwvc_core.numeric import Array
 
 NEAR, MOSTLY = 0.1, 0.6  # of a frequency; of a motion's power within that
+CYCLES = 4  # in a third, by which one frequency is told from a few jolts
 MOST = 0.7  # of it, where packets are late so often that nothing shows whether it goes on
 PERIODS = 3  # in time, of a stretch that tells: the loop answers in the first
 
@@ -27,9 +28,9 @@ def kept_up(
     timely: Sequence[tuple[float, float]],
 ) -> bool:
     """Tell whether a motion beyond the band is one that a loop keeps up: most of it within a tenth
-    of one frequency in each third of the judged span, no less than half as strong in the middle
-    one as in the first, and no weaker by a tenth at the end of the stretches in which packets
-    come in time.
+    of one frequency in each third of the judged span, ``CYCLES`` of it at least, no less than half
+    as strong in the middle one as in the first, and no weaker by a tenth at the end of the
+    stretches in which packets come in time.
 
     Parameters
     ----------
@@ -41,7 +42,9 @@ def kept_up(
     if found.midway <= HALVED or len(fast) < 3 or not np.isfinite(fast).all() or not fast.any():
         return False
     whole = _power(fast)
-    strongest = max(int(np.argmax(whole)), 1)
+    strongest = int(np.argmax(whole))
+    if strongest < 3 * CYCLES:
+        return False
     thirds = [(_power(third), strongest / 3.0) for third in np.array_split(fast, 3)]
     near = _near(whole, float(strongest))
     if min(near, *(_near(power, at) for power, at in thirds)) < MOSTLY:
