@@ -12,6 +12,7 @@ from pmwvc_view.controls import changed
 from pmwvc_view.description import lags
 from pmwvc_view.feed.feed import Feed
 from pmwvc_view.feed.verdict import verdict
+from pmwvc_view.feed.waits import Waits
 from pmwvc_view.protocol.snapshot import Layout
 from pmwvc_view.simulated.ramp import ramped
 from pmwvc_view.simulated.stepping import Simulation
@@ -89,6 +90,23 @@ def test_person_who_taps_three_times_a_second_or_lets_go_does_not_shake_the_devi
     feed, found = told("wall", 7, ("operator.kind=remote",), targets)
     assert len(feed.user("user1").shaking._contacts) > 4
     assert all("shakes" not in each["verdict"] and not each["notices"] for each in found)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_held_key_over_a_lossy_link_does_not_shake_the_device(known, monkeypatch):
+    """The wall answers in jolts where packets wait. The control: the waits are not known."""
+    if not known:
+        monkeypatch.setattr(Waits, "ratio", lambda *_: 0.0)
+
+    def target(time_s):
+        pushed = 0.06 * min(max(time_s - 2.0, 0.0), 1.6) - 0.04 * min(max(time_s - 5.0, 0.0), 1.0)
+        return None if time_s < 1.5 else -0.05 + pushed
+
+    lossy = ("operator.kind=remote", "channel=strict", "link.delay_s=0.016", "link.loss=0.2")
+    _, found = told("wall", 6, (*lossy, "seed=1"), target)
+    said = [each["verdict"] for each in found if "shakes" in each["verdict"]]
+    said += [notice for each in found for notice in each["notices"] if "shook" in notice]
+    assert bool(said) is not known
 
 
 SLOW = ("operator.kind=remote", "controller=direct", "link.delay_s=0.03")

@@ -34,8 +34,15 @@ def timely(
     links: Iterable[PacketTraces], start_s: float, end_s: float
 ) -> list[tuple[float, float]]:
     """Return the stretches, from and until [s], in which nothing waited for a late packet."""
-    found, at_s = [], start_s
     waits = [wait for packets in links for wait in _waits(packets, start_s, end_s).tolist()]
+    return without(waits, start_s, end_s)
+
+
+def without(
+    waits: Iterable[tuple[float, float]], start_s: float, end_s: float
+) -> list[tuple[float, float]]:
+    """Return what is left of a time without some intervals, from and until [s]."""
+    found, at_s = [], start_s
     for from_s, until_s in [*sorted(waits), (end_s, end_s)]:
         if from_s > at_s:
             found.append((at_s, min(from_s, end_s)))

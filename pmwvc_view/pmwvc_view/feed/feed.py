@@ -20,6 +20,7 @@ from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.shaking import Shaking
 from pmwvc_view.feed.traces import F_APPLIED, NS, OBJECT, XD_M, Block, Step
 from pmwvc_view.feed.user import FeedUser, brake_of, why_apart
+from pmwvc_view.feed.waits import Waits
 from pmwvc_view.protocol.snapshot import NO_PACKETS, PACKET, Layout
 from pmwvc_view.protocol.snapshots import Snapshot
 
@@ -43,11 +44,12 @@ class Feed:
         scenario: Scenario | None = None,
     ) -> None:
         self._layout = layout
+        self._waits = Waits(scenario, users)
         self._users = {
             name: FeedUser(
                 layout,
                 name,
-                Shaking(scenario, name),
+                Shaking(scenario, name, self._waits),
                 brake_of(scenario, name),
                 why_apart(scenario),
             )
@@ -100,6 +102,7 @@ class Feed:
         """Take in packets of a link, ``(n, 4)``: number, time in and out [ns] (0: never), fate."""
         if self.zero_ns is None or not len(columns):
             return
+        self._waits.packets(link, columns[:, 2])
         rows = np.empty((len(columns), len(PACKET)))
         rows[:, 0] = link
         rows[:, 1] = columns[:, 0]

@@ -12,6 +12,9 @@ is faster than ``STILL_HZ`` and the simulated hands is no purpose either.
 
 The band is that of the scenario's hands; where they close, that of closing, at any time. Contact
 that is made or lost begins the judgement anew, unless it comes and goes faster than on purpose.
+Where more than 1 % of the span went by in waiting for late packets, a motion counts only if the
+loop is seen to keep it up (:mod:`pmwvc_analysis.verdicts.kept_up`): the network moves devices as
+well.
 """
 
 from collections import deque
@@ -21,10 +24,13 @@ from typing import NamedTuple
 import numpy as np
 
 from pmwvc_analysis.traces import bands
+from pmwvc_analysis.traces.arrivals import UNEVEN
 from pmwvc_analysis.verdicts import oscillation
+from pmwvc_analysis.verdicts.kept_up import kept_up
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_view.feed.traces import NS
+from pmwvc_view.feed.waits import Waits
 
 SPAN_S = 3.0
 JUDGED_NS = NS // 2  # between two judgements
@@ -76,7 +82,8 @@ class _Span:
 class Shaking:
     """Whether a user's device shakes, judged twice a second.
 
-    The scenario gives bands, noise and limits; None: as the report where it has none.
+    The scenario gives bands, noise and limits; None: as the report where it has none. ``waits``
+    are those of all links.
 
     Attributes
     ----------
@@ -88,7 +95,8 @@ class Shaking:
         The latest shaking that is over, and when it was seen last [ns]; None: there was none.
     """
 
-    def __init__(self, scenario: Scenario | None, name: str) -> None:
+    def __init__(self, scenario: Scenario | None, name: str, waits: Waits) -> None:
+        self._waits = waits
         users = {user.name: user for user in scenario.users} if scenario else {}
         user = users.get(name)
         self._band_hz, self._images = bands.DEFAULT_BAND_HZ, 0.0
@@ -154,6 +162,13 @@ class Shaking:
         )
         found = oscillation.strength(motion, 2.0 * SPAN_S)
         shakes = oscillation.lasts(found, motion) and found.settled
+        begin_s, end_s = zero_s + SPAN_S, zero_s + 2.0 * SPAN_S
+        if shakes and self._waits.ratio(begin_s, end_s) > UNEVEN:
+            timely = [
+                (from_s - zero_s, until_s - zero_s)
+                for from_s, until_s in self._waits.timely(begin_s, end_s)
+            ]
+            shakes = kept_up(found, motion, 2.0 * SPAN_S, timely)
         if shakes:
             self.shake = self._amount(velocity[late], force, period_s, band_hz)
             strongest = self._seen[0] if self._seen else self.shake
