@@ -96,7 +96,8 @@ Without the emulator the two sides are joined by remapping: start the server wit
 
 A node that joins a running session is best started with `start.joins:=true`: it begins once its waves and its trace
 have found their other ends (after 10 s in any case), so that its first packets and the first rows of its trace arrive.
-A session does that with nodes that it starts again.
+`start.listeners` says how many subscribers the trace has to find (1). A session does that with nodes that it starts again, with 2:
+its recorder and the runner's monitor.
 
 A best-effort publisher and a reliable subscriber do not connect, silently: subscribe to waves with best effort.
 """

@@ -121,17 +121,17 @@ def test_a_paused_node_that_is_stopped_never_runs():
     assert work.happened == ["close"]
 
 
-@pytest.mark.parametrize("heard", [False, True])
-def test_a_node_that_joins_begins_once_its_trace_is_heard(heard):
+@pytest.mark.parametrize(("listeners", "heard"), [(0, False), (1, False), (2, True)])
+def test_a_node_that_joins_begins_once_its_trace_is_heard(listeners, heard):
     def build(node):
         node.create_publisher(Bool, "~/trace", 1)
-        if heard:
+        for _ in range(listeners):
             node.create_subscription(Bool, "~/trace", lambda _: None, 1)
-        else:
+        if not heard:
             threading.Timer(0.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
 
     work = Work(build=build)
-    assert run(work, "-p", "start.joins:=true") == 0
+    assert run(work, "-p", "start.joins:=true", "-p", "start.listeners:=2") == 0
     assert work.happened == (["run", "close"] if heard else ["close"])
 
 

@@ -42,7 +42,7 @@ import numpy as np
 from pmwvc_analysis.budget.blocks import paid, released
 from pmwvc_analysis.budget.counts import counts_j
 from pmwvc_analysis.budget.criterion import tolerance
-from pmwvc_analysis.traces.hand_work import hand_work
+from pmwvc_analysis.traces.hand_work import Work, hand_work
 from pmwvc_analysis.traces.server_starts import completed, died_up, discarded, instants
 from pmwvc_analysis.traces.stretches import Stretches, stretches
 from pmwvc_analysis.traces.sums import UserSums, anchored, ran_s, running, up_to
@@ -100,7 +100,9 @@ class UserEnergy:
     ``joint`` is E_hand. ``resolution_j`` is how far it may be off at the same instants, because an
     encoder does not give the motion exactly; zero where the motion is known. ``storage_j`` is
     what the controller was declared to hold at the start, and may give out, ``counts_j`` what
-    counts of an encoder are bounded to make of the work of the hand (:mod:`.counts`).
+    counts of an encoder are bounded to make of the work of the hand (:mod:`.counts`). ``given_j``
+    is the sum of the waves v_s at the instants of ``joint``, ``hand`` the work of the hand tick by
+    tick, None where it is known by blocks only.
     """
 
     name: str
@@ -111,6 +113,8 @@ class UserEnergy:
     storage_j: float = 0.0
     stretches: Stretches = field(default_factory=lambda: Stretches([], []))
     counts_j: float = 0.0
+    given_j: Array = field(default_factory=lambda: np.zeros(0))
+    hand: Work | None = None
 
     @property
     def hand_passive(self) -> bool | None:
@@ -198,10 +202,13 @@ def _of_user(
         up = Balance(times[rows], begun(_at(times, user, u_m) - died), taken)
         down = Balance(times[rows], begun(v_s), begun(_at(times, user, v_m)))
         gone = died
-    joint = Balance(times[rows], begun(at.sums - gone), taken - begun(v_s))
+    given_j = begun(v_s)
+    joint = Balance(times[rows], begun(at.sums - gone), taken - given_j)
     storage = declared_storage_j(scenario.controller, known) if scenario and known else 0.0
     bound_j = counts_j(traces, scenario, user.name)
-    return UserEnergy(user.name, up, down, joint, at.resolution[rows], storage, stays, bound_j)
+    parts = up, down, joint, at.resolution[rows]
+    hand = work if len(work.sums) == len(user.time_s) else None
+    return UserEnergy(user.name, *parts, storage, stays, bound_j, given_j, hand)
 
 
 def declared_storage_j(controller: str, user: User) -> float:

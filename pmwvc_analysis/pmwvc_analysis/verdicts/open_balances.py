@@ -9,7 +9,12 @@ start,
     E(t) >= in(start) - out(end)      for every t in the hole.
 
 Where that is above the limit, the hole hides nothing and the balance is judged across it. The work
-of the hand may go either way: there a hole is not judged.
+of the hand may go either way. But where only the server's records are missing, it is known tick by
+tick, and at the port of the hand
+
+    E_hand(t) >= work(t) - u_s(end) + v_s(start)
+
+with the sums of both waves at the server. Where the work is missing, a hole is not judged there.
 
 *Clocks.* The sums of a master are compared with those of the server at instants that may be off by
 the uncertainty of the alignment of two hosts' clocks. A balance below the limit at every alignment
@@ -20,6 +25,7 @@ Equations: docs/theory.md 13.9.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +36,7 @@ from pmwvc_analysis.traces.holes import Unjudged
 from pmwvc_analysis.traces.stretches import AGAIN
 from pmwvc_core.numeric import Array
 
+ROUNDING_S = 1e-6  # of times
 STEPS = 9  # alignments that are tried within the uncertainty
 
 
@@ -45,6 +52,38 @@ def hidden(balance: Balance, unknown: Sequence[Unjudged]) -> list[Unjudged]:
             if least >= -float(balance.tolerance_j[after]):
                 continue
         found.append(interval)
+    return found
+
+
+class Bound(NamedTuple):
+    """A time of which one end was not recorded, and the least that its balance can have been."""
+
+    interval: Unjudged
+    least_j: float
+
+
+def bounded(entry: UserEnergy, unknown: Sequence[Unjudged]) -> list[Bound]:
+    """Return, of holes in the server's records, those in which the balance at the port of the hand
+    is bounded to be above its limit.
+    """
+    joint, hand, given_j = entry.joint, entry.hand, entry.given_j
+    taken_j = joint.energy_out_j + given_j
+    found = []
+    for interval in unknown:
+        before = int(np.searchsorted(joint.time_s, interval.start_s, side="right")) - 1
+        after = int(np.searchsorted(joint.time_s, interval.end_s))
+        if hand is None or before < 0 or after >= len(joint.time_s):
+            continue
+        first, last = np.searchsorted(hand.ran_s, joint.time_s[[before, after]] - ROUNDING_S)
+        sums = np.concatenate([[0.0], hand.sums])[first : last + 1]
+        worked_j = float(sums.min() - sums[0])
+        # what was given up or begun anew in between counts from the beginning on
+        gone_j = float(joint.energy_in_j[before] + sums[-1] - sums[0] - joint.energy_in_j[after])
+        came_j = float(joint.energy_in_j[before]) + worked_j - max(gone_j, 0.0)
+        least_j = came_j - float(taken_j[after] - given_j[before])
+        open_j = float(joint.tolerance_j[after] + entry.storage_j + entry.counts_j)
+        if least_j - float(entry.resolution_j[after]) >= -open_j:
+            found.append(Bound(interval, least_j))
     return found
 
 

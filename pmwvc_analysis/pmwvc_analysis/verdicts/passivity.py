@@ -30,7 +30,7 @@ from pmwvc_analysis.traces.holes import Hole, Unjudged, holes
 from pmwvc_analysis.traces.server_starts import starts
 from pmwvc_analysis.traces.stood_still import StoodStill, given_until, stood_still
 from pmwvc_analysis.traces.sums import running
-from pmwvc_analysis.verdicts.open_balances import hidden, within
+from pmwvc_analysis.verdicts.open_balances import bounded, hidden, within
 from pmwvc_core.numeric import Array
 from pmwvc_core.scenario.scenario import Scenario
 from pmwvc_core.server.compensations import COMPENSATIONS
@@ -81,7 +81,9 @@ def passivity(
         else:
             clock = traces.metadata.get("alignment", {}).get(user.name, {})
             uncertain_s = float(clock.get("uncertainty_s", 0.0))
-            found += [within(each, entry, uncertain_s) for each in _of_user(entry, missing)]
+            found += [
+                within(each, entry, uncertain_s) for each in _of_user(entry, missing, uncertain_s)
+            ]
     if traces.server is not None and len(traces.server.time_s):
         found.append(_of_server(traces, scenario, missing))
     if energies is not None:
@@ -107,15 +109,29 @@ def _with_held(found: Finding, still: list[StoodStill]) -> Finding:
     return replace(found, held_j=beyond_j, why=why)
 
 
-def _of_user(entry: energy.UserEnergy, missing: Sequence[Hole]) -> list[Finding]:
+def _of_user(
+    entry: energy.UserEnergy, missing: Sequence[Hole], uncertain_s: float
+) -> list[Finding]:
     ports = {"up": entry.up, "down": entry.down}
-    unknown = [*entry.stretches.unjudged, *(hole.unjudged for hole in missing)]
+    of_server = [hole.unjudged for hole in missing]
+    unknown = [*entry.stretches.unjudged, *of_server]
     found = [
         _port(entry, part, balance, unjudged=hidden(balance, unknown))
         for part, balance in ports.items()
         if balance is not None
     ]
-    return [*found, _of_hand(entry, unknown)]
+    bounds = bounded(entry, of_server) if uncertain_s == 0.0 else []
+    known = [bound.interval for bound in bounds]
+    hand = _of_hand(entry, [interval for interval in unknown if interval not in known])
+    if hand.passive and bounds:
+        least_j = min(bound.least_j for bound in bounds)
+        missing_s = sum(each.end_s - each.start_s for each in known)
+        why = (
+            f"in {missing_s:.2g} s {known[0].why} the port of the hand is bounded by the sums at "
+            f"both ends, to {1e3 * least_j:.3g} mJ at least"
+        )
+        hand = replace(hand, why=why)
+    return [*found, hand]
 
 
 def _port(entry: energy.UserEnergy, part: str, balance: energy.Balance, **more: Any) -> Finding:

@@ -50,7 +50,7 @@ def verdict(found: Passivity, owner: str) -> str:
     if least.by_counts:
         bound = f"passive within the encoder's bound of {joule(least.counts_j)}"
         return f"{bound}: {part_words(least)}, {amount(least)}"
-    return f"passive: {amount(least)}"
+    return "; ".join([f"passive: {amount(least)}", *(port.why for port in ports if port.why)])
 
 
 def amount(finding: Finding) -> str:

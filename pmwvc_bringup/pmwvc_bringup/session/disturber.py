@@ -11,6 +11,7 @@ from pmwvc_bringup.session.plan import NodePlan
 from pmwvc_bringup.session.processes import Children
 from pmwvc_core.scenario.disturbances import Disturbance
 
+LISTENERS = 2  # of a trace: the recorder, and the runner's monitor
 SIGNALS = {"stop": signal.SIGSTOP, "continue": signal.SIGCONT}
 
 
@@ -67,7 +68,7 @@ class Disturber:
     def _start(self, node: NodePlan) -> None:
         """Start a node again; it begins once its topics have found their other ends."""
         self.again.append(node.ros_name)
-        starts = {"start.paused": False, "start.joins": True}
+        starts = {"start.paused": False, "start.joins": True, "start.listeners": LISTENERS}
         node = replace(node, parameters={**node.parameters, **starts})
         name = f"{node.file_name}_again{len(self.again)}"
         file = self._logs / f"{name}.yaml"

@@ -39,6 +39,8 @@ class StartGate:
             self._open.set()
         spec = Spec(bool, description="wait until waves and trace have found their other ends")
         self._joins = declare_value(node, "start.joins", spec, False)
+        spec = Spec(int, low=1, description="subscribers of the trace to wait for when joining")
+        self._listeners = declare_value(node, "start.listeners", spec, 1)
         self._node = node
         node.create_service(Trigger, "~/start", self._start)
         node.create_service(Trigger, "~/matched", self._matched)
@@ -55,10 +57,11 @@ class StartGate:
         return False
 
     def _found(self) -> bool:
-        """Tell whether each topic of the session has another end."""
+        """Tell whether each topic of the session has another end, and the trace its listeners."""
         known = matched(self._node)
         counts = [count for side in known.values() for _, count in _of_session(side)]
-        return all(counts)
+        traces = [n for topic, n in known[PUBLISHERS].items() if topic.endswith("/trace")]
+        return all(counts) and min(traces, default=self._listeners) >= self._listeners
 
     def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = "already running" if self._open.is_set() else "started"
