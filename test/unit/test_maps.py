@@ -20,6 +20,8 @@ from pmwvc_core.errors import PmwvcError
 STIFFNESS = Axis("server.contact_stiffness", tuple(np.linspace(0.0, 3000.0, 7).tolist()))
 DELAY = Axis("link.delay_s", (0.0, 0.008, 0.016))
 DAMPING = Axis("server.contact_damping", (0.0, 10.0, 20.0))
+MANY = Axis(STIFFNESS.name, tuple(np.linspace(0.0, 3000.0, 33).tolist()))  # rows in twos
+TWO = Axis(DAMPING.name, (0.0, 10.0))
 
 
 def grid(x=STIFFNESS, y=DELAY):
@@ -27,7 +29,14 @@ def grid(x=STIFFNESS, y=DELAY):
 
 
 @pytest.mark.parametrize(
-    ("x", "y"), [(STIFFNESS, DELAY), (DELAY, STIFFNESS), (DAMPING, STIFFNESS), (DELAY, DELAY)]
+    ("x", "y"),
+    [
+        (STIFFNESS, DELAY),
+        (DELAY, STIFFNESS),
+        (DAMPING, STIFFNESS),
+        (TWO, MANY),
+        (DELAY, DELAY),
+    ],
 )
 def test_a_map_is_what_its_points_are_one_by_one(x, y):
     of = grid(x, y)

@@ -3,8 +3,9 @@
 """Stability maps over any two parameters: spectral radii on a grid, row by row.
 
 A row is computed as one batch where its parameter may differ within a scenario (all numbers but
-delays and periods). Rows are independent, so they can be computed by several processes, or by a
-Dask cluster, with the same result; finished rows can be kept and the rest computed later.
+delays and periods); where the other one may as well, several rows are. Batches are independent, so
+they can be computed by several processes, or by a Dask cluster, with the same result; finished
+rows can be kept and the rest computed later.
 """
 
 from collections.abc import Callable
@@ -22,6 +23,7 @@ from pmwvc_core.scenario.names import varied
 from pmwvc_core.scenario.scenario import Scenario
 
 Done = Callable[[int, Array], None]  # number of a row, and the row
+FEWEST_BLOCKS = 16  # of a map with as many rows: for several processes, and to be kept one by one
 
 
 @dataclass(frozen=True)
@@ -52,27 +54,32 @@ class Grid:
         return stackable(self.y.name) and not stackable(self.x.name)
 
     def lines(self) -> int:
-        """Return how many batches make the map."""
+        """Return how many lines make the map: rows, or columns where ``across``."""
         return self.shape[1] if self.across else self.shape[0]
 
+    def blocks(self) -> list[range]:
+        """Return the lines that are computed together: the same ones at any time."""
+        lines, width = self.lines(), self.shape[0] if self.across else self.shape[1]
+        several = stackable(self.x.name) and stackable(self.y.name)
+        fitting = min(LARGEST_BATCH // width, lines // FEWEST_BLOCKS) if several else 1
+        step = max(fitting, 1)
+        return [range(i, min(i + step, lines)) for i in range(0, lines, step)]
 
-def line(grid: Grid, number: int) -> Array:
-    """Return one line of a map: a row, or a column where ``grid.across``."""
+
+def block(grid: Grid, numbers: range) -> Array:
+    """Return lines of a map: rows, or columns where ``grid.across``."""
     along, other = (grid.y, grid.x) if grid.across else (grid.x, grid.y)
-    scenario = varied(grid.scenario, other.name, other.values[number])
-    values = np.array(along.values)
-    if not stackable(along.name):
-        return np.array(
-            [radii(varied(scenario, along.name, v), live=grid.live)[0] for v in along.values]
-        )
-    parts = [values[i : i + LARGEST_BATCH] for i in range(0, len(values), LARGEST_BATCH)]
-    batches = [
-        radii(varied(scenario, along.name, part[:, np.newaxis]), live=grid.live) for part in parts
-    ]
-    widths = [len(part) for part in parts]
-    return np.concatenate(
-        [np.broadcast_to(b, width) for b, width in zip(batches, widths, strict=True)]
-    )
+    batches = stackable(along.name)
+    size = LARGEST_BATCH if batches else 1
+    at = [other.values[n] for n in numbers]
+    radius = np.empty((len(at), len(along.values)))
+    pairs = np.array([(a, o) for o in at for a in along.values])
+    for first in range(0, len(pairs), size):
+        part = pairs[first : first + size]
+        scenario = varied(grid.scenario, other.name, part[:, 1:] if len(at) > 1 else at[0])
+        scenario = varied(scenario, along.name, part[:, :1] if batches else float(part[0, 0]))
+        radius.flat[first : first + size] = radii(scenario, live=grid.live)
+    return radius
 
 
 def growth_per_s(grid: Grid, radius: Array) -> Array:
@@ -123,9 +130,12 @@ def compute(
             varied(grid.scenario, axis.name, value)  # before any time is spent
     radius = np.full(grid.shape, np.nan) if known is None else known.copy()
     table = radius.T if grid.across else radius
-    open_lines = [n for n in range(grid.lines()) if np.isnan(table[n]).any()]
-    for number, values in finished(partial(line, grid), open_lines, workers=workers, dask=dask):
-        table[number] = values
-        if done is not None:
-            done(number, values)
+    is_open = np.asarray(np.isnan(table).any(axis=1))
+    blocks = [numbers for numbers in grid.blocks() if is_open[numbers].any()]
+    for numbers, found in finished(partial(block, grid), blocks, workers=workers, dask=dask):
+        for number, values in zip(numbers, found, strict=True):
+            if is_open[number]:
+                table[number] = values
+                if done is not None:
+                    done(number, values)
     return radius

@@ -103,35 +103,41 @@ class Hyperperiod(Loop):
             return f"server.{BOX}contacts.{port}.deflection"
         return f"server.ports.{port}.contact.deflection"
 
-    def around(self, *, inputs: bool = False) -> tuple[Array, dict[str, Array]]:
+    def around(
+        self, *, inputs: bool = False, outputs: bool = False
+    ) -> tuple[Array, dict[str, Array]]:
         """Step once around the hyperperiod.
 
         Parameters
         ----------
         inputs
             Whether columns follow for each user's force in each tick, along each axis.
+        outputs
+            Whether outputs are wanted.
 
         Returns
         -------
         rows : ndarray
             ``(runs, states, columns)``: the states at the end.
-        outputs : dict
-            ``x``, ``xd``, ``f``: user by user, tick by tick, axis by axis.
+        read : dict
+            ``x``, ``xd``, ``f``: user by user, tick by tick, axis by axis; empty where none are
+            wanted.
         """
         users = range(len(self.lines))
         self.begin(len(users) * self.ticks if inputs else 0)
-        outputs: dict[str, list[list[Value]]] = {n: [[] for _ in users] for n in OUTPUTS}
+        read: dict[str, list[list[Value]]] = {n: [[] for _ in users] for n in OUTPUTS}
         for tick in range(self.ticks):
             forces = [self.batch.input(u * self.ticks + tick) if inputs else 0.0 for u in users]
             for user, values in enumerate(self.advance(tick, forces)):
                 for name, value in zip(OUTPUTS, values, strict=True):
-                    outputs[name][user].append(value)
+                    read[name][user].append(value)
         names = [f"{self.lines[user].name}.{{}}" for user in users for _ in range(self.ticks)]
         return self.ended(), {
             name: self.batch.rows(
                 [v for values in of for v in values], [n.format(name) for n in names]
             )
-            for name, of in outputs.items()
+            for name, of in read.items()
+            if outputs
         }
 
     def begin(self, inputs: int) -> None:

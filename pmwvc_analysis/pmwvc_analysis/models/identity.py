@@ -66,15 +66,16 @@ class Identity:
         NonlinearError
             If superposition does not hold.
         """
-        width, dof = len(self._weights), self._dof
-        found = np.empty((self._runs, len(values) * dof, width + 1))
+        weights, dof = self._weights, self._dof
+        found = np.empty((len(values), len(weights) + 1, self._runs, dof))
         for index, value in enumerate(values):
-            shaped = np.broadcast_to(value, (width + 1, self._runs, dof))
-            found[:, index * dof : (index + 1) * dof] = shaped.transpose(1, 2, 0)
+            found[index] = value
         found /= ONE
-        rows, together = found[..., :-1], found[..., -1]
-        size = (np.abs(rows) @ np.abs(self._weights)).max(axis=1, keepdims=True, initial=0.0)
-        wrong = np.any(np.abs(rows @ self._weights - together) > SUPERPOSED * size, axis=0)
+        rows, together = found[:, :-1], found[:, -1]
+        size = np.einsum("c,scrd->srd", np.abs(weights), np.abs(rows))
+        largest = size.max(axis=(0, 2), keepdims=True, initial=0.0)
+        off = np.abs(np.einsum("c,scrd->srd", weights, rows) - together)
+        wrong = np.any(off > SUPERPOSED * largest, axis=1).ravel()
         if wrong.any():
             bad = {names[j // dof] if names else "packet" for j in np.flatnonzero(wrong).tolist()}
             raise NonlinearError(
@@ -83,6 +84,7 @@ class Identity:
             )
         states = self._states * dof
         live = [j * dof + axis for j in self._live for axis in range(dof)]
-        wide = np.zeros((self._runs, rows.shape[1], states + width - len(live)))
-        wide[:, :, live + list(range(states, wide.shape[-1]))] = rows
+        wide = np.zeros((self._runs, len(values) * dof, states + len(weights) - len(live)))
+        columns = live + list(range(states, wide.shape[-1]))
+        wide[:, :, columns] = rows.transpose(2, 0, 3, 1).reshape(*wide.shape[:2], len(weights))
         return wide

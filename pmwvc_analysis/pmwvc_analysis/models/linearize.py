@@ -66,8 +66,7 @@ def linearize(
         If the hyperperiod is too long.
     """
     loop = Hyperperiod(scenario, live=live, weights=weights, at_hand_s=at_hand_s)
-    rows, read = loop.around()
-    return model_of(loop, rows, read if outputs else {})
+    return model_of(loop, *loop.around(outputs=outputs))
 
 
 def model_of(loop: Hyperperiod, rows: Array, read: dict[str, Array]) -> Linear:

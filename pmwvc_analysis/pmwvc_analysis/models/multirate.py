@@ -111,8 +111,7 @@ def build(
             f"{scenario.name}: {lifted} inputs (users times ticks of the hyperperiod, along each "
             f"axis), more than {LARGEST_LIFTED}; choose rate_drop and period_s with common factors"
         )
-    rows, read = loop.around(inputs=True)
-    linear = model_of(loop, rows, read)
+    linear = model_of(loop, *loop.around(inputs=True, outputs=True))
     n = len(linear.columns)
     return MultirateModel(
         scenario=scenario,

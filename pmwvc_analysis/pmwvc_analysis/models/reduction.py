@@ -34,44 +34,49 @@ def reduced(rows: Array, read: Sequence[Array], *, always: Callable[[int], bool]
         ``(runs, signals, n and inputs)``: what is read of them otherwise.
     """
     n = rows.shape[1]
-    rows, read = rows.copy(), [each.copy() for each in read]
+    whole = [rows.copy(), *(each.copy() for each in read)]
+    filled = [np.any(each != 0.0, axis=0) for each in whole]  # entries other than zero in any run
     kept = list(range(n))
     while True:
-        twins = _twins(rows, kept, always)
-        for twin, first in twins.items():
-            for each in (rows, *read):
+        twins = _twins(whole[0], kept, always)
+        for each, entries in zip(whole, filled, strict=True):
+            for twin, first in twins.items():
                 each[:, :, first] += each[:, :, twin]
                 each[:, :, twin] = 0.0
+                entries[:, [first, twin]] = np.any(each[:, :, [first, twin]] != 0.0, axis=0)
         still = [j for j in kept if j not in twins]
-        moved = np.any(rows[:, still] != 0.0, axis=0)  # (still, n and inputs)
+        moved = filled[0][still]  # (still, n and inputs)
         own = np.zeros_like(moved)
         own[np.arange(len(still)), still] = True
         columns = still + list(range(n, rows.shape[2]))
         driven = np.any((moved & ~own)[:, columns], axis=1)
-        seen = np.any(moved, axis=0)
-        for each in read:
-            seen = seen | np.any(each != 0.0, axis=(0, 1))
+        seen = np.any(np.concatenate([moved, *filled[1:]]), axis=0)
         left = [
             j
             for j, is_driven in zip(still, driven, strict=True)
             if always(j) or (is_driven and seen[j])
         ]
-        for j in set(still) - set(left):
-            for each in (rows, *read):
-                each[:, :, j] = 0.0
+        gone = list(set(still) - set(left))
+        for each, entries in zip(whole, filled, strict=True):
+            each[:, :, gone] = 0.0
+            entries[:, gone] = False
         if left == kept:
             break
         kept = left
     columns = kept + list(range(n, rows.shape[2]))
-    return Reduced(kept, rows[:, kept][:, :, columns], [each[:, :, columns] for each in read])
+    found, *outputs = (each[:, :, columns] for each in whole)
+    return Reduced(kept, found[:, kept], outputs)
 
 
 def _twins(rows: Array, kept: list[int], always: Callable[[int], bool]) -> dict[int, int]:
     """Return states that are equal to an earlier one after every step."""
-    first: dict[bytes, int] = {}
+    first: dict[bytes, list[int]] = {}  # by their rows in the first run
     found = {}
     for j in kept:
-        earlier = first.setdefault((rows[:, j] + 0.0).tobytes(), j)
-        if earlier != j and not always(j):
+        alike = first.setdefault((rows[0, j] + 0.0).tobytes(), [])
+        earlier = next((i for i in alike if np.array_equal(rows[:, i], rows[:, j])), None)
+        if earlier is None:
+            alike.append(j)
+        elif not always(j):
             found[j] = earlier
     return found

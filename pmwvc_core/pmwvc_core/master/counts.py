@@ -55,7 +55,7 @@ class BetweenCounts(Stateful):
     """
 
     SIGNALS = "_x dx _xd moved _off _edge"
-    MEMORY = "_seen _still_s _slow_s _count _exact _rough"
+    MEMORY = "_seen _still_s _slow_s _count _exact _stepped _rough"
 
     def __init__(self, tick_s: float) -> None:
         self._tick_s = tick_s
@@ -70,6 +70,7 @@ class BetweenCounts(Stateful):
         self._slow_s: Value = SLOW_S  # since a jump of several counts
         self._count: Value = UNKNOWN_M
         self._exact = False  # on every axis, in every run
+        self._stepped = False  # a count was seen, on any axis, in any run
         self._rough: Flag = False  # a velocity that is the jump of the counts
 
     @property
@@ -94,17 +95,22 @@ class BetweenCounts(Stateful):
         x, xd
             Position [m] and velocity [m/s].
         """
-        before = self._x
+        before, jump = self._x, x - self._seen
+        self._seen = x
         if self._exact:
-            self._x, self.dx = x, x - before
-            self.moved = x - self._seen
-            self._seen = x
+            self._x, self.dx, self.moved = x, x - before, jump
             return xd
-        jump, self._seen = x - self._seen, x
         h, step = self._tick_s, absolute(jump)
         self._count = where((step > 0.0) & (step < self._count), step, self._count)
         exact = (self._count < LEAST_M) | (self._count >= UNKNOWN_M)
         self._exact = truth(self._count < LEAST_M)
+        if not self._stepped and truth(exact):  # what follows would leave it alone
+            self._still_s = where(step > 0.0, 0.0, self._still_s + h)
+            self._slow_s = where(step > 0.0, 0.0, self._slow_s + h)
+            self._x = self._edge = x
+            self.dx, self.moved, self._xd = x - before, jump, xd
+            return xd
+        self._stepped = True
         shown = (step > 0.0) | (absolute(xd) > 0.0)
         is_jump = (absolute(xd * h - jump) <= ROUNDING * step) & (exact ^ True)
         self._rough = rough = (shown & is_jump) | ((shown ^ True) & self._rough)
