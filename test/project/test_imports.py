@@ -161,6 +161,21 @@ def test_no_room_has_more_than_about_a_dozen_files(package):
     assert {str(room): count for room, count in rooms.items() if count > 14} == {}
 
 
+@pytest.mark.parametrize(
+    "file",
+    [
+        "pmwvc_master/pmwvc_master/loop.py",
+        "pmwvc_server/pmwvc_server/loop.py",
+        "pmwvc_core/pmwvc_core/simulation/user.py",
+        "pmwvc_core/pmwvc_core/simulation/virtual_time.py",
+        "pmwvc_analysis/pmwvc_analysis/models/line.py",
+        "pmwvc_analysis/pmwvc_analysis/models/loop.py",
+    ],
+)
+def test_an_adapter_of_the_frame_protocol_is_thin(file):
+    assert len((ROOT / file).read_text("utf-8").splitlines()) < 100
+
+
 @pytest.mark.parametrize("package", [*PACKAGES, "pmwvc_bringup"])
 def test_no_file_has_grown_into_several_subjects(package):
     for file in files_of(package):

@@ -123,11 +123,8 @@ def _without_waves(sums: UserSums, at_server: list[Array]) -> Channel:
     link = passed([LINK], {"device": into, "server": u_s - v_s})[LINK.part]
     link = link - sum_of([0.0 * link, *own.values()])
     parts = {"safety": 0.0 * taken, **own, LINK.part: link}
-    return Channel(
-        Account(taken, into, dissipated=parts["safety"]),
-        parts,
-        frozenset([LINK.part] if own else []),
-    )
+    port = Account(taken, into, dissipated=parts["safety"])
+    return Channel(port, parts, frozenset([LINK.part] if own else []))
 
 
 def _port(sums: UserSums, known: User) -> tuple[Account, Sums]:
