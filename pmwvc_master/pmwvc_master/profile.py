@@ -59,6 +59,7 @@ def warnings_of_device(
         yield count_bound(master, real).text()
     for name, assumed, declared, unit in (
         ("mass", device.mass, mass, "kg"),
+        ("damping", device.damping, info.apparent_damping, "N s/m"),
         ("workspace_m", device.workspace_m, info.workspace_m, "m"),
         ("encoder_step_m", device.encoder_step_m, info.encoder_step_m, "m"),
     ):

@@ -105,13 +105,14 @@ def test_a_light_device_is_warned_of_before_it_hums():
 
 
 def test_a_device_unlike_the_one_predictions_rest_on_is_named():
-    other = info(apparent_mass=0.5, workspace_m=0.08)
-    mass, workspace = warnings_of_device(
+    other = info(apparent_mass=0.5, apparent_damping=2.0, workspace_m=0.08)
+    mass, damping, workspace = warnings_of_device(
         other, MasterParams(), DeviceParams(), waves=True, strict=True
     )
     assert mass.startswith("device.mass = 0.25 kg, the device declares 0.5 kg")
+    assert damping.startswith("device.damping = 0 N s/m, the device declares 2 N s/m")
     assert "set device.workspace_m = 0.08" in workspace
-    fitting = DeviceParams(mass=0.5, workspace_m=0.08)
+    fitting = DeviceParams(mass=0.5, damping=2.0, workspace_m=0.08)
     assert not list(warnings_of_device(other, MasterParams(), fitting, waves=True, strict=True))
 
 
